@@ -21,7 +21,7 @@ from environments import Failed
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.linearisation import linearise
 from workbench.plate.criterion import criterion_of
-from workbench.plate.indices import INDICES, AbstractSetIndex
+from workbench.plate.observability import INDICES, AbstractSetIndex
 from workbench.plate.poses.d_optimal import d_bound, d_exchange
 from workbench.plate.poses.exchange import exchange
 from workbench.plate.poses.sampling import random_poses

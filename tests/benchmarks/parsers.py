@@ -317,7 +317,7 @@ def stream() -> tuple[bytes, Parse]:
 def workbook() -> Made:
     import openpyxl
 
-    from workbench.data import native_formats
+    from workbench.data import binary_tables
 
     book, file = openpyxl.Workbook(), io.BytesIO()
     for line in SHEET.splitlines():
@@ -338,7 +338,7 @@ def workbook() -> Made:
     read = door("rows.xlsx")
     return (
         whole.read(place),
-        lambda content: native_formats.workbook_cells(packed(content)),
+        lambda content: binary_tables.workbook_cells(packed(content)),
         lambda content: read(packed(content)),
     )
 
@@ -346,29 +346,29 @@ def workbook() -> Made:
 def matlab() -> Made:
     from scipy.io import savemat
 
-    from workbench.data import native_formats
+    from workbench.data import binary_tables
 
     file = io.BytesIO()
     savemat(file, {"Q": np.ones((3, 2)), "s": {"a": np.eye(2), "n": "text"}})
-    return file.getvalue(), native_formats.matlab_arrays, door("rows.mat")
+    return file.getvalue(), binary_tables.matlab_arrays, door("rows.mat")
 
 
 def parquet() -> Made:
     import pyarrow as pa
     import pyarrow.parquet
 
-    from workbench.data import native_formats
+    from workbench.data import binary_tables
 
     file = io.BytesIO()
     table = pa.table({"q1[rad]": [0.1, 0.2], "x[m]": [1.0, 2.0], "session": ["a", "b"]})
     pyarrow.parquet.write_table(table, file)
-    return file.getvalue(), native_formats.parquet_columns, door("rows.parquet")
+    return file.getvalue(), binary_tables.parquet_columns, door("rows.parquet")
 
 
 def c3d() -> Made:
     import ezc3d
 
-    from workbench.data.foreign_streams import c3d_points
+    from workbench.data.bags_and_c3d import c3d_points
 
     file, path = ezc3d.c3d(), room() / "take.c3d"
     file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
@@ -385,7 +385,7 @@ def bag(name: str) -> Made:
     from rosbags.rosbag2 import Writer as Writer2
     from rosbags.typesys import Stores, get_typestore
 
-    from workbench.data.foreign_streams import JOINTS, bag_streams
+    from workbench.data.bags_and_c3d import JOINTS, bag_streams
     from workbench.data.readers import read_measurements
 
     _read_once()

@@ -47,7 +47,7 @@ OFF: dict[str, tuple[tuple[str, str, object], ...]] = {
     "inertia": (("workbench.diagnosis.refit", "needs_inertia", lambda robot: False),),
     "together": ((EFFECTS, "alone_and_together", list),),
     "size": ((CAUSES, "PART_OF_REST", 0.0), (CAUSES, "PART_OF_NOISE", 0.0)),
-    "readings": (("workbench.identification.joint_readings", "MARGIN", float("inf")),),
+    "readings": (("workbench.identification.joint_reading_noise", "MARGIN", float("inf")),),
 }
 """Parts of the diagnosis that an ablation switches off: module, name in it, and what it becomes."""
 GROUPS = {"all": tuple(MORPHOLOGIES), "six": SIX, "classic": tuple(ARMS)}

@@ -13,10 +13,10 @@ import numpy as np
 import openpyxl
 import pytest
 
-from workbench.base.child import ChildError, in_child
+from workbench.base.bounded_process import ChildError, in_child
 from workbench.base.errors import FileError
 from workbench.base.progress import Cancelled
-from workbench.data import native_formats
+from workbench.data import binary_tables
 from workbench.data.readers import preview, read_measurements
 
 HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + struct.pack("<H2s", 0x100, b"IM")
@@ -65,7 +65,7 @@ def test_a_matlab_file_that_unpacks_to_all_memory(tmp_path, monkeypatch):
     file = io.BytesIO()
     savemat(file, {"Q": np.zeros((4000, 4000))}, do_compression=True)
     assert len(file.getvalue()) < 200_000
-    monkeypatch.setattr(native_formats, "BASE_MEMORY", 40 * 2**20)
+    monkeypatch.setattr(binary_tables, "BASE_MEMORY", 40 * 2**20)
     assert "MiB of memory" in refusal(tmp_path, "bomb.mat", file.getvalue())
 
 

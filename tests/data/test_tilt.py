@@ -19,7 +19,7 @@ from workbench.data.readers import read_measurements
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
-from workbench.diagnosis.columns import candidate_columns
+from workbench.diagnosis.candidate_columns import candidate_columns
 from workbench.identification.load_test.tilting import fit_tilting
 from workbench.identification.problem import Noise, Problem
 

@@ -17,7 +17,7 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.thermal_growth import ThermalGrowth
-from workbench.diagnosis.columns import carriers
+from workbench.diagnosis.candidate_columns import carriers
 from workbench.diagnosis.evidence import Term
 from workbench.diagnosis.inner_products import compress
 from workbench.diagnosis.refit import refit

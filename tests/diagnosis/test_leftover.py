@@ -13,7 +13,7 @@ from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.final_fit import structured
 from workbench.diagnosis.record import Verdict
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.identification.joint_readings import readings
+from workbench.identification.joint_reading_noise import readings
 from workbench.identification.noise import components
 
 READINGS = np.deg2rad(0.03)

@@ -11,10 +11,10 @@ import workbench as wb
 from workbench.base import se3
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.cli import app
-from workbench.identification import picture_noise
+from workbench.identification import pixel_noise
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.noise import factor_at
-from workbench.identification.picture_noise import Considered, Knowledge, Pictures
+from workbench.identification.pixel_noise import Considered, Knowledge, Pictures
 from workbench.identification.problem import Noise, Problem
 
 NORMAL = 1.96
@@ -327,9 +327,9 @@ def test_the_likelihood_has_its_gradient(width):
     shares = width * np.array([0.0, 1.0, 2.0, 0.0, 0.5])
     known = Knowledge(0.1 * np.eye(5), 0.1 * rng.normal(size=5), shares, 0.1 * rng.normal(size=5))
     at = np.log([1.1, 0.2, 0.4, 0.3])[: 3 + width]
-    cost, gradient = picture_noise._cost(pictures, known, at)
+    cost, gradient = pixel_noise._cost(pictures, known, at)
     steps = 1e-5 * np.eye(len(at))
-    moved = [[picture_noise._cost(pictures, known, at + s * step)[0] for s in (1, -1)] for step in steps]
+    moved = [[pixel_noise._cost(pictures, known, at + s * step)[0] for s in (1, -1)] for step in steps]
     assert gradient == pytest.approx((np.array(moved) @ [1, -1]) / 2e-5, rel=1e-5, abs=1e-5)
     assert np.isfinite(cost)
 

@@ -9,7 +9,7 @@ from workbench.arm.motion import Motion
 from workbench.base.types import frozen
 from workbench.plate import predicted_error as accuracy
 from workbench.plate.criterion import criterion_of
-from workbench.plate.indices import INDICES, I
+from workbench.plate.observability import INDICES, I
 from workbench.plate.predicted_error import position_weight, predicted_error
 
 

@@ -16,7 +16,7 @@ from workbench.plate.parts.as_measured import (
     load_plate,
     read_measured_targets,
 )
-from workbench.plate.parts.lists import blocks_csv, holes_csv, targets_csv
+from workbench.plate.parts.csv_lists import blocks_csv, holes_csv, targets_csv
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate as load_toml
 from workbench.plate.tolerances import Making

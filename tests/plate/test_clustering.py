@@ -12,9 +12,9 @@ from workbench.arm.robot import Frame
 from workbench.base.errors import DataError, OptionError
 from workbench.plate.clustering import cluster_region
 from workbench.plate.design import cluster_region as cluster
-from workbench.plate.indices import INDICES
+from workbench.plate.observability import INDICES
 from workbench.plate.plate_toml import read_plate, write_plate
-from workbench.plate.poses.limits import PoseLimits, folded, sample_poses
+from workbench.plate.poses.pose_limits import PoseLimits, folded, sample_poses
 from workbench.plate.region import Region
 from workbench.plate.report.plates import cluster_tables
 from workbench.plate.target_branches import single_branches

@@ -12,11 +12,11 @@ import pytest
 import trimesh
 from manifold3d import Manifold
 
+from workbench.plate.parts.csv_lists import blocks_csv, bores_csv, holes_csv, inspection_csv, parts_csv
 from workbench.plate.parts.drawing import Circle, Words, dxf_of, pdf_of
 from workbench.plate.parts.drawing_set import AXIAL, pages_of
 from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.lists import blocks_csv, bores_csv, holes_csv, inspection_csv, parts_csv
-from workbench.plate.parts.page_parts import spread
+from workbench.plate.parts.page_frame import spread
 from workbench.plate.parts.parts import Turned
 from workbench.plate.parts.solids import mesh_of, stl
 from workbench.plate.parts.stock import Stock

@@ -8,7 +8,7 @@ import pytest
 from workbench.base.errors import OptionError
 from workbench.base.types import Outcome
 from workbench.plate.criterion import criterion_of
-from workbench.plate.indices import INDICES
+from workbench.plate.observability import INDICES
 from workbench.plate.poses.d_optimal import (
     add,
     d_bound,

@@ -10,7 +10,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.types import Outcome
-from workbench.plate.indices import INDICES
+from workbench.plate.observability import INDICES
 from workbench.plate.poses.gradient import PoseClimb
 from workbench.plate.poses.informative_poses import informative_poses, random_poses
 from workbench.plate.poses.sampling import in_base

@@ -15,7 +15,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.base.spread import spread
+from workbench.base.parallel import spread
 from workbench.base.types import Outcome
 from workbench.data.accuracy_requirement import Requirement
 from workbench.data.dataset import Dataset
@@ -27,9 +27,9 @@ from workbench.plate.plate import Kind
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches
 from workbench.plate.yield_trial.arms import try_arms
-from workbench.plate.yield_trial.job import Errors, Job, constrained_by
 from workbench.plate.yield_trial.reach_targets import branches_by_distance, reach_targets
 from workbench.plate.yield_trial.trial import gather, try_production
+from workbench.plate.yield_trial.trial_inputs import Errors, Job, constrained_by
 
 NONE = np.zeros(10)
 QUIET = Errors(seat_position=0.0, seat_rotation=0.0, joint=0.0, target_position=NONE, target_rotation=NONE)
@@ -224,7 +224,7 @@ def test_a_cluster_gives_the_same_numbers_and_bears_the_loss_of_a_worker(job, fo
 
 def test_nobody_at_the_address(monkeypatch):
     pytest.importorskip("distributed")
-    monkeypatch.setattr("workbench.base.spread.CONNECTING", 0.3)
+    monkeypatch.setattr("workbench.base.parallel.CONNECTING", 0.3)
     with pytest.raises(OptionError, match="no Dask scheduler answers at tcp"):
         spread(len, [([],)], scheduler="tcp://127.0.0.1:9")
 

@@ -11,7 +11,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.plate.indices import INDICES
+from workbench.plate.observability import INDICES
 from workbench.plate.plate import Kind, Target
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error

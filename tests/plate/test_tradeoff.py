@@ -15,10 +15,10 @@ from workbench.base.errors import DataError, OptionError
 from workbench.plate import tradeoff
 from workbench.plate.optimiser.manufacturing import MANNERS
 from workbench.plate.optimiser.target_blocks import Blocks, places_of
+from workbench.plate.parts.csv_lists import distances_csv, parts_csv
 from workbench.plate.parts.drawing import Words
 from workbench.plate.parts.drawing_set import pages_of
 from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.lists import distances_csv, parts_csv
 from workbench.plate.parts.parts import Purpose
 from workbench.plate.parts.solids import mesh_of
 from workbench.plate.parts.stock import Stock

@@ -16,7 +16,7 @@ from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import BeginMeasuring
 from workbench.session.commands.messages import OpenTab, Tell
-from workbench.session.commands.track import PlanTrack
+from workbench.session.commands.trajectory import PlanTrack
 from workbench.session.comparison import Stage as ComparedStage
 from workbench.session.guide import Action, Tone, guide, share_of_noise, stages
 from workbench.session.state import Drag, Focus, Job, Session, Source, Tab

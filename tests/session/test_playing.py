@@ -14,9 +14,16 @@ from workbench.session.commands.arm import Jog, standing
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.track import LeaveTrack, PauseTrack, PlaceTrack, PlanTrack, PlayTrack, SetPace
+from workbench.session.commands.trajectory import (
+    LeaveTrack,
+    PauseTrack,
+    PlaceTrack,
+    PlanTrack,
+    PlayTrack,
+    SetPace,
+)
+from workbench.session.plan_trajectory import PLANES, usual_circle
 from workbench.session.state import Focus, Severity
-from workbench.session.track import PLANES, usual_circle
 
 
 @pytest.fixture(scope="module")

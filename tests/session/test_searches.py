@@ -8,7 +8,7 @@ import numpy as np
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.plate.design import optimise_plate
-from workbench.plate.indices import inverse_condition
+from workbench.plate.observability import inverse_condition
 from workbench.plate.obstruction import solid_clear
 from workbench.plate.optimiser.optimise import Wish
 from workbench.session.commands.data import MeasureVirtualArm

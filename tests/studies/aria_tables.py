@@ -15,7 +15,7 @@ from workbench.arm.robot import Robot
 from workbench.data.accuracy_requirement import Requirement
 from workbench.data.prediction import RowComponents, row_components
 from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.plate.indices import O
+from workbench.plate.observability import O
 from workbench.plate.plate import Plate
 from workbench.plate.target_branches import plate_solutions
 

@@ -70,7 +70,7 @@ def view_of(camera: Path, target: Path | None, places: list[str], target_at: str
     from workbench.data.camera.camera import read_cameras
     from workbench.data.camera.rig import Rig
     from workbench.data.camera.target import read_target
-    from workbench.plate.poses.view import View
+    from workbench.plate.poses.target_in_view import View
 
     if target is None or not places:
         raise OptionError("--camera needs --target FILE, and --camera-at: roughly where the camera is")

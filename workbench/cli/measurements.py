@@ -161,7 +161,7 @@ def poses(
 
     from workbench.cli.camera import view_of
     from workbench.plate.poses.choose_poses import poses_json, poses_table, write_poses
-    from workbench.plate.poses.limits import PoseLimits
+    from workbench.plate.poses.pose_limits import PoseLimits
 
     arm = wb.load_robot(robot)
     view = None if camera is None else view_of(camera, target, camera_at or [], target_at, depth)

@@ -14,7 +14,7 @@ from workbench.arm.effects.effect import moved_joints
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
-from workbench.diagnosis.columns import known_wrenches
+from workbench.diagnosis.candidate_columns import known_wrenches
 
 IDLE = 0.01
 """Part of the most that any joint's law moves it, below which a joint is not driven."""

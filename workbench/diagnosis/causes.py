@@ -37,7 +37,7 @@ from workbench.diagnosis.evidence import (
 )
 from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.stepwise_search import kind_of, worth
-from workbench.identification.joint_readings import Readings, readings
+from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.problem import Noise
 
 LISTED = 3

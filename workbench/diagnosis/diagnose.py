@@ -28,7 +28,7 @@ from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices, with_choices
-from workbench.identification.joint_readings import readings
+from workbench.identification.joint_reading_noise import readings
 from workbench.identification.preparation import Prepared, on_step, prepare
 from workbench.identification.problem import Noise
 from workbench.identification.record import Validation

@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
-from workbench.diagnosis.columns import candidate_columns, carriers
+from workbench.diagnosis.candidate_columns import candidate_columns, carriers
 from workbench.identification.factorisation import factorise
 from workbench.identification.problem import Problem
 

@@ -23,7 +23,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.columns import candidate_columns, carriers
+from workbench.diagnosis.candidate_columns import candidate_columns, carriers
 from workbench.identification.problem import Problem
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.report.numbers import readable_unit

@@ -16,7 +16,7 @@ from workbench.diagnosis.causes import Cause, ResidualMap
 from workbench.diagnosis.next_poses import NextReason
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
-from workbench.identification.joint_readings import Readings
+from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.record import BeforeAfter, Identification, Run, Validation, judged
 from workbench.identification.row_errors import RowErrors

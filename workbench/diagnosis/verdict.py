@@ -12,7 +12,7 @@ from workbench.diagnosis.causes import Cause, ResidualMap
 from workbench.diagnosis.evidence import Offer
 from workbench.diagnosis.record import Verdict
 from workbench.identification.fit import Fit
-from workbench.identification.joint_readings import Readings
+from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.record import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
 from workbench.identification.row_errors import Errors

@@ -13,7 +13,7 @@ from workbench.data.camera.camera import INTRINSICS
 from workbench.data.camera.rig import Rig
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.picture_noise import Considered, Pictures
+from workbench.identification.pixel_noise import Considered, Pictures
 from workbench.identification.problem import Noise, Problem
 
 BETTER, LEAST_PIXEL = 0.75, 0.05

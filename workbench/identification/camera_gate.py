@@ -46,7 +46,7 @@ from workbench.identification.camera_steps import (
 )
 from workbench.identification.held_out_rows import cells
 from workbench.identification.noise import factor_at
-from workbench.identification.picture_noise import (
+from workbench.identification.pixel_noise import (
     FAR,
     LEAST,
     Considered,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.data.dataset import Dataset
-from workbench.identification.picture_noise import Considered
+from workbench.identification.pixel_noise import Considered
 from workbench.identification.problem import Noise
 
 ZEROS, GEOMETRY, EFFECTS = "joint zeros", "geometry", "geometry and effects"

@@ -20,7 +20,7 @@ from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, Search
 from workbench.identification.factorisation import Factor
 from workbench.identification.noise import effective_parameters, factor_at
-from workbench.identification.picture_noise import Considered, covariance
+from workbench.identification.pixel_noise import Considered, covariance
 from workbench.identification.problem import Noise, Problem
 from workbench.report.result_display import AbstractShown
 

@@ -13,7 +13,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.observations import AbstractObservation, Channel, PixelObservation
 from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.picture_noise import of_residuals
+from workbench.identification.pixel_noise import of_residuals
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.problem_blocks import observed_kinds
 

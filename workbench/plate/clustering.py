@@ -25,12 +25,12 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of
-from workbench.plate.indices import AbstractIndex, O
+from workbench.plate.observability import AbstractIndex, O
 from workbench.plate.obstruction import hits
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.d_optimal import greedy_choice
 from workbench.plate.poses.exchange import exchange
-from workbench.plate.poses.limits import PoseLimits, folded, sample_poses
+from workbench.plate.poses.pose_limits import PoseLimits, folded, sample_poses
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
 

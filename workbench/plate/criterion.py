@@ -17,7 +17,7 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.plate.free_constants import visible_weight
-from workbench.plate.indices import AbstractIndex, AbstractSetIndex, I, index_named
+from workbench.plate.observability import AbstractIndex, AbstractSetIndex, I, index_named
 from workbench.plate.predicted_error import position_weight
 
 Grams = Float[np.ndarray, "sets p p"]

@@ -19,7 +19,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.progress import Cancel, Progress
 from workbench.base.types import frozen
-from workbench.plate.indices import inverse_condition
+from workbench.plate.observability import inverse_condition
 from workbench.plate.predicted_error import UNSEEN
 from workbench.plate.region import Region
 

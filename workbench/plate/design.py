@@ -32,8 +32,8 @@ from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
 from workbench.plate.target_branches import choose_branches, measurable
 from workbench.plate.tolerances import Making
-from workbench.plate.yield_trial.job import Errors, Job, constrained_by
 from workbench.plate.yield_trial.trial import ARMS, Yield, check_number, try_production
+from workbench.plate.yield_trial.trial_inputs import Errors, Job, constrained_by
 
 ERROR = "I"
 """Name of the index that is the predicted error over the region."""

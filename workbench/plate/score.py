@@ -24,7 +24,7 @@ from workbench.base.progress import Cancel, Progress
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome, frozen
 from workbench.plate.free_constants import identified_names, visible, visible_basis, visible_weight
-from workbench.plate.indices import I, O, evaluate
+from workbench.plate.observability import I, O, evaluate
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import PredictedError, position_weight, predicted_error
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets, usual_sigma

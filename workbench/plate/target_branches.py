@@ -22,7 +22,7 @@ from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.free_constants import visible, visible_basis
-from workbench.plate.indices import index_named
+from workbench.plate.observability import index_named
 from workbench.plate.obstruction import clear_of, hits
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.poses.exchange import exchange

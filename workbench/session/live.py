@@ -14,7 +14,7 @@ from workbench.data.live.sample import Sample, samples
 from workbench.data.simulation.driver import Pace, drive
 from workbench.session.commands.measure import TakeSample, TellSource
 from workbench.session.commands.messages import Tell
-from workbench.session.loaded import Ride, VirtualArm
+from workbench.session.loaded_measurements import Ride, VirtualArm
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker

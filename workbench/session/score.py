@@ -12,7 +12,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.plate.free_constants import identified_names
-from workbench.plate.indices import INDICES, O, evaluate
+from workbench.plate.observability import INDICES, O, evaluate
 from workbench.plate.plate import Plate
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.predicted_error import position_weight, predicted_error, rise_without_each

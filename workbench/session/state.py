@@ -25,9 +25,9 @@ from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
 from workbench.plate.yield_trial.trial import Yield
 from workbench.session.comparison import Comparison, Overlay
-from workbench.session.loaded import Loaded, MeasurementFile, Measuring
-from workbench.session.shooting import Shooting
-from workbench.session.trajectory import Play, Track
+from workbench.session.loaded_measurements import Loaded, MeasurementFile, Measuring
+from workbench.session.planned_trajectory import Play, Track
+from workbench.session.taking_pictures import Shooting
 
 if TYPE_CHECKING:
     from workbench.plate.tradeoff import Tradeoff

@@ -10,8 +10,8 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.meshes import link_meshes
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.arm import standing
+from workbench.session.plan_trajectory import KATANA
 from workbench.session.start import suited_plate
-from workbench.session.track import KATANA
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.page.app import App
 

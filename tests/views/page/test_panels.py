@@ -27,7 +27,7 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import Tell
-from workbench.session.commands.track import PlanTrack, PlayTrack, SetPace
+from workbench.session.commands.trajectory import PlanTrack, PlayTrack, SetPace
 from workbench.session.export import (
     calibrated_toml,
     calibrated_urdf,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from workbench.session import Worker
-from workbench.session.commands.track import PlaceTrack, PlanTrack
+from workbench.session.commands.trajectory import PlaceTrack, PlanTrack
 from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording

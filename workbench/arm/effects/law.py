@@ -32,7 +32,7 @@ from workbench.arm.effects.axes import (
     own_components,
     turns,
 )
-from workbench.arm.effects.learned import Learned
+from workbench.arm.effects.learned_range import Learned
 from workbench.arm.motion import Motion
 from workbench.base.errors import RobotError
 

@@ -10,7 +10,7 @@ import numpy as np
 from workbench.base.errors import FileError, OptionError
 from workbench.base.progress import Cancel, never
 from workbench.base.wording import listed
-from workbench.data.native_formats import read_arrays, read_columns, read_workbook, text_of
+from workbench.data.binary_tables import read_arrays, read_columns, read_workbook, text_of
 from workbench.data.readers.columns_option import Item, Naming, Pair, group_keys
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.table import Grid, recognised_headings

@@ -1,7 +1,7 @@
 """Self-contained programs that correct joints: a Python file for numpy, a C header for libc and libm.
 
-The program is that of `compensate` (`paths/correction.py`, iterated), in `kernel.py` and `kernel.h`; the
-export fills in the arm: elements, constants, masses, and its effects as terms (`terms.py`).
+The program is that of `compensate` (`paths/correction.py`, iterated), in `standalone.py` and `standalone.h`;
+the export fills in the arm: elements, constants, masses, and its effects as terms (`terms.py`).
 """
 
 import json
@@ -24,7 +24,7 @@ EMPTY = "ARM: dict = {}  # filled in by the export"
 
 
 def arm_data(job: Job, form: str) -> dict[str, Any]:
-    """What `kernel.py` needs of an arm.
+    """What `standalone.py` needs of an arm.
 
     Raises:
         OptionError: an effect that a program can't hold, loads without masses, or no nominal arm.
@@ -78,7 +78,7 @@ def _notes(robot: Robot) -> Iterable[str]:
 
 @final
 class PythonModule(AbstractForm):
-    """`kernel.py` with an arm in it."""
+    """`standalone.py` with an arm in it."""
 
     name = "python-module"
     title = "Python file (numpy) that corrects joints and poses, with all effects"
@@ -86,7 +86,7 @@ class PythonModule(AbstractForm):
 
     def write(self, job: Job) -> str:
         data = arm_data(job, self.name)
-        text = files(__package__).joinpath("kernel.py").read_text(encoding="utf-8")
+        text = files(__package__).joinpath("standalone.py").read_text(encoding="utf-8")
         lines = ",\n".join(f"    {key!r}: {_python(value)}" for key, value in data.items())
         return text.replace(EMPTY, f"ARM: dict = {{\n{lines},\n}}", 1)
 
@@ -103,14 +103,14 @@ def _python(value: Any) -> str:
 
 @final
 class CHeader(AbstractForm):
-    """`kernel.h` with an arm in it."""
+    """`standalone.h` with an arm in it."""
 
     name = "c-header"
     title = "C header (libc, libm) that corrects joints and poses, with all effects"
     ending = ".h"
 
     def write(self, job: Job) -> str:
-        text = files(__package__).joinpath("kernel.h").read_text(encoding="utf-8")
+        text = files(__package__).joinpath("standalone.h").read_text(encoding="utf-8")
         return text.replace("/*DATA*/", _c_data(arm_data(job, self.name)), 1)
 
     def read(self, text: str, job: Job) -> Robot | None:

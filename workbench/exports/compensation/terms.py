@@ -2,8 +2,8 @@
 
     Δv_k = Σ_t term_t,      k the element that the term changes
 
-Each effect with its coefficients is some terms; what they mean stands in `kernel.py` (and `kernel.h`), once
-for each kind. A test compares them with the law of every effect of the catalogue. An effect from elsewhere
+Each effect with its coefficients is some terms; what they mean stands once for each kind in `standalone.py`
+(and `standalone.h`). A test compares them with the law of every effect of the catalogue. An effect from elsewhere
 registers how it is lowered:
 
     @terms_of.register
@@ -28,7 +28,7 @@ from workbench.arm.effects.gravity_sag import PAYLOAD, GravitySag
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.arm.effects.learned import DISTANCES, Learned
+from workbench.arm.effects.learned_range import DISTANCES, Learned
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.thermal_growth import ThermalGrowth

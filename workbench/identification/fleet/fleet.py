@@ -13,8 +13,8 @@ from rich.console import RenderableType
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.base.parallel import spread
 from workbench.base.progress import Progress
-from workbench.base.spread import spread
 from workbench.base.wording import counted
 from workbench.data.simulation.hidden_effects import varied_state
 from workbench.identification.fleet.history import History, Unread, arms_of, read_histories

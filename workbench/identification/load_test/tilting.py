@@ -22,7 +22,7 @@ from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.fit import Fit
-from workbench.identification.picture_noise import Considered
+from workbench.identification.pixel_noise import Considered
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
 KINDS = {str(kind.coefficient): kind for kind in (ClearanceTilt, Backlash, JointCompliance)}

@@ -7,7 +7,7 @@ runs downhill and v across, from the point above B.
 import numpy as np
 
 from workbench.plate.parts.drawing import PAPERS, TEXT, Angle, Item, Layer, Page, View, Words, paper_for
-from workbench.plate.parts.page_parts import (
+from workbench.plate.parts.page_frame import (
     BORDER,
     LINE,
     MM,

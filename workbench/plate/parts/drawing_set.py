@@ -21,7 +21,7 @@ from workbench.plate.parts.drawing import (
     Words,
     paper_for,
 )
-from workbench.plate.parts.page_parts import (
+from workbench.plate.parts.page_frame import (
     BORDER,
     BOTTOM,
     LENGTH,

@@ -13,10 +13,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.files import check_folder, write_folder
 from workbench.base.progress import Report
-from workbench.plate.parts.drawing import dxf_of, pdf_of
-from workbench.plate.parts.drawing_set import pages_of
-from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.lists import (
+from workbench.plate.parts.csv_lists import (
     blocks_csv,
     bores_csv,
     distances_csv,
@@ -25,6 +22,9 @@ from workbench.plate.parts.lists import (
     parts_csv,
     targets_csv,
 )
+from workbench.plate.parts.drawing import dxf_of, pdf_of
+from workbench.plate.parts.drawing_set import pages_of
+from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.parts import Fixture
 from workbench.plate.parts.sheet import PlateSheet
 from workbench.plate.parts.solids import mesh_of, step_of, stl, three_mf

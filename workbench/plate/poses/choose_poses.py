@@ -18,7 +18,7 @@ from workbench.base.threads import one_thread
 from workbench.data.readers import read_trajectory
 from workbench.plate.free_constants import identified_names
 from workbench.plate.poses.informative_poses import Method, PoseSet, informative_poses
-from workbench.plate.poses.limits import PoseLimits
+from workbench.plate.poses.pose_limits import PoseLimits
 from workbench.plate.region_poses import PLATE_POSES, region_poses
 
 

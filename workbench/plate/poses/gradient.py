@@ -17,9 +17,9 @@ from workbench.arm.robot import Robot
 from workbench.base.progress import Cancel, Cancelled
 from workbench.base.types import Outcome
 from workbench.plate.free_constants import visible
-from workbench.plate.indices import AbstractIndex
-from workbench.plate.poses.limits import PoseLimits
-from workbench.plate.poses.view import View
+from workbench.plate.observability import AbstractIndex
+from workbench.plate.poses.pose_limits import PoseLimits
+from workbench.plate.poses.target_in_view import View
 
 STEP = 1e-5
 """Half-width of the central differences of the Jacobian [rad or m]; their error is about 1e-10."""

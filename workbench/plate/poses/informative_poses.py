@@ -25,12 +25,12 @@ from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.free_constants import visible_basis
-from workbench.plate.indices import O1, AbstractIndex, D, O, Ov1
+from workbench.plate.observability import O1, AbstractIndex, D, O, Ov1
 from workbench.plate.poses.d_optimal import d_bound, d_exchange, greedy_choice
 from workbench.plate.poses.exchange import Exchanged, exchange
 from workbench.plate.poses.gradient import PoseClimb
-from workbench.plate.poses.limits import PoseLimits, feasible_start, folded, sample_poses, walks
 from workbench.plate.poses.measuring_order import measuring_order, travels
+from workbench.plate.poses.pose_limits import PoseLimits, feasible_start, folded, sample_poses, walks
 from workbench.plate.poses.sampling import in_base, random_poses
 from workbench.plate.region import Region
 

@@ -13,7 +13,7 @@ from workbench.arm.parameters import Parameter
 from workbench.arm.robot import JointKind, Robot
 from workbench.arm.unidentifiable import combinations
 from workbench.plate.clustering import Cluster, Clustering
-from workbench.plate.indices import INDICES, I
+from workbench.plate.observability import INDICES, I
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.score import PlateScore, SetScore

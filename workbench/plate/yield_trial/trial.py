@@ -15,12 +15,12 @@ from jaxtyping import Bool, Float, Int
 from scipy import special
 
 from workbench.base.errors import OptionError
+from workbench.base.parallel import spread
 from workbench.base.progress import Cancel, Progress
-from workbench.base.spread import spread
 from workbench.base.types import Outcome, frozen
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.yield_trial.arms import CHUNK, Chunk, try_arms
-from workbench.plate.yield_trial.job import Job, check_job
+from workbench.plate.yield_trial.trial_inputs import Job, check_job
 
 CONFIDENCE = 0.95
 """Of the interval of the share of arms."""

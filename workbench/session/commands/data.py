@@ -25,7 +25,7 @@ from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
-from workbench.session.loaded import Loaded, MeasurementFile
+from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.reach import advance
 from workbench.session.state import CubeView, Field, Focus, Session, Severity
 

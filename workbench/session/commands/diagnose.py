@@ -166,7 +166,7 @@ class FindZeros(AbstractTask):
                 raise OptionError(f"replaced joints must be 1–{session.robot.dof}, got {joint}")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        from workbench.identification.rezero.find import rezero
+        from workbench.identification.rezero.moved_joints import rezero
 
         loaded = measurements(session)
         left_out = dict.fromkeys(sorted(session.left_out), "left out by hand")

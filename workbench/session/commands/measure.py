@@ -34,7 +34,7 @@ from workbench.session.commands.data import (
     postures,
     with_data,
 )
-from workbench.session.loaded import Loaded, Measuring, Ride, VirtualArm
+from workbench.session.loaded_measurements import Loaded, Measuring, Ride, VirtualArm
 from workbench.session.state import Focus, Session, Severity, Source
 from workbench.session.target_steps import with_branches
 

@@ -26,7 +26,7 @@ from workbench.views.drawables.item import Item
 from workbench.views.drawables.measured import looked_at, measured
 from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.region import envelope, region
-from workbench.views.drawables.track import on_its_way, track
+from workbench.views.drawables.trajectory import on_its_way, track
 
 SUBJECTS = (arms, plate, region, measured, track, cameras)
 """What page and recordings show."""

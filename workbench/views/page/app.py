@@ -13,8 +13,8 @@ from workbench.session.commands.pictures import LoadPictures
 from workbench.session.commands.region import CHORES
 from workbench.session.journal.folder import Begun, unrecorded
 from workbench.session.live import LiveSource, VirtualDriver
+from workbench.session.picture_sources import PictureWatcher
 from workbench.session.state import Tab
-from workbench.session.watching import PictureWatcher
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
 from workbench.views.page.local_server import local_server, page_address, session_link, stop_server

@@ -40,11 +40,11 @@ from workbench.views.page.panels.production import NoisePanel, ProductionPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.residuals import ResidualsPanel
 from workbench.views.page.panels.rezero import RezeroPanel
-from workbench.views.page.panels.shooting import ShootingPanel
 from workbench.views.page.panels.start_card import StartCard
+from workbench.views.page.panels.taking_pictures import ShootingPanel
 from workbench.views.page.panels.targets import TargetsPanel
-from workbench.views.page.panels.track import TrackPanel
 from workbench.views.page.panels.tradeoff import MOST, TradeoffPanel
+from workbench.views.page.panels.trajectory import TrackPanel
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.style import NARROW

@@ -10,7 +10,7 @@ from workbench.data.dataset import Dataset
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import matched, observed, with_data
 from workbench.session.journal.folder import Begun
-from workbench.session.loaded import Loaded
+from workbench.session.loaded_measurements import Loaded
 from workbench.session.start import start, suited_plate
 from workbench.session.state import Session
 from workbench.views.page.app import App

@@ -24,7 +24,7 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_bytes
 from workbench.session.journal.reader import Recording
 from workbench.views.recording.canvas import STEP
-from workbench.views.recording.make import Progress, write_comparison, write_pictures
+from workbench.views.recording.draw_from_journal import Progress, write_comparison, write_pictures
 from workbench.views.recording.recorder import parts
 
 ADDRESS = "127.0.0.1"

@@ -10,7 +10,7 @@ from workbench.session.commands.data import (
     LoadData,
     MeasureVirtualArm,
 )
-from workbench.session.loaded import Loaded
+from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import Session
 from workbench.views.page.html import LINE, block, bullets, heading, note, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel

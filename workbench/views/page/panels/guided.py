@@ -16,7 +16,7 @@ from workbench.session.commands.measure import (
     TakeAgain,
     UseRows,
 )
-from workbench.session.loaded import Measuring
+from workbench.session.loaded_measurements import Measuring
 from workbench.session.state import Session, Source
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, number, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value

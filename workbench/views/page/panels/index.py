@@ -6,7 +6,7 @@ import numpy as np
 import viser
 
 from workbench.data.accuracy_requirement import Wanted
-from workbench.plate.indices import INDICES
+from workbench.plate.observability import INDICES
 from workbench.session.commands.identify import SetWanted
 from workbench.session.guide import NORM_OF_NOISE
 from workbench.session.state import Score, Session

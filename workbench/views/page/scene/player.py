@@ -11,9 +11,9 @@ from typing import final
 import numpy as np
 import viser
 
-from workbench.session.commands.track import PlaceTrack
+from workbench.session.commands.trajectory import PlaceTrack
+from workbench.session.planned_trajectory import Play, Track
 from workbench.session.state import Session
-from workbench.session.trajectory import Play, Track
 from workbench.session.worker import Worker
 from workbench.views.page.camera import from_outside, look_at
 

@@ -24,7 +24,7 @@ _POLL = 0.05
 """Time between two questions whether to stop [s]."""
 _PATIENCE = 10.0
 """Time on the clock for each second of the processor's: the machine may have other work."""
-_COMMAND = "import sys; sys.path[:] = {path!r}; from workbench.base.child import _serve; _serve()"
+_COMMAND = "import sys; sys.path[:] = {path!r}; from workbench.base.bounded_process import _serve; _serve()"
 
 
 class ChildError(WorkbenchError):

@@ -28,9 +28,9 @@ from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.record import BeforeAfter
-from workbench.identification.rezero.doubts import doubts
-from workbench.identification.rezero.fitted import Fitted
-from workbench.identification.rezero.knowledge import UNKNOWN, Knowledge
+from workbench.identification.rezero.f_test import Fitted
+from workbench.identification.rezero.last_calibration import UNKNOWN, Knowledge
+from workbench.identification.rezero.other_explanations import doubts
 from workbench.identification.rezero.record import JointShift, Rezero
 from workbench.identification.row_errors import Errors, instrument_places
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from workbench.base import spread
+from workbench.base import parallel
 from workbench.base.errors import OptionError
 
 ADDRESS = "tcp://127.0.0.1:1"
@@ -28,16 +28,16 @@ class Cluster:
     def run(self, function):
         if isinstance(self._found[0], Exception):
             raise self._found[0]
-        return {f"tcp://w{k}": spread.versions() | found for k, found in enumerate(self._found)}
+        return {f"tcp://w{k}": parallel.versions() | found for k, found in enumerate(self._found)}
 
 
 def test_little_work_starts_no_other_process():
     """Their start takes seconds, in which a plate is tried on a thousand arms."""
-    assert spread.spread(os.getpid, [()] * 8, workers=2) == [os.getpid()] * 8
+    assert parallel.spread(os.getpid, [()] * 8, workers=2) == [os.getpid()] * 8
 
 
 def test_workers_with_our_versions_are_taken():
-    spread._check_workers(Cluster({}, {}), ADDRESS)
+    parallel._check_workers(Cluster({}, {}), ADDRESS)
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_workers_with_our_versions_are_taken():
 )
 def test_a_cluster_that_can_not_be_trusted_is_refused(found, words):
     with pytest.raises(OptionError, match=words):
-        spread._check_workers(Cluster(*found), ADDRESS)
+        parallel._check_workers(Cluster(*found), ADDRESS)
 
 
 WORK = """
@@ -73,9 +73,9 @@ def cluster(tmp_path, monkeypatch):
     pytest.importorskip("distributed")
     (tmp_path / "spread_work.py").write_text(WORK)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.setattr(spread, "CONNECTING", 60.0)
+    monkeypatch.setattr(parallel, "CONNECTING", 60.0)
     told = tmp_path / "scheduler.json"
-    root = Path(spread.__file__).resolve().parents[2]
+    root = Path(parallel.__file__).resolve().parents[2]
     environment = os.environ | {"PYTHONPATH": f"{root}:{tmp_path}"}
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment, "cwd": tmp_path}
     dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
@@ -104,7 +104,7 @@ def test_a_scheduler_that_is_lost_is_said(cluster):
 
     address, scheduler = cluster
     with pytest.raises(OptionError, match="was lost in the middle of the work, and nothing of it is kept"):
-        spread.spread(
+        parallel.spread(
             spread_work.slowly,
             [(k,) for k in range(20)],
             scheduler=address,
@@ -119,7 +119,7 @@ def test_a_piece_that_takes_all_memory_is_said_and_the_others_are_counted_once(c
     address, _ = cluster
     shares: list[float] = []
     with pytest.raises(OptionError, match=r"ended 4 workers at tcp.*more memory \(--memory-limit\)"):
-        spread.spread(
+        parallel.spread(
             spread_work.hungrily, [(k,) for k in range(4)], scheduler=address, progress=shares.append
         )
     assert shares == [0.25, 0.5]

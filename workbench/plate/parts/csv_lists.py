@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from workbench.base import se3
-from workbench.plate.parts.page_parts import BOTTOM, LENGTH, PIN_PLACE, STEEL, position_words
+from workbench.plate.parts.page_frame import BOTTOM, LENGTH, PIN_PLACE, STEEL, position_words
 from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
 from workbench.plate.plate import Kind, Plate
 

@@ -11,8 +11,8 @@ from workbench.base.wording import counted
 from workbench.session.camera_view import CameraView, cells
 from workbench.session.commands.messages import Tell
 from workbench.session.commands.pictures import BeginShooting, DropShot, EndShooting, UseShots
-from workbench.session.shooting import SHARP, Shooting, Shot
 from workbench.session.state import Session
+from workbench.session.taking_pictures import SHARP, Shooting, Shot
 from workbench.views.page.html import BAD, CAREFUL, GOOD, badge, block, note, text
 from workbench.views.page.panels.cameras import covered, picture_of
 from workbench.views.page.panels.panel import AbstractPanel

@@ -7,7 +7,7 @@ import viser
 
 from workbench.arm.robot import JointKind, Robot
 from workbench.plate.region import Region
-from workbench.session.commands.track import (
+from workbench.session.commands.trajectory import (
     GREATEST_TIME,
     LEAST_TIME,
     SLOWEST,
@@ -18,9 +18,9 @@ from workbench.session.commands.track import (
     PlayTrack,
     SetPace,
 )
+from workbench.session.plan_trajectory import CIRCLE, LINE, PLANES, erring_robot, usual_circle
+from workbench.session.planned_trajectory import Track
 from workbench.session.state import Focus, Session
-from workbench.session.track import CIRCLE, LINE, PLANES, erring_robot, usual_circle
-from workbench.session.trajectory import Track
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SCALE, css
 from workbench.views.page.html import MUTED, block, bullets, label, note, number, pairs, text

@@ -13,8 +13,8 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
-from workbench.identification.rezero.fitted import Fitted
-from workbench.identification.rezero.knowledge import Knowledge, link_constants
+from workbench.identification.rezero.f_test import Fitted
+from workbench.identification.rezero.last_calibration import Knowledge, link_constants
 from workbench.identification.rezero.record import readable
 
 STRANGE = 1e-4

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.child import MEBIBYTE, ChildError, in_child
+from workbench.base.bounded_process import MEBIBYTE, ChildError, in_child
 from workbench.base.errors import FileError, MissingExtraError
 from workbench.base.progress import Cancel
 

@@ -8,10 +8,10 @@ import numpy as np
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
+from workbench.session.plan_trajectory import CIRCLE, LINE, PLANES, erring_robot, make_track
+from workbench.session.planned_trajectory import Place, Play, Track
 from workbench.session.state import Focus, Session, Severity
 from workbench.session.target_steps import check_free
-from workbench.session.track import CIRCLE, LINE, PLANES, erring_robot, make_track
-from workbench.session.trajectory import Place, Play, Track
 
 LEAST_TIME, GREATEST_TIME = 1.0, 120.0
 """Time that a trajectory may take [s]."""

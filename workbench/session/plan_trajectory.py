@@ -18,8 +18,8 @@ from workbench.paths.curves import Circle, Curve, circle_through, line
 from workbench.paths.path import command_joints
 from workbench.paths.planning import plan
 from workbench.session.bending import bending_robot
+from workbench.session.planned_trajectory import Place, Track
 from workbench.session.state import Session
-from workbench.session.trajectory import Place, Track
 
 CIRCLE, LINE = "circle", "line"
 _X, _Y, _Z = np.eye(3)

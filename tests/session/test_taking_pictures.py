@@ -10,10 +10,10 @@ import pytest
 from workbench.session import Worker
 from workbench.session.commands.pictures import BeginShooting, DropShot, EndShooting, TakeShot, UseShots
 from workbench.session.journal.codec import decode, encode
-from workbench.session.shooting import Shot
+from workbench.session.picture_sources import PictureWatcher
 from workbench.session.state import Source
-from workbench.session.watching import PictureWatcher
-from workbench.views.page.panels.shooting import _shown
+from workbench.session.taking_pictures import Shot
+from workbench.views.page.panels.taking_pictures import _shown
 
 cv2 = pytest.importorskip("cv2")
 

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 from jaxtyping import Float, Int, UInt8
 
+from workbench.session.planned_trajectory import Track
 from workbench.session.state import Focus, Session
-from workbench.session.trajectory import Track
 from workbench.views.appearance.colours import ARROW_AFTER, REGION, scale_colours
 from workbench.views.drawables.arms import erring_arm
 from workbench.views.drawables.drawable import Colour, Line

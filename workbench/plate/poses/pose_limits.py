@@ -24,7 +24,7 @@ from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.plate import Plate
 from workbench.plate.poses.d_optimal import greedy_choice
 from workbench.plate.poses.sampling import in_base, poses_that, random_poses
-from workbench.plate.poses.view import SLANT, View
+from workbench.plate.poses.target_in_view import SLANT, View
 from workbench.plate.region import Region
 
 
