@@ -3,8 +3,8 @@
     Δv_k = Σ_t term_t,      k the element that the term changes
 
 Each effect with its coefficients is some terms; what they mean stands once for each kind in `standalone.py`
-(and `standalone.h`). A test compares them with the law of every effect of the catalogue. An effect from elsewhere
-registers how it is lowered:
+(and `standalone.h`). A test compares them with the law of every effect of the catalogue. An effect from
+elsewhere registers how it is lowered:
 
     @terms_of.register
     def _(effect: GearSag, chain): return [Term(Kind.LINEAR, …)]
