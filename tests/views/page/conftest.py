@@ -29,7 +29,7 @@ FLAGS = [
 ]
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
 SIZE = {"width": 1280, "height": 800}
-SHARPNESS = 1 if os.environ.get("WORKBENCH_PICTURES") else 0.2
+SHARPNESS = 1 if os.environ.get("WORKBENCH_PICTURES") else 0.4
 """Pixels that are drawn for one of the scene's; nobody looks at it where no pictures are kept."""
 UNCOVERED = """() => document.head.appendChild(document.createElement('style')).textContent =
   '.mantine-Notification-root { pointer-events: none; opacity: 0 }'"""
