@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from workbench.base.errors import UnitError
 from workbench.base.units import (
+    COMMON,
     Heading,
     Quantity,
     conversion,
@@ -53,6 +54,13 @@ from workbench.base.units import (
 )
 def test_one_of_each_unit_in_si(unit, quantity, si):
     assert to_si(np.array([2.0]), unit, quantity)[0] == pytest.approx(2.0 * si, rel=1e-14)
+
+
+def test_common_units_are_those_of_the_registry(monkeypatch):
+    common = dict(COMMON)
+    monkeypatch.setattr("workbench.base.units.COMMON", {})
+    for text, known in common.items():
+        assert conversion.__wrapped__(text, known.quantity) == known
 
 
 @pytest.mark.parametrize(
