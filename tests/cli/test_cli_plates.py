@@ -59,7 +59,7 @@ def test_plates_are_compared_as_if_made_alike(run, tmp_path, aria):
     out = " ".join(out.split())
     assert status == 0
     assert "made within ±0.05 mm, ±0.05°, seat play ±0.012 mm, ±0.08°" in out
-    assert "Table 2 holds: instrument 0.1 mm, 0.02°; targets made exactly, no play" in out
+    assert "Table 2 includes: instrument 0.1 mm, 0.02°; targets made exactly, no play" in out
     found = json.loads((tmp_path / "c.json").read_text())
     one, other = ([p["set"]["predicted"], p["as_stated"]["predicted"]] for p in found["plates"])
     assert one[0] == other[0] == other[1]

@@ -254,7 +254,7 @@ def _advance(axis, value, constant, t):
                 t[row, column] = a * constant[0, column] + b * constant[1, column] + c * constant[2, column]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _poses(axes, drivers, values, constants, q, shift, out):
     shifted = shift.shape[0] > 0
@@ -278,7 +278,7 @@ def _poses(axes, drivers, values, constants, q, shift, out):
         out[row, 3, 3] = 1.0
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _twists(axes, drivers, values, constants, place, q, shift, out, twist):
     shifted = shift.shape[0] > 0

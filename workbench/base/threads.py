@@ -1,14 +1,23 @@
-"""One thread of linear algebra while we compute.
+"""One thread of linear algebra while we compute, and large work in pieces on two.
 
 Our matrices are small: with a second thread for each of them a fit takes 5 to 15 times as long. The limit
 belongs to the process, so that calls in several threads share one: the first sets it, the last lifts it.
 """
 
 import threading
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
+from typing import TypeVar
 
 from threadpoolctl import threadpool_limits
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+AHEAD = 2
+"""Pieces that are worked on at once: as many as there are processors nearly everywhere, and small in memory."""
 
 
 class _Limit:
@@ -44,3 +53,23 @@ def one_thread() -> Iterator[None]:
         yield
     finally:
         _LIMIT.leave()
+
+
+def in_order(function: Callable[[Item], Result], pieces: Sequence[Item]) -> Iterator[Result]:
+    """Results of a function for every piece, in their order; the next ones are made while one is used.
+
+    Args:
+        function: May run in another thread; worth it where it spends its time in numpy or compiled code.
+        pieces: A single one is done at once, here.
+    """
+    if len(pieces) < 2:
+        yield from map(function, pieces)
+        return
+    with ThreadPoolExecutor(AHEAD) as pool:
+        under_way: deque[Future[Result]] = deque()
+        for piece in pieces:
+            under_way.append(pool.submit(function, piece))
+            if len(under_way) > AHEAD:
+                yield under_way.popleft().result()
+        while under_way:
+            yield under_way.popleft().result()

@@ -18,6 +18,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.wrenches import inertia_regressor, masses, motion_wrenches, own_axis
+from workbench.base.threads import in_order
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import Block
 
@@ -52,13 +53,15 @@ def candidate_columns(
         A block of the problem, and the derivative of its residual components in coefficients, then in masses
         and centres through each of `weighed`.
     """
-    for block, robot, motion in _arms(problem, x):
-        if effects:
-            link = block.observation.link
-            found = effect_twists(robot, motion, effects, weighed=weighed, link=link)
-            yield block, _seen(problem, x, block, *found)
-        else:
-            yield block, np.zeros((block.stop - block.start, 0))
+
+    def columns(arm: tuple[Block, Robot, Motion]) -> np.ndarray:
+        block, robot, motion = arm
+        if not effects:
+            return np.zeros((block.stop - block.start, 0))
+        found = effect_twists(robot, motion, effects, weighed=weighed, link=block.observation.link)
+        return _seen(problem, x, block, *found)
+
+    yield from zip(problem.blocks, in_order(columns, tuple(_arms(problem, x))), strict=True)
 
 
 def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[Block, Robot, Motion]]:

@@ -18,6 +18,7 @@ from workbench.arm.parameters import Parameter, default_bounds
 from workbench.arm.robot import FRAME_PARTS, Frame, Robot, SessionFrames
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.errors import OptionError
+from workbench.base.threads import in_order
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.observations import Channel, Unknown
@@ -264,11 +265,14 @@ class Problem:
 
     def pieces(self, x: Float[np.ndarray, " p"]) -> Iterator[tuple[Block | None, Evaluation]]:
         """Whitened residual and Jacobian block by block, the prior's last, so that no large matrix stands."""
-        for block in self.blocks:
+
+        def filled(block: Block) -> Evaluation:
             rows = block.stop - block.start
             piece = Evaluation(np.empty(rows), np.zeros((rows, len(x))))
             self._fill(block, x, *piece)
-            yield block, piece
+            return piece
+
+        yield from zip(self.blocks, in_order(filled, self.blocks), strict=True)
         if self.prior is not None:
             yield None, Evaluation(-self.prior @ (x - self.prior_centre), self.prior)
 
@@ -286,8 +290,8 @@ class Problem:
     def cost_and_gradient(self, x: Float[np.ndarray, " p"]) -> tuple[float, Float[np.ndarray, " p"]]:
         """½|r|² and its gradient −Jᵀr, without the Jacobian: each row's residual acts as a wrench."""
         cost, gradient = 0.0, np.zeros(len(x))
-        for block in self.blocks:
-            poses, twists = block.twists(x)
+        moved = in_order(lambda block: block.twists(x), self.blocks)
+        for block, (poses, twists) in zip(self.blocks, moved, strict=True):
             part = block.observation.see(poses, self.unknown(block, x))
             pull = self.whiten(block, part.residual)
             cost += 0.5 * float((pull**2).sum())

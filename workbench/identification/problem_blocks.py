@@ -254,7 +254,7 @@ class Block:
         return self.start + self.inverse_sigma.size
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def add_products(by_twist, twists, places, out):
     """out[(row, component), place] += by_twist · twist, written into the block's rows."""

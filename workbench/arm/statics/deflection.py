@@ -310,7 +310,7 @@ def _by_inertia(robot, chain, motion, bent, effects, gain, weights) -> np.ndarra
     return gain @ known[:, components[:, 0], components[:, 1]]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _divide(lines, matrix):
     """lines · matrix⁻¹ in place, by Gaussian elimination of columns; `matrix` is lost.
@@ -334,7 +334,7 @@ def _divide(lines, matrix):
                 lines[i, j] -= matrix[k, j] * lines[i, k]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _total(twists, change, gain, growth, laws, own, moved, out):
     """The total derivative, row by row; `own` and `moved` are columns of J and of the wrenches' change W.

@@ -82,7 +82,7 @@ def wrench_derivative(
     return out
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _cross(a, b, out):
     out[0] = a[1] * b[2] - a[2] * b[1]
@@ -90,7 +90,7 @@ def _cross(a, b, out):
     out[2] = a[0] * b[1] - a[1] * b[0]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _carry(t, mass, com, total):
     """Add a point mass and its first moment about the arm's first frame."""
@@ -99,7 +99,7 @@ def _carry(t, mass, com, total):
         total[1 + i] += mass * (t[i, 3] + t[i, 0] * com[0] + t[i, 1] * com[1] + t[i, 2] * com[2])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _sweep(first, axes, drivers, values, constants, after, mass, com, q, payload, shift, t, frames, carried):
     """Frames right before every element, and mass and first moment behind each."""
@@ -135,7 +135,7 @@ def _sweep(first, axes, drivers, values, constants, after, mass, com, q, payload
             carried[k - 1, i] += carried[k, i]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _grow(columns, axes, frames, carried, turn, grown):
     """Each column's axis (0 if it slides), and what it adds to the first moment behind it."""
@@ -154,7 +154,7 @@ def _grow(columns, axes, frames, carried, turn, grown):
             grown[0, p], grown[1, p], grown[2, p] = size * ax, size * ay, size * az
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _fall(axes, frames, carried, element, gravity, moment, columns, components, out):
     """Add the change of some components under what is carried in some gravity, beside a free moment."""
@@ -186,7 +186,7 @@ def _fall(axes, frames, carried, element, gravity, moment, columns, components, 
                     out[m, p] += turned[i] * turn[i, p]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _derivatives(
     first, axes, drivers, element, values, constants, after, mass, com, gravity, q, payload, pull, shift,

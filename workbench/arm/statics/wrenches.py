@@ -236,7 +236,7 @@ def _check_rows(found: int, expected: int, source: str) -> None:
         )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _accelerate(point, origin, spin, change, start, out):
     """Acceleration of a point of a body: start + change × r + spin × (spin × r), r = point − origin."""
@@ -249,7 +249,7 @@ def _accelerate(point, origin, spin, change, start, out):
     out[2] = start[2] + change[0] * y - change[1] * x + spin[0] * v - spin[1] * u
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _load(t, mass, com, gravity, moving, origin, spin, change, start, c, force, total):
     """Add the force that carries a point mass, and its moment about the arm's first frame, to a body's.
@@ -269,7 +269,7 @@ def _load(t, mass, com, gravity, moving, origin, spin, change, start, c, force, 
         total[3 + i] += c[j] * force[k] - c[k] * force[j]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _resist(t, pull, total):
     """Add what holds the body against a wrench at the origin of t, taken about the arm's first frame."""
@@ -279,7 +279,7 @@ def _resist(t, pull, total):
         total[3 + i] -= pull[3 + i] + t[j, 3] * pull[k] - t[k, 3] * pull[j]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
     """Carry the motion (spin and change of the body, start at origin) over one driven element.
@@ -305,7 +305,7 @@ def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
         start[i] = at[i]
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _wrenches(
     first, axes, drivers, mount, values, constants, after, mass, com, gravity, q, velocity, acceleration,
@@ -371,7 +371,7 @@ def _wrenches(
         _project(before, totals, order, out[row])
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 @no_type_check
 def _project(before, totals, order, out):
     """Sum the bodies from the tool inwards, and turn each sum into its joint's own axes at its origin."""
