@@ -17,7 +17,7 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 AHEAD = 2
-"""Pieces that are worked on at once: as many as there are processors nearly everywhere, and small in memory."""
+"""Pieces that are worked on at once: nearly every machine has so many processors, and memory is spared."""
 
 
 class _Limit:
