@@ -171,3 +171,12 @@ def test_the_best_so_far_comes_back(do, first, worker):
     again = replay(first, worker.journal)
     assert np.array_equal(again.plate.poses, session.plate.poses)
     assert "best" in do(RestoreBest()).messages[-1].text
+
+
+def test_every_step_keeps_what_is_drawn_of_its_score_and_not_its_matrices(do, first):
+    """They are 50 kB a drag, of 200 drags."""
+    moved = do(CopyTarget(0), DeleteTarget(3))
+    assert len(moved.history) > 2
+    assert all(score.linearisation is None for score in moved.history)
+    assert moved.history[-1].indices == moved.score.indices
+    assert moved.score.linearisation is not None

@@ -35,10 +35,7 @@ def completed(session: Session) -> Session:
         best = now
     elif best is not None and best.linearisation is None and session.best is not None:
         best = _scored(session, session.best)
-    history = session.history
-    if history and history[-1] is session.score:
-        history = (*history[:-1], now)
-    return with_branches(replace(session, score=now, best_score=best, history=history))
+    return with_branches(replace(session, score=now, best_score=best))
 
 
 def _scored(session: Session, step: Step) -> Score:

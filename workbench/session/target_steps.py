@@ -66,7 +66,8 @@ def commit_step(session: Session) -> Session:
 def with_history(session: Session) -> Session:
     """The session with its score in the history, and as the best one if it is."""
     step = Step(session.plate, session.states)
-    history, past = (*session.history, session.score), (*session.past, step)
+    told = replace(session.score, linearisation=None)  # its matrices are ten times the rest
+    history, past = (*session.history, told), (*session.past, step)
     session = replace(session, history=history[-UNDO_STEPS:], past=past[-UNDO_STEPS:])
     if session.best_score is None or is_better(session.score, session.best_score):
         session = replace(session, best=step, best_score=session.score)
@@ -91,7 +92,7 @@ def rescore(session: Session) -> Session:
     first = scored(Step(session.first_plate, session.first_states))
     best = Step(session.plate, session.states)
     session = replace(session, score=now, first_score=first, best=best, best_score=now)
-    return replace(session, history=(now,), past=(best,))
+    return with_history(replace(session, history=(), past=()))
 
 
 def is_better(score: Score, than: Score) -> bool:
