@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from tests.exports.readers import origin, rot
-from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.joint_frames import joint_frames
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.urdf import read_urdf
+from workbench.base.assets import built_in_robots
 
 QUARTER = 0.5 * np.pi
 

@@ -6,7 +6,7 @@ import pytest
 from checks import check_forward, check_jacobian, pose_change
 from rigid_body import rigid_body
 
-from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.chain import Axis
 from workbench.arm.kinematics.forward import (
     geometric_jacobian,
@@ -19,6 +19,7 @@ from workbench.arm.kinematics.forward import (
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base import se3
+from workbench.base.assets import built_in_robots
 from workbench.base.errors import ShapeError
 from workbench.base.types import frozen
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from workbench.arm import chain as chains
-from workbench.arm.built_in_arms import assets, load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solve import Task
@@ -16,6 +16,7 @@ from workbench.arm.kinematics import reachable as reach
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
+from workbench.base.assets import assets
 from workbench.base.errors import DataError, OptionError, RobotError, ShapeError
 
 UNLIMITED = np.tile([-np.inf, np.inf], (6, 1))

@@ -8,13 +8,14 @@ import pytest
 from checks import holding
 from rigid_body import rigid_body
 
-from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.arm.statics.load_derivatives import _derivatives, wrench_derivative
 from workbench.arm.statics.wrenches import _wrenches, inertia_regressor, joint_wrenches, masses, own_axis
 from workbench.base import se3
+from workbench.base.assets import built_in_robots
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.types import frozen
 

@@ -12,7 +12,7 @@ import pytest
 from checks import check_forward, holding
 from generator import rotation
 
-from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame, JointKind
@@ -20,6 +20,7 @@ from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.wrenches import joint_wrenches
 from workbench.arm.urdf import read_urdf, write_urdf
 from workbench.base import se3
+from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, RobotError
 from workbench.base.types import Freedom, frozen
 

@@ -27,7 +27,7 @@ SERVE = """
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.views.page.serve import serve
-serve(load_robot("aria"), load_plate("table2"), port=0, open_browser=False,
+serve(lambda: (load_robot("aria"), load_plate("table2")), port=0, open_browser=False,
       on_ready=lambda url: print(url, flush=True))
 """
 

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from tests.exports import readers
-from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
 from workbench.arm.joint_frames import joint_frames
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
 from workbench.base import se3
+from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, OptionError
 from workbench.exports import FORMS, Job, export_robot
 from workbench.exports.offsets import read_motors

@@ -8,7 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS, AbstractEffect
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.reduced_arm import compile_arm
@@ -17,6 +17,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
 from workbench.base import se3
+from workbench.base.assets import built_in_robots
 from workbench.base.errors import OptionError
 from workbench.exports import FORMS, Job, export_robot
 from workbench.paths.correction import compensate

@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
+from workbench.base.assets import built_in_robots
 from workbench.data.readers.mapping import mapping_text, read_mapping, with_column
 from workbench.data.readers.preview import preview
 from workbench.data.simulation.instruments import instrument_named

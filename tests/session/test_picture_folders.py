@@ -24,7 +24,7 @@ from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.replay import restore
 from workbench.session.state import Focus, Severity
-from workbench.views.drawables import on_page
+from workbench.views.drawables.subjects import on_page
 from workbench.views.page.panels.cameras import _camera, _identified
 
 

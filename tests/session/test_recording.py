@@ -20,7 +20,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.built_in_arms import load_robot
+from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, OptionError
 from workbench.session import Worker
 from workbench.session.command import kinds

@@ -34,7 +34,7 @@ from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.start import suited_plate
 from workbench.session.state import Severity, Step
-from workbench.views.page.scene.ground import first_view
+from workbench.views.page.first_view import first_view
 from workbench.views.page.scene.scene import _has_other_rows
 
 

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
+from workbench.base.assets import built_in_robots
 from workbench.views.appearance.bodies import body_frames, make_bodies
 from workbench.views.appearance.shapes import ball, box, cuboid_edges, cylinder, target_block
 

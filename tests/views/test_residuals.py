@@ -22,7 +22,8 @@ from workbench.views.appearance.colours import (
     scale_colours,
 )
 from workbench.views.drawables.measured import error_scale, looked_at, measured
-from workbench.views.page.camera import FAR, view_of_rows
+from workbench.views.page.camera import FAR
+from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.panels.residuals import arrow_factors, colour_bar, row_errors, stage_means
 from workbench.views.page.scene.viser_sink import nearest_to_ray
 

@@ -10,21 +10,8 @@ from pathlib import Path
 
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, MissingExtraError, OptionError
-
-PACKAGE = Path(__file__).resolve().parent.parent
-
-
-@cache
-def assets() -> Path:
-    """Folder of the built-in robots, plates and samples: in the package, or beside it in a checkout."""
-    inside = PACKAGE / "assets"
-    return inside if inside.is_dir() else PACKAGE.parent / "assets"
-
-
-def built_in_robots() -> dict[str, Path]:
-    """Name and file of every built-in arm."""
-    return {path.stem: path for path in sorted((assets() / "robots").glob("*.toml"))}
 
 
 def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:

@@ -102,8 +102,8 @@ def serve(
     with contextlib.ExitStack() as stack:
         live = None if source is None else (source, stack.enter_context(measurements.lines_of(source)))
         run(
-            opening.robot,
-            opening.plate,
+            opening.read,
+            is_certain=opening.is_certain,
             begin=opening.begin,
             data=data,
             demo=demo,

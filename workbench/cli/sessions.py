@@ -3,10 +3,12 @@
 import shlex
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import workbench as wb
+from workbench.base.assets import built_in_robots
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
 
@@ -19,14 +21,14 @@ class Opening:
     """What the app begins with.
 
     Args:
-        robot: Nominal robot.
-        plate: Fixture.
+        read: Reads nominal robot and fixture; None as the fixture for one that is made for the arm.
         begin: Makes the session of the two, once the page is there.
+        is_certain: Whether both are built in, so that nothing can be wrong with them.
     """
 
-    robot: Any
-    plate: Any
+    read: Callable[[], tuple[Any, Any]]
     begin: Callable
+    is_certain: bool = False
 
 
 def open_session(
@@ -50,12 +52,15 @@ def open_session(
         made = folders.unrecorded(robot, plate, is_given=is_given)
         return _followed(made, live)
 
-    if plate is not None or robot.startswith("aria"):
-        return Opening(wb.load_robot(robot), wb.load_plate(plate or "table2"), begin)
-    from workbench.session.start import suited_plate
+    def read():
+        from workbench.plate.plate_toml import load_plate
 
-    arm = wb.load_robot(robot)
-    return Opening(arm, suited_plate(arm), begin)
+        arm = wb.load_robot(robot)
+        if plate is not None:
+            return arm, wb.load_plate(plate)
+        return arm, load_plate("table2") if robot.startswith("aria") else None
+
+    return Opening(read, begin, is_certain=plate is None and robot.lower() in built_in_robots())
 
 
 def _is_session(folder: Path) -> bool:
@@ -66,15 +71,23 @@ def _is_session(folder: Path) -> bool:
 
 def _again(session: Path, step: int | None, record: bool, live: str | None) -> Opening:
     """Go on with a recording at its end, or branch off from a step."""
-    from workbench.session.journal import folder as folders
-    from workbench.session.journal.reader import read_recording
-    from workbench.session.journal.replay import restore
 
-    recording = read_recording(session, to=step)
-    for note in recording.notes:
-        opt.say(f"note: {note}")
+    @cache
+    def recorded():
+        from workbench.session.journal.reader import read_recording
+
+        return read_recording(session, to=step)
+
+    def read():
+        for note in recorded().notes:
+            opt.say(f"note: {note}")
+        return recorded().robot, recorded().plate
 
     def begin(robot, plate):
+        from workbench.session.journal import folder as folders
+        from workbench.session.journal.replay import restore
+
+        recording = recorded()
         with opt.progress_bar("coming to the last state") as progress:
             now = restore(recording, progress=progress)
         if not record:
@@ -82,7 +95,7 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
         go_on = folders.resume if step is None else folders.branch
         return _followed(go_on(recording, now), live)
 
-    return Opening(recording.robot, recording.plate, begin)
+    return Opening(read, begin)
 
 
 def _followed(begun, live: str | None):

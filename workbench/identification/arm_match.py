@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from workbench.arm.built_in_arms import built_in_robots, load_robot
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
+from workbench.base.assets import built_in_robots
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2

@@ -10,13 +10,20 @@ from types import MappingProxyType
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.kinematics.skeleton import height_above_floor
+from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
-from workbench.plate.plate import Target
+from workbench.plate.plate import Plate, Target
+from workbench.plate.region import Region
 
 Places = Float[np.ndarray, "number 2"]
 MOST_TARGETS = 200
 """More targets than this are refused."""
+CIRCLE, TARGETS = "Circle", 10
+"""What the plate of an arm without one of its own is called, and how many targets it has."""
+ROOM = 0.14
+"""Least radius of that circle [m]: its blocks stand side by side."""
 TILTS = (float(np.deg2rad(-150.0)), float(np.deg2rad(-160.0)))
 """Roll angles of Table 2 [rad]."""
 
@@ -81,4 +88,20 @@ def pattern(
     return tuple(
         Target(frozen(place), frozen(np.array([tilts[i % len(tilts)], 0.0, 0.0])))
         for i, place in enumerate(places)
+    )
+
+
+def circle_before(robot: Robot) -> Plate:
+    """A circle of targets before an arm, sized by its reach; above the floor that it stands on."""
+    reach = robot.reach
+    centre = np.array([0.45, 0.0, 0.25]) * reach - [0.0, 0.0, height_above_floor(robot)]
+    half = np.array([0.2, 0.24, 0.12]) * reach
+    radius = max(0.16 * reach, ROOM)
+    side = 2.0 * radius + 0.1 * reach
+    return Plate(
+        name=CIRCLE,
+        targets=pattern("circle", TARGETS, centre=centre, radius=radius),
+        region=Region(min=centre - half * [1, 1, 0.5], max=centre + 1.5 * half, cube=float(0.05 * reach)),
+        xyz=frozen(centre - [0.0, 0.0, 0.05]),
+        size=frozen(np.array([side, side, 0.012])),
     )

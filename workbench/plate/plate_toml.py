@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 import tomli_w
 
-from workbench.arm.built_in_arms import assets
+from workbench.base.assets import assets
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader

@@ -13,7 +13,6 @@ from jaxtyping import Float
 from workbench.arm.inverse.branch import Branch
 from workbench.arm.inverse.solve import Task, solve_many
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -22,10 +21,9 @@ from workbench.base.progress import Cancel, never
 from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import usual_wanted
 from workbench.plate.obstruction import clear_of
-from workbench.plate.patterns import pattern
+from workbench.plate.patterns import CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.region import Region
 from workbench.session.reach import place_all
 from workbench.session.score import draw_region, score
 from workbench.session.state import Noise, Session
@@ -84,11 +82,8 @@ def start(
     )
 
 
-ARIA, TABLE_2, TABLE_2_NAME, CIRCLE = "ARIA", "table2", "Table 2", "Circle"
-"""The paper's arm and its plate, as it is loaded and called; what every other arm begins on."""
-TARGETS = 10
-ROOM = 0.14
-"""Least radius of the circle [m]: its blocks stand side by side."""
+ARIA, TABLE_2, TABLE_2_NAME = "ARIA", "table2", "Table 2"
+"""The paper's arm and its plate, as it is loaded and called."""
 TURNS = 6
 """Turns about the vertical that are tried at a place."""
 
@@ -107,18 +102,7 @@ def is_untouched(session: Session) -> bool:
 
 def suited_plate(robot: Robot) -> Plate:
     """The circle before an arm; above the floor that it stands on."""
-    reach = robot.reach
-    centre = np.array([0.45, 0.0, 0.25]) * reach - [0.0, 0.0, height_above_floor(robot)]
-    half = np.array([0.2, 0.24, 0.12]) * reach
-    radius = max(0.16 * reach, ROOM)
-    side = 2.0 * radius + 0.1 * reach
-    plate = Plate(
-        name=CIRCLE,
-        targets=pattern("circle", TARGETS, centre=centre, radius=radius),
-        region=Region(min=centre - half * [1, 1, 0.5], max=centre + 1.5 * half, cube=float(0.05 * reach)),
-        xyz=frozen(centre - [0.0, 0.0, 0.05]),
-        size=frozen(np.array([side, side, 0.012])),
-    )
+    plate = circle_before(robot)
     if robot.dof >= int(Task.POSE):
         return plate
     straight = robot.with_effects()

@@ -15,7 +15,6 @@ from viser import _messages
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.base.errors import FileError, OptionError
-from workbench.plate.plate_toml import load_plate
 from workbench.views.page.local_server import local_server, page_address, session_link
 from workbench.views.page.serve import serve
 
@@ -160,7 +159,7 @@ def test_serve_says_where_and_ends_when_interrupted():
         "from workbench.views.page.serve import serve\n"
         "from workbench.plate.plate_toml import load_plate\n"
         "from workbench.arm.built_in_arms import load_robot\n"
-        "serve(load_robot('aria'), load_plate('table2'), port=0, open_browser=False,\n"
+        "serve(lambda: (load_robot('aria'), load_plate('table2')), port=0, open_browser=False,\n"
         "      on_ready=lambda url: print(url, flush=True))\n"
     )
     process = subprocess.Popen(
@@ -182,4 +181,65 @@ def test_a_taken_port_is_said(server):
 
 def test_a_missing_data_file_is_said(tmp_path):
     with pytest.raises(FileError):
-        serve(load_robot("aria"), load_plate("table2"), data=tmp_path / "none.csv", open_browser=False)
+        serve(unreadable, data=tmp_path / "none.csv", open_browser=False)
+
+
+def unreadable():
+    raise OptionError("nothing to read")
+
+
+def test_nobody_is_told_of_a_page_whose_robot_cannot_be_read(server):
+    told = []
+    with pytest.raises(OptionError, match="is taken"):  # the port comes first
+        serve(unreadable, port=server.get_port(), on_ready=told.append, open_browser=False)
+    with pytest.raises(OptionError, match="nothing to read"):
+        serve(unreadable, port=0, on_ready=told.append, open_browser=False)
+    assert not told
+
+
+def test_an_interrupt_before_anybody_was_told_comes_out():
+    """As in any other command, which ends with one sentence then; the handler is the program's again."""
+
+    def interrupted():
+        signal.raise_signal(signal.SIGINT)
+
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            serve(interrupted, port=0, open_browser=False)
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def test_an_interrupt_while_the_robot_is_read_ends_the_page():
+    told = []
+
+    def interrupted():
+        assert get(int(told[0].rpartition(":")[2]), told[0].removeprefix("http://")) == 200
+        signal.raise_signal(signal.SIGINT)
+        return load_robot("aria"), None
+
+    def begin(robot, plate):
+        raise AssertionError("the start went on")
+
+    serve(interrupted, is_certain=True, begin=begin, port=0, on_ready=told.append, open_browser=False)
+    assert len(told) == 1
+
+
+def test_the_arm_is_drawn_without_a_session():
+    """It is what a page shows first: nothing that only the session needs is imported before it."""
+    program = (
+        "import sys\n"
+        "from workbench.arm.built_in_arms import load_robot\n"
+        "from workbench.plate.patterns import circle_before\n"
+        "from workbench.views.page.local_server import local_server, stop_server\n"
+        "from workbench.views.page.scene.first_picture import first_picture\n"
+        "robot, server = load_robot('ur10'), local_server()\n"
+        "drawn = first_picture(server, robot, circle_before(robot))\n"
+        "stop_server(server)\n"
+        "heavy = ('workbench.session', 'scipy.optimize', 'pint', 'rerun', 'trimesh')\n"
+        "print(list(drawn.sink._drawn), [name for name in heavy if name in sys.modules])\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout == "['arm/nominal'] []\n"

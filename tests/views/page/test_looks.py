@@ -15,7 +15,7 @@ import pytest
 
 from workbench.session.state import Tab
 from workbench.views.page.camera import aim
-from workbench.views.page.scene.ground import first_view
+from workbench.views.page.first_view import first_view
 
 pytestmark = pytest.mark.browser
 

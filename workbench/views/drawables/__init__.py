@@ -16,39 +16,3 @@
 | `camera/ellipsoid` | where the tool may be, enlarged |
 | `track/arm`, `track/mark`, `track/trail/N` | the arm that errs on its way, and what it left behind |
 """
-
-from collections.abc import Iterator
-
-from workbench.session.state import Session
-from workbench.views.drawables.arms import arms, bent_arm, blame, branches
-from workbench.views.drawables.camera import cameras, ellipsoid
-from workbench.views.drawables.item import Item
-from workbench.views.drawables.measured import looked_at, measured
-from workbench.views.drawables.plate import plate, plate_before
-from workbench.views.drawables.region import envelope, region
-from workbench.views.drawables.trajectory import on_its_way, track
-
-SUBJECTS = (arms, plate, region, measured, track, cameras)
-"""What page and recordings show."""
-
-
-def on_page(session: Session) -> Iterator[Item]:
-    """Everything that the page shows."""
-    for subject in (
-        *SUBJECTS,
-        plate_before,
-        envelope,
-        branches,
-        looked_at,
-        bent_arm,
-        blame,
-        on_its_way,
-        ellipsoid,
-    ):
-        yield from subject(session)
-
-
-def in_motion(session: Session) -> Iterator[Item]:
-    """What moves while a trajectory is played."""
-    for subject in (arms, bent_arm, blame, on_its_way):
-        yield from subject(session)

@@ -1,7 +1,6 @@
 """The arms: nominal, calibrated, bent by its effects, and in the other branches of the selected target."""
 
 from collections.abc import Iterator
-from functools import lru_cache
 
 import numpy as np
 
@@ -10,11 +9,12 @@ from workbench.session.bending import bend, bending_robot, drawable_bending
 from workbench.session.commands.arm import standing
 from workbench.session.joint_errors import blamed
 from workbench.session.state import Field, Focus, Session
-from workbench.views.appearance.bodies import Body, body_frames, generated_bodies, make_bodies
+from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import BENT, BLAMED, BRANCH, GHOST
 from workbench.views.appearance.shapes import ball
 from workbench.views.drawables.drawable import Arm, Label, Mesh
 from workbench.views.drawables.item import Item
+from workbench.views.drawables.nominal_arm import bodies_of, nominal_arm_at
 
 SHELL = 1.09
 """How much thicker a ghost is, so that it encloses the arm that it is compared with."""
@@ -32,7 +32,7 @@ def arms(session: Session) -> Iterator[Item]:
     """The nominal arm where it stands, and the calibrated one about it."""
     q, overlay = standing(session), session.overlay
     is_shown = overlay.nominal or session.focus is not Focus.ROW
-    yield Item("arm/nominal", nominal_arm, (session.robot, q), shown=is_shown)
+    yield nominal_arm_at(session.robot, q, is_shown=is_shown)
     if session.identification is not None:
         is_shown = overlay.calibrated and session.focus in (Focus.ROW, Focus.JOG)
         robot = session.identification.runs[session.fit].calibrated
@@ -74,26 +74,21 @@ def branches(session: Session) -> Iterator[Item]:
         yield Item(f"arm/branch/{i + 1}", _branch, (session.robot, q), shown=q is not None)
 
 
-def nominal_arm(robot: Robot, q: np.ndarray) -> Arm:
-    """An arm in its own colours."""
-    return Arm(bodies=_bodies(robot), frames=body_frames(robot, q))
-
-
 def calibrated_arm(robot: Robot, q: np.ndarray) -> Arm:
     """A shell about the nominal arm."""
-    return Arm(bodies=_bodies(robot, swell=SHELL), frames=body_frames(robot, q), ghost=GHOST, opacity=0.3)
+    return Arm(bodies=bodies_of(robot, swell=SHELL), frames=body_frames(robot, q), ghost=GHOST, opacity=0.3)
 
 
 def erring_arm(robot: Robot, q: np.ndarray) -> Arm:
     """The shell that follows a trajectory, drawn from its geometry alone and without a foot."""
-    bodies = _bodies(robot, swell=SHELL, is_plain=True, has_foot=False)
+    bodies = bodies_of(robot, swell=SHELL, is_plain=True, has_foot=False)
     return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=GHOST, opacity=0.3)
 
 
 def _bent(robot: Robot, q: np.ndarray, bending: float) -> Arm:
     shift = bend(robot, q).shift
     frames = body_frames(robot, q, shift=drawable_bending(robot, q, bending) * shift)
-    return Arm(bodies=_bodies(robot, has_foot=False), frames=frames, ghost=BENT, opacity=0.42)
+    return Arm(bodies=bodies_of(robot, has_foot=False), frames=frames, ghost=BENT, opacity=0.42)
 
 
 def _bent_words(robot: Robot, q: np.ndarray, bending: float) -> Label:
@@ -113,14 +108,5 @@ def _glow_words(robot: Robot, q: np.ndarray, joint: int, words: str) -> Label | 
 
 
 def _branch(robot: Robot, q: np.ndarray) -> Arm:
-    bodies = _bodies(robot, swell=0.9, is_plain=True)
+    bodies = bodies_of(robot, swell=0.9, is_plain=True)
     return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=BRANCH, opacity=0.13)
-
-
-@lru_cache(maxsize=16)
-def _bodies(
-    robot: Robot, *, swell: float = 1.0, is_plain: bool = False, has_foot: bool = True
-) -> tuple[Body, ...]:
-    """Bodies to draw, also of an arm with meshes from its geometry alone (`is_plain`), or without a foot."""
-    foot, *others = (generated_bodies if is_plain else make_bodies)(robot, swell=swell)
-    return (foot if has_foot else Body(()), *others)

@@ -19,6 +19,7 @@ from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
 from workbench.views.page.local_server import local_server, page_address, session_link, stop_server
 from workbench.views.page.render import BrowserView
+from workbench.views.page.scene.first_picture import FirstPicture
 
 
 class App:
@@ -33,6 +34,7 @@ class App:
         demo: Pace of the demo that plays at first, 1 for two minutes; None: no demo.
         source: Name and lines of a live source that tells where a real arm stands; None: no such arm.
         asks: Whether a card asks first what the user has.
+        drawn: What is in the scene already; None for nothing.
     """
 
     def __init__(
@@ -46,6 +48,7 @@ class App:
         demo: float | None = None,
         source: tuple[str, Iterable[str]] | None = None,
         asks: bool = False,
+        drawn: FirstPicture | None = None,
     ):
         begun = unrecorded(robot, plate) if begun is None else begun
         self.server = local_server() if server is None else server
@@ -54,7 +57,9 @@ class App:
         )
         link = session_link(self.server, begun.name) if begun.name else ""
         self.demo: Demo | None = None
-        self.view = BrowserView(self.server, self.worker, link=link, show_demo=self.play_demo, asks=asks)
+        self.view = BrowserView(
+            self.server, self.worker, link=link, show_demo=self.play_demo, asks=asks, drawn=drawn
+        )
         self.worker.add_view(self.view)
         self.worker.add_view(VirtualDriver(self.worker))
         self.worker.add_view(PictureWatcher(self.worker))

@@ -4,10 +4,10 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
-from workbench.arm.kinematics.skeleton import body_frames
+from workbench.arm.kinematics.skeleton import height_above_floor
 from workbench.arm.robot import Robot
 from workbench.base.types import Vector3
-from workbench.session.comparison import Comparison
+from workbench.plate.region import Region
 
 VIEW = np.array([1.0, -0.86, 0.66])
 """Direction from which everything is looked at first."""
@@ -15,8 +15,6 @@ FAR = 3.4
 """Distance from which a ball fills the picture, in its radii."""
 LEAST = 0.3
 """Least radius of what is looked at [m]."""
-MOST_POSTURES = 40
-"""Rows at which the arm has to be in the picture."""
 
 
 def aim(client: viser.ClientHandle, position: Vector3, look_at: Vector3) -> None:
@@ -27,6 +25,14 @@ def aim(client: viser.ClientHandle, position: Vector3, look_at: Vector3) -> None
     with client.atomic():
         client.camera.position = position
         client.camera.look_at = look_at
+
+
+def aim_all(server: viser.ViserServer, position: Vector3, look_at: Vector3) -> None:
+    """The same on every page, and on those that are opened later."""
+    server.initial_camera.position = position
+    server.initial_camera.look_at = look_at
+    for client in server.get_clients().values():
+        aim(client, position, look_at)
 
 
 def look_at(
@@ -49,12 +55,12 @@ def view_of(places: Float[np.ndarray, "places 3"], *, along: Vector3 = VIEW) -> 
     return middle + FAR * radius * along / np.linalg.norm(along), middle
 
 
-def view_of_rows(robot: Robot, rows: Comparison) -> tuple[Vector3, Vector3]:
-    """The same for all measured positions and the arm that measured them, from the rows' side of the base."""
-    seen = rows.measured[np.isfinite(rows.measured).all(1)]
-    postures = rows.q[:: max(1, -(-len(rows) // MOST_POSTURES))]
-    arm = body_frames(robot, postures)[..., :3, 3].reshape(-1, 3)
-    return view_of(np.vstack([seen, arm]), along=from_outside(seen if len(seen) else arm))
+def view_of_region(robot: Robot, region: Region) -> tuple[Vector3, Vector3]:
+    """Where a camera stands and looks at that has an arm and what stands before it in its picture [m]."""
+    middle = 0.5 * (region.min + region.max)
+    height = 0.24 * robot.reach - height_above_floor(robot)
+    look_at = np.array([0.62 * middle[0], 0.62 * middle[1], height])
+    return look_at + robot.reach * np.array([1.0, -0.86, 0.66]), look_at
 
 
 def from_outside(places: Float[np.ndarray, "places 3"]) -> Vector3:

@@ -45,6 +45,7 @@ from workbench.views.page.panels.taking_pictures import ShootingPanel
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.tradeoff import MOST, TradeoffPanel
 from workbench.views.page.panels.trajectory import TrackPanel
+from workbench.views.page.scene.first_picture import FirstPicture
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.style import NARROW
@@ -91,6 +92,7 @@ class BrowserView(AbstractView):
         link: Address of the page with this session; empty if it is not recorded.
         show_demo: Begins the demo, from the card that asks what one has.
         asks: Whether that card is open at first.
+        drawn: What is in the scene already; None for nothing.
     """
 
     def __init__(
@@ -101,11 +103,12 @@ class BrowserView(AbstractView):
         link: str = "",
         show_demo: Callable[[], None] = lambda: None,
         asks: bool = False,
+        drawn: FirstPicture | None = None,
     ):
         self._server, self._worker = server, worker
         session = worker.session
         with server.atomic():
-            self._scene = Scene(server, worker, session)
+            self._scene = Scene(server, worker, session, drawn=drawn)
         server.flush()  # a page draws the arm while the panels are made
         with server.atomic(), icons_at_once():
             self._opened = session.opened

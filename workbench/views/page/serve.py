@@ -1,7 +1,7 @@
 """Serving the app until it is interrupted.
 
 The page can be opened before the program has read its own modules, which takes most of the start: the
-browser loads meanwhile.
+browser loads meanwhile. The arm is sent as soon as it is read; what only the session needs comes after it.
 """
 
 import contextlib
@@ -29,9 +29,9 @@ PORT = 8090
 
 
 def serve(
-    robot: Any,
-    plate: Any,
+    read: Callable[[], tuple[Any, Any]],
     *,
+    is_certain: bool = False,
     data: Path | str | None = None,
     host: str = "127.0.0.1",
     port: int | None = None,
@@ -45,8 +45,9 @@ def serve(
     """Show the page until interrupted.
 
     Args:
-        robot: Nominal robot.
-        plate: Fixture with its targets.
+        read: Reads the nominal robot and the fixture with its targets; None as the fixture for one that is
+            made for the arm. What it raises comes out, and nobody has been told of the page.
+        is_certain: Whether nothing can go wrong there, so that the page may be opened before.
         data: Measurement file, or folder of pictures, to begin with.
         host: Address to listen at; anything but the loopback address lets other machines in.
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
@@ -63,33 +64,71 @@ def serve(
     """
     first = None if data is None else _content(Path(data))
     stop = threading.Event()
-    before = signal.signal(signal.SIGINT, _stopped_by_interrupt(stop))
+    is_told = False
+    handle = _stopped_by_interrupt(stop)
+    before = signal.signal(signal.SIGINT, handle)
     names: list[str] = []  # of the session on the page, once there is one
     server = bound(host, port, lambda: names[0] if names else "")
     end: Callable[[], None] = partial(stop_server, server)
     try:
         waiting = server.gui.add_html(block("Working out how the arm reaches the targets …"))
-        _announce(server, on_ready, open_browser)
+        if is_certain:
+            is_told = True
+            _announce(server, on_ready, open_browser)
+        else:  # as anywhere in the program: it may take long, and what it raises is told
+            signal.signal(signal.SIGINT, before)
         with _without_collection():
+            _go_on(stop)
+            robot, plate = read()
+            signal.signal(signal.SIGINT, handle)
+            if not is_told:
+                is_told = True
+                _announce(server, on_ready, open_browser)
+            from workbench.plate.patterns import circle_before
+            from workbench.views.page.scene.first_picture import first_picture
+
+            drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
+            _go_on(stop)
             from workbench.session.journal.folder import unrecorded
+            from workbench.session.start import suited_plate
             from workbench.views.page.app import App
 
+            _go_on(stop)
             with one_thread():
+                plate = suited_plate(robot) if plate is None else plate
                 begun = (begin or unrecorded)(robot, plate)
             waiting.remove()
             names.append(begun.name)
-            pace = 1.0 if demo else None
             app = App(
-                robot, plate, begun=begun, data=first, server=server, demo=pace, source=source, asks=asks
+                robot,
+                plate,
+                begun=begun,
+                data=first,
+                server=server,
+                demo=1.0 if demo else None,
+                source=source,
+                asks=asks,
+                drawn=drawn,
             )
             end = app.close
         with one_thread():
             stop.wait()
     except KeyboardInterrupt:
-        pass
+        if not is_told:
+            raise
     finally:
         signal.signal(signal.SIGINT, before)
         end()
+
+
+def _go_on(stop: threading.Event) -> None:
+    """Between the steps of the start, which itself is not broken off anywhere.
+
+    Raises:
+        KeyboardInterrupt: it was asked to stop.
+    """
+    if stop.is_set():
+        raise KeyboardInterrupt
 
 
 def _content(data: Path) -> tuple[str, bytes]:

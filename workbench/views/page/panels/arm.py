@@ -3,9 +3,9 @@
 import numpy as np
 import viser
 
-from workbench.arm.built_in_arms import built_in_robots
 from workbench.arm.kinematics.envelope import outstretched
 from workbench.arm.robot import JointKind, Robot
+from workbench.base.assets import built_in_robots
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.state import Session
 from workbench.views.page.html import block, bullets, heading, pairs, text

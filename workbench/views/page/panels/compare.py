@@ -11,7 +11,8 @@ from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
 from workbench.session.state import Session
 from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, GHOST, LEFT_OUT, css
-from workbench.views.page.camera import aim, view_of_rows
+from workbench.views.page.camera import aim
+from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.html import MUTED, badge, block, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, waiting
 

@@ -2,7 +2,7 @@
 
 import viser
 
-from workbench.arm.built_in_arms import built_in_robots
+from workbench.base.assets import built_in_robots
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.export import robot_toml

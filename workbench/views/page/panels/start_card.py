@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import viser
 
-from workbench.arm.built_in_arms import built_in_robots
+from workbench.base.assets import built_in_robots
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.data import LARGEST_FILE, LoadData
 from workbench.session.commands.messages import OpenTab

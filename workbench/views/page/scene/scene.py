@@ -12,29 +12,45 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.region import ShowCubes
 from workbench.session.state import Session
 from workbench.session.worker import Worker
-from workbench.views.drawables import in_motion, on_page
-from workbench.views.page.camera import aim
+from workbench.views.drawables.subjects import in_motion, on_page
+from workbench.views.page.camera import aim_all
+from workbench.views.page.first_view import first_view
+from workbench.views.page.scene.first_picture import FirstPicture
 from workbench.views.page.scene.gizmo import Corners, Gizmo
-from workbench.views.page.scene.ground import Ground, first_view
 from workbench.views.page.scene.player import Player, Run
-from workbench.views.page.scene.viser_sink import PageSink
 
 
 class Scene:
     """Everything in the scene, drawn together; gestures only send commands.
 
+    Args:
+        server: Where.
+        worker: What takes the commands.
+        session: Its first snapshot.
+        drawn: What is there already; None for nothing.
+
     Attributes:
         moved: Told the share of a trajectory that is done, frame by frame.
     """
 
-    def __init__(self, server: viser.ViserServer, worker: Worker, session: Session):
+    def __init__(
+        self,
+        server: viser.ViserServer,
+        worker: Worker,
+        session: Session,
+        *,
+        drawn: FirstPicture | None = None,
+    ):
         self._server, self._worker = server, worker
         self._lock = threading.Lock()
         self._was_told = False
         self.moved: Callable[[float], None] = lambda share: None
         self._player = Player(server, worker, self._frame)
         self._session = session
-        self._build(session)
+        if drawn is not None and not drawn.ground.suits(session.robot):  # it has changed since
+            server.scene.reset()
+            drawn = None
+        self._build(session, drawn or FirstPicture(server, session.robot))
         self._look(session)
         self.show(session)
         server.on_client_disconnect(lambda client: self.gizmo.left(client))
@@ -52,28 +68,24 @@ class Scene:
             is_other = session.robot is not before.robot or session.first_plate is not before.first_plate
             if is_other:
                 self._server.scene.reset()
-                self._build(session)
+                self._build(session, FirstPicture(self._server, session.robot))
             if is_other or _has_other_rows(before, session):
                 self._look(session)
-            self._ground.show(session)
+            self._ground.show(session.is_dark)
             self._sink.is_behind = False
             self._sink.draw(on_page(_at(session, self._player.follow(session))))
             self._corners.show(session)
             self.gizmo.show(session)
 
-    def _build(self, session: Session) -> None:
-        self._ground = Ground(self._server, session)
-        self._sink = PageSink(self._server, self._clicked)
+    def _build(self, session: Session, drawn: FirstPicture) -> None:
+        self._ground, self._sink = drawn.ground, drawn.sink
+        self._sink.on_click = self._clicked
         self._corners = Corners(self._server, self._worker, session)
         self.gizmo = Gizmo(self._server, self._worker, session)
 
     def _look(self, session: Session) -> None:
         """Every page, and those that are opened later, look at what there is now."""
-        position, look_at = first_view(session)
-        self._server.initial_camera.position = position
-        self._server.initial_camera.look_at = look_at
-        for client in self._server.get_clients().values():
-            aim(client, position, look_at)
+        aim_all(self._server, *first_view(session))
 
     def _frame(self, run: Run) -> None:
         """Move all arms to where a run has come."""

@@ -35,12 +35,15 @@ class PageSink(AbstractSink):
 
     Args:
         server: Where.
+
+    Attributes:
         on_click: Told path and number of what was clicked.
     """
 
-    def __init__(self, server: viser.ViserServer, on_click: Callable[[str, int], None]):
+    def __init__(self, server: viser.ViserServer):
         super().__init__()
-        self._server, self._on_click = server, on_click
+        self._server = server
+        self.on_click: Callable[[str, int], None] = lambda path, number: None
         self._nodes: dict[str, Node] = {}
         self._hidden: set[str] = set()
         self._drawn_at: dict[str, float] = {}
@@ -71,7 +74,7 @@ class PageSink(AbstractSink):
         ):  # under one name, a page would go on with the old numbers of instances
             name += f"/{next(self._count)}"
         self._nodes[item.path] = ADD[type(new)](
-            self._server, name, new, lambda number: self._on_click(item.path, number)
+            self._server, name, new, lambda number: self.on_click(item.path, number)
         )
 
     def picked(self, origin: Vector3, direction: Vector3) -> tuple[str, int] | None:
@@ -142,13 +145,27 @@ def _add_arm(server: viser.ViserServer, name: str, arm: Arm, click: Click) -> No
             bodies[i].wxyz = wxyz
 
     def change(old: Arm, new: Arm) -> bool:
-        if differences(old, new) - {"frames"}:
+        changed = differences(old, new) - {"frames"}
+        if changed - {"bodies"} or (changed and not _look_alike(old.bodies, new.bodies)):
             return False
         move(old.frames, new.frames)
         return True
 
     move(np.full_like(arm.frames, np.nan), arm.frames)
     return Node(root, change)
+
+
+def _look_alike(old: tuple[Body, ...], new: tuple[Body, ...]) -> bool:
+    """Whether bodies of two arms are the same to the eye, as those of an arm and of its file's copy."""
+    if [len(body.parts) for body in old] != [len(body.parts) for body in new]:
+        return False
+    parts = zip((p for body in old for p in body.parts), (p for body in new for p in body.parts), strict=True)
+    return all(
+        a.colour == b.colour
+        and is_same(a.solid.vertices, b.solid.vertices)
+        and is_same(a.solid.faces, b.solid.faces)
+        for a, b in parts
+    )
 
 
 def _parts(arm: Arm, body: Body) -> list[Mesh]:

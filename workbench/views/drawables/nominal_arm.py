@@ -1,0 +1,30 @@
+"""The nominal arm: what is drawn first, before there is a session; so nothing here needs one."""
+
+from functools import lru_cache
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.robot import Robot
+from workbench.views.appearance.bodies import Body, body_frames, generated_bodies, make_bodies
+from workbench.views.drawables.drawable import Arm
+from workbench.views.drawables.item import Item
+
+
+def nominal_arm_at(robot: Robot, q: Float[np.ndarray, " n"], *, is_shown: bool = True) -> Item:
+    """The arm in its own colours at joint positions [rad or m]."""
+    return Item("arm/nominal", nominal_arm, (robot, q), shown=is_shown)
+
+
+@lru_cache(maxsize=16)
+def bodies_of(
+    robot: Robot, *, swell: float = 1.0, is_plain: bool = False, has_foot: bool = True
+) -> tuple[Body, ...]:
+    """Bodies to draw, also of an arm with meshes from its geometry alone (`is_plain`), or without a foot."""
+    foot, *others = (generated_bodies if is_plain else make_bodies)(robot, swell=swell)
+    return (foot if has_foot else Body(()), *others)
+
+
+def nominal_arm(robot: Robot, q: Float[np.ndarray, " n"]) -> Arm:
+    """An arm in its own colours."""
+    return Arm(bodies=bodies_of(robot), frames=body_frames(robot, q))
