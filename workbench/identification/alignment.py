@@ -34,6 +34,7 @@ def align(
     *,
     noise: Noise | None = None,
     known: Mapping[str, float] | None = None,
+    limit: int = 100,
 ) -> Robot:
     """The nominal arm with the base and tool that fit the rows best; geometry is not touched.
 
@@ -42,6 +43,7 @@ def align(
         freedom: What of base and tool is unknown.
         noise: Weighs positions against rotations.
         known: Known places of anchors or contacts [m].
+        limit: Steps of each search.
 
     Returns:
         The robot with its frames moved, per session where they are free per session.
@@ -51,13 +53,13 @@ def align(
     if len(data) > 2 * ENOUGH_ROWS:
         some = data.take(spread_rows(data, ENOUGH_ROWS))
         if some.sessions == data.sessions:
-            rough = align(robot, some, freedom, noise=noise, known=known)
+            rough = align(robot, some, freedom, noise=noise, known=known, limit=limit)
             problem = Problem.build(rough, data, free=(), frames=freedom, noise=noise, known=known)
-            return problem.robot_at(Opt2(limit=100).search(problem).x)
+            return problem.robot_at(Opt2(limit=limit).search(problem).x)
     best, least = robot, np.inf
     for start in _starts(robot, data, freedom):
         problem = Problem.build(start, data, free=(), frames=freedom, noise=noise, known=known)
-        search = Opt2(limit=100).search(problem)
+        search = Opt2(limit=limit).search(problem)
         if search.history[-1] < least:
             best, least = problem.robot_at(search.x), search.history[-1]
     return best

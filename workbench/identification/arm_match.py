@@ -31,6 +31,8 @@ OUTSIDE = 0.2
 """Share of rows outside the joint limits from which on half as much is too much."""
 SLACK = 0.05
 """How far beyond a limit a joint may be [rad or m]."""
+STEPS = 10
+"""Steps to the frames of another arm; its own closed forms are near, and those of a wrong arm lead nowhere."""
 BETTER = 5.0
 """A rival, or other zeros of the joints, must leave so many times less."""
 
@@ -104,9 +106,9 @@ def _some(data: Dataset) -> Dataset | None:
     return data.take(rows[spread_rows(data.take(rows), LOOKED_AT)])
 
 
-def _aligned(robot: Robot, seen: Dataset) -> Robot:
+def _aligned(robot: Robot, seen: Dataset, limit: int = 100) -> Robot:
     bare = replace(robot.with_effects(), sessions=())
-    return align(bare, seen, FrameFreedom(*visible_parts(seen)))
+    return align(bare, seen, FrameFreedom(*visible_parts(seen)), limit=limit)
 
 
 def _left(robot: Robot, seen: Dataset) -> float:
@@ -120,7 +122,7 @@ def _with_rival(found: ArmMatch, robot: Robot, seen: Dataset) -> ArmMatch:
         rival = load_robot(name)
         if rival.dof != robot.dof or rival.name == robot.name:
             continue
-        error = _left(_aligned(rival, seen), seen)
+        error = _left(_aligned(rival, seen, STEPS), seen)
         if error < found.error / BETTER and not error >= found.rival_error:
             found = replace(found, rival=name, rival_name=rival.name, rival_error=error)
     return found
