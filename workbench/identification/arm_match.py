@@ -32,7 +32,7 @@ OUTSIDE = 0.2
 SLACK = 0.05
 """How far beyond a limit a joint may be [rad or m]."""
 STEPS = 10
-"""Steps to the frames of another arm; its own closed forms are near, and those of a wrong arm lead nowhere."""
+"""Steps to the frames of another arm: closed forms are near them where the arm is the right one."""
 BETTER = 5.0
 """A rival, or other zeros of the joints, must leave so many times less."""
 
