@@ -251,6 +251,27 @@ def test_calls_in_several_threads_share_one_limit(monkeypatch):
     assert events == ["1 blas", "lifted"]
 
 
+def test_the_limit_holds_in_every_thread_whichever_was_first():
+    control = pytest.importorskip("threadpoolctl")
+
+    def pools() -> set[int]:
+        return {pool["num_threads"] for pool in control.threadpool_info() if pool["user_api"] == "blas"}
+
+    @threads.one_thread()
+    def work() -> None:
+        seen.append(pools())
+
+    seen: list[set[int]] = []
+    with control.threadpool_limits(2, user_api="blas"):
+        work()
+        before = pools()
+        other = threading.Thread(target=work)
+        other.start()
+        other.join()
+        assert seen == [{1}, {1}]
+        assert pools() == before
+
+
 def test_a_fit_limits_the_threads_of_linear_algebra(rows):
     control = pytest.importorskip("threadpoolctl")
     seen: list[int] = []

@@ -2,6 +2,8 @@
 
 Our matrices are small: with a second thread for each of them a fit takes 5 to 15 times as long. The limit
 belongs to the process, so that calls in several threads share one: the first sets it, the last lifts it.
+Newer threadpoolctl obeys one thread alone, the first that asks, as long as it lives, and ignores all others in
+silence: a task after a fit in the main thread would have no limit, and round otherwise. So nobody keeps that right.
 """
 
 import threading
@@ -11,7 +13,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from typing import TypeVar
 
-from threadpoolctl import threadpool_limits
+from threadpoolctl import OpenBLASController, threadpool_limits
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -31,15 +33,28 @@ class _Limit:
     def enter(self) -> None:
         with self._lock:
             if self._calls == 0:
-                self._limits = threadpool_limits(1, user_api="blas")
+                with _any_thread():
+                    self._limits = threadpool_limits(1, user_api="blas")
             self._calls += 1
 
     def leave(self) -> None:
         with self._lock:
             self._calls -= 1
             if self._calls == 0 and self._limits is not None:
-                self._limits.restore_original_limits()
+                with _any_thread():
+                    self._limits.restore_original_limits()
                 self._limits = None
+
+
+@contextmanager
+def _any_thread() -> Iterator[None]:
+    """This thread may change the limit, and afterwards any other."""
+    free = getattr(OpenBLASController, "clear_controlling_thread", lambda *, force: None)  # older ones lack it
+    free(force=True)
+    try:
+        yield
+    finally:
+        free(force=True)
 
 
 _LIMIT = _Limit()
