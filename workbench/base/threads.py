@@ -2,8 +2,8 @@
 
 Our matrices are small: with a second thread for each of them a fit takes 5 to 15 times as long. The limit
 belongs to the process, so that calls in several threads share one: the first sets it, the last lifts it.
-Newer threadpoolctl obeys the first thread that asks, as long as it lives, and ignores all others in silence: a task
-after a fit in the main thread would have no limit, and round otherwise. So no thread keeps that right.
+Newer threadpoolctl obeys the first thread that asks, as long as it lives, and ignores all others in silence:
+a task after a fit in the main thread would have no limit, and round otherwise. So no thread keeps that right.
 """
 
 import threading
