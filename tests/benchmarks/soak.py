@@ -3,9 +3,9 @@
 Run: python tests/benchmarks/soak.py --minutes 30 --browsers 5 --check
 
 The page is served and recorded as `workbench serve` does it; one other process opens the browsers and drags
-target 1 in each of them in turn. A line a minute; at the end what is bounded in every minute: after a sixth of
-the time memory may grow by 5 %, and files and threads stay as many; a drag step (from its gesture until all is
-drawn) may take 1.5 times as long as in the first minute, at the 95th percentile.
+target 1 in each of them in turn. A line a minute; at the end what is bounded in every minute: after a sixth
+of the time memory may grow by 5 %, and files and threads stay as many; a drag step (from its gesture until
+all is drawn) may take 1.5 times as long as in the first minute, at the 95th percentile.
 """
 
 import argparse
@@ -135,10 +135,7 @@ def main():
     rows = soak(options.minutes, options.browsers)
     begun = max(0, len(rows) // 6 - 1)
     (memory, files, threads, _, _), later = rows[begun], rows[begun:]
-    most, slowest = (
-        later[:, 0].max() / memory,
-        rows[:, 4].max() / rows[0, 4],
-    )  # a minute without a step is NaN
+    most, slowest = later[:, 0].max() / memory, rows[:, 4].max() / rows[0, 4]
     bounds = {
         f"memory {100.0 * (most - 1.0):+.1f} % (at most +5)": most <= 1.05,
         f"p95 {slowest:.2f} × the first minute's (at most 1.5)": slowest <= 1.5,
