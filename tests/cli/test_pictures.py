@@ -105,6 +105,10 @@ def _all(change):
         (_all(lambda p: p[::2, ::2]), "the picture has 320 x 240 px, camera 'cell' has size = [640, 480]"),
         (lambda f: (f / "3.png").write_text("no picture"), "can't be read as a picture"),
         (lambda f: [p.unlink() for p in f.glob("*.png")], "has no pictures"),
+        (
+            lambda f: [(f / f"{k}.png").unlink() for k in range(6)],
+            "6 of 10 rows of joints.csv have no picture",
+        ),
     ],
 )
 def test_what_is_wrong_with_pictures_is_said_in_one_sentence(run, here, spoil, said):

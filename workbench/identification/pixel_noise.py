@@ -317,15 +317,16 @@ class Considered:
 def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, Noise]:
     """Sums and variances of the residuals of a model that was not fitted to them.
 
-    Where corners show nothing of s_p it is not 0 but as large as they leave it, to one standard deviation.
+    Where corners show nothing of s_p or s_r, it is not 0 but as large as they leave it (1 σ).
     """
     pictures = Pictures.of(residual, by_twist, seen, np.zeros((*residual.shape, 0)))
     nothing = Knowledge(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
     noise = most_likely(pictures, nothing, Variances(Noise(3e-4, 3e-4, (), 0.5))).noise
-    if not noise.position:
-        least = np.log(np.maximum([noise.pixel, noise.position, noise.rotation], LEAST[:3]))
-        best, size = _cost(pictures, nothing, least)[0], LEAST[1]
-        while _cost(pictures, nothing, np.array([least[0], np.log(size), least[2]]))[0] < best + 1.0:
-            size *= 1.2
-        noise = noise._replace(position=float(size))
-    return pictures, noise
+    least = np.maximum([noise.pixel, noise.position, noise.rotation], LEAST[:3])
+    best, shown = _cost(pictures, nothing, np.log(least))[0], {}
+    for k, name in ((1, "position"), (2, "rotation")):
+        tried = least.copy()
+        while not getattr(noise, name) and _cost(pictures, nothing, np.log(tried))[0] < best + 1.0:
+            tried[k] *= 1.2
+        shown[name] = float(tried[k])
+    return pictures, noise._replace(**shown)

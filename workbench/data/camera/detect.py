@@ -193,6 +193,7 @@ def find_corners(folder: Path | str, rig: Rig, *, progress: Report | None = None
         id=np.concatenate([f.ids for f in found]),
         corner=np.concatenate([f.corners for f in found]),
         uv=np.concatenate([f.uv for f in found]),
+        pictures=tuple(names),
         source=str(folder),
         notes=notes,
     )

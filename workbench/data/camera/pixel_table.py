@@ -43,6 +43,7 @@ class PixelRows:
         id: Of the tag, or of the board's corner.
         corner: Number of the tag's corner; 0 where an id has one point.
         uv: Where it is in the picture [px].
+        pictures: All that were looked at, in their order; none: those that show corners.
         source: Where they came from, for messages.
         notes: Each decision that was taken on the way, in one sentence.
     """
@@ -52,6 +53,7 @@ class PixelRows:
     id: Int[np.ndarray, " n"]
     corner: Int[np.ndarray, " n"]
     uv: Float[np.ndarray, "n 2"]
+    pictures: tuple[str, ...] = ()
     source: str = "pictures"
     notes: tuple[str, ...] = ()
 
@@ -133,11 +135,17 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
     pixels[where] = rows.uv[known]
     count = np.isfinite(pixels[..., 0]).sum((1, 2))
     joints, posed = _driven(joints)
-    seen = {"corners": np.where(count > 0, count.astype(float), np.nan)[:, None]}
-    data = assemble(joints, joints=6 if posed else dof, beside=seen)
+    data = assemble(joints, joints=6 if posed else dof, beside={"corners": count[:, None].astype(float)})
+    empty = data.included & (count == 0)
+    reason = np.full(len(names), "") if data.reason is None else data.reason
+    taken = set(plain_names(rows.pictures or rows.image))
+    lost = [name for name, out in zip(names, empty, strict=True) if out and name not in taken]
+    notes += _without_picture(lost, int(data.included.sum()), joints)
     said = (*rows.notes, *(n for n in data.notes if n not in rows.notes), *notes, *posed)
     shown = replace(
         data,
+        exclude=~data.included | empty if empty.any() else data.exclude,
+        reason=np.where(empty, "has no corners in a picture", reason) if empty.any() else data.reason,
         pixels=pixels,
         image=np.array(names),
         rig=replace(rig, tool_poses=bool(posed)),
@@ -149,7 +157,7 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
 
 def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
     """Name of every row of joints' picture, and what was decided."""
-    taken = list(dict.fromkeys(plain_names(rows.image)))
+    taken = list(dict.fromkeys(plain_names(rows.pictures or rows.image)))
     if "image" not in joints.values:
         if len(taken) != joints.rows:
             raise DataError(
@@ -163,13 +171,28 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
     if len(set(names)) < len(names):
         again = next(name for name in names if names.count(name) > 1)
         raise DataError(f"{joints.source}: image '{again}' has joints twice; give one row a picture")
-    lacking = [name for name in taken if name not in set(names)]
+    seen = list(dict.fromkeys(plain_names(rows.image)))
+    lacking = [name for name in seen if name not in set(names)]
     if lacking:
         raise DataError(
             f"{joints.source} has joints of {len(names)} pictures, {rows.source} has {len(taken)}: "
             f"{listed(lacking, longest=3)} have no joints; add or delete them"
         )
     return names, []
+
+
+def _without_picture(lost: list[str], rows_in_use: int, joints: Fields) -> list[str]:
+    """A sentence on rows of joints without a picture; most rows without one are refused."""
+    if not lost:
+        return []
+    one = len(lost) == 1
+    said = (
+        f"{len(lost)} of {counted(rows_in_use, 'row')} of {PurePath(joints.source).name} "
+        f"{'has' if one else 'have'} no picture: {listed(lost, longest=5)}"
+    )
+    if 2 * len(lost) > rows_in_use:
+        raise DataError(f"{said}; add the pictures, or delete these rows")
+    return [f"{said}; {'it is' if one else 'they are'} left out"]
 
 
 def plain_names(names: Iterable) -> list[str]:

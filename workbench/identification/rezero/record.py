@@ -1,5 +1,6 @@
 """What a search for moved joints hands back."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import final
@@ -124,17 +125,34 @@ class Rezero(AbstractShown):
         if self.doubts:
             return f"not the zeros alone: {self.doubts[0]}"
         if self.moved:
-            return f"moved: {'; '.join(s.words for s in self.moved)} (95 %)"
+            return f"moved: {'; '.join(s.words for s in self.moved)} (95 %){self._untold}"
         told = [s for s in self.shifts if s.determined]
         if not told:
             return "the rows determine no joint's zero; measure more poses that differ in all joints"
         widest = max(told, key=lambda s: s.half).cells[2].replace("±", "± ")
-        return f"no joint moved by more than chance; zeros are certain to {widest} or better (95 %)"
+        still = f"{_joints(told)} did not move" if self._untold else "no joint moved"
+        words = f"by more than chance; zeros are certain to {widest} or better (95 %)"
+        return f"{still} {words}{self._untold}"
+
+    @property
+    def _untold(self) -> str:
+        """Joints of which the rows tell nothing, as the end of a sentence."""
+        lost = [s for s in self.shifts if not s.determined]
+        return f"; {_joints(lost)} can't be told" if lost else ""
+
+    @property
+    def heading(self) -> str:
+        """What the shifts are: of a refused result what zeros alone would be."""
+        return "Shifts if zeros alone were off" if self.doubts else "Joint zeros since the calibration"
 
     def summary(self) -> RenderableType:
-        table = new_table("Joint zeros since the calibration", "joint", "moved by", "95 %", "")
+        table = new_table(self.heading, "joint", "moved by", "95 %", "")
         for shift in self.shifts:
-            table.add_row(*shift.cells, style="bold" if shift.moved else "")
+            *cells, verdict = shift.cells
+            refused = self.doubts and shift.determined
+            table.add_row(
+                *cells, "" if refused else verdict, style="bold" if shift.moved and not refused else ""
+            )
         chain = self.calibrated.chain
         parts: list[RenderableType] = [Text(f"{self.calibrated.name}: {self.sentence}", style="bold"), table]
         if self.renewed:
@@ -188,3 +206,9 @@ class Rezero(AbstractShown):
                 "notes": list(self.notes),
             }
         )
+
+
+def _joints(shifts: Sequence[JointShift]) -> str:
+    """`joint 1`, `joints 1, 2 and 6`."""
+    *most, last = (str(s.joint + 1) for s in shifts)
+    return f"joints {', '.join(most)} and {last}" if most else f"joint {last}"

@@ -83,7 +83,8 @@ def _card(found: Rezero) -> str:
     apart = heading("Can't be told apart") + bullets(map(text, found.ambiguous)) if found.ambiguous else ""
     renewed = folded("Geometry next to replaced joints", _geometry(found)) if found.renewed else ""
     more = folded("Notes", bullets(map(text, found.notes)))
-    return f"{mark}<div>{text(capital(found.sentence))}.</div>{error}{_bars(found)}{apart}{renewed}{more}"
+    said = found.sentence.removeprefix(f"{WORDS[found.verdict].lower()}: ")
+    return f"{mark}<div>{text(capital(said))}.</div>{error}{_bars(found)}{apart}{renewed}{more}"
 
 
 def _bars(found: Rezero) -> str:
@@ -97,8 +98,9 @@ def _bars(found: Rezero) -> str:
     for k, shift in enumerate(found.shifts):
         y = k * ROW + 0.5 * ROW
         _, moved, half, words = shift.cells
-        strong = "600" if shift.moved else "400"
-        fill = CAREFUL if shift.moved else "currentColor" if shift.determined else MUTED
+        is_told = shift.moved and not found.doubts
+        strong = "600" if is_told else "400"
+        fill = CAREFUL if is_told else "currentColor" if shift.determined and not found.doubts else MUTED
         parts.append(f'<text x="0" y="{y + 4}" font-size="12" style="fill:{MUTED}">joint {k + 1}</text>')
         label = f"{moved} {half}" if shift.determined else words
         parts.append(
@@ -114,7 +116,8 @@ def _bars(found: Rezero) -> str:
             )
     high = ROW * len(found.shifts)
     zero = f'<line x1="{middle}" x2="{middle}" y1="0" y2="{high}" style="stroke:{MUTED}" stroke-width=".6"/>'
-    head, drawing = heading("Shift of every zero, with 95 % intervals"), zero + "".join(parts)
+    words = found.heading if found.doubts else "Shift of every zero"
+    head, drawing = heading(f"{words}, with 95 % intervals"), zero + "".join(parts)
     return head + f'<svg viewBox="0 0 {WIDTH} {high}" width="100%" data-testid="zeros">{drawing}</svg>'
 
 
