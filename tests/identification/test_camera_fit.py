@@ -334,6 +334,15 @@ def test_the_likelihood_has_its_gradient(width):
     assert np.isfinite(cost)
 
 
+@pytest.mark.parametrize("seed", [0, 5])
+def test_corners_that_scatter_alone_leave_some_error_of_position_and_turn(seed):
+    rng = np.random.default_rng(seed)
+    residual, lever = 0.1 * rng.normal(size=(12, 48)), 2e3 * rng.normal(size=(12, 48, 6))
+    noise = pixel_noise.of_residuals(residual, lever, np.ones((12, 48), bool))[1]
+    assert 1e-7 < noise.position < 1e-5
+    assert 1e-7 < noise.rotation < 1e-5
+
+
 @pytest.mark.parametrize(("count", "name"), [(40, "geometry and effects"), (12, "camera and target alone")])
 def test_an_effect_is_the_last_step(tmp_path, count, name):
     """Compliance of two joints, undeclared: named from 40 pictures; from 12 what to measure next is said."""
