@@ -323,10 +323,10 @@ def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -
     nothing = Knowledge(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
     noise = most_likely(pictures, nothing, Variances(Noise(3e-4, 3e-4, (), 0.5))).noise
     least = np.maximum([noise.pixel, noise.position, noise.rotation], LEAST[:3])
-    best, shown = _cost(pictures, nothing, np.log(least))[0], {}
-    for k, name in ((1, "position"), (2, "rotation")):
+    best, shown = _cost(pictures, nothing, np.log(least))[0], [noise.position, noise.rotation]
+    for k, size in enumerate(shown):
         tried = least.copy()
-        while not getattr(noise, name) and _cost(pictures, nothing, np.log(tried))[0] < best + 1.0:
-            tried[k] *= 1.2
-        shown[name] = float(tried[k])
-    return pictures, noise._replace(**shown)
+        while not size and _cost(pictures, nothing, np.log(tried))[0] < best + 1.0:
+            tried[k + 1] *= 1.2
+        shown[k] = float(tried[k + 1])
+    return pictures, noise._replace(position=shown[0], rotation=shown[1])

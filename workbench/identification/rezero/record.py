@@ -148,11 +148,9 @@ class Rezero(AbstractShown):
     def summary(self) -> RenderableType:
         table = new_table(self.heading, "joint", "moved by", "95 %", "")
         for shift in self.shifts:
-            *cells, verdict = shift.cells
-            refused = self.doubts and shift.determined
-            table.add_row(
-                *cells, "" if refused else verdict, style="bold" if shift.moved and not refused else ""
-            )
+            cells, refused = shift.cells, self.doubts and shift.determined
+            cells[3] = "" if refused else cells[3]
+            table.add_row(*cells, style="bold" if shift.moved and not refused else "")
         chain = self.calibrated.chain
         parts: list[RenderableType] = [Text(f"{self.calibrated.name}: {self.sentence}", style="bold"), table]
         if self.renewed:
