@@ -157,8 +157,8 @@ class Rezero(AbstractShown):
             geometry = new_table("Geometry next to replaced joints", "constant", "changed by", "95 %")
             for name, change, std in self.renewed:
                 factor, unit = readable(chain.elements[chain.index[name]].unit)
-                cells = f"{signed(factor * change, 3)}{unit}", f"±{2.0 * factor * std:.3f}{unit}"
-                geometry.add_row(name, *cells)
+                changed = f"{signed(factor * change, 3)}{unit}", f"±{2.0 * factor * std:.3f}{unit}"
+                geometry.add_row(name, *changed)
             parts.append(geometry)
         parts.append(line("error on the rows", repr(self.error)))
         parts += [line("warning", words) for words in self.doubts]
