@@ -13,7 +13,7 @@ import trimesh
 from manifold3d import Manifold
 
 from workbench.plate.parts.csv_lists import blocks_csv, bores_csv, holes_csv, inspection_csv, parts_csv
-from workbench.plate.parts.drawing import Circle, Words, dxf_of, pdf_of
+from workbench.plate.parts.drawing import Circle, Dimension, Words, dxf_of, pdf_of
 from workbench.plate.parts.drawing_set import AXIAL, pages_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.page_frame import spread
@@ -299,3 +299,13 @@ def test_labels_of_holes_stand_clear_of_other_holes(plate):
     for label in names:
         apart = np.abs(holes - label.at - [0.0, 0.5 * label.height])
         assert not (apart < [label.height, 0.8 * label.height]).all(axis=1).any(), label.text
+
+
+def test_a_chain_of_lengths_is_not_closed(fixture):
+    """The whole length and all steps but one are held; the last is for reference, in brackets."""
+    page = next(page for page in pages_of(fixture) if page.name == "probe")
+    lengths = [i for i in page.items if isinstance(i, Dimension) and i.turn == 90.0]
+    held = [i for i in lengths if "(" not in i.text]
+    probe = next(part for part in fixture.others if part.name == "probe")
+    assert len(lengths) == len(probe.steps) + 1
+    assert len(held) == len(probe.steps)

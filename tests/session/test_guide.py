@@ -89,7 +89,7 @@ STATES = [
     (
         "first",
         lambda s: replace(s, done=(s.best,)),
-        "on average within the wanted 1 mm per axis",
+        "rms within the wanted 1 mm per axis",
         Tone.PLAIN,
         "Try it on virtual arms",
         Tab.PLATE,

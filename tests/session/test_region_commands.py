@@ -12,7 +12,11 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.plate.cubes import map_cubes
 from workbench.plate.predicted_error import predicted_error
+from workbench.plate.readings import usual_sigma
 from workbench.plate.region import Region
+from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.report.plates import assumptions
+from workbench.plate.score import score_plate
 from workbench.session import Worker
 from workbench.session.command import AbstractChore
 from workbench.session.commands.data import MeasureVirtualArm
@@ -21,6 +25,7 @@ from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
 from workbench.session.cubes import values
 from workbench.session.journal import Ending
 from workbench.session.state import CubeView, Field, Severity
+from workbench.views.page.panels import index
 
 LOW, HIGH = (0.1, 0.1, 0.2), (0.5, 0.5, 0.4)
 
@@ -149,3 +154,20 @@ def test_a_chore_that_is_no_longer_needed_is_cancelled(first):
         assert len(run.journal) == failures  # not tried again in the same place
     finally:
         run.close()
+
+
+def test_the_page_says_what_plate_score_says(first):
+    """One set of poses, one choice of branches, one statistic: the same digits, of position and orientation."""
+    found = score_plate(first.robot, first.plate).measured
+    error = found.error
+    assert (first.score.position, first.score.rotation) == (error.position_rms, error.rotation_rms)
+    panel = index._predicted(first)
+    assert f"{1e3 * error.position_rms:.3f} mm rms" in panel
+    assert assumptions(first.plate, usual_sigma(first.plate)) in panel
+
+
+def test_a_changed_plate_is_judged_over_the_poses_of_the_one_that_was_loaded(run, first):
+    """As `plate compare` with the loaded plate does: turning a target moves no pose that matters."""
+    session = after(run, SetRegion(LOW, HIGH, 0.1))
+    loaded = replace(first.first_plate, region=session.plate.region)
+    np.testing.assert_array_equal(session.region_q, plate_region_poses(first.robot, loaded))

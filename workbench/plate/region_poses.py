@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.inverse import solve as inverse
+from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -21,13 +22,15 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.plate.plate import Plate
-from workbench.plate.poses.sampling import TRIES, in_base
+from workbench.plate.poses.sampling import TRIES, in_base, random_poses
 from workbench.plate.region import Region
 
 PLATE_POSES = 60
 """Poses of a plate's region for which errors are predicted."""
 PLATE_CONE = float(np.deg2rad(60.0))
 """How far they turn from the orientations of its targets [rad]."""
+FEW_JOINTS_POSES = 150
+"""Random postures with the tool in the region instead, for arms that can't take any orientation."""
 
 
 def region_poses(
@@ -73,9 +76,16 @@ def plate_region_poses(
 ) -> Float[np.ndarray, "rows n"]:
     """Poses that a plate's region asks for: any place and branch, turned from a target by up to a cone.
 
-    The same plate gives the same poses, so that predicted errors compare.
+    The same plate gives the same poses, on the page and in a terminal, so that predicted errors compare. An
+    arm of fewer than six joints takes the orientations that it has there.
+
+    Raises:
+        DataError: the arm does not reach the region.
     """
     rng = np.random.default_rng(0)
+    if robot.dof < int(Task.POSE):
+        _check_reach(robot, plate.region)
+        return frozen(random_poses(robot, FEW_JOINTS_POSES, rng=rng, region=plate.region))
     towards = plate.poses[:, :3, :3]
     return frozen(region_poses(robot, plate.region, number, rng=rng, towards=towards, cone=cone))
 

@@ -198,7 +198,7 @@ def _figure(session: Session) -> str:
     if session.identification is not None:
         return f"{stages_in_words(session)} mm"
     predicted = 1e3 * session.score.position
-    return f"{predicted:.3f} mm predicted" if np.isfinite(predicted) else ""
+    return f"{predicted:.3f} mm rms predicted" if np.isfinite(predicted) else ""
 
 
 def _design(session: Session) -> Step:
@@ -223,7 +223,7 @@ def _design(session: Session) -> Step:
     if not session.score.position <= session.wanted.position:
         return Step(f"{words}: beyond the wanted {wanted}. Improve it.", Tone.CAREFUL, improve, LOAD)
     if session.tried is None:
-        words = f"{words}: on average within the wanted {wanted}. Good enough? Try it, or measure."
+        words = f"{words}: rms within the wanted {wanted}. Good enough? Try it, or measure."
         return Step(words, next=TRY, other=LOAD)
     kept = f"{100 * session.tried.share:.3g} % of {session.tried.arms} virtual arms keep {wanted} everywhere"
     if session.tried.share < ENOUGH:
@@ -240,7 +240,7 @@ def _predicted(session: Session) -> str:
     if not np.isfinite(now):
         return "the predicted error is not known yet"
     began = f", {first:.3g} mm at first" if np.isfinite(first) and f"{first:.3g}" != f"{now:.3g}" else ""
-    return f"predicted error after calibration {now:.3g} mm{began}"
+    return f"predicted error after calibration {now:.3g} mm rms{began}"
 
 
 def _takes_next_poses(session: Session) -> bool:

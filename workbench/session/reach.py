@@ -23,11 +23,9 @@ from workbench.base.progress import Cancel, Cancelled, never
 from workbench.base.types import Matrix4, frozen
 from workbench.plate.obstruction import clear_of, hits
 from workbench.plate.plate import AUTO, Kind, Plate, Target
+from workbench.plate.score import STARTS
 from workbench.plate.target_branches import choose_branches
 from workbench.session.state import TargetState
-
-STARTS = 8
-"""Random mixes from which the first branches are improved."""
 
 
 def place_all(

@@ -1,12 +1,12 @@
 """The score of a set of targets: how well measurements there would determine the robot's parameters.
 
-Errors are predicted for poses of the region, which `draw_region` draws.
+Errors are predicted for poses of the region about the orientations of the plate as it was loaded: of that plate
+the same number as `plate score` says, of a changed one the same as `plate compare` with it.
 """
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
@@ -14,11 +14,9 @@ from workbench.base.types import frozen
 from workbench.plate.free_constants import identified_names
 from workbench.plate.observability import INDICES, O, evaluate
 from workbench.plate.plate import Plate
-from workbench.plate.poses.sampling import random_poses
 from workbench.plate.predicted_error import position_weight, predicted_error, rise_without_each
 from workbench.plate.readings import linearise_targets
-from workbench.plate.region import Region
-from workbench.plate.region_poses import region_poses
+from workbench.plate.region_poses import plate_region_poses
 from workbench.session.state import Noise, Score, TargetState
 
 WORST = 3
@@ -70,8 +68,8 @@ def score(
         rank=linearisation.rank(),
         parameters=len(names),
         condition=linearisation.condition,
-        position=np.nan if expected is None else expected.position_mean,
-        rotation=np.nan if expected is None else expected.rotation_mean,
+        position=np.nan if expected is None else expected.position_rms,
+        rotation=np.nan if expected is None else expected.rotation_rms,
         rises=frozen(rises),
         worst=worst_determined(linearisation),
         linearisation=linearisation,
@@ -87,17 +85,9 @@ def worst_determined(linearisation: Linearisation) -> tuple[tuple[str, float, st
     return tuple((linearisation.names[i], float(errors[i]), linearisation.units[i]) for i in worst)
 
 
-REGION_POSES = 24
-"""Places in the region, in all branches of each, for which the error is predicted."""
-RANDOM_POSES = 150
-"""Random postures with the tool in the region instead, for arms that few random poses suit."""
-
-
-def draw_region(robot: Robot, region: Region, rng: np.random.Generator) -> Float[np.ndarray, "poses n"]:
-    """Poses that matter: any place in the region, any orientation, any branch; none if out of reach."""
+def draw_region(robot: Robot, plate: Plate) -> Float[np.ndarray, "poses n"]:
+    """Poses that matter, those of `plate score`; none if the region is out of reach."""
     try:
-        if robot.dof < int(Task.POSE):
-            return frozen(random_poses(robot, RANDOM_POSES, rng=rng, region=region))
-        return frozen(region_poses(robot, region, REGION_POSES, rng=rng))
+        return plate_region_poses(robot, plate)
     except DataError:
         return frozen(np.zeros((0, robot.dof)))

@@ -49,7 +49,7 @@ def start(
         plate: Fixture with at least one target.
         is_given: Whether the plate is the user's, not one made for the arm.
         noise: The instrument; 0.1 mm and 0.02° if None.
-        seed: For the poses at which the error is predicted, and the first mix of branches.
+        seed: Of the mixes of branches that are tried.
         cancel: Asked at each target whether to stop.
 
     Raises:
@@ -59,9 +59,9 @@ def start(
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets; give at least one [[target]]")
     noise = noise or Noise()
-    rng = np.random.default_rng(seed)
     is_quick = robot.dof >= int(Task.POSE)
-    region_q = draw_region(robot, plate.region, rng) if is_quick else frozen(np.zeros((0, robot.dof)))
+    region_q = draw_region(robot, plate) if is_quick else frozen(np.zeros((0, robot.dof)))
+    rng = np.random.default_rng(seed)
     states = place_all(robot, plate, region_q=region_q, rng=rng, cancel=cancel)
     first = score(robot, plate, states, noise=noise, region_q=region_q)
     return commit_step(

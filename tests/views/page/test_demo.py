@@ -72,7 +72,7 @@ def test_anything_else_ends_it_even_where_it_waits(film):
 def test_the_tabs_follow_and_the_number_is_beside_the_caption(film):
     playing, worker = film
     until(lambda: worker.session.caption == "two" and worker.session.opened.tab is Tab.REGION)
-    assert guide(worker.session).figure == f"{1e3 * worker.session.score.position:.3f} mm predicted"
+    assert guide(worker.session).figure == f"{1e3 * worker.session.score.position:.3f} mm rms predicted"
     until(lambda: playing.is_finished)
     worker.wait()
     assert worker.session.opened.tab is Tab.PLATE

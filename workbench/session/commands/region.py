@@ -103,8 +103,8 @@ class SampleRegion(AbstractChore):
         return cls(corner(region.min), corner(region.max), session.robot.name)
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        drawn = draw_region(session.robot, session.plate.region, np.random.default_rng(0))
-        return session.plate.region, drawn
+        region = session.plate.region
+        return region, draw_region(session.robot, replace(session.first_plate, region=region))
 
     def finish(self, session: Session, result: Any) -> Session:
         region, drawn = result

@@ -37,7 +37,7 @@ def _place(session: Session) -> str:
     if not state.measurable:
         return f"{words}, {state.obstacle}"
     error = 1e3 * session.score.position
-    return f"{words}; predicted error {error:.3g} mm" if np.isfinite(error) else words
+    return f"{words}; predicted error {error:.3g} mm rms" if np.isfinite(error) else words
 
 
 def about(session: Session) -> str:

@@ -48,7 +48,7 @@ def values_of(scores: tuple[Score, ...]) -> tuple[np.ndarray, str, str]:
     """A number for every step, its unit, and what it is."""
     values = 1e3 * np.array([s.position for s in scores])
     if np.isfinite(values).any():
-        return values, "mm", "Predicted error after each step [mm]"
+        return values, "mm", "Predicted error after each step, rms [mm]"
     return np.array([s.indices["O1"] for s in scores]), "", "Index O1 after each step"
 
 

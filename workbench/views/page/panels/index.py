@@ -7,8 +7,9 @@ import viser
 
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.observability import INDICES
+from workbench.plate.region_poses import PLATE_CONE
+from workbench.plate.report.plates import assumptions
 from workbench.session.commands.identify import SetWanted
-from workbench.session.guide import NORM_OF_NOISE
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.drawables.plate import target_colour
@@ -39,7 +40,7 @@ class IndexPanel(AbstractPanel):
         self._html.content = block(
             heading("Predicted error in the region after calibration")
             + _measurable(session)
-            + _predicted(now, first)
+            + _predicted(session)
             + judgement(now.position, session.noise.position, session.wanted)
             + heading("Predicted error without each target")
             + worth(session)
@@ -68,7 +69,7 @@ def judgement(position: float, noise: float, wanted: Wanted | None = None) -> st
     """Whether a predicted error is good: against what is wanted, and against the instrument.
 
     Args:
-        position: Predicted mean position error [m].
+        position: Predicted position error, root mean square [m].
         noise: Standard deviation of each coordinate that the instrument measures [m].
         wanted: What is wanted at most; None if nothing is.
     """
@@ -77,14 +78,14 @@ def judgement(position: float, noise: float, wanted: Wanted | None = None) -> st
     parts = []
     if wanted is not None:
         good = position <= wanted.position * (np.sqrt(3.0) if wanted.per_axis else 1.0)
-        words = f"on average {'within' if good else 'beyond'} the wanted {wanted.position_words}"
+        words = f"rms {'within' if good else 'beyond'} the wanted {wanted.position_words}"
         parts.append(f'<span style="color:{GOOD if good else css(OUT_OF_REACH)}">{words}</span>')
-    length = NORM_OF_NOISE * noise
+    length = np.sqrt(3.0) * noise
     times = position / length
     if times < 1.0:
-        reading = f"below one reading of the instrument, which errs by {number(1e3 * length)} mm"
+        reading = f"below one reading of the instrument, which errs by {number(1e3 * length)} mm rms"
     else:
-        reading = f"{number(times, 2)} × what one reading errs by ({number(1e3 * length)} mm)"
+        reading = f"{number(times, 2)} × what one reading errs by ({number(1e3 * length)} mm rms)"
     return f'<div data-testid="judgement" style="color:{MUTED}">{"; ".join([*parts, reading])}</div>'
 
 
@@ -100,7 +101,8 @@ def _measurable(session: Session) -> str:
     )
 
 
-def _predicted(now: Score, first: Score) -> str:
+def _predicted(session: Session) -> str:
+    now, first, noise = session.score, session.first_score, session.noise
     if np.isnan(now.position):
         return f'<div style="color:{MUTED}">The arm does not reach the region.</div>'
     if np.isinf(now.position):
@@ -110,10 +112,11 @@ def _predicted(now: Score, first: Score) -> str:
         )
     better = change(now.position, first.position, larger_is_better=False)
     return (
-        '<div style="display:flex;align-items:baseline;gap:8px" title="Mean over the cuboid, in any '
-        'orientation and posture, if each target is measured once with the noise below.">'
+        '<div style="display:flex;align-items:baseline;gap:8px" title="Root mean square over the '
+        f"cuboid, turned from a target by up to {np.rad2deg(PLATE_CONE):.0f}°, in any posture, each target "
+        f'measured once. Includes: {text(assumptions(session.plate, (noise.position, noise.rotation)))}.">'
         f'<span data-testid="predicted" style="font-size:22px;font-weight:650">{number(1e3 * now.position)} '
-        f'mm</span><span style="font-size:14px;color:{MUTED}">{number(np.rad2deg(now.rotation))}°</span>'
+        f'mm rms</span><span style="font-size:14px;color:{MUTED}">{number(np.rad2deg(now.rotation))}°</span>'
         f"{better}</div>"
     )
 
