@@ -36,7 +36,7 @@ class IndexPanel(AbstractPanel):
         return session.score, session.first_score, session.states, session.selected, *kept
 
     def show(self, session: Session) -> None:
-        now, first = session.score, session.first_score
+        now = session.score
         self._html.content = block(
             heading("Predicted error in the region after calibration")
             + _measurable(session)
