@@ -166,8 +166,8 @@ class Score:
         rank: Parameter combinations that the set determines.
         parameters: How many there are.
         condition: Condition number of the scaled Jacobian; infinite below full rank.
-        position: Predicted position error in the region after calibration, root mean square [m]; NaN if unknown.
-        rotation: Predicted rotation error there, root mean square [rad]; NaN if unknown.
+        position: Predicted position error in the region after calibration, rms [m]; NaN if unknown.
+        rotation: Predicted rotation error there, rms [rad]; NaN if unknown.
         rises: By what share the predicted error would rise without each target; NaN where nothing is lost.
         worst: Worst-determined parameters first: name, standard error and its unit (m or rad).
         linearisation: The measurable targets' Jacobian; None without any.
