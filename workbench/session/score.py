@@ -1,7 +1,7 @@
 """The score of a set of targets: how well measurements there would determine the robot's parameters.
 
-Errors are predicted for poses of the region about the orientations of the plate as it was loaded: of that plate
-the same number as `plate score` says, of a changed one the same as `plate compare` with it.
+Errors are predicted for poses of the region about the orientations of the plate as it was loaded: of that
+plate the same number as `plate score` says, of a changed one that of `plate compare` with it.
 """
 
 import numpy as np
