@@ -17,13 +17,19 @@ from workbench.session.target_steps import with_branches
 
 
 def recall_targets(session: Session, numbers: Mapping[str, Any]) -> Session:
-    """The session with the states of its targets, and its score, as they were written."""
+    """The session with the states of its targets, and its score, as they were written.
+
+    A score of an earlier version, whose predicted error meant something else, is worked out anew.
+    """
     states = list(session.states)
     for name, state in numbers.get("targets", {}).items():
-        states[int(name) - 1] = _state(state)
-    written = numbers.get("score")
-    now = session.score if written is None else _score(written, session)
-    return replace(session, states=tuple(states), score=now)
+        states[int(name) - 1] = recalled_state(state)
+    session, written = replace(session, states=tuple(states)), numbers.get("score")
+    if written is None:
+        return session
+    known = "position_rms" in written
+    now = _score(written, session) if known else _scored(session, Step(session.plate, session.states))
+    return replace(session, score=now)
 
 
 def completed(session: Session) -> Session:
@@ -42,7 +48,8 @@ def _scored(session: Session, step: Step) -> Score:
     return score(session.robot, step.plate, step.states, noise=session.noise, region_q=session.region_q)
 
 
-def _state(numbers: Mapping[str, Any]) -> TargetState:
+def recalled_state(numbers: Mapping[str, Any]) -> TargetState:
+    """How the arm stood at a target."""
     known = {key: value for key, value in numbers.items() if key not in ("xyz", "rpy", "q", "missing")}
     position, rotation = numbers["missing"]
     return TargetState(q=frozen(np.array(numbers["q"])), missing=(position, rotation), **known)
@@ -52,7 +59,7 @@ def _score(numbers: Mapping[str, Any], session: Session) -> Score:
     """A score by its numbers; what is infinite or unknown was written as null."""
     unbounded = math.inf if len(session.region_q) or not numbers["reached"] else math.nan
     position, rotation = (
-        unbounded if numbers[part] is None else numbers[part] for part in ("position", "rotation")
+        unbounded if numbers[part] is None else numbers[part] for part in ("position_rms", "rotation_rms")
     )
     return Score(
         per_target=frozen(np.array(numbers["per_target"], float)),

@@ -26,7 +26,7 @@ from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
 from workbench.session.reach import place_all
 from workbench.session.score import draw_region, score
-from workbench.session.state import Noise, Session
+from workbench.session.state import Noise, Session, TargetState
 from workbench.session.target_steps import commit_step
 
 
@@ -37,6 +37,7 @@ def start(
     is_given: bool = False,
     noise: Noise | None = None,
     seed: int = 0,
+    states: tuple[TargetState, ...] = (),
     cancel: Cancel = never,
 ) -> Session:
     """A session in which nothing has happened yet.
@@ -50,6 +51,7 @@ def start(
         is_given: Whether the plate is the user's, not one made for the arm.
         noise: The instrument; 0.1 mm and 0.02° if None.
         seed: Of the mixes of branches that are tried.
+        states: How the arm stands at every target; in the branches that tell most if empty.
         cancel: Asked at each target whether to stop.
 
     Raises:
@@ -62,7 +64,8 @@ def start(
     is_quick = robot.dof >= int(Task.POSE)
     region_q = draw_region(robot, plate) if is_quick else frozen(np.zeros((0, robot.dof)))
     rng = np.random.default_rng(seed)
-    states = place_all(robot, plate, region_q=region_q, rng=rng, cancel=cancel)
+    if len(states) != len(plate):
+        states = place_all(robot, plate, region_q=region_q, rng=rng, cancel=cancel)
     first = score(robot, plate, states, noise=noise, region_q=region_q)
     return commit_step(
         Session(

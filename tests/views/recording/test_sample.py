@@ -63,9 +63,9 @@ def test_the_numbers_are_the_session_s(pictures, sample, replayed):
 def test_at_every_decision_the_prediction_is_the_journal_s(pictures, sample):
     """What the line shows at a step is what the journal wrote at that step or last before."""
     drawn = pictures.values("/predicted/position_mm", "Scalars:scalars")
-    written = sample.header["numbers"]["score"]["position"]
+    written = sample.header["numbers"]["score"]["position_rms"]
     for step, line in enumerate(sample.lines, start=1):
-        written = line.numbers.get("score", {}).get("position", written)
+        written = line.numbers.get("score", {}).get("position_rms", written)
         if line.entry.command.key is None:
             shown = [value[0] for at, value in drawn if at <= step][-1]
             assert shown == pytest.approx(1e3 * written, rel=1e-12), step

@@ -82,8 +82,8 @@ def _score(session: Session) -> Json:
         "reached": score.measurable,
         "rank": score.rank,
         "condition": score.condition,
-        "position": score.position,
-        "rotation": score.rotation,
+        "position_rms": score.position,
+        "rotation_rms": score.rotation,
     }
 
 
@@ -128,7 +128,7 @@ def _accepted(session: Session) -> Json:
 
 def _best(session: Session) -> Json | None:
     score = session.best_score
-    return None if score is None else {"position": score.position, "rotation": score.rotation}
+    return None if score is None else {"position_rms": score.position, "rotation_rms": score.rotation}
 
 
 def _comparison(session: Session) -> Json | None:

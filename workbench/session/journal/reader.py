@@ -20,6 +20,7 @@ from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.journal import codec
 from workbench.session.journal.entry import Ending, Entry
+from workbench.session.recalled_targets import recalled_state
 from workbench.session.start import start
 from workbench.session.state import Session
 
@@ -88,8 +89,10 @@ class Recording:
 
     @cached_property
     def first(self) -> Session:
-        """The session in which nothing has happened yet."""
-        return start(self.robot, self.plate, is_given=bool(self.header.get("plate_given")))
+        """The session in which nothing has happened yet, the arm in the branches of that time."""
+        stood = self.header.get("numbers", {}).get("targets", {}).values()
+        states = tuple(recalled_state(numbers) for numbers in stood)
+        return start(self.robot, self.plate, is_given=bool(self.header.get("plate_given")), states=states)
 
     def upto(self, step: int) -> "Recording":
         """The recording cut off after so many commands.
