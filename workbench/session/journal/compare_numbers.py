@@ -19,9 +19,11 @@ ROUNDING = 1e-9
 """Difference of two numbers, relative to the larger of them and 1, that rounding explains."""
 SENTENCES = {"notes", "warnings", "message", "reason"}
 """What another version may word otherwise."""
-RETIRED = {f"{of}.{part}" for of in ("score", "best") for part in ("position", "rotation")} | {"identification.noise"}
-"""What earlier versions wrote and this one knows better: errors predicted for any orientation, their mean; not
-the noise but the default weights, where rows state their own."""
+RETIRED = {f"{of}.{part}" for of in ("score", "best") for part in ("position", "rotation")} | {
+    "identification.noise"
+}
+"""What earlier versions wrote and this one knows better: errors predicted for any orientation, their
+mean; not the noise but the default weights, where rows state their own."""
 
 
 @dataclass(frozen=True)
