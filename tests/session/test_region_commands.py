@@ -157,7 +157,7 @@ def test_a_chore_that_is_no_longer_needed_is_cancelled(first):
 
 
 def test_the_page_says_what_plate_score_says(first):
-    """One set of poses, one choice of branches, one statistic: the same digits, of position and orientation."""
+    """One set of poses, one choice of branches, one statistic: the same digits."""
     found = score_plate(first.robot, first.plate).measured
     error = found.error
     assert (first.score.position, first.score.rotation) == (error.position_rms, error.rotation_rms)
