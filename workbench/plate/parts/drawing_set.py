@@ -190,8 +190,8 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
         items.append(side.across((-radius, z), (radius, z), (0.0, -10.0 - 8.0 * i), 0.0, "Ø<>"))
         if len(part.steps) > 1:
             words = "(<>)" if i == len(part.steps) - 1 else "<>"  # the whole length gives the last one
-            at = (0.5 * widest / scale + 8.0, 0.0)
-            items.append(side.across((radius, z), (radius, z + high), at, 90.0, words))
+            beside = (0.5 * widest / scale + 8.0, 0.0)
+            items.append(side.across((radius, z), (radius, z + high), beside, 90.0, words))
         z += high
     probe = part.name == "probe"
     whole = f"<> ±{LENGTH:g}" if probe else "<>"
