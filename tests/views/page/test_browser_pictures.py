@@ -32,6 +32,8 @@ def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
     screen.tab("Measure")
     screen.wait_text("gate", "Identified: joint zeros")
     screen.wait_node("/camera/target", np.zeros(3))
+    box = screen.page.get_by_test_id("steps").bounding_box()
+    assert box["x"] + box["width"] < screen.page.viewport_size["width"]
     screen.shoot("pictures-identified")
     screen.tab("More")
     with screen.page.expect_download() as saved:

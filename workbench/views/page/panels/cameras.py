@@ -184,7 +184,7 @@ def _identified(session: Session) -> str:
 def _steps(gate: Gate) -> str:
     rows = [
         (
-            text(step.name),
+            f"<span style='white-space:normal'>{text(step.name)}</span>",
             f"{number(1e3 * step.expected, 2)} mm",
             f"{number(1e3 * step.uncertainty, 2)} mm",
             f"{step.pixel:.2f} px",
