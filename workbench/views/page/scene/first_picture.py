@@ -12,26 +12,24 @@ from workbench.views.page.scene.viser_sink import PageSink
 
 
 class FirstPicture:
-    """Drawn from an arm alone, at zero or the joint positions that are nearest to it.
-
-    Its light stays: with another one a page makes all its shaders again.
+    """Set up for an arm alone; its light stays: with another one a page makes all its shaders again.
 
     Attributes:
         ground: What the arm stands on.
-        sink: What has drawn the arm.
+        sink: What draws the arm.
     """
 
     def __init__(self, server: viser.ViserServer, robot: Robot):
         self.ground = Ground(server, robot)
-        self.ground.show(is_dark=False)
         self.sink = PageSink(server)
-        self.sink.draw([nominal_arm_at(robot, np.clip(np.zeros(robot.dof), *robot.limits.T))])
 
 
 def first_picture(server: viser.ViserServer, robot: Robot, plate: Plate) -> FirstPicture:
-    """Sent at once, and looked at from where the plate will be seen as well."""
+    """The arm at zero, or the joint positions nearest to it; sent at once, and looked at from where the plate will be seen as well."""
     with server.atomic():
         drawn = FirstPicture(server, robot)
+        drawn.ground.show(is_dark=False)
+        drawn.sink.draw([nominal_arm_at(robot, np.clip(np.zeros(robot.dof), *robot.limits.T))])
         aim_all(server, *view_of_region(robot, plate.region))
     server.flush()
     return drawn
