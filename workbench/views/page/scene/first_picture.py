@@ -25,7 +25,7 @@ class FirstPicture:
 
 
 def first_picture(server: viser.ViserServer, robot: Robot, plate: Plate) -> FirstPicture:
-    """The arm at zero, or the joint positions nearest to it; sent at once, and looked at from where the plate will be seen as well."""
+    """The arm at zero or near it, sent at once, and looked at from where the plate will be seen as well."""
     with server.atomic():
         drawn = FirstPicture(server, robot)
         drawn.ground.show(is_dark=False)
