@@ -23,7 +23,7 @@ from workbench.session.state import Score, Session
 from workbench.views.recording.sentences import model_errors, parameter_rows, remarks
 
 DEGREES = float(np.rad2deg(1.0))
-PREDICTED = (("mean predicted error [mm]", 1e3), ("mean predicted rotation error [°]", DEGREES))
+PREDICTED = (("predicted error, rms [mm]", 1e3), ("predicted rotation error, rms [°]", DEGREES))
 
 
 def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
@@ -137,5 +137,5 @@ def _moved_to(command: MoveTarget, numbers: dict[str, Any]) -> str:
     state = numbers.get("targets", {}).get(f"{command.target + 1}", {})
     if not state.get("reached", True):
         return f"{words}, out of reach"
-    error = numbers.get("score", {}).get("position")
-    return words if error is None else f"{words}; predicted error {1e3 * error:.3g} mm"
+    error = numbers.get("score", {}).get("position_rms")
+    return words if error is None else f"{words}; predicted error {1e3 * error:.3g} mm rms"
