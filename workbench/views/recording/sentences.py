@@ -36,8 +36,14 @@ def _place(session: Session) -> str:
     words = f": target {session.selected + 1} is at {x:.1f}, {y:.1f}, {z:.1f} mm"
     if not state.measurable:
         return f"{words}, {state.obstacle}"
-    error = 1e3 * session.score.position
-    return f"{words}; predicted error {error:.3g} mm rms" if np.isfinite(error) else words
+    return with_predicted(words, session.score.position)
+
+
+def with_predicted(words: str, error: float | None) -> str:
+    """A sentence with the predicted error [m] behind it, where there is one."""
+    if error is None or not np.isfinite(error):
+        return words
+    return f"{words}; predicted error {1e3 * error:.3g} mm rms"
 
 
 def about(session: Session) -> str:

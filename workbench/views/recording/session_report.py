@@ -20,7 +20,7 @@ from workbench.session.journal.compare_numbers import Replayed
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.reader import Line, Recording
 from workbench.session.state import Score, Session
-from workbench.views.recording.sentences import model_errors, parameter_rows, remarks
+from workbench.views.recording.sentences import model_errors, parameter_rows, remarks, with_predicted
 
 DEGREES = float(np.rad2deg(1.0))
 PREDICTED = (("predicted error, rms [mm]", 1e3), ("predicted rotation error, rms [°]", DEGREES))
@@ -137,5 +137,4 @@ def _moved_to(command: MoveTarget, numbers: dict[str, Any]) -> str:
     state = numbers.get("targets", {}).get(f"{command.target + 1}", {})
     if not state.get("reached", True):
         return f"{words}, out of reach"
-    error = numbers.get("score", {}).get("position_rms")
-    return words if error is None else f"{words}; predicted error {1e3 * error:.3g} mm rms"
+    return with_predicted(words, numbers.get("score", {}).get("position_rms"))
