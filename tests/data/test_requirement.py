@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import OptionError
-from workbench.data.accuracy_requirement import Requirement
+from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.data.prediction import RowComponents
 
 NAN = float("nan")
@@ -49,6 +49,14 @@ def test_points_are_judged_by_position_alone():
     assert check.share == 1.0
     assert check.unmeasured
     assert np.isnan(check.shares[3:]).all()
+
+
+def test_lengths_are_held_against_the_limit_of_one_axis():
+    wanted = Requirement().wanted
+    assert wanted.kept_by_norms(1e-3, wanted.rotation)
+    lengths, angles = np.array([9e-4, 1.1e-3, NAN, 9e-4, 9e-4]), np.array([0.0, 0.0, 0.0, 0.02, NAN])
+    assert wanted.kept_by_norms(lengths, angles).tolist() == [True, False, False, False, True]
+    assert Wanted(position=1e-3).kept_by_norms(1e-3, np.inf)
 
 
 def test_rows_without_any_position_are_not_judged():

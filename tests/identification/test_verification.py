@@ -17,6 +17,7 @@ from workbench.arm.robot import Frame, SessionFrames
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.accuracy_requirement import Wanted
+from workbench.data.prediction import row_components
 from workbench.identification.verification.certificate import MAP, PAGE, PAPER, write_certificate
 from workbench.identification.verification.intervals import Bounds, bound_of_share, least_share
 from workbench.identification.verification.iso9283 import RepeatedPose, pose_labels, repeated_poses
@@ -52,6 +53,15 @@ def test_a_row_that_stands_twice_is_no_second_visit(arm):
     assert len(found.data) == len(fresh)
     assert not found.repeated
     assert any("2 rows left out" in words for words in found.warnings)
+
+
+def test_limits_per_axis_are_judged_axis_by_axis(arm):
+    calibrated, _, fresh = arm
+    largest = np.abs(row_components(calibrated, fresh).position).max(axis=1)
+    limit = float(np.median(largest))
+    found = wb.verify(calibrated, fresh, wanted=Wanted(position=limit, per_axis=True))
+    assert found.within.tolist() == (largest <= limit).tolist()
+    assert (found.evaluation.rows.position[found.within] > limit).any()  # longer than any of its entries
 
 
 def test_two_visits_have_no_spread_of_distances():

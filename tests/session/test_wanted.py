@@ -35,6 +35,7 @@ from workbench.session.journal.reader import read_recording
 from workbench.session.start import suited_plate
 from workbench.session.state import Severity, Step
 from workbench.views.page.first_view import first_view
+from workbench.views.page.panels.index import judgement
 from workbench.views.page.scene.scene import _has_other_rows
 
 
@@ -54,6 +55,19 @@ def test_rows_are_judged_by_length_or_axis_by_axis(per_axis, kept):
         rotation=np.full((3, 3), np.nan),
     )
     assert Wanted(position=1e-3, rotation=0.1, per_axis=per_axis).within(rows).tolist() == kept
+
+
+@pytest.mark.parametrize(
+    ("position", "degrees", "good"),
+    [(0.9, 0.1, True), (1.2, 0.1, False), (0.9, 0.7, False), (0.9, np.inf, False)],
+)
+def test_the_guide_and_the_panel_judge_a_predicted_error_alike(first, position, degrees, good):
+    """1 mm per axis and 0.66°: 1.2 mm along one axis alone don't keep it, whatever √3 allows."""
+    score = replace(first.score, position=1e-3 * position, rotation=float(np.deg2rad(degrees)))
+    session = replace(first, done=(Step(first.plate, first.states),), score=score)
+    word = "within" if good else "beyond"
+    assert f"{word} the wanted 1 mm per axis and 0.66°" in guide(session).sentence
+    assert f"{word} the wanted 1 mm per axis and 0.66°" in judgement(score, 1e-4, session.wanted)
 
 
 def test_the_region_of_a_file_is_where_its_rows_are(first, tmp_path):

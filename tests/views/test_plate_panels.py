@@ -64,8 +64,9 @@ def test_a_target_that_nothing_replaces_is_marked(first):
         (np.nan, None, ""),
     ],
 )
-def test_an_error_is_judged_against_the_wanted_one_and_the_instrument(position, wanted, expected):
-    words = judgement(position, 1e-4, wanted and Wanted(position=wanted))
+def test_an_error_is_judged_against_the_wanted_one_and_the_instrument(first, position, wanted, expected):
+    score = replace(first.score, position=position)
+    words = judgement(score, 1e-4, wanted and Wanted(position=wanted))
     assert expected in words
     assert bool(words) is bool(expected)
 

@@ -26,6 +26,13 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
+def in_mm(length: float) -> str:
+    """A length [m] in three digits, from 100 mm on in whole millimetres; below a micrometre all are alike."""
+    if abs(length) < 1e-6:
+        return "less than 0.001 mm"
+    return f"{1e3 * length:.3g} mm" if abs(length) < 0.1 else f"{1e3 * length:.0f} mm"
+
+
 def capital(sentence: str) -> str:
     """A sentence that begins with a capital letter."""
     return sentence[:1].upper() + sentence[1:]

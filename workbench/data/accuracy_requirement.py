@@ -91,6 +91,21 @@ class Wanted:
         """Which errors keep it; what was not measured (NaN) does."""
         return np.asarray((~(self._sizes(position, rotation) > self.limits)).all(-1))
 
+    def kept_by_norms(
+        self, position: float | Float[np.ndarray, " rows"], rotation: float | Float[np.ndarray, " rows"]
+    ) -> Bool[np.ndarray, "*rows"]:
+        """Which errors keep it that are known by their lengths alone: predicted ones, distances, markers.
+
+        Where each axis has its limit, the whole length is held against that of one axis. That is on the safe
+        side, as no entry is longer than its vector; √3 times as much would do only if all axes shared alike.
+
+        Args:
+            position: Lengths ‖d‖ of position errors, or their root mean square [m]; NaN keeps nothing.
+            rotation: Angles likewise [rad]; what was not measured (NaN) keeps it.
+        """
+        turned = np.inf if self.rotation is None else self.rotation
+        return np.asarray((position <= self.position) & ~np.greater(rotation, turned))
+
     @property
     def limits(self) -> Float[np.ndarray, " entries"]:
         """Of each entry: position x, y, z and rotation x, y, z where each axis is judged, else position and

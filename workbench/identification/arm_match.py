@@ -14,6 +14,7 @@ import numpy as np
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
+from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -62,13 +63,13 @@ class ArmMatch:
     @property
     def words(self) -> str:
         """The finding as a sentence."""
-        found = [f"{_millimetres(self.error)} off after the best base and tool"]
+        found = [f"{in_mm(self.error)} off after the best base and tool"]
         if self.outside >= 0.005:
             found.append(f"{100 * self.outside:.0f} % of the rows outside the joint limits")
         own = "these rows are not" if self.is_foreign else "these rows may be"
         sentence = f"{', '.join(found)}: {own} {self.robot}'s"
         if self.rival:
-            sentence += f"; {self.rival_name} fits to {_millimetres(self.rival_error)}"
+            sentence += f"; {self.rival_name} fits to {in_mm(self.rival_error)}"
         return sentence
 
 
@@ -133,7 +134,3 @@ def _other_zeros(aligned: Robot, seen: Dataset, error: float) -> bool:
     frames = FrameFreedom(*visible_parts(seen))
     problem = Problem.build(aligned, seen, free=aligned.joint_offsets, frames=frames)
     return _left(problem.robot_at(Opt2(limit=100).search(problem).x), seen) < error / BETTER
-
-
-def _millimetres(length: float) -> str:
-    return f"{1e3 * length:.0f} mm" if length >= 0.01 else f"{1e3 * length:.2g} mm"

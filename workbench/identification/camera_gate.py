@@ -28,6 +28,7 @@ from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Robot
 from workbench.base.types import Freedom
+from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.camera_checks import Doubts, Fit, find_doubts
@@ -42,7 +43,6 @@ from workbench.identification.camera_steps import (
     Step,
     advised,
     judged,
-    mm,
 )
 from workbench.identification.held_out_rows import cells
 from workbench.identification.noise import factor_at
@@ -137,7 +137,9 @@ def pass_gate(
     if seek is not None and steps[-1].name == GEOMETRY and at.is_lack_shown and not doubted.off:
         bent = _with_effects(robot, data, last, at, zeros, build, seek)
         step = _step(EFFECTS, bent or at, taken)
-        nothing = f"no effect of the arm stands out in the {mm(step.lack)} that geometry leaves unexplained"
+        nothing = (
+            f"no effect of the arm stands out in the {in_mm(step.lack)} that geometry leaves unexplained"
+        )
         steps.append(judged(step, steps) if bent else replace(step, refused=nothing))
         if bent and not steps[-1].refused:
             at = taken = bent

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.identification.pixel_noise import Considered
 from workbench.identification.problem import Noise
@@ -101,8 +102,8 @@ class Gate:
         """The decision, one sentence each."""
         step = self.step
         words = [
-            f"{step.name}: expected error of the tool {mm(step.expected)}, {mm(step.uncertainty)} by the "
-            f"constants' uncertainty; corners of pictures left out {step.pixel:.2f} px"
+            f"{step.name}: expected error of the tool {in_mm(step.expected)}, {in_mm(step.uncertainty)} by "
+            f"the constants' uncertainty; corners of pictures left out {step.pixel:.2f} px"
         ]
         words += [f"{step.name} not taken: {step.refused}" for step in self.steps if step.refused]
         return [*words, self.advice] if self.advice else words
@@ -113,18 +114,21 @@ def judged(step: Step, steps: Sequence[Step]) -> Step:
     before = [s for s in steps if not s.refused][-1]
     reason, bent = "", "zeros" if step.name == ZEROS else "geometry"
     if step.moved**2 <= CLEARLY * step.uncertainty**2:
-        reason = f"it would move the tool by {mm(step.moved)}, which is known to ±{mm(step.uncertainty)} only"
+        known = in_mm(step.uncertainty)
+        reason = f"it would move the tool by {in_mm(step.moved)}, which is known to ±{known} only"
     elif step.pixel >= before.pixel:
         reason = (
             f"pictures left out are not predicted better: {step.pixel:.2f} px, {before.pixel:.2f} px before"
         )
     elif step.is_lack_shown and step.lack > max(UNEXPLAINED[step.name] * before.lack, MEANINGLESS):
         reason = (
-            f"it leaves {mm(step.lack)} of {mm(before.lack)} unexplained, so that camera, target, clock or "
-            f"an effect of the arm may be to blame, and the {bent} would bend to fit them"
+            f"it leaves {in_mm(step.lack)} of {in_mm(before.lack)} unexplained, so that camera, target, clock"
+            f" or an effect of the arm may be to blame, and the {bent} would bend to fit them"
         )
     elif step.expected >= WORTHWHILE * before.expected:
-        reason = f"the expected error of the tool stays {mm(step.expected)}, {mm(before.expected)} before"
+        reason = (
+            f"the expected error of the tool stays {in_mm(step.expected)}, {in_mm(before.expected)} before"
+        )
     return replace(step, refused=reason)
 
 
@@ -148,10 +152,3 @@ def advised(steps: Sequence[Step], taken: int, data: Dataset) -> str:
         f"to tell more, measure about {count} more pictures, with joint {joint + 1} turned beyond the "
         f"{turned:.0f}° so far and the target near the camera, tilted and in all parts of the picture"
     )
-
-
-def mm(length: float) -> str:
-    """A length [m] in words."""
-    if length < 1e-6:
-        return "less than 0.001 mm"
-    return f"{1e3 * length:.2g} mm" if length < 0.1 else f"{1e3 * length:.0f} mm"

@@ -12,6 +12,7 @@ from workbench.arm.inverse.branch_names import STRUCTURE, foot
 from workbench.arm.inverse.damped_newton import POSITION_TOLERANCE, WEIGHT, Refined, Task, refine, unlimited
 from workbench.arm.inverse.reduced_arm import Arm
 from workbench.arm.inverse.solutions import random_starts
+from workbench.base.wording import in_mm
 
 STARTS = 96
 """Random starts of each search for a nearest configuration."""
@@ -127,7 +128,7 @@ def geometry_reason(
         f"the position is reachable, but not in this orientation: the nearest there is {_degrees(turned)} off"
     )
     if inside.position_error[0] > POSITION_TOLERANCE:
-        return f"{sentence}, and the joint limits keep the tool {_mm(float(inside.position_error[0]))} away"
+        return f"{sentence}, and the joint limits keep the tool {in_mm(float(inside.position_error[0]))} away"
     within = float(nearest_orientation(arm, target, task=task, limits=limits, rng=rng).rotation_error[0])
     if within > turned + 1e-3:
         sentence += f", {_degrees(within)} within the joint limits"
@@ -138,8 +139,8 @@ def _distance_reason(arm: Arm, target: Float[np.ndarray, "4 4"], closest: Refine
     tool = arm.geometry(closest.x)[0]
     further = _from_shoulder(arm, target[:3, 3]) >= _from_shoulder(arm, tool[0, :, 3])
     if further:
-        return f"the target is {_mm(gap)} beyond the arm's greatest reach"
-    return f"the target is {_mm(gap)} too close to the arm's base"
+        return f"the target is {in_mm(gap)} beyond the arm's greatest reach"
+    return f"the target is {in_mm(gap)} too close to the arm's base"
 
 
 def _from_shoulder(arm: Arm, point: Float[np.ndarray, "3"]) -> float:
@@ -150,10 +151,6 @@ def _from_shoulder(arm: Arm, point: Float[np.ndarray, "3"]) -> float:
         shoulder = foot(points[:, 0], axes[:, 0], points[:, 1], axes[:, 1])[0]
         return float(np.linalg.norm(point - shoulder))
     return float(np.linalg.norm(away - (away @ axes[0, 0]) * axes[0, 0]))
-
-
-def _mm(length: float) -> str:
-    return f"{length * 1e3:.3g} mm" if length < 0.1 else f"{length * 1e3:.0f} mm"
 
 
 def _degrees(angle: float) -> str:

@@ -15,6 +15,7 @@ from workbench.base.types import frozen
 from workbench.base.wording import counted
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.dataset import Dataset
+from workbench.data.prediction import row_components
 from workbench.identification.evaluate import evaluate
 from workbench.identification.record import Evaluation
 from workbench.identification.verification.intervals import Bounds, least_share, worst_of
@@ -77,12 +78,13 @@ class Verification(AbstractShown):
     def within(self) -> Bool[np.ndarray, " rows"]:
         """Rows that keep what was wanted; all of them where nothing was."""
         rows = self.evaluation.rows
-        kept = np.ones(len(rows.position), bool)
-        if self.wanted is not None:
-            kept &= rows.position <= self.wanted.position
-            if self.wanted.rotation is not None:
-                kept &= ~(rows.rotation > self.wanted.rotation)
-        return kept
+        if self.wanted is None:
+            return np.ones(len(rows.position), bool)
+        kept = self.wanted.kept_by_norms(rows.position, rows.rotation)
+        if not self.wanted.per_axis:
+            return kept
+        axes = row_components(self.robot, self.data)
+        return np.where(axes.has_position, self.wanted.within(axes), kept)
 
     @property
     def passed(self) -> bool | None:

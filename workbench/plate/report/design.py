@@ -165,16 +165,12 @@ def yield_sentence(found: Yield) -> str:
 
 def yield_json(found: Yield) -> Json:
     """The yield with the distribution over the cubes of the region."""
-    wanted = found.wanted
     low, high = found.interval
     return {
         "schema": YIELD,
         "outcome": str(found.outcome),
         "arms": found.arms,
-        "requirement": {
-            "position_mm": 1e3 * wanted.position,
-            "orientation_deg": None if wanted.rotation is None else float(np.rad2deg(wanted.rotation)),
-        },
+        "requirement": found.wanted.json(),
         "share": found.share,
         "share_95": [low, high],
         "not_reached": int((~found.reached).sum()),

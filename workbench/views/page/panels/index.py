@@ -41,7 +41,7 @@ class IndexPanel(AbstractPanel):
             heading("Predicted error in the region after calibration")
             + _measurable(session)
             + _predicted(session)
-            + judgement(now.position, session.noise.position, session.wanted)
+            + judgement(now, session.noise.position, session.wanted)
             + heading("Predicted error without each target")
             + worth(session)
             + _worst(now)
@@ -65,23 +65,23 @@ class IndicesPanel(AbstractPanel):
         self._html.content = block(content, testid="indices")
 
 
-def judgement(position: float, noise: float, wanted: Wanted | None = None) -> str:
+def judgement(score: Score, noise: float, wanted: Wanted | None = None) -> str:
     """Whether a predicted error is good: against what is wanted, and against the instrument.
 
     Args:
-        position: Predicted position error, root mean square [m].
+        score: What is predicted, root mean squares.
         noise: Standard deviation of each coordinate that the instrument measures [m].
         wanted: What is wanted at most; None if nothing is.
     """
-    if not np.isfinite(position):
+    if not np.isfinite(score.position):
         return ""
     parts = []
     if wanted is not None:
-        good = position <= wanted.position * (np.sqrt(3.0) if wanted.per_axis else 1.0)
-        words = f"rms {'within' if good else 'beyond'} the wanted {wanted.position_words}"
+        good = wanted.kept_by_norms(score.position, score.rotation)
+        words = f"rms {'within' if good else 'beyond'} the wanted {wanted.words}"
         parts.append(f'<span style="color:{GOOD if good else css(OUT_OF_REACH)}">{words}</span>')
     length = np.sqrt(3.0) * noise
-    times = position / length
+    times = score.position / length
     if times < 1.0:
         reading = f"below one reading of the instrument, which errs by {number(1e3 * length)} mm rms"
     else:

@@ -6,6 +6,7 @@ import numpy as np
 import viser
 
 from workbench.arm.robot import JointKind, Robot
+from workbench.base.wording import in_mm
 from workbench.plate.region import Region
 from workbench.session.commands.trajectory import (
     GREATEST_TIME,
@@ -35,8 +36,8 @@ LEAST_MOVED = 1.0
 JOINT_INKS = ("#3b82f6", "#16a34a", "#c2700a", "#db2777", "#7c3aed", "#0891b2", "#737373")
 NOTHING = "Plan a path, then play it. After an identification both arms follow it and the error is shown."
 QUICKEST = 5.0
-LEAST_SHOWN = 1e-3
-"""Errors below this are not told distance [mm]."""
+LEAST_SHOWN = 1e-6
+"""The curve of smaller errors is flat [m]."""
 
 
 class TrackPanel(AbstractPanel):
@@ -189,33 +190,26 @@ def result(track: Track, times: float) -> str:
     if track.before is None:
         words = "Planned. Identify the arm, and plan again, to see its error along the path."
         return block(f"{legend(track)}<div>{words}</div>{tail}", testid="track", style="margin:4px 0")
-    errors = 1e3 * track.errors
-    rows = [("Error, mean", _millimetres(errors.mean())), ("largest", _millimetres(errors.max()))]
+    errors = track.errors
+    rows = [("Error, mean", in_mm(errors.mean())), ("largest", in_mm(errors.max()))]
     if track.is_corrected:
-        before = (
-            f"{number(1e3 * float(track.before.mean()))} mm, largest {number(1e3 * track.before.max())} mm"
-        )
+        before = f"{in_mm(track.before.mean())}, largest {in_mm(track.before.max())}"
         rows.append(("uncorrected", before))
     content = legend(track) + pairs(rows) + _scale(errors, times) + tail
     return block(content, testid="track", style="margin:4px 0")
-
-
-def _millimetres(value: float) -> str:
-    """Nothing below a micrometre is told apart."""
-    return f"{number(float(value))} mm" if value >= LEAST_SHOWN else "below 0.001 mm"
 
 
 def curves(track: Track) -> str:
     """Error and joint positions over time, one above the other; a slider lies over them (`style.py`)."""
     parts = []
     if track.before is not None:
-        errors = track.errors / max(float(track.errors.max()), 1e-3 * LEAST_SHOWN)
+        errors = track.errors / max(float(track.errors.max()), LEAST_SHOWN)
         parts.append(_polyline(track.time, errors, 0.0, "currentColor"))
     for column, ink in zip(_shown(track).T, JOINT_INKS * 2, strict=False):
         share = (column - column.min()) / max(float(np.ptp(column)), LEAST_MOVED)
         parts.append(_polyline(track.time, share, ROOM, ink))
     drawn = f'<svg viewBox="0 0 {WIDTH} {2 * ROOM}" preserveAspectRatio="none">{"".join(parts)}</svg>'
-    top = f"error, up to {_millimetres(1e3 * float(track.errors.max()))}" if track.before is not None else ""
+    top = f"error, up to {in_mm(track.errors.max())}" if track.before is not None else ""
     words = (
         label("0", 10, top, size=11),
         label("0", ROOM + 10, "joints, each in its own range", size=11),
@@ -257,7 +251,7 @@ def _scale(errors: np.ndarray, times: float) -> str:
     return (
         f'<div style="height:8px;border-radius:3px;margin-top:4px;background:linear-gradient(90deg,{stops})">'
         '</div><div style="display:flex;justify-content:space-between">'
-        f"<span>{_millimetres(errors.min())}</span><span>{_millimetres(errors.max())}</span></div>"
+        f"<span>{in_mm(errors.min())}</span><span>{in_mm(errors.max())}</span></div>"
         f'<div style="color:{MUTED}">The trail shows where the amber arm\'s tool goes, its error '
         f"{'to scale' if times == 1 else f'exaggerated {times:g} times'} (Nominal errors × above).</div>"
     )
