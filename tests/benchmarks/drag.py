@@ -131,7 +131,7 @@ def page_of(url: str) -> Iterator[Page]:
 def dragged(screen: Screen) -> Measured:
     """A drag of the gizmo: quick for its updates, slow for its latency."""
     page = screen.page
-    at, metre = screen.grab(0)
+    at, metre = screen.grab(1)  # across: along x the error hardly changes
     page.evaluate(PROBE)
     rate = updates_a_second(page, at, metre)
     latency = [gesture_to_number(page, at - metre * (0.01 + 0.05 * (k % 2))) for k in range(12)]

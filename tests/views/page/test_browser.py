@@ -138,6 +138,9 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     assert "joint2.alpha" in screen.text("parameters")
     found = app.worker.session.identification
     assert found.runs["opt2"].held_out.position_mm.mean < 0.05 * found.nominal.held_out.position_mm.mean
+    plots_are_wide_on_demand(screen)
+    screen.tab("Diagnose")
+    page.locator('[data-testid="joints"] rect').nth(5).wait_for()
     screen.tab("Compare")
     screen.wait_text("row", "Calibrated")
     assert screen.node("/arm/calibrated/body3")
@@ -148,6 +151,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     app.worker.wait()
     screen.shoot("compared")
     residuals_are_where_they_are(screen)
+    errors_are_mapped_where_the_rows_are(screen)
 
     screen.tab("Identify")
     with page.expect_download() as download:
@@ -157,6 +161,29 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     names = robot.default_free
     wanted = found.runs["opt2"].calibrated.values(names)
     assert np.allclose(read_toml(saved).values(names), wanted, atol=1e-12)
+
+
+def plots_are_wide_on_demand(screen):
+    """The error plots of all algorithms, in words of a readable height [px]."""
+    screen.page.get_by_text("Details", exact=True).click()
+    screen.press("All algorithms, full width")
+    words = screen.page.locator(".mantine-Modal-body svg text").last
+    words.wait_for()
+    assert words.bounding_box()["height"] > 9.0
+    screen.press("Close")
+
+
+def errors_are_mapped_where_the_rows_are(screen):
+    """The cuboid is the hull of the rows, though nobody has said so."""
+    screen.tab("Region")
+    screen.choose("Cubes show", "Measured error")
+    screen.wait_text("legend", "mm")
+    assert "1 000+" not in screen.text("legend")
+    values = screen.page.get_by_role("textbox").evaluate_all("all => all.map(one => one.value)")
+    shown = [float(v) for v in values if v.lstrip("-").isdigit()]
+    measured = 1e3 * screen.app.worker.session.comparison.measured
+    assert (np.array(shown[:3]) <= measured.min(0) + 1.0).all()
+    assert (np.array(shown[3:6]) >= measured.max(0) - 1.0).all()
 
 
 def residuals_are_where_they_are(screen):
@@ -269,12 +296,16 @@ def test_a_page_is_as_dark_as_its_system_until_somebody_chooses(app, look):
     becomes("dark")
 
 
-def test_on_a_phone_no_part_of_the_scene_is_below_the_panel(look):
+def test_in_narrow_windows_no_part_of_the_scene_is_below_the_panel(look):
     page = look().page
     page.set_viewport_size({"width": 390, "height": 844})
     page.wait_for_function("() => document.querySelector('canvas').getBoundingClientRect().height < 400")
     box = page.locator("canvas").first.bounding_box()
     assert 0.3 * 844 < box["height"] < page.locator('[data-testid="hint"]').bounding_box()["y"]
+    page.set_viewport_size({"width": 900, "height": 700})
+    page.wait_for_function("() => document.querySelector('canvas').getBoundingClientRect().height > 600")
+    box = page.locator("canvas").first.bounding_box()
+    assert box["x"] + box["width"] <= page.locator('[data-testid="hint"]').bounding_box()["x"]
     page.set_viewport_size(SIZE)
 
 

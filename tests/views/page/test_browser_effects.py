@@ -23,8 +23,10 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path):
         screen.tab("Identify")
         screen.press("Identify")
         screen.wait_text("result", "held-out poses", timeout=120_000)
+        nominal = screen.text("result").split()[0]
         screen.tab("Diagnose")
         screen.press("Diagnose")
+        screen.wait_text("verdict", "Working: ")
         screen.wait_text("verdict", "Mean error on", timeout=120_000)
         assert not any(word in screen.text("diagnosis") for word in ("[nat]", "evidence", "chance", "10⁻"))
         screen.press("Add the effects to the model")
@@ -34,6 +36,8 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path):
         assert [effect.name for effect in session.accepted] == [name]
         expected = evaluate(session.identification.runs[session.fit].judged, read_measurements(path))
         errors = dict(zip(expected.row_numbers.tolist(), expected.rows.position.tolist(), strict=True))
+        screen.tab("Identify")
+        assert screen.text("result").split()[0] == nominal
         screen.tab("Compare")
         slider = screen.page.get_by_role("slider").first
         for key, place in (("End", len(errors)), ("Home", 1), ("ArrowRight", 2)):

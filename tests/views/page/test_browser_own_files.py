@@ -10,6 +10,8 @@ from workbench.arm.robot_toml import read_toml, robot_to_table
 from workbench.base import se3
 from workbench.data.readers.mapping import read_mapping
 from workbench.data.readers.preview import preview
+from workbench.data.writer import write_measurements
+from workbench.plate.virtual_measuring import measure_poses
 
 pytestmark = pytest.mark.browser
 
@@ -40,6 +42,33 @@ def saved(screen, button: str, path):
         screen.press(button)
     download.value.save_as(path)
     return path
+
+
+def test_rows_of_another_arm_are_refused_and_undo_brings_an_arm_back(app, look, tmp_path):
+    rows = measure_poses(load_robot("ur5"), 40, seed=2)[1]
+    screen = look()
+    screen.tab("Measure")
+    give(screen, "Load measurements", write_measurements(rows, tmp_path / "rows.csv"))
+    screen.wait_text("hint", "these rows are not ARIA's; UR5 (CB3) fits to")
+    aria = screen.until(lambda session: session.loaded is not None)
+    screen.tab("Identify")
+    screen.press("Identify")
+    screen.page.wait_for_selector('[data-testid="message"][data-severity="error"]')
+    assert app.worker.session.identification is None
+    screen.tab("More")
+    screen.choose("Robot", "katana450")
+    screen.press("Change to this robot")
+    screen.wait_text("question", "Undo brings them back")
+    screen.press("Cancel")
+    screen.page.wait_for_selector('[data-testid="question"]', state="detached")
+    screen.press("Change to UR5 (CB3)")
+    screen.until(lambda session: session.robot.name == "UR5 (CB3)" and len(session.loaded.dataset) == 40)
+    screen.wait_text("hint", "40 rows of rows.csv are loaded")
+    screen.tab("Plate")
+    screen.press("Undo")
+    back = screen.until(lambda session: session.robot is aria.robot)
+    assert back.loaded is aria.loaded
+    assert back.plate is aria.plate
 
 
 def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):

@@ -10,6 +10,16 @@ from workbench.views.page.app import App
 from workbench.views.page.demo import END, Demo
 
 pytestmark = pytest.mark.browser
+SEEN = """() => {
+  window.__seen = new Set();
+  const read = () => {
+    window.__seen.add(document.querySelector('[role=tab][aria-selected=true]')?.innerText);
+    window.__seen.add(document.querySelector('[data-testid="figure-now"]')?.innerText);
+  };
+  new MutationObserver(read).observe(
+    document.body, {subtree: true, childList: true, characterData: true, attributes: true});
+}"""
+"""Notes which tabs were open and which number stood in the strip."""
 
 
 @pytest.fixture
@@ -21,7 +31,13 @@ def app():
 
 def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
     screen = look()
+    screen.page.evaluate(SEEN)
     screen.wait_text("message", END[:40], timeout=120_000)
+    bent = "() => window.__viserSceneTree.getState()['/arm/bent_words']?.message.props.text.startsWith('bent × ')"
+    screen.page.wait_for_function(bent)
+    seen = screen.page.evaluate("() => [...window.__seen]")
+    assert {"Diagnose", "Compare"} <= set(seen)
+    assert any(words and words.count("→") == 2 for words in seen)  # nominal, geometry, causes
     app.demo.join(10.0)
     assert app.demo.is_finished
     session = app.worker.session

@@ -18,6 +18,12 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     screen.shoot("locked")
     screen.press("Delete")
     screen.wait_text("message", "locked")
+    screen.press("Improve this plate")  # it places the others, and says so where it is seen
+    page.locator('[data-testid="job"]').wait_for()
+    strip = page.get_by_role("button", name="Cancel", exact=True)
+    assert 0.0 < strip.bounding_box()["y"] < page.viewport_size["height"] - 30
+    strip.click()
+    screen.until(lambda session: session.job is None)
     screen.press("Undo")
     screen.press("Undo")
     session = screen.until(lambda session: session.plate is first)
@@ -29,6 +35,7 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     screen.until(lambda session: session.states[number].branch == other.name)
     screen.wait_text("history", "after each step")
     screen.shoot("branch")
+    a_blocked_branch_counts_nowhere(screen)
 
     page.get_by_text("Coordinates of all targets").click()
     table = page.locator("textarea").first
@@ -49,3 +56,21 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     screen.until(lambda session: session.selected == (before + 1) % 10)
     page.keyboard.press("Control+z")
     screen.until(lambda session: len(session.plate) == 8)
+
+
+def a_blocked_branch_counts_nowhere(screen):
+    """It is marked in the list, and neither its plate nor the program's own choice keeps it."""
+    before = screen.app.worker.session
+    screen.choose("Target", "3")
+    screen.until(lambda session: session.selected == 2)
+    screen.choose("Branch", "shoulder right, elbow down, wrist flip · blocked")
+    screen.wait_text("hint", "9 of 10 targets can be measured; target 3 is blocked")
+    assert "9 targets" in screen.text("rank")
+    screen.choose("Branch", "automatic")
+    screen.wait_text("rank", "10 targets")
+    assert screen.app.worker.session.states[2].measurable
+    for _ in range(2):
+        screen.press("Undo")
+    screen.until(lambda session: session.plate is before.plate)
+    screen.choose("Target", str(before.selected + 1))
+    screen.until(lambda session: session.selected == before.selected)
