@@ -33,8 +33,8 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
     screen = look()
     screen.page.evaluate(SEEN)
     screen.wait_text("message", END[:40], timeout=120_000)
-    bent = "() => window.__viserSceneTree.getState()['/arm/bent_words']?.message.props.text.startsWith('bent × ')"
-    screen.page.wait_for_function(bent)
+    bent = "window.__viserSceneTree.getState()['/arm/bent_words']?.message.props.text"
+    screen.page.wait_for_function(f"() => {bent}?.startsWith('bent × ')")
     seen = screen.page.evaluate("() => [...window.__seen]")
     assert {"Diagnose", "Compare"} <= set(seen)
     assert any(words and words.count("→") == 2 for words in seen)  # nominal, geometry, causes
