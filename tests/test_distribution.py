@@ -96,7 +96,7 @@ def test_a_missing_extra_says_what_works_in_a_checkout():
 
 def test_the_project_is_named_licensed_and_typed():
     assert PROJECT["name"] == NAME != "workbench"
-    assert PROJECT["scripts"] == {"workbench": "workbench.cli:main"}
+    assert PROJECT["scripts"] == {"workbench": "workbench.__main__:main"}
     assert PROJECT["license"] == "Apache-2.0"
     assert "Apache License" in (ROOT / PROJECT["license-files"][0]).read_text(encoding="utf-8")
     assert (ROOT / "workbench" / "py.typed").is_file()

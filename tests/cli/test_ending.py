@@ -3,9 +3,11 @@
 import json
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
+from workbench.__main__ import main
 from workbench.cli.ending import run as ended
 
 HELP = [sys.executable, "-m", "workbench", "--help"]
@@ -46,6 +48,17 @@ def test_an_interrupted_command_says_so(run, monkeypatch):
     monkeypatch.setattr(built_in_arms, "load_robot", interrupted)
     status, _, errors = run("redundancy", "--robot", "aria")
     assert (status, errors) == (130, "workbench: stopped\n")
+
+
+def test_an_interrupt_while_the_commands_are_read_says_so(monkeypatch, capsys):
+    def interrupted(name, *_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.delitem(sys.modules, "workbench.cli")
+    monkeypatch.setattr(sys, "meta_path", [SimpleNamespace(find_spec=interrupted)])
+    with pytest.raises(SystemExit, match="130"):
+        main()
+    assert capsys.readouterr().err == "workbench: stopped\n"
 
 
 def test_a_closed_pipe_is_no_mistake():

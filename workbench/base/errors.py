@@ -7,6 +7,9 @@ not converge or cannot see a parameter is an `Outcome` in the result, never an e
 from workbench.base.distribution import install_command
 from workbench.base.wording import brief
 
+INTERRUPTED, STOPPED = 130, "stopped"
+"""Exit status after Ctrl-C, and what is said then."""
+
 
 class WorkbenchError(Exception):
     """Base of all errors that a user can cause and mend; what it quotes of a file is cut to be read."""

@@ -13,12 +13,9 @@ from typing import Any
 
 import typer.core
 
-from workbench.base.errors import WorkbenchError
+from workbench.base.errors import INTERRUPTED, STOPPED, WorkbenchError
 from workbench.base.files import STANDARD_OUTPUT
 from workbench.base.wording import brief
-
-INTERRUPTED = 130
-
 
 SECTIONS = ("Start", "Calibrate", "Plates", "Paths", "Files")
 """What one wants from commands, in the order of the help."""
@@ -99,7 +96,7 @@ def run(command: Callable[[Sequence[str]], None], words: Sequence[str]) -> int:
 def _said(error: BaseException) -> tuple[int, str]:
     """Exit status and sentence of what was raised; a bug is raised again."""
     if isinstance(error, KeyboardInterrupt):
-        return INTERRUPTED, "stopped"
+        return INTERRUPTED, STOPPED
     if isinstance(error, WorkbenchError):
         return 1, str(error)
     if isinstance(error, MemoryError):
