@@ -14,7 +14,12 @@ def run_lines(run, lines: Iterable[str]) -> None:
         assert status == 0, (line, err)
 
 
+def unbroken(text: str) -> str:
+    """A text whose lines that end in a backslash go on in the same line."""
+    return text.replace("\\\n", "")
+
+
 def commands(text: str) -> list[str]:
     """Lines of a text's shell blocks."""
-    blocks = re.findall(r"```bash\n(.*?)```", text, re.DOTALL)
+    blocks = re.findall(r"```bash\n(.*?)```", unbroken(text), re.DOTALL)
     return [line for block in blocks for line in block.splitlines() if line.strip()]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shown import run_lines
+from shown import run_lines, unbroken
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -20,7 +20,7 @@ PAGES = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "assets" / 
 def block(mark):
     """The code block after a mark, in the README or else in a page of the documentation."""
     pattern = re.compile(rf"<!-- {mark} -->\n```\w+\n(.*?)```", re.DOTALL)
-    return next(found[1] for text in (README, *PAGES) if (found := pattern.search(text)))
+    return unbroken(next(found[1] for text in (README, *PAGES) if (found := pattern.search(text))))
 
 
 def process(*words, folder):

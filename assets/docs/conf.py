@@ -4,6 +4,7 @@ The pages need no network to be read: formulas become MathML, and the theme brin
 """
 
 import ast
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -29,8 +30,8 @@ myst_heading_anchors = 3
 exclude_patterns = ["gallery"]
 html_theme = "furo"
 html_title = "workbench"
-html_static_path = ["narrow.css"]
-html_css_files = ["narrow.css"]
+html_static_path = ["pages.css"]
+html_css_files = ["pages.css"]
 html_math_renderer = "mathml"
 html_copy_source = False
 autodoc_typehints = "none"
@@ -117,7 +118,17 @@ class Commands(Directive):
         return section
 
 
+def readable(_app, _what, _name, _object, _options, signature, answer):
+    """A signature with defaults as people write them: rounded numbers, functions by name, `…` for made ones."""
+    if signature is None:
+        return None
+    text = re.sub(r"np\.float64\(([\d.e-]+)\)", r"\1", signature)
+    text = re.sub(r"\d\.\d{6,}", lambda number: f"{float(number[0]):.3g}", text)
+    return re.sub(r"<function (\w+)>", r"\1", text).replace("<factory>", "…"), answer
+
+
 def setup(app):
-    """Add the directive of commands and the writer of formulas."""
+    """Add the directive of commands, the writer of formulas, and readable signatures."""
     app.add_directive("commands", Commands)
+    app.connect("autodoc-process-signature", readable)
     app.add_html_math_renderer("mathml", _mathml(False), _mathml(True))

@@ -2,7 +2,7 @@
 
 Chromium has to be installed. In `assets/pictures` they make
 
-- tour: `tour.webp` (it moves), `page-design.png` and `identify.png`: the story of `workbench serve --demo` is
+- tour: `tour.webp` (it moves), `page-design.png`, `identify.png` and `diagnose.png`: the story of `workbench serve --demo` is
   played, and every few commands the page is kept as it stands;
 - notebook: `notebook.png`, what an executed notebook shows;
 - drawings: `drawing-plate.png` and `drawing-block.png`, two pages of the drawing set of Table 2, optimised.
@@ -104,11 +104,11 @@ def tour(browser: Browser) -> None:
     page.screenshot(path=PICTURES / "page-design.png")
     shown: list[tuple[Image.Image, int]] = []
     for picture, time, last in frames(app, page):
-        if last == "Identify":
+        if last in ("Identify", "Diagnose"):
             app.worker.submit(SetCaption(""))
             app.worker.wait(120.0)
             page.wait_for_timeout(3 * SETTLED)
-            page.screenshot(path=PICTURES / "identify.png")
+            page.screenshot(path=PICTURES / f"{last.lower()}.png")
         size = (WIDTH, WIDTH * picture.height // picture.width)
         shown.append((picture.resize(size, Image.Resampling.LANCZOS), time))
     app.close()

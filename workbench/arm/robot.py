@@ -157,7 +157,7 @@ class Robot:
 
     Args:
         name: For people.
-        convention: Which front door it came through (`hayati`, `craig`, `urdf`, …).
+        convention: The form in which it was read (`hayati`, `craig`, `urdf`, …).
         elements: The arm's elements, without base and tool.
         joints: One per joint entry, moving or fixed.
         link_ends: Element of the arm after which each joint entry's link frame lies.
@@ -214,7 +214,7 @@ class Robot:
             limits: Least and greatest position of each moving joint [rad or m].
 
         Raises:
-            FileError, RobotError: the table is no robot; says which entry.
+            FileError, RobotError: the table describes no robot; the message names the entry.
         """
         from workbench.arm.robot_toml import robot_from_rows
 

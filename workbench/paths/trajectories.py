@@ -59,7 +59,7 @@ def compensate_trajectory(
 
     Raises:
         OptionError: joints without a nominal arm, or motion without time.
-        DataError: a row that can't be, named with its joint.
+        DataError: a row that the arm can't follow, named with its joint.
     """
     if trajectory.q is not None and nominal is None:
         raise OptionError(

@@ -30,5 +30,5 @@ print(arm.predict(q)[:3, 3].round(4))
 # %%
 # Where the same arm is built in, both agree:
 
-assert np.allclose(arm.predict(q), wb.load_robot("ur5").predict(q), atol=1e-6)
 arm.save("my_arm.toml")
+assert np.allclose(arm.predict(q), wb.load_robot("ur5").predict(q), atol=1e-6)

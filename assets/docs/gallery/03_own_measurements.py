@@ -22,6 +22,6 @@ data
 # Decimal commas were recognised, degrees and millimetres became SI, and a column that says nothing of the arm
 # was left out:
 
-print(data.q[1], data.position[1])
+print(data.q[1].round(3), data.position[1])
 print(*data.notes, sep="\n")
 assert data.position.shape == (3, 3)

@@ -2,7 +2,7 @@
 Apply the result: correct a trajectory
 ======================================
 
-A controller that knows only the nominal arm is given joints with which the real arm takes the poses meant.
+A controller that knows only the nominal arm is given joints with which the real arm reaches the intended poses.
 """
 
 import matplotlib.pyplot as plt

@@ -12,8 +12,7 @@ import workbench as wb
 arm = wb.load_robot("panda")
 _, data = wb.measure_poses(arm, 60, seed=1)
 fit = wb.identify(arm, data)
-fit.robot.save("calibrated.toml")
-fit.robot.save("calibrated.urdf")
+saved = [fit.robot.save(name) for name in ("calibrated.toml", "calibrated.urdf")]
 
 # %%
 # Read back, at a hundred poses:

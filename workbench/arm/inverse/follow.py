@@ -65,7 +65,7 @@ def follow(
         motion: What drives a robot's effects beside q, one row; its own q is not looked at.
 
     Raises:
-        ShapeError: the pose is no 4×4 matrix, or the start has another number of joints than the robot.
+        ShapeError: the pose is not a 4×4 matrix, or the start has another number of joints than the robot.
     """
     start = np.asarray(q_start, float)
     if start.shape != (robot.dof,):

@@ -81,8 +81,8 @@ def solve(
         motion: What drives a robot's effects beside q, one row; its own q is not looked at.
 
     Raises:
-        DataError: the pose is not finite or no rigid motion, or an effect misses what drives it.
-        ShapeError: the pose is no 4×4 matrix, or limits have another number of joints than the robot.
+        DataError: the pose is not finite or not a rigid motion, or an effect misses what drives it.
+        ShapeError: the pose is not a 4×4 matrix, or limits have another number of joints than the robot.
     """
     return solve_many(robot, as_pose(pose)[None], task=task, rng=rng, limits=limits, motion=motion)[0]
 

@@ -146,7 +146,7 @@ def compare_fleet(
 
     Raises:
         FileError: no folder, or nothing in it.
-        OptionError: no scheduler answers, no workers, or nothing is allowed.
+        OptionError: no scheduler answers, no workers, or `allowed` is not positive.
     """
     if allowed <= 0.0:
         raise OptionError(f"the allowed displacement must be positive, got {1e3 * allowed:g} mm")
