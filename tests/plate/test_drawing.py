@@ -258,6 +258,11 @@ def test_what_is_checked_and_what_is_bought(slanted, plate_of):
     }
     assert all(float(c["least"]) < float(c["nominal"]) < float(c["greatest"]) for c in checks)
     assert all(c["measured"] == "" for c in checks)
+    holes = {h["hole"]: h for h in csv.DictReader(io.StringIO(holes_csv(slanted)))}
+    assert len(holes) == len(slanted.slab.bores)  # every hole has a name of its own, by which it is checked
+    for check in (c for c in checks if c["part"] == "plate"):
+        *_, name, axis = check["feature"].split()
+        assert check["nominal"] == holes[name][f"{axis}[mm]"]
     parts = list(csv.DictReader(io.StringIO(parts_csv(slanted))))
     assert [p["part"] for p in parts[:4]] == ["plate", "block A", "block B", "probe"]
     assert next(p for p in parts if "dowel" in p["part"])["quantity"] == "4"

@@ -130,16 +130,13 @@ def _few_shapes(search: Callable[[Wish], PlateDesign], wish: Wish) -> PlateDesig
         source = search(twice) if more else source
     if best is None:
         return free
-    return replace(
-        best,
-        notes=(
-            f"{wish.shapes} shapes of block cost {max(100 * (best.cost / free.cost - 1.0), 0.0):.0f} % of "
-            "accuracy: "
-            f"{1e3 * best.cost:.3f} mm instead of {1e3 * free.cost:.3f} mm with "
-            f"{free.plate_shapes} different ones",
-            *best.notes,
-        ),
+    more = best.cost - free.cost
+    price = f"{1e3 * more:.3f} mm ({100 * more / free.cost:.0f} %)" if more >= 5e-7 else "no accuracy"
+    words = (
+        f"{wish.shapes} shapes of block cost {price}: {1e3 * best.cost:.3f} mm instead of "
+        f"{1e3 * free.cost:.3f} mm with {free.plate_shapes} different ones"
     )
+    return replace(best, notes=(words, *best.notes))
 
 
 def goal_poses(robot: Robot, plate: Plate) -> np.ndarray:

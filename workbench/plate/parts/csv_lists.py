@@ -184,10 +184,10 @@ Check = tuple[str, str, str, float, float]
 
 def _checks_of_holes(fixture: Fixture) -> Iterator[Check]:
     bound = MM * fixture.tolerances.place
-    for number, bore in enumerate(fixture.slab.bores, start=1):
+    for bore in fixture.slab.bores:
         if bore.purpose is Purpose.DOWEL:
             for axis, value in zip("xy", fixture.from_corner(bore.mouth), strict=True):
-                yield "plate", f"hole {number} (block {bore.label}) {axis}", "mm", value, bound
+                yield "plate", f"dowel hole {bore.label} {axis}", "mm", value, bound
 
 
 def _checks_of_blocks(fixture: Fixture) -> Iterator[Check]:

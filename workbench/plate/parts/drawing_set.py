@@ -53,7 +53,7 @@ def slab_page(fixture: Fixture, slab: Slab) -> Page:
     places = [MM * (bore.mouth[:2] + 0.5 * slab.size[:2]) for bore in slab.bores]
     for place, bore in zip(places, slab.bores, strict=True):
         items += view.hole(place, MM * bore.diameter)
-        if not bore.label.isdecimal():
+        if not bore.label[0].isdecimal():
             above = [other for other in places if 0.0 < other[1] - place[1] < 4.0 * TEXT * scale]
             under = any(abs(other[0] - place[0]) < 4.0 * TEXT * scale for other in above)
             items.append(view.label(place, MM * bore.diameter, bore.label, under=under))

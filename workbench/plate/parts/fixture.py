@@ -190,10 +190,11 @@ def _check_on_plate(blocks: tuple[Block, ...], size: Vector3, name: str) -> None
 
 
 def _under(block: Block, thickness: float, stock: Stock) -> list[Bore]:
-    """The slab's holes for one block: those of its foot, right through."""
+    """The slab's holes for one block, right through: 7 for its screw, 7a and 7b for its dowels."""
+    letters = iter("ab")
     return [
         Bore(
-            label=bore.label,
+            label=bore.label + ("" if bore.purpose is Purpose.THREAD else next(letters)),
             purpose=(bore.purpose if stock.tapped else Purpose.SCREW)
             if bore.purpose is Purpose.THREAD
             else Purpose.DOWEL,
@@ -347,7 +348,5 @@ def base_parts(pose: Matrix4, slab: Slab, stock: Stock) -> tuple[Slab | None, Tu
         f"{1e3 * stock.foot[0]:.0f} mm; check them against the arm"
     )
     nearest = float(np.hypot(*places[:, :2].T).min())
-    close = (
-        f"; a stand-off's axis is {1e3 * nearest:.0f} mm from the arm's" if nearest < stock.foot[0] else ""
-    )
+    close = f"; a stand-off's axis is {1e3 * nearest:.0f} mm from axis 1" if nearest < stock.foot[0] else ""
     return Slab(size=size, bores=tuple(bores), name="bottom"), post, (note + close,)

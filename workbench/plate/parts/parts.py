@@ -49,7 +49,7 @@ class Bore:
     """A round hole, or a 90° cone, in the frame of its part.
 
     Args:
-        label: Number of the block, or M1 … for mounting holes.
+        label: Number of the block, with a letter for the plate's dowel holes, or M1 … for mounting holes.
         purpose: What it is for; sockets and centres are cones.
         mouth: Centre of its mouth [m].
         direction: Unit vector into the material.

@@ -53,9 +53,11 @@ def _design_words(design: PlateDesign) -> list[str]:
     if any(target.kind is not Kind.POINT for target in design.plate.targets):
         words.append(f"{shapes} different blocks for {blocks} targets")
         if shapes > max(3, blocks // 3):
-            words[-1] += "; --shapes 3 or --angles 0deg,30deg make cheaper ones and say what they cost"
+            words[-1] += "; --shapes 3 makes them cheaper and says what that costs, --angles 0deg,30deg "
+            words[-1] += "allows these tilts alone"
     if np.isfinite(design.start_cost):
-        words.append(f"the given plate: {1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as much")
+        given = f"{1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as much"
+        words.append(f"the given plate, made alike, in its best branches: {given}")
     if not design.outcome.ok:
         words.append(f"the search was {design.outcome}; this is the best so far")
     return [*words, *design.notes]

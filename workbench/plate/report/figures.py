@@ -33,8 +33,8 @@ def score_figure(score: PlateScore) -> Figure:
 
 
 def _predicted(axes: Axes, score: PlateScore) -> None:
-    """Predicted position errors of the poses in the region, as measured and with one branch."""
-    sets = [("as measured", score.measured, COLOURS[0])]
+    """Predicted position errors of the poses in the region, in the targets' branches and with one."""
+    sets = [("the targets' branches", score.measured, COLOURS[0])]
     if score.single is not None:
         sets.append(("one branch", score.single, NOMINAL))
     for words, chosen, colour in sets:

@@ -41,7 +41,7 @@ def score_tables(score: PlateScore) -> RenderableType:
         targets.add_row(
             str(k + 1), escape(branch), f"{chosen.per_target[k]:.4f}", f"{100 * chosen.shares[k]:.1f}"
         )
-    sets = new_table("The set", "", "as measured", "one branch")
+    sets = new_table("The set", "", "branches above", "one branch")
     for what, cells in _set_rows([chosen, score.single]):
         sets.add_row(escape(what), *cells)
     words = [
