@@ -130,8 +130,8 @@ def _few_shapes(search: Callable[[Wish], PlateDesign], wish: Wish) -> PlateDesig
         source = search(twice) if more else source
     if best is None:
         return free
-    more = best.cost - free.cost
-    price = f"{1e3 * more:.3f} mm ({100 * more / free.cost:.0f} %)" if more >= 5e-7 else "no accuracy"
+    extra = best.cost - free.cost
+    price = f"{1e3 * extra:.3f} mm ({100 * extra / free.cost:.0f} %)" if extra >= 5e-7 else "no accuracy"
     words = (
         f"{wish.shapes} shapes of block cost {price}: {1e3 * best.cost:.3f} mm instead of "
         f"{1e3 * free.cost:.3f} mm with {free.plate_shapes} different ones"
