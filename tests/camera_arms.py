@@ -1,10 +1,11 @@
 """Virtual arms seen by cameras, independent of the package: own kinematics, own projection, own tags.
 
-A dodecahedron of tags, or a board, is carried by the tool before a camera in the cell; or the camera rides on
-the tool and looks at the board. Poses are drawn until enough is in view.
+Dodecahedra of tags are carried by the tool before a camera in the cell; or the camera rides on the tool and
+looks at them. Poses are drawn until enough is in view.
 """
 
 from dataclasses import dataclass, field
+from itertools import product
 
 import numpy as np
 
@@ -62,6 +63,7 @@ ARMS = {
 LIMIT = 2.6
 K = np.array([1350.0, 1352.0, 810.0, 612.0])
 SIZE = np.array([1600, 1200])
+SOLID = 20  # ids from one solid's to the next one's
 
 
 def turn(axis, angle):
@@ -193,7 +195,11 @@ class Scene:
     rows: list
     truth: np.ndarray
     camera: np.ndarray
-    target: np.ndarray
+    targets: list
+
+    @property
+    def target(self):
+        return self.targets[0]
 
     def table(self, keep=None):
         keep = range(len(self.q)) if keep is None else keep
@@ -208,7 +214,9 @@ class Scene:
         return "\n".join([head, *(f"{i}," + ",".join(map(repr, self.q[i].tolist())) for i in keep)]) + "\n"
 
 
-def scene(rng, arm, count, *, noise=0.3, on_tool=False, distortion=(0, 0, 0, 0, 0), eyes=None, scale=1.0):
+def scene(
+    rng, arm, count, *, noise=0.3, on_tool=False, distortion=(0, 0, 0, 0, 0), eyes=None, scale=1.0, solids=1
+):
     """Joints and pixels of `count` poses; `arm` is the actual one, tags stand in `target_toml`."""
     tags, normals = dodecahedron()
     tags = tags * scale
@@ -217,10 +225,10 @@ def scene(rng, arm, count, *, noise=0.3, on_tool=False, distortion=(0, 0, 0, 0, 
     eyes = eyes or [(middle + np.array([0.5 * reach + 0.4, -0.3 * reach, 0.2 * reach]))]
     if on_tool:
         cameras = [shift(0.03, 0.05, 0.02) @ turn(2, 0.3) @ turn(0, 0.1) @ small(rng, 0.05, 0.01)]
-        target = shift(0.55 * reach, 0.1, 0.02) @ small(rng, 0.2, 0.05)
+        targets = [shift(0.55 * reach, 0.1 - 0.35 * k, 0.02) @ small(rng, 0.2, 0.05) for k in range(solids)]
     else:
         cameras = [look(eye, middle) @ small(rng, 0.03, 0.02) for eye in eyes]
-        target = shift(0.01, 0.02, 0.13) @ small(rng, 0.2, 0.01)
+        targets = [shift(0.01, 0.02 + 0.26 * k, 0.13) @ small(rng, 0.2, 0.01) for k in range(solids)]
     q, rows, truth = [], [], []
     while len(q) < count:
         batch = rng.uniform(-0.95 * LIMIT, 0.95 * LIMIT, (400, len(arm.dh)))
@@ -229,7 +237,7 @@ def scene(rng, arm, count, *, noise=0.3, on_tool=False, distortion=(0, 0, 0, 0, 
             if tool[2, 3] < 0.05 or len(q) == count:
                 continue
             seen = []
-            for c, eye in enumerate(cameras):
+            for (c, eye), (b, target) in product(enumerate(cameras), enumerate(targets)):
                 see = np.linalg.inv(tool @ eye) @ target if on_tool else np.linalg.inv(eye) @ tool @ target
                 points = tags @ see[:3, :3].T + see[:3, 3]
                 centre = points.mean(1)
@@ -239,7 +247,7 @@ def scene(rng, arm, count, *, noise=0.3, on_tool=False, distortion=(0, 0, 0, 0, 
                 uv = pixels(points, distortion=distortion)
                 inside = ((uv > 5) & (uv < SIZE - 5)).all((1, 2)) & (facing > 0.45)
                 seen += [
-                    (len(q), f"c{c}", int(k), j, *(uv[k, j] + noise * rng.normal(size=2)))
+                    (len(q), f"c{c}", int(k) + SOLID * b, j, *(uv[k, j] + noise * rng.normal(size=2)))
                     for k in np.flatnonzero(inside)
                     for j in range(4)
                 ]
@@ -247,7 +255,7 @@ def scene(rng, arm, count, *, noise=0.3, on_tool=False, distortion=(0, 0, 0, 0, 
                 q.append(joints)
                 rows += seen
                 truth.append(tool)
-    return Scene(np.array(q), rows, np.array(truth), np.array(cameras), target)
+    return Scene(np.array(q), rows, np.array(truth), np.array(cameras), targets)
 
 
 def camera_toml(count=1, *, mounted="world", free="false", k=K, distortion=(0, 0, 0, 0, 0)):
@@ -258,14 +266,18 @@ def camera_toml(count=1, *, mounted="world", free="false", k=K, distortion=(0, 0
     )
 
 
-def target_toml(mounted="tool"):
+def target_toml(mounted="tool", solids=1):
     tags, _ = dodecahedron()
-    points = "".join(
-        f"[[point]]\nid = {k}\ncorner = {j}\nxyz = {tags[k, j].tolist()}\n"
-        for k in range(len(tags))
-        for j in range(4)
-    )
-    return f'mounted = "{mounted}"\n{points}'
+    board, point = ("board", "board.point") if solids > 1 else ("", "point")
+    text = f'mounted = "{mounted}"\n'
+    for b in range(solids):
+        text += f'[[{board}]]\nname = "{"ABC"[b]}"\n' if board else ""
+        text += "".join(
+            f"[[{point}]]\nid = {k + SOLID * b}\ncorner = {j}\nxyz = {tags[k, j].tolist()}\n"
+            for k in range(len(tags))
+            for j in range(4)
+        )
+    return text
 
 
 def rigid_error(found, truth):

@@ -208,12 +208,12 @@ def pixels() -> tuple[bytes, Parse]:
     from workbench.data.camera.camera import read_cameras
     from workbench.data.camera.pixel_table import read_pixels
     from workbench.data.camera.rig import Rig
-    from workbench.data.camera.target import read_target
+    from workbench.data.camera.target import read_targets
 
     folder = room()
     (folder / "camera.toml").write_text(CAMERA)
     (folder / "target.toml").write_text(TARGET)
-    rig = Rig(read_cameras(folder / "camera.toml"), read_target(folder / "target.toml"))
+    rig = Rig(read_cameras(folder / "camera.toml"), read_targets(folder / "target.toml"))
     return PIXELS.encode(), in_file("pixels.csv", lambda path: read_pixels(path, rig, dof=2))
 
 
@@ -224,9 +224,9 @@ def camera() -> tuple[bytes, Parse]:
 
 
 def target() -> tuple[bytes, Parse]:
-    from workbench.data.camera.target import read_target
+    from workbench.data.camera.target import read_targets
 
-    return TARGET.encode(), in_file("target.toml", read_target)
+    return TARGET.encode(), in_file("target.toml", read_targets)
 
 
 def robot() -> tuple[bytes, Parse]:

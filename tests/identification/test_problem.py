@@ -65,19 +65,22 @@ def measured(robot, rng, kind, rows=ROWS, sessions=None):
 
 
 def pictures(poses, rng, common):
-    """Two cameras in the world, one of them of unknown intrinsics, and a board on the tool."""
+    """Two cameras in the world, one of them of unknown intrinsics, and two boards on the tool."""
     sigma = np.array([5.0, 5.0, 5.0, 5.0, 0.1, 0.1, 0.01, 0.01, 0.1])
     k = np.array([900.0, 910.0, 640.0, 500.0, -0.1, 0.02, 0.001, 0.002, 0.01])
     kind = {"size": (1280, 1000), "intrinsics": k, "sigma": sigma}
     cameras = (Camera(name="a", **kind), Camera(name="b", free=Freedom.FIXED, **kind))
-    target = charuco_target(Charuco((4, 4), 0.04, 0.03, "DICT_6X6_250"), "tool")
+    board = Charuco((4, 3), 0.04, 0.03, "DICT_6X6_250")
+    targets = tuple(charuco_target(board, "tool", name=name) for name in ("left", "right"))
+    boards = np.stack([np.eye(4), se3.pose(se3.rotvec_to_matrix(np.array([0.2, 0.4, 0.1])), np.full(3, 0.2))])
     eyes = np.stack([np.eye(4), se3.pose(se3.rotvec_to_matrix(np.array([0.1, 0.2, 0.3])), np.full(3, 0.1))])
     eyes[:, 2, 3] -= 2.5
-    sight = se3.inverse(eyes)[None] @ poses[:, None]
-    pixels = project(se3.apply(sight[:, :, None], target.points), k).pixel
+    sight = se3.inverse(eyes)[None, :, None] @ poses[:, None, None] @ boards
+    seen = [se3.apply(sight[:, :, b, None], target.points) for b, target in enumerate(targets)]
+    pixels = project(np.concatenate(seen, axis=2), k).pixel
     pixels += rng.normal(0.0, 3.0, pixels.shape)
     pixels[3, 1, 2] = np.nan
-    return Dataset(pixels=pixels, sight=sight, rig=Rig(cameras, target), **common)
+    return Dataset(pixels=pixels, sight=sight, rig=Rig(cameras, targets), **common)
 
 
 @pytest.mark.parametrize("kind", OBSERVATIONS, ids=lambda k: k.__name__)

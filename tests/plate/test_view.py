@@ -33,7 +33,7 @@ def view(mounted=Mount.WORLD, **options):
         name="c", size=(1280, 960), intrinsics=LENS, mounted=mounted, free=Freedom.FIXED, sigma=np.ones(9)
     )
     carrier = Mount.TOOL if mounted is Mount.WORLD else Mount.WORLD
-    rig = Rig((camera,), charuco_target(BOARD, carrier))
+    rig = Rig((camera,), (charuco_target(BOARD, carrier),))
     if mounted is Mount.WORLD:
         eye, board = pose([0.4, 0.0, 1.1], [180, 0, 0]), pose([-0.07, 0.1, 0.02], [180, 0, 0])
     else:
@@ -120,7 +120,7 @@ def test_the_index_needs_a_camera(aria):
 def test_the_command_chooses_poses_in_view(run, tmp_path, aria):
     seen = view()
     write_cameras(seen.rig.cameras, tmp_path / "camera.toml")
-    write_target(seen.rig.target, tmp_path / "target.toml")
+    write_target(seen.rig.targets, tmp_path / "target.toml")
     words = ("poses", "--robot", "aria", "--number", "8", "--camera", "camera.toml", "--out", "q.csv")
     at = ("--camera-at", "0.4,0,1.1,180,0,0", "--target-at", "-0.07,0.1,0.02,180,0,0", "--method", "greedy")
     status, out, err = run(*words, "--target", "target.toml", *at)

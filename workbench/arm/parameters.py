@@ -9,7 +9,7 @@ MAX_ANGLE, MAX_LENGTH = 1.0, 0.1
 joint was mounted 45° off, narrow enough to keep a bounded search on this side of its mirror images."""
 
 FRAMES = ("base", "tool")
-INSTRUMENT = ("anchor[", "contact[", "marker", "camera[", "target.")
+INSTRUMENT = ("anchor[", "contact[", "marker", "camera[", "target.", "target[")
 """How the names of frames, and of an instrument's own unknowns, begin."""
 
 

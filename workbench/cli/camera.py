@@ -75,7 +75,7 @@ def view_of(camera: Path, target: Path | None, places: list[str], target_at: str
     if target is None or not places:
         raise OptionError("--camera needs --target FILE, and --camera-at: roughly where the camera is")
     return View(
-        rig=Rig(read_cameras(camera), read_target(target)),
+        rig=Rig(read_cameras(camera), (read_target(target),)),
         cameras=tuple(_place(text, "--camera-at") for text in places),
         target=_place(target_at, "--target-at"),
         depth=(0.0, np.inf) if depth is None else two_lengths(depth, "--depth"),

@@ -58,7 +58,7 @@ class Dataset:
         tilt: Inclinometer readings about x and y of a link [rad], by link number counted from 1.
         wrench: [f; τ] that pulls at the tool from outside, in the axes of the robot's gravity [N, N m].
         pixels: Where each camera saw each point of its target [px]; NaN where it did not.
-        sight: Pose of the target in each camera, from that camera's pixels alone; NaN where unknown.
+        sight: Pose of each board in each camera, from that camera's pixels alone; NaN where unknown.
         image: Name of the row's picture.
         rig: The cameras and their target.
         exclude: Rows that the file keeps out.
@@ -88,7 +88,7 @@ class Dataset:
     tilt: dict[int, Float[np.ndarray, "rows 2"]] | None = None
     wrench: Float[np.ndarray, "rows 6"] | None = None
     pixels: Float[np.ndarray, "rows cameras points 2"] | None = None
-    sight: Float[np.ndarray, "rows cameras 4 4"] | None = None
+    sight: Float[np.ndarray, "rows cameras boards 4 4"] | None = None
     image: Labels | None = None
     rig: Rig | None = None
     exclude: Bool[np.ndarray, " rows"] | None = None

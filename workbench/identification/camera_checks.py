@@ -11,6 +11,7 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Freedom
 from workbench.data.camera.camera import INTRINSICS
 from workbench.data.camera.rig import Rig
+from workbench.data.camera.target import Target
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.pixel_noise import Considered, Pictures
@@ -22,6 +23,8 @@ OUTSIDE = 3.0
 """Standard deviations of prior knowledge beyond which it is doubted."""
 ANY_SIZE = 1.0
 """Standard deviation of a target's relative size where nothing is known of it."""
+LEAST_SIGMA = 1e-5
+"""A size that counts as exact is known to this."""
 OUT_OF_LINE, FAR_OFF = 6.0, 2e-3
 """Pictures this many times the median off, and so many m, don't suit their joints."""
 
@@ -45,14 +48,13 @@ class Fit:
         off = problem.physical(problem.residual(self.x)[: problem.size])
         return float(np.sqrt((off**2).sum() / problem.count))
 
-    @property
-    def scale(self) -> float:
-        """The target's size less the stated one, relative to it."""
-        return self.values.get("target.scale", 0.0)
+    def scale(self, target: Target) -> float:
+        """A board's size less the stated one, relative to it."""
+        return self.values.get(f"{target.owner}.scale", 0.0)
 
     def is_strange_size(self, rig: Rig) -> bool:
-        """Whether the size is farther from the stated one than the rig's knowledge of it."""
-        return 0.0 < OUTSIDE * rig.target.scale_sigma < abs(self.scale)
+        """Whether a board's size is farther from the stated one than the rig's knowledge of it."""
+        return any(0.0 < OUTSIDE * t.scale_sigma < abs(self.scale(t)) for t in rig.targets)
 
     def strange_intrinsics(self, rig: Rig) -> list[str]:
         """What of each camera is farther from the given intrinsics than their `sigma` allows, in words."""
@@ -122,7 +124,7 @@ def find_doubts(fitted: Callable[[Dataset], Fit], data: Dataset) -> Doubts:
     """
     rig = data.rig
     assert rig is not None, "pictures were fitted"
-    any_size = replace(rig, target=replace(rig.target, scale_sigma=ANY_SIZE))
+    any_size = replace(rig, targets=tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets))
     given, size = (fitted(replace(data, rig=each)) for each in (rig, any_size))
     lens = fitted(replace(data, rig=rig.with_intrinsics(Freedom.AUTO))) if rig.is_lens_fixed else given
     words = tuple(_sentences(rig, given, lens, size))
@@ -131,7 +133,7 @@ def find_doubts(fitted: Callable[[Dataset], Fit], data: Dataset) -> Doubts:
         return Doubts(words, data, {})
     if _suits(lens, least):
         return Doubts.of(words, given, lens)
-    return Doubts.of(words, given, size, "target.scale")
+    return Doubts.of(words, given, size, *(f"{t.owner}.scale" for t in rig.targets))
 
 
 def _suits(fit: Fit, least: float) -> bool:
@@ -150,7 +152,7 @@ def _sentences(rig: Rig, given: Fit, lens: Fit, size: Fit) -> Iterator[str]:
         is_either = not is_size and suits(size) and not size.strange_intrinsics(rig)
     else:
         is_either = is_size and rig.is_lens_fixed and suits(lens) and not lens.is_strange_size(rig)
-    by_size = f"{size.pixel:.2f} px with a target {_larger(size, rig)}"
+    by_size = f"{size.pixel:.2f} px with {_larger(size, rig)}"
     if is_either:
         yield (
             "the target's size or the focal length is not what was given, and the pictures can't tell which: "
@@ -169,7 +171,7 @@ def _sentences(rig: Rig, given: Fit, lens: Fit, size: Fit) -> Iterator[str]:
         )
     if is_size:
         yield (
-            f"the target is {_larger(size, rig)}: corners {given.pixel:.2f} px off with "
+            f"{_larger(size, rig, 'is ')}: corners {given.pixel:.2f} px off with "
             f"the size given, {size.pixel:.2f} px with that one; measure it and correct its sizes"
         )
 
@@ -189,14 +191,21 @@ def _by_lens(lens: Fit, rig: Rig) -> str:
     return f"{lens.pixel:.2f} px with free intrinsics (camera {name}: {intrinsics})"
 
 
-def _larger(fit: Fit, rig: Rig) -> str:
-    """How much larger or smaller the target is than stated, and its squares."""
-    words = f"{100 * abs(fit.scale):.2f} % {'larger' if fit.scale > 0.0 else 'smaller'} than its file says"
-    board = rig.target.charuco
+def _larger(fit: Fit, rig: Rig, verb: str = "") -> str:
+    """How much larger or smaller a board is than stated, and its squares; all boards that seem to be."""
+    share = {t: abs(fit.scale(t)) / max(t.scale_sigma, LEAST_SIGMA) for t in rig.targets}
+    off = [t for t in rig.targets if share[t] > OUTSIDE] or [max(share, key=lambda t: share[t])]
+    return " and ".join(_size(t, fit.scale(t), verb) for t in off)
+
+
+def _size(target: Target, scale: float, verb: str) -> str:
+    board, more = target.charuco, "larger" if scale > 0.0 else "smaller"
+    who = f"board '{target.name}'" if target.name else "the target"
+    words = f"{who} {verb}{100 * abs(scale):.2f} % {more} than its file says"
     if board is None:
         return words
     side = 1e3 * board.square
-    return f"{words} (squares of {side * (1.0 + fit.scale):.4g} mm, not {side:.4g} mm)"
+    return f"{words} (squares of {side * (1.0 + scale):.4g} mm, not {side:.4g} mm)"
 
 
 def unsuited(robot: Robot, data: Dataset, build: Callable[..., Problem] = Problem.build) -> dict[int, float]:

@@ -80,8 +80,8 @@ def camera_views(session: Session) -> tuple[CameraView, ...]:
     predicted = -nowhere.see(tool, unknown).residual.reshape(observation.measured.shape)[0]
     to_base = se3.inverse(robot.in_session(data.sessions[0]).base.pose)
     carriers = {Mount.WORLD: to_base, Mount.TOOL: to_base @ tool[0]}
-    target = carriers[rig.target.mounted] @ _placed(values, "target")
-    points = se3.apply(target[None], rig.target.points[None])[0]
+    boards = [(carriers[rig.mounted] @ _placed(values, target.owner), target) for target in rig.targets]
+    points = np.concatenate([se3.apply(pose[None], target.points[None])[0] for pose, target in boards])
     views = []
     for c, camera in enumerate(rig.cameras):
         pose = carriers[camera.mounted] @ _placed(values, f"camera[{camera.name}]")

@@ -13,7 +13,7 @@ from typing import Any, final
 import numpy as np
 
 from workbench.base.errors import WorkbenchError
-from workbench.data.camera.detect import ENDINGS, Finder, blur
+from workbench.data.camera.detect import ENDINGS, BoardFinder, blur
 from workbench.data.camera.folder import TABLES, small_jpeg
 from workbench.data.camera.markers import opencv
 from workbench.data.camera.pixel_table import plain_names
@@ -68,12 +68,12 @@ class PictureWatcher(AbstractView):
     def _watch(self, shooting: Shooting, stop: threading.Event) -> None:
         camera, is_device = shooting.rig.cameras[0], shooting.source.startswith(DEVICE)
         pictures = _device(shooting.source, stop) if is_device else self._folder(shooting, stop)
-        finder: Finder | None = None
+        finder: BoardFinder | None = None
         before, sent = np.zeros((0, 2)), np.zeros((0, 2))
         try:
             for name, picture in pictures:
                 if picture is not None:
-                    finder = finder or Finder.of(shooting.rig.target, [picture])
+                    finder = finder or BoardFinder.of(shooting.rig.targets, [picture])
                     q = self._joints(shooting, name)
                     shot = look_at(name, picture, finder, camera.name, camera.size, q)
                     if is_device:
@@ -113,7 +113,12 @@ class PictureWatcher(AbstractView):
 
 
 def look_at(
-    name: str, picture: Any, finder: Finder, camera: str, size: tuple[int, int], q: tuple[float, ...] | None
+    name: str,
+    picture: Any,
+    finder: BoardFinder,
+    camera: str,
+    size: tuple[int, int],
+    q: tuple[float, ...] | None,
 ) -> Shot:
     """What a picture shows."""
     found = finder.find(picture)

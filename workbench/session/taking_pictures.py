@@ -98,4 +98,4 @@ class Shooting:
         write_text(folder / "corners.csv", "\n".join(corners) + "\n")
         write_text(folder / "joints.csv", "\n".join([head, *joints.values()]) + "\n")
         write_cameras(self.rig.cameras, folder / "camera.toml")
-        write_target(self.rig.target, folder / "target.toml")
+        write_target(self.rig.targets, folder / "target.toml")

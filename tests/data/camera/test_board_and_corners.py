@@ -52,7 +52,7 @@ def folder(tmp_path, pictures):
 
 def test_corners_are_found_to_a_tenth_of_a_pixel(pictures, folder):
     target = charuco_target(BOARD, "tool")
-    found = find_corners(folder, Rig((CAMERA,), target))
+    found = find_corners(folder, Rig((CAMERA,), (target,)))
     assert len(found.id) > 60
     assert found.notes[0] == f"{len(found.id)} corners in 3 pictures"
     poses = np.stack([pictures[int(name[0])][0] for name in found.image])
@@ -82,7 +82,7 @@ def test_boards_of_old_versions_are_recognised_and_said(legacy):
     ],
 )
 def test_pictures_without_the_board_say_why(pictures, tmp_path, spoil, reason):
-    rig = Rig((CAMERA,), charuco_target(BOARD, "tool"))
+    rig = Rig((CAMERA,), (charuco_target(BOARD, "tool"),))
     cv2.imwrite(str(tmp_path / "9.png"), spoil(pictures[0][1]))
     with pytest.raises(DataError, match=reason):
         find_corners(tmp_path, rig)
@@ -101,19 +101,19 @@ def test_pictures_without_the_board_say_why(pictures, tmp_path, spoil, reason):
 )
 def test_another_board_is_named(folder, board, reason):
     with pytest.raises(DataError, match=reason):
-        find_corners(folder, Rig((CAMERA,), charuco_target(board, "tool")))
+        find_corners(folder, Rig((CAMERA,), (charuco_target(board, "tool"),)))
 
 
 def test_pictures_of_another_size_and_empty_folders_are_refused(folder, tmp_path):
     target = charuco_target(BOARD, "tool")
     with pytest.raises(DataError, match="640 x 480 px, camera 'cell' has"):
-        find_corners(folder, Rig((replace(CAMERA, size=(800, 600)),), target))
+        find_corners(folder, Rig((replace(CAMERA, size=(800, 600)),), (target,)))
     for where in (tmp_path / "none", tmp_path):
         (tmp_path / "0.png").unlink(missing_ok=True)
         for path in tmp_path.glob("*.png"):
             path.unlink()
         with pytest.raises(FileError):
-            find_corners(where, Rig((CAMERA,), target))
+            find_corners(where, Rig((CAMERA,), (target,)))
 
 
 def test_blur_is_measured():

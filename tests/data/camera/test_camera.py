@@ -95,7 +95,7 @@ def test_a_camera_that_can_not_be_is_refused(tmp_path, change, word):
 
 
 def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
-    rig = Rig(camera(tmp_path), charuco_target(BOARD, "tool"))
+    rig = Rig(camera(tmp_path), (charuco_target(BOARD, "tool"),))
     pixels = [f"shots/{i:02}.png,{k},{100 + 9 * k},{200.5 + k}" for i in (2, 10) for k in range(6)]
     source = table(tmp_path, ["image,id,u[px],v[px]", *pixels])
     joints = table(tmp_path, ["image,q1[deg],q2[deg]", "10,90,0", "2,45,10", "3,1,1"], "joints.csv")
@@ -115,7 +115,7 @@ def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
 
 def test_a_picture_without_the_target_keeps_its_joints(tmp_path):
     """Where joints have no names they go by the order of all pictures, not of those that show corners."""
-    rig = Rig(camera(tmp_path), charuco_target(BOARD, "tool"))
+    rig = Rig(camera(tmp_path), (charuco_target(BOARD, "tool"),))
     seen = PixelRows(
         image=np.repeat(["1.png", "3.png"], 6),
         camera=np.full(12, ""),
@@ -130,7 +130,7 @@ def test_a_picture_without_the_target_keeps_its_joints(tmp_path):
 
 
 def test_pictures_and_joints_that_do_not_belong_together_are_refused(tmp_path):
-    rig = Rig(camera(tmp_path), charuco_target(BOARD, "tool"))
+    rig = Rig(camera(tmp_path), (charuco_target(BOARD, "tool"),))
     source = table(tmp_path, ["image,id,u[px],v[px]", "1,0,5,6", "2,0,5,6"])
     with pytest.raises(DataError, match=r"1 pictures.*2"):
         read_pixels(source, rig, joints=table(tmp_path, ["q1[deg]", "3"], "a.csv"))
@@ -149,4 +149,4 @@ def test_pictures_and_joints_that_do_not_belong_together_are_refused(tmp_path):
     with pytest.raises(DataError, match=r"id 57.*12 inner corners"):
         read_pixels(strange, rig, joints=table(tmp_path, ["image,q1[deg]", "1,3"], "c.csv"))
     with pytest.raises(DataError, match="both mounted"):
-        Rig(camera(tmp_path), charuco_target(BOARD, "world"))
+        Rig(camera(tmp_path), (charuco_target(BOARD, "world"),))

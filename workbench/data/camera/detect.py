@@ -63,17 +63,19 @@ NOTHING = Found(np.zeros(0, int), np.zeros(0, int), np.zeros((0, 2)))
 
 @dataclass(frozen=True, eq=False)
 class Finder:
-    """Finds one target in pictures.
+    """Finds one board, or tags, in pictures.
 
     Args:
         target: A board, or tags at known places.
         dictionary: Of the markers.
         legacy: Whether the board has the pattern of OpenCV before 4.6.
+        others: Markers of the dictionary that are of other boards.
     """
 
     target: Target
     dictionary: str
     legacy: bool = False
+    others: frozenset[int] = frozenset()
 
     @classmethod
     def of(cls, target: Target, pictures: Sequence[Picture] = ()) -> "Finder":
@@ -89,6 +91,12 @@ class Finder:
             return tried[0]
         shown = [sum(len(finder.seen(picture).ids) for picture in pictures) for finder in tried]
         return tried[int(np.argmax(shown))]
+
+    @property
+    def markers(self) -> set[int]:
+        """Numbers of its markers."""
+        board = self.target.charuco
+        return set(self.target.ids.tolist() if board is None else board.markers)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -113,15 +121,12 @@ class Finder:
             return Found(ids[known], corners[known], squares[own].reshape(-1, 2)[known])
         cv2 = opencv("reading pictures")
         uv, names, _, markers = cv2.aruco.CharucoDetector(self._board).detectBoard(picture)
-        strays = () if markers is None else tuple(sorted({int(m) for m in markers.ravel()} - self._own))
+        expected = self.markers | self.others
+        strays = () if markers is None else tuple(sorted({int(m) for m in markers.ravel()} - expected))
         if names is None or len(names) < FEWEST:
             return NOTHING._replace(strays=strays)
-        names = names.ravel().astype(int)
+        names = names.ravel().astype(int) + int(self.target.ids[0])
         return Found(names, np.zeros(len(names), int), uv.reshape(-1, 2).astype(float), strays=strays)
-
-    @cached_property
-    def _own(self) -> set[int]:
-        return {int(m) for m in self._board.getIds().ravel()}
 
     def find(self, picture: Picture) -> Found:
         """The target's corners in a picture, or the reason why there are none."""
@@ -135,6 +140,8 @@ class Finder:
     def _reason(self, picture: Picture) -> str:
         """Why a picture does not show the target."""
         squares, names = _markers(picture, self.dictionary)
+        own = ~np.isin(names, list(self.others))
+        squares, names = squares[own], names[own]
         board = self.target.charuco
         if len(names) >= FEWEST and board is not None and _on_board(self._board, squares, names) < RIGHT:
             across = _likely_width(self, squares, names)
@@ -145,12 +152,56 @@ class Finder:
             return "it is mirrored: print the sheet, or take the picture, the other way round"
         if BLURRED < (width := blur(picture)) < np.inf:
             return f"it is blurred by about {width:.0f} px: hold still, focus, or add light"
+        if not len(names) and self.others:
+            return "it shows no marker of this board"
         if len(names):
             return f"it shows {counted(len(names), 'marker')}, too few: bring the whole target into view"
         for other in USUAL:
             if other != self.dictionary and len(_markers(picture, other)[1]) >= FEWEST:
                 return f"its markers are of {other}, not of {self.dictionary}"
         return f"it shows no marker of {self.dictionary}"
+
+
+@dataclass(frozen=True, eq=False)
+class BoardFinder:
+    """Finds all boards of a rig in pictures; tags of one dictionary are looked for at once.
+
+    Args:
+        finders: Of each board.
+    """
+
+    finders: tuple[Finder, ...]
+
+    @classmethod
+    def of(cls, targets: Sequence[Target], pictures: Sequence[Picture] = ()) -> "BoardFinder":
+        """The finder of targets; what nobody gave of them is what shows most in pictures."""
+        tags: dict[str, list[Target]] = {}
+        for target in (t for t in targets if t.charuco is None):
+            tags.setdefault(target.dictionary, []).append(target)
+        parts = [t for t in targets if t.charuco is not None]
+        parts += [_together(each) for each in tags.values()]
+        finders = [Finder.of(part, pictures) for part in parts]
+        own = [(f.dictionary, f.markers) for f in finders]
+        others = [
+            frozenset(m for k, (name, more) in enumerate(own) for m in more if k != i and name == mine)
+            for i, (mine, _) in enumerate(own)
+        ]
+        return cls(tuple(replace(f, others=more) for f, more in zip(finders, others, strict=True)))
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was decided about the boards."""
+        return tuple(dict.fromkeys(note for finder in self.finders for note in finder.notes))
+
+    def find(self, picture: Picture) -> Found:
+        """All corners in a picture, or the reason why there are none."""
+        found = [finder.find(picture) for finder in self.finders]
+        seen = [f for f in found if len(f.ids)]
+        strays = tuple(sorted(set.intersection(*(set(f.strays) for f in found))))
+        if not seen:
+            return found[0]._replace(strays=strays)
+        ids, corners, uv = (np.concatenate([f[k] for f in seen]) for k in range(3))
+        return Found(ids, corners, uv, strays=strays)
 
 
 def find_corners(folder: Path | str, rig: Rig, *, progress: Report | None = None) -> PixelRows:
@@ -167,7 +218,7 @@ def find_corners(folder: Path | str, rig: Rig, *, progress: Report | None = None
     """
     folder = Path(folder)
     files = list(picture_files(folder, rig))
-    finder = Finder.of(rig.target, [_read(path) for _, path in _some(files)])
+    finder = BoardFinder.of(rig.targets, [_read(path) for _, path in _some(files)])
     sizes = {camera.name: camera.size for camera in rig.cameras}
 
     def look(entry: tuple[int, tuple[str, Path]]) -> Found:
@@ -186,6 +237,7 @@ def find_corners(folder: Path | str, rig: Rig, *, progress: Report | None = None
         found = list(pool.map(look, enumerate(files)))
     names = [path.name for _, path in files]
     notes = _judged(folder, finder, names, found)
+    notes += tuple(_unseen(finder, found, _some(files)))
     size = [len(f.ids) for f in found]
     return PixelRows(
         image=np.repeat(names, size),
@@ -199,17 +251,19 @@ def find_corners(folder: Path | str, rig: Rig, *, progress: Report | None = None
     )
 
 
-def _judged(folder: Path, finder: Finder, names: list[str], found: list[Found]) -> tuple[str, ...]:
+def _judged(folder: Path, finder: BoardFinder, names: list[str], found: list[Found]) -> tuple[str, ...]:
     """Notes on the pictures."""
     without = [(name, f.reason) for name, f in zip(names, found, strict=True) if f.reason]
-    board = finder.target.charuco
+    boards = [f.target.charuco for f in finder.finders if f.target.charuco is not None]
     larger = [f for f in found if len(f.strays) > 1]
-    if board is not None and len(larger) > 0.5 * len(found):
-        across, down = board.squares
+    if len(larger) > 0.5 * len(found):
         most = max(max(f.strays) for f in larger)
+        sizes = ", ".join(
+            "a board of {} x {} squares has markers {} … {}".format(*b.squares, b.markers[0], b.markers[-1])
+            for b in boards
+        )
         raise DataError(
-            f"{folder}: the pictures show marker {most}, a board of {across} x {down} squares has markers "
-            f"0 … {across * down // 2 - 1}; give the board that was in view"
+            f"{folder}: the pictures show marker {most}, {sizes}; give the board that was in view"
         )
     if len(without) == len(found):
         reason, times = Counter(reason for _, reason in without).most_common(1)[0]
@@ -221,6 +275,23 @@ def _judged(folder: Path, finder: Finder, names: list[str], found: list[Found]) 
         own = [name for name, r in without if r == reason]
         said.append(f"{counted(times, 'picture')} left out, {listed(own, longest=3)}: {reason}")
     return (*said, *finder.notes)
+
+
+def _unseen(finder: BoardFinder, found: list[Found], files: list[tuple[str, Path]]) -> Iterator[str]:
+    """A sentence on every board that no picture shows, with the reason in a few of them."""
+    seen = np.concatenate([f.ids for f in found])
+    for each in finder.finders:
+        if not np.isin(each.target.ids, seen).any():
+            why = Counter(each.find(_read(path)).reason for _, path in files).most_common(1)[0][0]
+            yield f"no picture shows board '{each.target.name}': {why}"
+
+
+def _together(targets: Sequence[Target]) -> Target:
+    """Tags of several boards as if they were of one, to be looked for at once."""
+    ids, corners, points = (
+        np.concatenate([getattr(t, k) for t in targets]) for k in ("ids", "corners", "points")
+    )
+    return replace(targets[0], ids=ids, corners=corners, points=points)
 
 
 def picture_files(folder: Path, rig: Rig) -> Iterator[tuple[str, Path]]:

@@ -67,8 +67,8 @@ def look_into(place: Path | str) -> Folder:
     files = sorted(p for p in inside if p.is_file())
     tables = {p: set(_keys(p)) for p in files if p.suffix.lower() == ".toml"}
     camera = _only(place, [p for p, keys in tables.items() if "camera" in keys], "camera.toml", "[[camera]]")
-    targets = [p for p, keys in tables.items() if keys & {"charuco", "point"}]
-    target = _only(place, targets, "target.toml", "[charuco] or [[point]]")
+    targets = [p for p, keys in tables.items() if keys & {"charuco", "point", "board"}]
+    target = _only(place, targets, "target.toml", "[charuco], [[point]] or [[board]]")
     columns = {p: set(read_fields(p, layout="plain").values) for p in files if p.suffix.lower() in TABLES}
     corners = _only(place, [p for p, keys in columns.items() if "u" in keys])
     beside = [p for p, keys in columns.items() if "u" not in keys and keys & {"q1", "x"}]

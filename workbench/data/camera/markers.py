@@ -73,12 +73,14 @@ def opencv_board(board: Charuco, *, legacy: bool = False) -> Any:
         OptionError: the dictionary has too few markers for it.
     """
     across, down = board.squares
-    if (needed := across * down // 2) > count(board.dictionary):
+    if board.markers.stop > count(board.dictionary):
+        after = f" from {board.first_marker} on" if board.first_marker else ""
         raise OptionError(
-            f"a board of {across} x {down} squares needs {needed} markers, {board.dictionary} has "
-            f"{count(board.dictionary)}; choose a larger dictionary or fewer squares"
+            f"a board of {across} x {down} squares needs {len(board.markers)} markers{after}, "
+            f"{board.dictionary} has {count(board.dictionary)}; choose a larger dictionary or fewer squares"
         )
     cv2 = opencv("reading and printing boards")
-    found = cv2.aruco.CharucoBoard(board.squares, board.square, board.marker, dictionary(board.dictionary))
+    own = np.array(board.markers), dictionary(board.dictionary)
+    found = cv2.aruco.CharucoBoard(board.squares, board.square, board.marker, own[1], own[0])
     found.setLegacyPattern(legacy)
     return found

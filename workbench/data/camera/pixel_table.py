@@ -123,14 +123,14 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
     notes += notes_of_names
     row = np.array([picture[name] for name in plain_names(rows.image)])
     known = (place >= 0) & np.isfinite(rows.uv).all(1)
-    pixels = np.full((len(names), len(rig.cameras), len(rig.target), 2), np.nan)
+    pixels = np.full((len(names), len(rig.cameras), len(rig.points), 2), np.nan)
     where = row[known], camera[known], place[known]
     flat = np.ravel_multi_index(where, pixels.shape[:3])
     if len(twice := np.flatnonzero(np.bincount(flat) > 1)):
         r, _, p = np.unravel_index(twice[0], pixels.shape[:3])
         raise DataError(
-            f"{rows.source}: image '{names[r]}' has id {rig.target.ids[p]} corner {rig.target.corners[p]} "
-            "twice; delete one"
+            f"{rows.source}: image '{names[r]}' has id {rig.names[p, 0]} corner {rig.names[p, 1]} twice; "
+            "delete one"
         )
     pixels[where] = rows.uv[known]
     count = np.isfinite(pixels[..., 0]).sum((1, 2))
@@ -212,14 +212,14 @@ def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str
             f"{rows.source}: the camera file has no camera '{strange[0]}'; it has "
             f"{listed([camera.name for camera in rig.cameras])}"
         )
-    place = rig.target.places(rows.id, rows.corner)
+    place = rig.points_named(rows.id, rows.corner)
     lost = place < 0
     if lost.mean() > STRANGE:
         first = int(np.argmax(lost))
         corner = f" corner {rows.corner[first]}" if rows.corner.any() else ""
         raise DataError(
             f"{rows.source}: {int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]}{corner}, "
-            f"are none of the target's {rig.target.words}; give the target that was in view"
+            f"are none of the target's {rig.words}; give the target that was in view"
         )
     unknown = sorted(set(rows.id[lost].tolist()))
     notes = (

@@ -159,6 +159,6 @@ def board_sheet(board: Charuco, *, legacy: bool = False) -> Sheet:
         black += marker_polygons(black_cells(board.dictionary, int(number)), MM * np.asarray(points)[:, :2])
     title = (
         f"ChArUco, {across} × {down} squares of {side:g} mm, markers of {MM * board.marker:g} mm, "
-        f"{board.dictionary}"
+        f"{board.dictionary} {board.markers[0]} … {board.markers[-1]}"
     )
     return Sheet((across * side, down * side), black, title=title)

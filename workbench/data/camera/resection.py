@@ -16,8 +16,10 @@ from jaxtyping import Bool, Float
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.hand_eye import nearest_rotation
+from workbench.base.wording import counted, listed
 from workbench.data.camera.camera import Camera, project
-from workbench.data.camera.rig import Apart, Rig
+from workbench.data.camera.rig import Apart
+from workbench.data.camera.target import Target
 from workbench.data.dataset import Dataset
 
 STEPS = 15
@@ -33,7 +35,9 @@ RAYLEIGH = 1.1774
 
 
 def with_sight(data: Dataset) -> Dataset:
-    """The dataset with poses of the target in every camera, and without the corners that contradict them.
+    """The dataset with poses of every board in every camera, and without the corners that contradict them.
+
+    Boards that less than two pictures place are left out, where there are several.
 
     Raises:
         DataError: no picture can be explained by target and intrinsics.
@@ -42,24 +46,26 @@ def with_sight(data: Dataset) -> Dataset:
     assert rig is not None, "data without cameras"
     assert pixels is not None, "they come together"
     assert data.image is not None, "they come together"
-    pixels, sight = pixels.copy(), np.full((*pixels.shape[:2], 4, 4), np.nan)
+    pixels, sight = pixels.copy(), np.full((*pixels.shape[:2], len(rig.targets), 4, 4), np.nan)
     apart: list[Apart] = []
     for c, camera in enumerate(rig.cameras):
-        rows = np.flatnonzero(np.isfinite(pixels[:, c, :, 0]).sum(1) >= 4)
-        first = _first_poses(pixels[rows, c], camera, rig)
-        placed = np.isfinite(first[:, 0, 0, 0])
-        rows, seen = rows[placed], pixels[rows[placed], c]
-        if not len(rows):
-            continue
-        poses = _refined(first[placed], seen, camera, rig)
-        off = np.linalg.norm(seen - _predicted(poses, camera, rig), axis=2)
-        lost = _judged(off, data, camera)
-        good = (np.isfinite(off) & ~lost).sum(1) >= 4
-        sight[rows[good], c] = poses[good]
-        for i, k in np.argwhere(lost):
-            name = int(rig.target.ids[k]), int(rig.target.corners[k])
-            apart.append(Apart(str(data.image[rows[i]]), camera.name, *name, float(off[i, k])))
-            pixels[rows[i], c, k] = np.nan
+        for b, (target, part) in enumerate(rig.parts):
+            mine = pixels[:, c, part]
+            rows = np.flatnonzero(np.isfinite(mine[..., 0]).sum(1) >= 4)
+            first = _first_poses(mine[rows], camera, target)
+            placed = np.isfinite(first[:, 0, 0, 0])
+            rows, seen = rows[placed], mine[rows[placed]]
+            if not len(rows):
+                continue
+            poses = _refined(first[placed], seen, camera, target)
+            off = np.linalg.norm(seen - _predicted(poses, camera, target), axis=2)
+            lost = _judged(off, data, camera)
+            good = (np.isfinite(off) & ~lost).sum(1) >= 4
+            sight[rows[good], c, b] = poses[good]
+            for i, k in np.argwhere(lost):
+                name = int(target.ids[k]), int(target.corners[k])
+                apart.append(Apart(str(data.image[rows[i]]), camera.name, *name, float(off[i, k])))
+                mine[rows[i], k] = np.nan
     if not np.isfinite(sight).any():
         raise DataError(
             f"{data.source}: no picture shows four corners of the target; none can place the camera"
@@ -69,7 +75,39 @@ def with_sight(data: Dataset) -> Dataset:
     if apart:
         more = f" and {len(apart) - 5} more" if len(apart) > 5 else ""
         notes += (f"set apart as wrong: {'; '.join(map(str, apart[:5]))}{more}",)
-    return replace(data, pixels=pixels, sight=sight, rig=replace(rig, apart=tuple(apart)), notes=notes)
+    found = replace(data, pixels=pixels, sight=sight, rig=replace(rig, apart=tuple(apart)), notes=notes)
+    return found if len(rig.targets) == 1 else _of_boards_in_view(found)
+
+
+def _of_boards_in_view(data: Dataset) -> Dataset:
+    """Without the boards that less than two pictures place."""
+    rig, pixels, sight = data.rig, data.pixels, data.sight
+    assert rig is not None, "data without cameras"
+    assert pixels is not None, "they come together"
+    assert sight is not None, "they come together"
+    count = np.isfinite(sight[data.included, ..., 0, 0]).any(1).sum(0)
+    lost = [
+        f"'{t.name}' in {counted(int(n), 'picture')}"
+        for t, n in zip(rig.targets, count, strict=True)
+        if n < 2
+    ]
+    if len(lost) == len(rig.targets):
+        raise DataError(
+            f"{data.source}: boards are seen {listed(lost)}; at least one must be in two pictures or more"
+        )
+    if not lost:
+        return data
+    kept = np.flatnonzero(count >= 2)
+    points = np.concatenate([np.arange(part.start, part.stop) for _, part in (rig.parts[b] for b in kept)])
+    words = "it is" if len(lost) == 1 else "they are"
+    note = f"boards are seen {listed(lost)}; {words} left out: show each in two pictures or more"
+    return replace(
+        data,
+        pixels=pixels[:, :, points],
+        sight=sight[:, :, kept],
+        rig=replace(rig, targets=tuple(rig.targets[b] for b in kept)),
+        notes=(*data.notes, note),
+    )
 
 
 def _judged(
@@ -91,19 +129,19 @@ def _judged(
     return lost | (useless[:, None] & np.isfinite(off))
 
 
-def _predicted(poses: Float[np.ndarray, "rows 4 4"], camera: Camera, rig: Rig) -> np.ndarray:
-    return camera.project(se3.apply(poses[:, None], rig.target.points[None])).pixel
+def _predicted(poses: Float[np.ndarray, "rows 4 4"], camera: Camera, target: Target) -> np.ndarray:
+    return camera.project(se3.apply(poses[:, None], target.points[None])).pixel
 
 
-def _first_poses(seen: np.ndarray, camera: Camera, rig: Rig) -> Float[np.ndarray, "rows 2 4 4"]:
+def _first_poses(seen: np.ndarray, camera: Camera, target: Target) -> Float[np.ndarray, "rows 2 4 4"]:
     """The best first pose of every picture, and the one mirrored in depth."""
     rays = camera.normalised(seen)
-    points = rig.target.points
+    points = target.points
     first = np.empty((len(seen), 2, 4, 4))
     for i in range(len(seen)):
         there = np.isfinite(rays[i, :, 0])
         tried = []
-        for group in rig.target.planar:
+        for group in target.planar:
             mine = group[there[group]]
             if len(mine) >= 4 and _spread(points[mine]):
                 tried.append(_by_homography(points[mine], rays[i, mine]))
@@ -113,7 +151,7 @@ def _first_poses(seen: np.ndarray, camera: Camera, rig: Rig) -> Float[np.ndarray
             first[i] = np.nan
             continue
         poses = np.stack([p for pose in tried for p in (pose, _mirrored(pose, points[there].mean(0)))])
-        off = np.linalg.norm(seen[i] - _predicted(poses, camera, rig), axis=2)
+        off = np.linalg.norm(seen[i] - _predicted(poses, camera, target), axis=2)
         best = int(np.argmin(np.nanmean(np.minimum(off, FAR_OFF), axis=1)))
         first[i] = poses[best], poses[best ^ 1]
     return first
@@ -172,13 +210,15 @@ def _mirrored(pose: Float[np.ndarray, "4 4"], middle: Float[np.ndarray, "3"]) ->
     return se3.pose(rotation, centre - rotation @ middle)
 
 
-def _refined(first: np.ndarray, seen: np.ndarray, camera: Camera, rig: Rig) -> Float[np.ndarray, "rows 4 4"]:
+def _refined(
+    first: np.ndarray, seen: np.ndarray, camera: Camera, target: Target
+) -> Float[np.ndarray, "rows 4 4"]:
     """The better of both first poses after robust Gauss–Newton steps, all pictures at once."""
     there = np.isfinite(seen[..., 0])
     best, least = np.full((len(seen), 4, 4), np.nan), np.full(len(seen), np.inf)
     for poses in np.moveaxis(first, 1, 0):
         for _ in range(STEPS):
-            places = se3.apply(poses[:, None], rig.target.points[None])
+            places = se3.apply(poses[:, None], target.points[None])
             at = project(places, camera.intrinsics)
             residual = np.where(there[..., None], seen - at.pixel, 0.0)
             off = np.linalg.norm(residual, axis=2)
@@ -197,7 +237,7 @@ def _refined(first: np.ndarray, seen: np.ndarray, camera: Camera, rig: Rig) -> F
             ]
             turn = se3.rotvec_to_matrix(np.clip(step[:, 3:], -0.5, 0.5))
             poses = se3.pose(turn @ poses[:, :3, :3], poses[:, :3, 3] + np.clip(step[:, :3], -0.5, 0.5))
-        off = np.linalg.norm(seen - _predicted(poses, camera, rig), axis=2)
+        off = np.linalg.norm(seen - _predicted(poses, camera, target), axis=2)
         cost = np.nanmean(np.minimum(off, FAR_OFF), axis=1)
         better = cost < least
         best[better], least[better] = poses[better], cost[better]

@@ -1,19 +1,21 @@
 """Cameras and the target that they see, as one instrument."""
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
-from workbench.data.camera.camera import Camera, read_cameras
-from workbench.data.camera.target import Target, read_target
+from workbench.data.camera.camera import Camera, Mount, read_cameras
+from workbench.data.camera.target import Target, read_targets
 
 
 def read_rig(camera: Path | str, target: Path | str) -> "Rig":
-    """Cameras and target of a `camera.toml` and a `target.toml`."""
-    return Rig(read_cameras(camera), read_target(target))
+    """Cameras and target, or boards, of a `camera.toml` and a `target.toml`."""
+    return Rig(read_cameras(camera), read_targets(target))
 
 
 @dataclass(frozen=True)
@@ -32,11 +34,11 @@ class Apart:
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """Cameras and their target, with the arm in between.
+    """Cameras and what they see, with the arm in between.
 
     Args:
         cameras: One or more.
-        target: What they all see.
+        targets: One, or boards of which each has its own pose in what carries them all.
         apart: Corners that contradict their pictures and are not used, the worst first.
         tool_poses: Whether poses of the tool were given in place of joints: the arm is `posed_arm`.
 
@@ -45,13 +47,13 @@ class Rig:
     """
 
     cameras: tuple[Camera, ...]
-    target: Target
+    targets: tuple[Target, ...]
     apart: tuple[Apart, ...] = ()
     tool_poses: bool = False
 
     def __post_init__(self):
         for camera in self.cameras:
-            if camera.mounted is self.target.mounted:
+            if camera.mounted is self.mounted:
                 raise DataError(
                     f"camera '{camera.name}' and the target are both mounted = \"{camera.mounted}\", so the "
                     "arm moves neither against the other; mount one on the tool and one in the world"
@@ -63,6 +65,42 @@ class Rig:
         if not name and len(names) == 1:
             return 0
         return names.index(name) if name in names else None
+
+    @property
+    def mounted(self) -> Mount:
+        """What carries the target."""
+        return self.targets[0].mounted
+
+    @cached_property
+    def points(self) -> Float[np.ndarray, "points 3"]:
+        """Places of all points, each in its own board's frame [m]."""
+        return np.concatenate([target.points for target in self.targets])
+
+    @cached_property
+    def names(self) -> Int[np.ndarray, "points 2"]:
+        """Id and corner of every point."""
+        return np.concatenate([np.stack([t.ids, t.corners], axis=1) for t in self.targets])
+
+    @property
+    def parts(self) -> tuple[tuple[Target, slice], ...]:
+        """Every board, and where its points are among all."""
+        ends = np.cumsum([len(target) for target in self.targets]).tolist()
+        return tuple((t, slice(end - len(t), end)) for t, end in zip(self.targets, ends, strict=True))
+
+    def points_named(
+        self, ids: Int[np.ndarray, " n"], corners: Int[np.ndarray, " n"]
+    ) -> Int[np.ndarray, " n"]:
+        """Number of each named point among all; -1 for those that no board has."""
+        found = np.full(len(ids), -1)
+        for target, mine in self.parts:
+            place = target.places(ids, corners)
+            found = np.where(place < 0, found, place + mine.start)
+        return found
+
+    @property
+    def words(self) -> str:
+        """What is in view."""
+        return ", ".join(f"{t.name}: {t.words}" if t.name else t.words for t in self.targets)
 
     @property
     def is_lens_fixed(self) -> bool:

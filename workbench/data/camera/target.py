@@ -1,5 +1,10 @@
-"""What a camera looks at: a ChArUco board or points at known places, and `target.toml`."""
+"""What a camera looks at: a ChArUco board or points at known places, or several of them, and `target.toml`.
 
+Of several boards each has its own pose, and where they are to one another nobody has to know. Their markers
+and corners are told apart by their numbers: those of a ChArUco board go on where the boards before it end.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,7 +14,7 @@ import numpy as np
 import tomli_w
 from jaxtyping import Float, Int
 
-from workbench.base.errors import DataError
+from workbench.base.errors import DataError, FileError
 from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.types import frozen
@@ -20,6 +25,9 @@ BOARD_SCALE, POINT_SCALE = 0.002, 0.0005
 """Prior knowledge of the scale of a printed board (relative) and of points that were measured …"""
 BOARD_FLATNESS = 3e-4
 """… and of how far a board's edges bend out of its plane [m]."""
+KNOWLEDGE = ("scale_sigma", "flatness_sigma")
+KEYS = ("charuco", "point", "dictionary", *KNOWLEDGE)
+"""Keys of a target's file, and of each board of one."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +39,19 @@ class Charuco:
         square: Side of a square [m].
         marker: Side of a marker [m].
         dictionary: Name of the markers' dictionary, such as `DICT_6X6_250`.
+        first_marker: Number of its first marker.
     """
 
     squares: tuple[int, int]
     square: float
     marker: float
     dictionary: str
+    first_marker: int = 0
+
+    @property
+    def markers(self) -> range:
+        """Numbers of its markers."""
+        return range(self.first_marker, self.first_marker + self.squares[0] * self.squares[1] // 2)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -44,8 +59,9 @@ class Target:
     """Points that cameras see, in a frame of their own.
 
     Args:
+        name: Of one of several; "" where it is the only one.
         mounted: Whether the tool carries it or it stands in the cell.
-        ids: Of the tag, or of the board's inner corner counted along its rows.
+        ids: Of the tag, or of the board's inner corner counted along its rows from its first one.
         corners: Number of a tag's corner; 0 where an id has one point.
         points: Places [m] in the target's frame.
         charuco: The board, where it is one.
@@ -54,6 +70,7 @@ class Target:
         flatness_sigma: How far a board's edges bend out of its plane [m, one standard deviation]; 0 for flat.
     """
 
+    name: str = ""
     mounted: Mount
     ids: Int[np.ndarray, " points"]
     corners: Int[np.ndarray, " points"]
@@ -77,9 +94,14 @@ class Target:
         x, y = ((self.points - self.points.mean(0)) / self.size)[:, :2].T
         return np.stack([x * x, x * y, y * y], axis=1)
 
+    @property
+    def owner(self) -> str:
+        """How the names of its unknowns begin."""
+        return f"target[{self.name}]" if self.name else "target"
+
     def places(self, ids: Int[np.ndarray, " n"], corners: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
         """Number of each named point; -1 for those that the target does not have."""
-        place = {pair: k for k, pair in enumerate(zip(self.ids.tolist(), self.corners.tolist(), strict=True))}
+        place = {pair: k for k, pair in enumerate(_pairs(self))}
         return np.array(
             [place.get(pair, -1) for pair in zip(ids.tolist(), corners.tolist(), strict=True)], int
         )
@@ -90,7 +112,8 @@ class Target:
         if self.charuco is None:
             return f"{len(self)} points of ids {listed(sorted(set(self.ids.tolist())))}"
         across, down = self.charuco.squares
-        return f"{len(self)} inner corners (0 … {len(self) - 1}) of a board of {across} x {down} squares"
+        numbers = f"{self.ids[0]} … {self.ids[-1]}"
+        return f"{len(self)} inner corners ({numbers}) of a board of {across} x {down} squares"
 
     @cached_property
     def planar(self) -> tuple[np.ndarray, ...]:
@@ -101,12 +124,16 @@ class Target:
         return tuple(g for g in groups if len(g) >= 4 and _is_plane(self.points[g]))
 
 
-def charuco_target(board: Charuco, mounted: Mount | str, **knowledge: float) -> Target:
+def charuco_target(
+    board: Charuco, mounted: Mount | str, *, name: str = "", first: int = 0, **knowledge: float
+) -> Target:
     """The inner corners of a board: z = 0, x along its rows and y down, from the corner of its first square.
 
     Args:
         board: Its squares and markers.
         mounted: What carries it.
+        name: Of one of several.
+        first: Number of its first corner.
         **knowledge: `scale_sigma` and `flatness_sigma` where they are not the usual ones.
 
     Raises:
@@ -122,8 +149,9 @@ def charuco_target(board: Charuco, mounted: Mount | str, **knowledge: float) -> 
     points = board.square * np.stack([x + 1.0, y + 1.0, np.zeros(len(x))], axis=1)
     known: dict[str, Any] = {"scale_sigma": BOARD_SCALE, "flatness_sigma": BOARD_FLATNESS, **knowledge}
     return Target(
+        name=name,
         mounted=Mount(mounted),
-        ids=np.arange(len(x)),
+        ids=first + np.arange(len(x)),
         corners=np.zeros(len(x), int),
         points=frozen(points),
         charuco=board,
@@ -139,28 +167,66 @@ def _is_plane(points: Float[np.ndarray, "n 3"]) -> bool:
 
 @final
 class _Reader(AbstractTableReader):
-    wanted = "a target TOML with [charuco] or [[point]] tables"
-    otherwise = "a target TOML (mounted, and [charuco] or [[point]])"
+    wanted = "a target TOML with [charuco], [[point]] or [[board]] tables"
+    otherwise = "a target TOML (mounted, and [charuco] or [[point]], or a [[board]] of either each)"
 
-    def charuco(self, value: Any) -> Charuco:
+    def charuco(self, value: Any, before: Sequence[Target]) -> Charuco:
         table = self.table(value, "[charuco]")
-        self.keys(table, {"squares", "square", "marker", "dictionary"}, "[charuco]")
+        self.keys(table, {"squares", "square", "marker", "dictionary", "first_marker"}, "[charuco]")
         if missing := [key for key in ("squares", "square", "marker") if key not in table]:
             raise self.fail(f"[charuco] has no {missing[0]}")
         squares = self.numbers(table["squares"], 2, "[charuco] squares")
-        return Charuco(
+        dictionary = str(table.get("dictionary", "DICT_6X6_250"))
+        alike = [b.charuco for b in before if b.charuco is not None and b.charuco.dictionary == dictionary]
+        used = max((board.markers.stop for board in alike), default=0)
+        first = self.whole(table.get("first_marker", used), "[charuco] first_marker")
+        made = Charuco(
             (int(squares[0]), int(squares[1])),
             self.number(table["square"], "[charuco] square"),
             self.number(table["marker"], "[charuco] marker"),
-            str(table.get("dictionary", "DICT_6X6_250")),
+            dictionary,
+            first,
         )
+        if first < 0:
+            raise self.fail(f"[charuco] first_marker must be at least 0, got {first}")
+        if any(
+            range(max(m.start, first), min(m.stop, made.markers.stop)) for m in (b.markers for b in alike)
+        ):
+            raise self.fail(
+                f"two boards have marker {first} of {dictionary}, so that pictures can't tell them apart; "
+                f"print one with other markers and give its first_marker, {used} for the next that is free"
+            )
+        return made
 
     def whole(self, value: Any, what: str) -> int:
         if isinstance(value, bool) or not isinstance(value, int):
             raise self.fail(f"{what} must be a whole number, not {value!r}")
         return value
 
-    def points(self, tables: list[dict[str, Any]], mounted: Mount, knowledge: dict[str, Any]) -> Target:
+    def target(
+        self, data: dict[str, Any], mounted: Mount, before: Sequence[Target] = (), name: str = ""
+    ) -> Target:
+        """The one that a table describes, behind those before it."""
+        knowledge = {key: self.number(data[key], key) for key in KNOWLEDGE if key in data}
+        if any(value < 0.0 for value in knowledge.values()):
+            raise self.fail("scale_sigma and flatness_sigma must be at least 0")
+        if "charuco" in data:
+            first = max((int(other.ids.max()) + 1 for other in before), default=0)
+            try:
+                board = self.charuco(data["charuco"], before)
+                made = charuco_target(board, mounted, name=name, first=first, **knowledge)
+            except DataError as error:
+                raise self.fail(str(error)) from None
+        else:
+            common = {"name": name, "mounted": mounted, "dictionary": str(data.get("dictionary", ""))}
+            made = self.points(self.tables(data, "point"), common | knowledge)
+        for other in before:
+            if twice := set(_pairs(other)) & set(_pairs(made)):
+                words = "id {} corner {}".format(*min(twice))
+                raise self.fail(f"{words} is of '{other.name}' and of '{name}'; give each its own ids")
+        return made
+
+    def points(self, tables: list[dict[str, Any]], more: dict[str, Any]) -> Target:
         names, places = [], []
         for i, table in enumerate(tables):
             what = f"[[point]] {i + 1}"
@@ -177,58 +243,87 @@ class _Reader(AbstractTableReader):
             raise self.fail(f"has {len(names)} points; a camera needs four or more to be placed")
         ids, corners = np.array(names).T
         points = frozen(np.array(places))
-        return Target(mounted=mounted, ids=ids, corners=corners, points=points, **knowledge)
+        return Target(ids=ids, corners=corners, points=points, **more)
 
 
-def read_target(path: Path | str) -> Target:
-    """A target of a file.
+def read_targets(path: Path | str) -> tuple[Target, ...]:
+    """The target of a file, or the boards that it has in `[[board]]` tables.
 
     Raises:
         FileError: names the key that is missing or wrong.
     """
     reader = _Reader(path)
     data = reader.load()
-    known = {"mounted", "charuco", "point", "dictionary", "scale_sigma", "flatness_sigma"}
-    reader.keys(data, known, "the file")
+    reader.keys(data, {"mounted", "board", *KEYS}, "the file")
     if (mounted := data.get("mounted")) not in tuple(Mount):
         raise reader.fail(f'mounted must be "tool" or "world", not {mounted!r}')
-    knowledge: dict[str, Any] = {
-        key: reader.number(data[key], key) for key in ("scale_sigma", "flatness_sigma") if key in data
-    }
-    if any(value < 0.0 for value in knowledge.values()):
-        raise reader.fail("scale_sigma and flatness_sigma must be at least 0")
-    if ("charuco" in data) == ("point" in data):
-        raise reader.fail("needs either one [charuco] table or [[point]] tables")
-    if "charuco" not in data:
-        knowledge["dictionary"] = str(data.get("dictionary", ""))
-        return reader.points(reader.tables(data, "point"), Mount(mounted), knowledge)
-    try:
-        return charuco_target(reader.charuco(data["charuco"]), mounted, **knowledge)
-    except DataError as error:
-        raise reader.fail(str(error)) from None
+    if sum(key in data for key in ("charuco", "point", "board")) != 1:
+        raise reader.fail(
+            "needs either one [charuco] table or [[point]] tables, or [[board]] tables of these"
+        )
+    if "board" not in data:
+        return (reader.target(data, Mount(mounted)),)
+    boards: list[Target] = []
+    for number, table in enumerate(reader.tables(data, "board"), 1):
+        what = f"[[board]] {number}"
+        reader.keys(table, {"name", *KEYS}, what)
+        if ("charuco" in table) == ("point" in table):
+            raise reader.fail(f"{what} needs either a charuco table or point tables")
+        name = str(table.get("name", f"board{number}"))
+        if name in (board.name for board in boards):
+            raise reader.fail(f"has two boards named '{name}'; names must differ")
+        shared = {key: data[key] for key in ("dictionary", *KNOWLEDGE) if key in data}
+        boards.append(reader.target({**shared, **table}, Mount(mounted), boards, name))
+    return tuple(boards)
 
 
-def target_toml(target: Target) -> str:
-    """A target as `read_target` reads it."""
-    table: dict[str, Any] = {
-        "mounted": str(target.mounted),
-        "scale_sigma": target.scale_sigma,
-        "flatness_sigma": target.flatness_sigma,
-    }
+def read_target(path: Path | str) -> Target:
+    """The only target of a file.
+
+    Raises:
+        FileError: names the key that is missing or wrong, or there are several.
+    """
+    found = read_targets(path)
+    if len(found) > 1:
+        raise FileError(f"has {len(found)} boards; give a file of one of them here", path=str(path))
+    return found[0]
+
+
+def target_toml(target: Target | tuple[Target, ...]) -> str:
+    """Targets as `read_targets` reads them."""
+    targets = target if isinstance(target, tuple) else (target,)
+    tables = [_table(target) for target in targets]
+    if len(targets) == 1 and not targets[0].name:
+        return tomli_w.dumps({"mounted": str(targets[0].mounted), **tables[0]})
+    boards = [{"name": target.name, **table} for target, table in zip(targets, tables, strict=True)]
+    return tomli_w.dumps({"mounted": str(targets[0].mounted), "board": boards})
+
+
+def _table(target: Target) -> Mapping[str, Any]:
+    knowledge = {"scale_sigma": target.scale_sigma, "flatness_sigma": target.flatness_sigma}
     if (board := target.charuco) is not None:
-        table["charuco"] = {
-            "squares": list(board.squares),
-            "square": board.square,
-            "marker": board.marker,
-            "dictionary": board.dictionary,
-        }
-    else:
-        table |= {"dictionary": target.dictionary} if target.dictionary else {}
-        rows = zip(target.ids.tolist(), target.corners.tolist(), target.points.tolist(), strict=True)
-        table["point"] = [{"id": i, "corner": c, "xyz": xyz} for i, c, xyz in rows]
-    return tomli_w.dumps(table)
+        keys = (
+            "squares",
+            "square",
+            "marker",
+            "dictionary",
+            *(("first_marker",) if board.first_marker else ()),
+        )
+        charuco = {key: getattr(board, key) for key in keys} | {"squares": list(board.squares)}
+        return {**knowledge, "charuco": charuco}
+    rows = zip(target.ids.tolist(), target.corners.tolist(), target.points.tolist(), strict=True)
+    return {
+        **knowledge,
+        **({"dictionary": target.dictionary} if target.dictionary else {}),
+        "point": [{"id": i, "corner": c, "xyz": xyz} for i, c, xyz in rows],
+    }
 
 
-def write_target(target: Target, path: Path | str) -> Path:
-    """Write a target as `read_target` reads it."""
+def _pairs(target: Target) -> list[tuple[int, int]]:
+    """Id and corner of every point."""
+    return list(zip(target.ids.tolist(), target.corners.tolist(), strict=True))
+
+
+def write_target(target: Target | tuple[Target, ...], path: Path | str) -> Path:
+    """Write targets as `read_targets` reads them."""
     return write_text(path, target_toml(target))

@@ -6,12 +6,14 @@ other), and ξ a point of the target,
     camera in the world      c = X⁻¹ T Z ξ
     camera on the tool       c = X⁻¹ T⁻¹ Z ξ,      residual = measured − project(c)
 
-X and Z are unknown, each a position and a rotation vector; the intrinsics where the camera's file says so;
-the target's size, ξ = (1 + scale) ξ₀, and three bends of a board, b_xx x² + b_xy xy + b_yy y², where these
-are not exact. First guesses of X and Z are closed forms from each picture's own pose of the target.
+X and Z are unknown, each a position and a rotation vector, every board with its own Z; the intrinsics where
+the camera's file says so; a board's size, ξ = (1 + scale) ξ₀, and three bends of it, b_xx x² + b_xy xy +
+b_yy y², where these are not exact. First guesses of X and Z are closed forms from each picture's own pose of
+the board.
 """
 
 from collections.abc import Mapping
+from itertools import product
 from typing import NamedTuple, final
 
 import numpy as np
@@ -22,6 +24,7 @@ from workbench.base.hand_eye import hand_eye, mean_base, nearest_rotation
 from workbench.base.types import Freedom
 from workbench.data.camera.camera import INTRINSICS, Camera, Mount, project
 from workbench.data.camera.rig import Rig
+from workbench.data.camera.target import Target
 from workbench.data.dataset import Dataset
 from workbench.data.observations.observation import AbstractObservation, Channel, Seen, Unknown
 
@@ -50,12 +53,12 @@ class PixelObservation(AbstractObservation):
 
     Args:
         measured: Where each point was [px]; NaN where it was not seen.
-        sight: Pose of the target in each camera by that camera alone; NaN where unknown.
-        rig: Cameras and target.
+        sight: Pose of each board in each camera by that camera alone; NaN where unknown.
+        rig: Cameras and boards.
     """
 
     measured: Float[np.ndarray, "rows cameras points 2"]
-    sight: Float[np.ndarray, "rows cameras 4 4"]
+    sight: Float[np.ndarray, "rows cameras boards 4 4"]
     rig: Rig
     sees_base = False
     is_tool_free = True
@@ -85,16 +88,19 @@ class PixelObservation(AbstractObservation):
         for camera in self.rig.cameras:
             parts = POSE if camera.free is Freedom.FIXED else (*POSE, *INTRINSICS)
             names += [f"camera[{camera.name}].{part}" for part in parts]
-        names += [f"target.{part}" for part in POSE]
-        names += ["target.scale"] if self.rig.target.scale_sigma else []
-        return (*names, *(f"target.{b}" for b in (BENDS if self.rig.target.flatness_sigma else ())))
+        for target in self.rig.targets:
+            parts = (*POSE, *(("scale",) if target.scale_sigma else ()))
+            parts = (*parts, *(BENDS if target.flatness_sigma else ()))
+            names += [f"{target.owner}.{part}" for part in parts]
+        return tuple(names)
 
     @property
     def known(self) -> Mapping[str, Unknown]:
-        target = self.rig.target
-        found = {f"target.{part}": Unknown("rad") for part in POSE[3:]}
-        found["target.scale"] = Unknown("1", sigma=target.scale_sigma)
-        found |= {f"target.{bend}": Unknown("m", sigma=target.flatness_sigma) for bend in BENDS}
+        found: dict[str, Unknown] = {}
+        for target in self.rig.targets:
+            found |= {f"{target.owner}.{part}": Unknown("rad") for part in POSE[3:]}
+            found[f"{target.owner}.scale"] = Unknown("1", sigma=target.scale_sigma)
+            found |= {f"{target.owner}.{bend}": Unknown("m", sigma=target.flatness_sigma) for bend in BENDS}
         for camera in self.rig.cameras:
             found |= {f"camera[{camera.name}].{part}": Unknown("rad") for part in POSE[3:]}
             guessed = camera.free is Freedom.AUTO
@@ -105,23 +111,38 @@ class PixelObservation(AbstractObservation):
         return found
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
-        placed = np.isfinite(self.sight[..., 0, 0])
-        main = int(placed.sum(0).argmax())
-        rows = placed[:, main]
-        target = self._target(poses[rows], self.sight[rows, main], self.rig.cameras[main])
-        values = []
-        for c, camera in enumerate(self.rig.cameras):
-            rows = placed[:, c]
+        cameras, boards = self._placed(poses)
+        found = dict.fromkeys(self.unknowns, 0.0)
+        for camera, pose in zip(self.rig.cameras, cameras, strict=True):
+            found |= _coordinates(f"camera[{camera.name}]", pose)
+            if camera.free is not Freedom.FIXED:
+                names = (f"camera[{camera.name}].{part}" for part in INTRINSICS)
+                found |= dict(zip(names, camera.intrinsics.tolist(), strict=True))
+        for target, pose in zip(self.rig.targets, boards, strict=True):
+            found |= _coordinates(target.owner, pose)
+        return np.array(list(found.values()))
+
+    def _placed(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Poses of cameras and boards: of the pair with most pictures by a closed form, and on from there."""
+        seen = np.isfinite(self.sight[..., 0, 0])
+        count = seen.sum(0)
+        cameras, boards = (np.tile(np.eye(4), (n, 1, 1)) for n in count.shape)
+        stands, held = (np.zeros(n, bool) for n in count.shape)
+        while (new := count * ~(stands[:, None] & held)).any():
+            half = new * (stands[:, None] | held)
+            c, b = np.unravel_index(int((half if half.any() else new).argmax()), new.shape)
+            rows = seen[:, c, b]
+            sight, camera = self.sight[rows, c, b], self.rig.cameras[c]
             carried = poses[rows] if camera.mounted is Mount.WORLD else se3.inverse(poses[rows])
-            pose = np.eye(4)
-            if rows.any():
-                each = carried @ target @ se3.inverse(self.sight[rows, c])
-                pose = se3.pose(nearest_rotation(each[:, :3, :3].sum(0)), np.median(each[:, :3, 3], axis=0))
-            values += [pose[:3, 3], se3.matrix_to_rotvec(pose[:3, :3])]
-            values += [] if camera.free is Freedom.FIXED else [camera.intrinsics]
-        values += [target[:3, 3], se3.matrix_to_rotvec(target[:3, :3])]
-        found = np.concatenate(values)
-        return np.concatenate([found, np.zeros(len(self.unknowns) - len(found))])
+            if held[b]:
+                cameras[c] = _mean(carried @ boards[b] @ se3.inverse(sight))
+            elif stands[c]:
+                boards[b] = _mean(se3.inverse(carried) @ cameras[c] @ sight)
+            else:
+                boards[b] = self._target(poses[rows], sight, camera)
+            stands[c] |= held[b]
+            held[b] = True
+        return cameras, boards
 
     @staticmethod
     def _target(poses: np.ndarray, sight: np.ndarray, camera: Camera) -> Float[np.ndarray, "4 4"]:
@@ -139,13 +160,14 @@ class PixelObservation(AbstractObservation):
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
         place = {name: k for k, name in enumerate(self.unknowns)}
-        target, xi = self._points(unknown, place)
-        held, points = se3.apply(target.pose, xi), self.rig.target.points
         residual = np.zeros(self.measured.shape)
         by_twist = np.zeros((*self.measured.shape, 6))
         by_unknown = np.zeros((*self.measured.shape, len(place)))
-        for c, camera in enumerate(self.rig.cameras):
-            row, spot = np.nonzero(np.isfinite(self.measured[:, c]).all(2))
+        for (c, camera), (target, part) in product(enumerate(self.rig.cameras), self.rig.parts):
+            mine = np.s_[:, c, part]
+            row, spot = np.nonzero(np.isfinite(self.measured[mine]).all(2))
+            board, xi = _shaped(target, unknown, place)
+            held = se3.apply(board.pose, xi)
             first = place[f"camera[{camera.name}].x"]
             stand = Placed.at(unknown[first : first + 6])
             free = camera.free is not Freedom.FIXED
@@ -155,27 +177,27 @@ class PixelObservation(AbstractObservation):
             q = se3.apply(carried, held[spot])
             from_stand = q - stand.pose[:3, 3]
             at = project(from_stand @ stand.pose[:3, :3], intrinsics)
-            residual[row, c, spot] = self.measured[row, c, spot] - at.pixel
+            residual[mine][row, spot] = self.measured[mine][row, spot] - at.pixel
             by_q = _times(at.by_point, stand.pose[:3, :3].T)
             by_held = by_q @ carried[:, :3, :3]
             place_of, pull = (q, by_q) if fixed else (held[spot], -by_held)
             lever = place_of - poses[row, :3, 3]
-            by_twist[row, c, spot] = np.concatenate([pull, -_turned(pull, lever)], axis=-1)
+            by_twist[mine][row, spot] = np.concatenate([pull, -_turned(pull, lever)], axis=-1)
             out = np.zeros((len(row), 2, len(place)))
             out[..., first : first + 3] = -by_q
             out[..., first + 3 : first + 6] = _times(_turned(by_q, from_stand), stand.turning)
             if free:
                 out[..., first + 6 : first + 15] = at.by_intrinsics
-            k = place["target.x"]
+            k = place[f"{target.owner}.x"]
             out[..., k : k + 3] = by_held
-            turned = _turned(by_held, (held - target.pose[:3, 3])[spot])
-            out[..., k + 3 : k + 6] = -_times(turned, target.turning)
-            by_xi = _times(by_held, target.pose[:3, :3])
-            if (k := place.get("target.scale", -1)) >= 0:
-                out[..., k] = (by_xi * points[spot, None]).sum(2)
-            if (k := place.get("target.bend_xx", -1)) >= 0:
-                out[..., k : k + 3] = by_xi[..., 2:] * self.rig.target.bends[spot, None]
-            by_unknown[row, c, spot] = out
+            turned = _turned(by_held, (held - board.pose[:3, 3])[spot])
+            out[..., k + 3 : k + 6] = -_times(turned, board.turning)
+            by_xi = _times(by_held, board.pose[:3, :3])
+            if (k := place.get(f"{target.owner}.scale", -1)) >= 0:
+                out[..., k] = (by_xi * target.points[spot, None]).sum(2)
+            if (k := place.get(f"{target.owner}.bend_xx", -1)) >= 0:
+                out[..., k : k + 3] = by_xi[..., 2:] * target.bends[spot, None]
+            by_unknown[mine][row, spot] = out
         rows, size = len(residual), residual[0].size
         return Seen(
             residual.reshape(rows, size),
@@ -183,15 +205,27 @@ class PixelObservation(AbstractObservation):
             by_unknown.reshape(rows, size, len(place)),
         )
 
-    def _points(self, unknown: np.ndarray, place: Mapping[str, int]) -> tuple[Placed, np.ndarray]:
-        """The target's pose and its points with size and bends."""
-        spot = place["target.x"]
-        xi = self.rig.target.points
-        if (k := place.get("target.scale")) is not None:
-            xi = xi * (1.0 + unknown[k])
-        if (k := place.get("target.bend_xx")) is not None:
-            xi = xi + np.array([0.0, 0.0, 1.0]) * (self.rig.target.bends @ unknown[k : k + 3])[:, None]
-        return Placed.at(unknown[spot : spot + 6]), xi
+
+def _shaped(target: Target, unknown: np.ndarray, place: Mapping[str, int]) -> tuple[Placed, np.ndarray]:
+    """A board's pose, and its points with size and bends."""
+    spot = place[f"{target.owner}.x"]
+    xi = target.points
+    if (k := place.get(f"{target.owner}.scale")) is not None:
+        xi = xi * (1.0 + unknown[k])
+    if (k := place.get(f"{target.owner}.bend_xx")) is not None:
+        xi = xi + np.array([0.0, 0.0, 1.0]) * (target.bends @ unknown[k : k + 3])[:, None]
+    return Placed.at(unknown[spot : spot + 6]), xi
+
+
+def _mean(poses: Float[np.ndarray, "n 4 4"]) -> Float[np.ndarray, "4 4"]:
+    """One pose of many that should be the same."""
+    return se3.pose(nearest_rotation(poses[:, :3, :3].sum(0)), np.median(poses[:, :3, 3], axis=0))
+
+
+def _coordinates(owner: str, pose: Float[np.ndarray, "4 4"]) -> dict[str, float]:
+    """The six unknowns of a pose, by name."""
+    six = np.concatenate([pose[:3, 3], se3.matrix_to_rotvec(pose[:3, :3])])
+    return dict(zip((f"{owner}.{part}" for part in POSE), six.tolist(), strict=True))
 
 
 def _times(rows: Float[np.ndarray, "n 2 3"], matrix: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "n 2 3"]:

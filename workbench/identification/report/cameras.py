@@ -117,7 +117,9 @@ def _poses(fit: Fit) -> Json:
     assert rig is not None, "pictures were fitted"
     values = dict(zip(names, fit.x.tolist(), strict=True))
     found: Json = {}
-    carriers = {f"camera[{c.name}]": c.mounted for c in rig.cameras} | {"target": rig.target.mounted}
+    carriers = {f"camera[{c.name}]": c.mounted for c in rig.cameras} | {
+        target.owner: rig.mounted for target in rig.targets
+    }
     for name, mounted in carriers.items():
         places = [names.index(f"{name}.{part}") for part in POSE]
         placed = Placed.at(fit.x[places])

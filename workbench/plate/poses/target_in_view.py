@@ -65,13 +65,15 @@ class View:
                 f"the camera file has {len(self.rig.cameras)} cameras, {len(self.cameras)} places are given; "
                 "give one for each"
             )
+        if len(self.rig.targets) > 1:
+            raise OptionError("poses are chosen for one board; give a target file of one")
         if not 0.0 <= self.depth[0] < self.depth[1]:
             raise OptionError(f"sharp depths go from near to far, got {self.depth[0]:g}, {self.depth[1]:g} m")
 
     @cached_property
     def inwards(self) -> Float[np.ndarray, "points 3"]:
         """Unit normal of each point's board or tag, away from who sees it; 0 for single points."""
-        target = self.rig.target
+        target = self.rig.targets[0]
         if target.charuco is not None:
             return np.tile([0.0, 0.0, 1.0], (len(target), 1))
         normals = np.zeros((len(target), 3))
@@ -85,7 +87,7 @@ class View:
     @cached_property
     def spacing(self) -> float:
         """Least distance between two points of the target [m]."""
-        points = self.rig.target.points
+        points = self.rig.points
         apart = np.linalg.norm(points[:, None] - points, axis=2)
         return float(apart[apart > 0.0].min())
 
@@ -100,7 +102,7 @@ class View:
     ) -> tuple[Float[np.ndarray, "rows points 2"], Bool[np.ndarray, "rows points"]]:
         """Pixels of the target's points, and which of them are in sight."""
         own, at = self.rig.cameras[camera], self.in_camera(poses, camera)
-        points = self.rig.target.points @ at[:, :3, :3].transpose(0, 2, 1) + at[:, None, :3, 3]
+        points = self.rig.points @ at[:, :3, :3].transpose(0, 2, 1) + at[:, None, :3, 3]
         pixel = own.project(points).pixel
         size = np.array(own.size, float)
         inside = ((pixel > MARGIN * size) & (pixel < (1.0 - MARGIN) * size)).all(-1)
@@ -112,9 +114,10 @@ class View:
 
     def shows(self, poses: Float[np.ndarray, "rows 4 4"]) -> Bool[np.ndarray, " rows"]:
         """At which of the tool's poses some camera sees enough of the target."""
-        least = WHOLE * len(self.rig.target) if self.rig.target.charuco is not None else TAGS
+        target = self.rig.targets[0]
+        least = WHOLE * len(target) if target.charuco is not None else TAGS
         seen = [self.seen(poses, k)[1].sum(1) for k in range(len(self.cameras))]
-        return np.max(seen, axis=0) >= min(least, len(self.rig.target))
+        return np.max(seen, axis=0) >= min(least, len(target))
 
     def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """At which joint positions some camera sees enough of the target."""
@@ -141,7 +144,7 @@ class View:
         parts = []
         for k, camera in enumerate(self.rig.cameras):
             at, (_, sight) = self.in_camera(poses, k), self.seen(poses, k)
-            points = self.rig.target.points @ at[:, :3, :3].transpose(0, 2, 1) + at[:, None, :3, 3]
+            points = self.rig.points @ at[:, :3, :3].transpose(0, 2, 1) + at[:, None, :3, 3]
             by_point = camera.project(points).by_point * (sight[..., None, None] / self.noise)
             on_tool = camera.mounted is Mount.TOOL
             eye = poses @ self.cameras[k] if on_tool else np.broadcast_to(self.cameras[k], poses.shape)

@@ -85,7 +85,7 @@ def facts_of(data: Dataset) -> tuple[tuple[str, str], ...]:
         ("Corners", f"{int(seen.sum())}; {len(rig.apart)} set apart as wrong"),
         ("Joints", f"{data.joints}"),
         ("Camera", "; ".join(cameras)),
-        ("Target", f"{rig.target.words}, {ON[rig.target.mounted]}"),
+        ("Target", f"{rig.words}, {ON[rig.mounted]}"),
     )
 
 
