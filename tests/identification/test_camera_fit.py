@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 
 import camera_arms as virtual
 import numpy as np
@@ -16,18 +17,19 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.noise import factor_at
 from workbench.identification.pixel_noise import Considered, Knowledge, Pictures
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.report.cameras import camera_json, camera_words
 
 NORMAL = 1.96
 
 
-def written(folder, name, shots, *, mounted="world", free="false", cameras=1, k=virtual.K):
+def written(folder, name, shots, *, mounted="world", free="false", cameras=1, solids=1, k=virtual.K):
     """The files of a session with a camera, and the data that they hold."""
     other = {"world": "tool", "tool": "world"}[mounted]
     files = {
         "pixels.csv": shots.table(),
         "joints.csv": shots.joints(),
         "camera.toml": virtual.camera_toml(cameras, mounted=mounted, free=free, k=k),
-        "target.toml": virtual.target_toml(other),
+        "target.toml": virtual.target_toml(other, solids),
         "robot.toml": virtual.Arm(np.array(virtual.ARMS[name], float)).toml(name),
     }
     for file, text in files.items():
@@ -97,6 +99,38 @@ def test_a_camera_on_the_tool_and_free_intrinsics(tmp_path):
         assert abs(fit.x[place] - virtual.K[k]) < 4.0 * fit.std[place]
     before, after = true_errors(arm, (robot, run.robot))
     assert after < 0.2 * before
+
+
+@pytest.mark.parametrize("on_tool", [False, True], ids=["eye to hand", "eye in hand"])
+def test_boards_that_stand_anywhere_to_one_another(tmp_path, on_tool):
+    """Each has its own pose with its own interval; one that is seen once is left out, in a sentence."""
+    rng = np.random.default_rng(11)
+    arm = virtual.made(rng, "hobby", zeros=np.deg2rad(0.3))
+    arm.zeros[[0, -1]] = 0.0
+    shots = virtual.scene(rng, arm, 16, on_tool=on_tool, solids=2)
+    robot, data = written(tmp_path, "hobby", shots, mounted="tool" if on_tool else "world", solids=2)
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    fit = run.best.fit
+    place = {name: k for k, name in enumerate(fit.problem.names)}
+    off = [
+        fit.x[place[f"joint{k}.theta"]] - fit.parameters[place[f"joint{k}.theta"]].nominal
+        for k in (2, 3, 4, 5)
+    ]
+    std = [fit.std[place[f"joint{k}.theta"]] for k in (2, 3, 4, 5)]
+    assert (np.abs(np.array(off) - arm.zeros[1:5]) < 4.0 * np.array(std)).all()
+    told = camera_json(run)["camera"]["poses"]
+    for owner, pose in zip(("target[A]", "target[B]"), shots.targets, strict=True):
+        at = told[owner]
+        spread = 1e-3 * np.array(at["xyz_std_mm"])
+        assert (np.abs(at["xyz"] - pose[:3, 3]) < 4.0 * spread).all()
+        assert spread.max() < 3e-3
+    assert sum("target[B] on the" in words for words in camera_words(run)) == 1
+    first = min(image for image, _, k, _, _, _ in shots.rows if k >= virtual.SOLID)
+    rows = [r for r in shots.rows if r[2] < virtual.SOLID or r[0] == first]
+    (tmp_path / "once.csv").write_text(replace(shots, rows=rows).table())
+    alone = read(tmp_path, "once.csv")
+    assert [t.name for t in alone.rig.targets] == ["A"]
+    assert "board 'B' is in 1 picture: left out; show each board in two pictures or more" in alone.notes
 
 
 def test_the_shifted_joint_is_named(tmp_path):

@@ -19,6 +19,9 @@ def board(
     dictionary: Annotated[str, typer.Option(help="Dictionary of the markers.")] = "DICT_6X6_250",
     shape: Annotated[str, typer.Option(help="board, or tags on a cube or dodecahedron.")] = "board",
     mounted: Annotated[str, typer.Option(help="What will carry it: tool or world.")] = "tool",
+    boards: Annotated[
+        int, typer.Option(help="How many, with markers of their own, for one arm and camera.")
+    ] = 1,
     dpi: Annotated[float, typer.Option(help="Dots per inch of a .png.")] = 300.0,
 ) -> None:
     """A ChArUco board (or a solid of tags) to print at its true size, and target.toml beside it."""
@@ -34,23 +37,37 @@ def board(
         raise OptionError(f"--mounted must be tool or world, got '{mounted}'")
     if shape not in ("board", *Shape):
         raise OptionError(f"--shape must be board, {', '.join(Shape)}, got '{shape}'")
+    if boards < 1:
+        raise OptionError(f"--boards must be at least 1, got {boards}")
     if not 30.0 <= dpi <= 1200.0:
         raise OptionError(f"--dpi must be 30–1200, got {dpi:g}")
     side = opt.length(square)
     tag = None if marker is None else opt.length(marker)
     beside = out.parent / "target.toml"
-    opt.check_writable(out, beside)
-    if shape == "board":
-        inner = round(0.75 * side, 4) if tag is None else tag
-        made = Charuco(_across_down(squares), side, inner, dictionary)
-        target, sheet = charuco_target(made, mounted), board_sheet(made)
-    else:
-        target, sheet = tag_solid(shape, side, tag=tag, dictionary=dictionary, mounted=mounted)
-    if beside.exists() and beside.read_text(encoding="utf-8") != target_toml(target):
+    paths = [out] if boards == 1 else [out.with_stem(f"{out.stem}-{k}") for k in range(1, boards + 1)]
+    opt.check_writable(*paths, beside)
+    across, down = _across_down(squares)
+    inner = round(0.75 * side, 4) if tag is None else tag
+    made, sheets = [], []
+    for k in range(boards):
+        name = f"board{k + 1}" if boards > 1 else ""
+        if shape == "board":
+            board = Charuco((across, down), side, inner, dictionary, k * (across * down // 2))
+            first = k * (across - 1) * (down - 1)
+            target, sheet = charuco_target(board, mounted, name=name, first=first), board_sheet(board)
+        else:
+            target, sheet = tag_solid(
+                shape, side, tag=tag, dictionary=dictionary, mounted=mounted, number=k + 1, name=name
+            )
+        made.append(target)
+        sheets.append(sheet)
+    targets = tuple(made)
+    if beside.exists() and beside.read_text(encoding="utf-8") != target_toml(targets):
         raise OptionError(f"{beside} describes another target; write --out into another folder, or move it")
-    content = sheet.pdf() if out.suffix.lower() == ".pdf" else sheet.png(dpi)
-    opt.say(f"{sheet.title} on {sheet.paper[0]}: {write_bytes(out, content)}")
-    opt.say(f"target: {write_target(target, beside)}")
+    for path, sheet in zip(paths, sheets, strict=True):
+        content = sheet.pdf() if out.suffix.lower() == ".pdf" else sheet.png(dpi)
+        opt.say(f"{sheet.title} on {sheet.paper[0]}: {write_bytes(path, content)}")
+    opt.say(f"target: {write_target(targets, beside)}")
 
 
 def _across_down(text: str) -> tuple[int, int]:

@@ -9,11 +9,11 @@ from rendered import looking_at, render
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.types import Freedom
 from workbench.data.camera.camera import Camera, project
-from workbench.data.camera.detect import Finder, blur, find_corners
+from workbench.data.camera.detect import BoardFinder, Finder, blur, find_corners
 from workbench.data.camera.polyhedron import Shape, tag_solid
 from workbench.data.camera.printed import FOOT, RULER, board_sheet
 from workbench.data.camera.rig import Rig
-from workbench.data.camera.target import Charuco, charuco_target, read_target, write_target
+from workbench.data.camera.target import Charuco, charuco_target, read_target, read_targets, write_target
 
 cv2 = pytest.importorskip("cv2")
 BOARD = Charuco((5, 7), 0.03, 0.022, "DICT_5X5_250")
@@ -26,7 +26,8 @@ DOT = 0.25e-3
 def printed(board=BOARD, legacy=False):
     """The board as OpenCV itself draws it, at DOT a dot."""
     drawn = cv2.aruco.CharucoBoard(
-        board.squares, board.square, board.marker, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_250)
+        *(board.squares, board.square, board.marker),
+        *(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_250), np.array(board.markers)),
     )
     drawn.setLegacyPattern(legacy)
     return drawn.generateImage(tuple(round(n * board.square / DOT) for n in board.squares))
@@ -102,6 +103,33 @@ def test_pictures_without_the_board_say_why(pictures, tmp_path, spoil, reason):
 def test_another_board_is_named(folder, board, reason):
     with pytest.raises(DataError, match=reason):
         find_corners(folder, Rig((CAMERA,), (charuco_target(board, "tool"),)))
+
+
+def test_several_boards_are_told_apart_by_their_markers(tmp_path):
+    """Two of the same size side by side; the third is not in view, and that is said."""
+    markers, inner = 17, 24
+    boards = [replace(BOARD, first_marker=k * markers) for k in range(3)]
+    targets = tuple(
+        charuco_target(board, "tool", name=name, first=k * inner)
+        for k, (board, name) in enumerate(zip(boards, "ABC", strict=True))
+    )
+    gap = 60
+    left, right = printed(boards[0]), printed(boards[1])
+    paper = np.hstack([left, np.full((len(left), gap), 255, np.uint8), right])
+    pose = looking_at(np.array([0.17, 0.3, -0.32]), np.array([0.17, 0.105, 0.0]), 0.1)
+    picture = render(paper, DOT, pose, LENS, CAMERA.size, rng=np.random.default_rng(0))
+    cv2.imwrite(str(tmp_path / "0.png"), picture)
+    rig = Rig((CAMERA,), targets)
+    found = find_corners(tmp_path, rig)
+    assert len(found.id) >= 40
+    points = rig.points[rig.points_named(found.id, found.corner)]
+    points = points + (found.id >= inner)[:, None] * [0.15 + gap * DOT, 0.0, 0.0]
+    there = points @ pose[:3, :3].T + pose[:3, 3]
+    off = np.linalg.norm(project(there, LENS).pixel - found.uv, axis=1)
+    assert np.sqrt((off**2).mean()) < 0.15
+    assert "no picture shows board 'C': it shows no marker of this board" in found.notes
+    both = BoardFinder.of(targets[1:2]).find(picture)
+    assert set(both.ids.tolist()) <= set(range(inner, 2 * inner))
 
 
 def test_pictures_of_another_size_and_empty_folders_are_refused(folder, tmp_path):
@@ -181,6 +209,18 @@ def test_the_command_writes_board_and_target(run, tmp_path):
     assert read_target(tmp_path / "target.toml").charuco == target.charuco
 
 
+@pytest.mark.parametrize("shape", ["board", "cube"])
+def test_the_command_prints_boards_with_markers_of_their_own(run, tmp_path, shape):
+    words = ("--shape", shape, "--boards", "2", "--square", "40mm", "--out", "b.png", "--dpi", "100")
+    assert run("board", *words)[0] == 0
+    targets = read_targets(tmp_path / "target.toml")
+    assert [t.name for t in targets] == ["board1", "board2"]
+    finders = BoardFinder.of(targets)
+    for target, file in zip(targets, ("b-1.png", "b-2.png"), strict=True):
+        found = finders.find(cv2.imread(str(tmp_path / file), cv2.IMREAD_GRAYSCALE))
+        assert set(found.ids.tolist()) == set(target.ids.tolist())
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -191,6 +231,8 @@ def test_the_command_writes_board_and_target(run, tmp_path):
         (["--dictionary", "DICT_9X9"], "no marker dictionary 'DICT_9X9'"),
         (["--shape", "cube", "--marker", "36mm"], "don't fit on a cube"),
         (["--shape", "ball"], "--shape must be board"),
+        (["--boards", "0"], "--boards must be at least 1"),
+        (["--boards", "20", "--dictionary", "DICT_4X4_50"], "needs 17 markers from 34 on"),
     ],
 )
 def test_impossible_boards_are_refused_in_a_sentence(run, tmp_path, words, said):

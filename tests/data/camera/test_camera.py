@@ -7,7 +7,7 @@ from workbench.base.errors import DataError, FileError
 from workbench.data.camera.camera import INTRINSICS, project, read_cameras, write_cameras
 from workbench.data.camera.pixel_table import PixelRows, read_pixels
 from workbench.data.camera.rig import Rig
-from workbench.data.camera.target import Charuco, charuco_target, read_target, write_target
+from workbench.data.camera.target import Charuco, charuco_target, read_target, read_targets, write_target
 
 K = np.array([900.0, 905.0, 640.0, 500.0, -0.12, 0.05, 0.002, -0.001, 0.01])
 CAMERA = """[[camera]]
@@ -77,6 +77,57 @@ def test_files_are_read_as_they_are_written(tmp_path):
     assert other.scale_sigma == 0.001
     assert len(other) == 12
     assert other.points[4] == pytest.approx([0.03, 0.06, 0.0])
+
+
+BOARDS = """mounted = "world"
+[[board]]
+charuco = { squares = [5, 4], square = 0.03, marker = 0.02 }
+[[board]]
+name = "right"
+charuco = { squares = [4, 4], square = 0.03, marker = 0.02 }
+scale_sigma = 0.001
+[[board]]
+name = "tag"
+point = [
+    { id = 40, corner = 0, xyz = [0, 0, 0] }, { id = 40, corner = 1, xyz = [0.1, 0, 0] },
+    { id = 40, corner = 2, xyz = [0.1, 0.1, 0] }, { id = 40, corner = 3, xyz = [0, 0.1, 0] },
+]
+"""
+
+
+def test_boards_of_one_file_have_numbers_of_their_own(tmp_path):
+    (tmp_path / "target.toml").write_text(BOARDS)
+    targets = read_targets(tmp_path / "target.toml")
+    again = read_targets(write_target(targets, tmp_path / "again.toml"))
+    for found in (targets, again):
+        assert [t.owner for t in found] == ["target[board1]", "target[right]", "target[tag]"]
+        assert [t.ids[0] for t in found] == [0, 12, 40]
+        assert [t.charuco.first_marker for t in found[:2]] == [0, 10]
+        assert [t.scale_sigma for t in found] == [0.002, 0.001, 0.0005]
+    with pytest.raises(FileError, match="has 3 boards; give a file of one"):
+        read_target(tmp_path / "target.toml")
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (
+            (
+                "[4, 4], square = 0.03, marker = 0.02",
+                "[4, 4], square = 0.03, marker = 0.02, first_marker = 9",
+            ),
+            "marker 9 of",
+        ),
+        (('name = "right"', 'name = "board1"'), "two boards named 'board1'"),
+        (("id = 40, corner = 1", "id = 3, corner = 0"), "id 3 corner 0 is of 'board1' and of 'tag'"),
+        (('name = "tag"', "colour = 3"), "colour"),
+        (('mounted = "world"', 'mounted = "world"\ncharuco = {}'), "either one"),
+    ],
+)
+def test_boards_that_can_not_be_told_apart_are_refused(tmp_path, change, word):
+    (tmp_path / "target.toml").write_text(BOARDS.replace(*change))
+    with pytest.raises(FileError, match=word):
+        read_targets(tmp_path / "target.toml")
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,14 @@ class Shape(StrEnum):
 
 
 def tag_solid(
-    shape: Shape | str, edge: float, *, tag: float | None = None, dictionary: str, mounted: Mount | str
+    shape: Shape | str,
+    edge: float,
+    *,
+    tag: float | None = None,
+    dictionary: str,
+    mounted: Mount | str,
+    number: int = 1,
+    name: str = "",
 ) -> tuple[Target, Sheet]:
     """The corners of all tags in the solid's frame, from its middle, and the net to print.
 
@@ -41,8 +48,10 @@ def tag_solid(
         shape: Cube or dodecahedron.
         edge: Length of its edges [m].
         tag: Side of the tags [m]; what suits the face if None.
-        dictionary: Of the tags; face k has number k.
+        dictionary: Of the tags; face k of the first solid has number k, others go on from there.
         mounted: What carries the solid.
+        number: Of this solid among several, from 1.
+        name: Of this one.
 
     Raises:
         OptionError: tags that don't fit on the faces, or an unknown dictionary.
@@ -56,20 +65,23 @@ def tag_solid(
             f"tags of {MM * tag:g} mm don't fit on a {shape} with edges of {MM * edge:g} mm; use at most "
             f"{MM * most / QUIET:.1f} mm"
         )
-    if count(dictionary) < len(faces):
-        raise OptionError(f"a {shape} needs {len(faces)} tags, {dictionary} has {count(dictionary)}")
+    first = (number - 1) * len(faces)
+    if count(dictionary) < first + len(faces):
+        which = f"{shape} {number} needs tags {first} … {first + len(faces) - 1}"
+        raise OptionError(f"{which}, {dictionary} has {count(dictionary)}")
     flat = _unfolded(faces)
     corners = 0.5 * tag * np.array([[-1, 1], [1, 1], [1, -1], [-1, -1]], float)
     on_solid = np.stack([_frame(face)[:3, 3] + corners @ _frame(face)[:3, :2].T for face in faces])
-    names = np.repeat(np.arange(len(faces)), 4)
+    names = first + np.repeat(np.arange(len(faces)), 4)
     target = Target(
+        name=name,
         mounted=Mount(mounted),
         ids=names,
         corners=np.tile(np.arange(4), len(faces)),
         points=frozen(on_solid.reshape(-1, 3)),
         dictionary=dictionary,
     )
-    return target, _net(shape, flat, corners, edge, tag, dictionary)
+    return target, _net(shape, flat, corners, edge, tag, dictionary, first)
 
 
 def _faces(shape: Shape, edge: float) -> list[Float[np.ndarray, "corners 3"]]:
@@ -155,7 +167,13 @@ def _angle(v: np.ndarray) -> float:
 
 
 def _net(
-    shape: Shape, flat: list[np.ndarray], corners: np.ndarray, edge: float, tag: float, dictionary: str
+    shape: Shape,
+    flat: list[np.ndarray],
+    corners: np.ndarray,
+    edge: float,
+    tag: float,
+    dictionary: str,
+    first: int,
 ) -> Sheet:
     """The net with its tags, y down [mm]."""
     everything = np.concatenate(flat)
@@ -165,7 +183,7 @@ def _net(
         return MM * np.stack([points[..., 0] - low[0], high[1] - points[..., 1]], axis=-1)
 
     black, labels, edges = [], [], []
-    for k, face in enumerate(flat):
+    for k, face in enumerate(flat, first):
         pose = _frame(face)
         square = page(pose[:2, 2] + corners @ pose[:2, :2].T)
         black += marker_polygons(black_cells(dictionary, k), square)

@@ -16,7 +16,7 @@ from jaxtyping import Bool, Float
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.hand_eye import nearest_rotation
-from workbench.base.wording import counted, listed
+from workbench.base.wording import counted
 from workbench.data.camera.camera import Camera, project
 from workbench.data.camera.rig import Apart
 from workbench.data.camera.target import Target
@@ -86,21 +86,15 @@ def _of_boards_in_view(data: Dataset) -> Dataset:
     assert pixels is not None, "they come together"
     assert sight is not None, "they come together"
     count = np.isfinite(sight[data.included, ..., 0, 0]).any(1).sum(0)
-    lost = [
-        f"'{t.name}' in {counted(int(n), 'picture')}"
-        for t, n in zip(rig.targets, count, strict=True)
-        if n < 2
-    ]
-    if len(lost) == len(rig.targets):
-        raise DataError(
-            f"{data.source}: boards are seen {listed(lost)}; at least one must be in two pictures or more"
-        )
+    rare = zip(rig.targets, count.tolist(), strict=True)
+    lost = ", ".join(f"board '{t.name}' is in {counted(n, 'picture')}" for t, n in rare if n < 2)
     if not lost:
         return data
+    if (count < 2).all():
+        raise DataError(f"{data.source}: {lost}; show at least one of them in two pictures or more")
     kept = np.flatnonzero(count >= 2)
     points = np.concatenate([np.arange(part.start, part.stop) for _, part in (rig.parts[b] for b in kept)])
-    words = "it is" if len(lost) == 1 else "they are"
-    note = f"boards are seen {listed(lost)}; {words} left out: show each in two pictures or more"
+    note = f"{lost}: left out; show each board in two pictures or more"
     return replace(
         data,
         pixels=pixels[:, :, points],
