@@ -68,6 +68,8 @@ BLOCKS = 10
 """Blocks of joint space that are left out in turns."""
 CONFOUNDED = 1e-5
 """A constant whose column is this small beside what camera and target do alone can't be told from them."""
+UNSEEN = 1e-9
+"""Information that is left of an unknown, such as a board's place, which only the block left out shows."""
 Seek = Callable[[Robot, Problem, np.ndarray], tuple[AbstractEffect, ...]]
 """Finds the effects of an arm that a problem's answer leaves unexplained."""
 
@@ -325,10 +327,14 @@ def _left_out(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
         [block[problem.component_rows], np.full(len(at.residual) - problem.size, -1)]
     )
     off, predicted = [], at.residual[: problem.size].copy()
+    whole = np.diag(h)
     for k in range(count):
         mine = of_component == k
         j, r = at.jacobian[mine], at.residual[mine]
-        step = -np.linalg.solve(h - j.T @ j, j.T @ r)
+        rest = h - j.T @ j
+        shown = np.diag(rest) > UNSEEN * whole
+        step = np.zeros(len(x))
+        step[shown] = -np.linalg.solve(rest[np.ix_(shown, shown)], (j.T @ r)[shown])
         off.append(step)
         predicted[mine[: problem.size]] -= j @ step
     spread = np.array(off)

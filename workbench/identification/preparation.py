@@ -9,9 +9,11 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Report
+from workbench.data.camera.resection import with_boards, with_boards_in_view
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.data.misread import checked
+from workbench.data.observations.pixels import PixelObservation
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
@@ -153,6 +155,8 @@ def prepare(
     if fitted.rig is not None:
         fitted, train, lost = _suited(robot, fitted, train)
         excluded += lost
+        fitted = with_boards_in_view(fitted)
+        notes += [note for note in fitted.notes if note not in notes]
     report(0.25, "deciding about base and tool")
     choice = choose_frames(
         robot,
@@ -183,6 +187,9 @@ def prepare(
         notes += [*choice.notes, noise_note]
     else:
         notes += [*gate.notes, f"noise from the pictures: {_picture_words(gate.noise)}"]
+    if fitted.rig is not None and held_data.rig is not None:
+        held_data = with_boards(held_data, [target.owner for target in fitted.rig.targets])
+        held_data = held_data.take(PixelObservation.applies(held_data))
     held_data, placing = _placeable(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})
     notes += placing
     new_sessions = _new_sessions(held_data, fitted, choice, sessions)

@@ -8,6 +8,7 @@ arm takes part, so that a corner is judged by its picture and not by the joints.
 Source: Hartley, Zisserman, Multiple View Geometry, 2nd ed., algorithms 4.2 and 7.1.
 """
 
+from collections.abc import Collection
 from dataclasses import replace
 
 import numpy as np
@@ -75,32 +76,44 @@ def with_sight(data: Dataset) -> Dataset:
     if apart:
         more = f" and {len(apart) - 5} more" if len(apart) > 5 else ""
         notes += (f"set apart as wrong: {'; '.join(map(str, apart[:5]))}{more}",)
-    found = replace(data, pixels=pixels, sight=sight, rig=replace(rig, apart=tuple(apart)), notes=notes)
-    return found if len(rig.targets) == 1 else _of_boards_in_view(found)
+    rig = replace(rig, apart=tuple(apart))
+    return with_boards_in_view(replace(data, pixels=pixels, sight=sight, rig=rig, notes=notes))
 
 
-def _of_boards_in_view(data: Dataset) -> Dataset:
-    """Without the boards that less than two pictures place."""
-    rig, pixels, sight = data.rig, data.pixels, data.sight
+def with_boards_in_view(data: Dataset) -> Dataset:
+    """Without the boards that less than two pictures place, where there are several.
+
+    Raises:
+        DataError: none is left.
+    """
+    rig, sight = data.rig, data.sight
     assert rig is not None, "data without cameras"
-    assert pixels is not None, "they come together"
     assert sight is not None, "they come together"
     count = np.isfinite(sight[data.included, ..., 0, 0]).any(1).sum(0)
     rare = zip(rig.targets, count.tolist(), strict=True)
     lost = ", ".join(f"board '{t.name}' is in {counted(n, 'picture')}" for t, n in rare if n < 2)
-    if not lost:
+    if not lost or len(rig.targets) == 1:
         return data
     if (count < 2).all():
         raise DataError(f"{data.source}: {lost}; show at least one of them in two pictures or more")
-    kept = np.flatnonzero(count >= 2)
-    points = np.concatenate([np.arange(part.start, part.stop) for _, part in (rig.parts[b] for b in kept)])
     note = f"{lost}: left out; show each board in two pictures or more"
+    kept = [t.owner for t, n in zip(rig.targets, count, strict=True) if n >= 2]
+    return replace(with_boards(data, kept), notes=(*data.notes, note))
+
+
+def with_boards(data: Dataset, owners: Collection[str]) -> Dataset:
+    """With some of its boards only."""
+    rig, pixels, sight = data.rig, data.pixels, data.sight
+    assert rig is not None, "data without cameras"
+    assert pixels is not None, "they come together"
+    assert sight is not None, "they come together"
+    kept = [b for b, target in enumerate(rig.targets) if target.owner in owners]
+    if len(kept) == len(rig.targets):
+        return data
+    points = np.concatenate([np.arange(rig.parts[b][1].start, rig.parts[b][1].stop) for b in kept])
+    targets = tuple(rig.targets[b] for b in kept)
     return replace(
-        data,
-        pixels=pixels[:, :, points],
-        sight=sight[:, :, kept],
-        rig=replace(rig, targets=tuple(rig.targets[b] for b in kept)),
-        notes=(*data.notes, note),
+        data, pixels=pixels[:, :, points], sight=sight[:, :, kept], rig=replace(rig, targets=targets)
     )
 
 
