@@ -1,11 +1,14 @@
 """The door: only pages of this server get in, and nobody opens a tunnel."""
 
+import asyncio
 import signal
 import subprocess
 import sys
+import threading
 import urllib.error
 import urllib.parse
 import urllib.request
+from contextlib import nullcontext
 
 import pytest
 import viser
@@ -48,6 +51,23 @@ def test_foreign_origins_are_refused(server):
         f"http://127.0.0.1:{port + 1}",
     ):
         assert dial(port, origin=origin) == "403", origin
+
+
+def test_only_the_servers_own_thread_touches_who_waits_for_messages(server, monkeypatch):
+    """Another thread met clients that came and went, and what it was drawing failed in the middle."""
+    touched, real = [], asyncio.Event.set
+    monkeypatch.setattr(
+        asyncio.Event, "set", lambda event: (touched.append(threading.current_thread()), real(event))
+    )
+    with client.connect(
+        f"ws://127.0.0.1:{server.get_port()}", subprotocols=[f"viser-v{viser.__version__}"]
+    ) as socket:
+        socket.recv(timeout=10)
+        for together in (nullcontext, server.atomic):
+            with together():
+                server.gui.add_html("news")
+            socket.recv(timeout=10)
+    assert {*touched} == {server._websock_server._server_thread}
 
 
 def test_only_a_page_that_knows_the_secret_tells_anything(server):

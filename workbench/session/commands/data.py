@@ -31,6 +31,8 @@ from workbench.session.state import CubeView, Field, Focus, Session, Severity
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
+OPTION = " (--columns)"
+"""How a problem names what its words are given to; the page has no such option."""
 CHECKS = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
 MARGIN, ACROSS = 0.01, 12
@@ -82,7 +84,7 @@ class LoadData(AbstractTask):
                 if understood.dataset is None and understood.columns and understood.layout == "plain":
                     return file
                 if understood.dataset is None:
-                    raise DataError(understood.problems[0])
+                    raise DataError(_for_the_page(understood.problems[0]))
                 dataset = understood.dataset
                 notes = tuple(note.replace(f"{folder}/", "") for note in dataset.notes)
                 dataset = replace(dataset, source=path.name, notes=notes)
@@ -117,7 +119,7 @@ class LoadData(AbstractTask):
     def finish(self, session: Session, result: Any) -> Session:
         if isinstance(result, MeasurementFile):
             session = replace(session, unread=result)
-            words = result.preview.problems[0].replace(" (--columns)", "")
+            words = result.preview.problems[0].replace(OPTION, "")
             return session.tell(Severity.ERROR, f"{words}; or choose what it is under 'Columns of the file'")
         session = with_data(session, result)
         words = f"{len(result.dataset)} rows read from {result.name}"
@@ -319,6 +321,15 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
         ("Kept for checking", f"{CHECKS} poses of the region near the targets"),
         ("Instrument", command.instrument_in(session).note or "the plate's seats"),
         ("Noise", f"{position * 1e3:.3g} mm" + (f", {np.rad2deg(rotation):.3g}°" if rotation else "")),
+    )
+
+
+def _for_the_page(problem: str) -> str:
+    """What is wrong with a file whose columns no choice of the page puts right."""
+    if OPTION not in problem:
+        return problem
+    return (
+        f"{problem.replace(OPTION, '')}; 'workbench identify' takes such words as --columns, the page a CSV"
     )
 
 

@@ -12,6 +12,7 @@ import hmac
 import ipaddress
 import secrets
 import socket
+import threading
 from collections.abc import Callable
 from http.cookies import CookieError, SimpleCookie
 from typing import Any
@@ -115,6 +116,7 @@ def local_server(
     # what it prints there names no page that one should open
     with mock.patch.object(websockets, "serve", serve), mock.patch("rich.print"):
         server = LocalServer(host=host, port=port, label=label, verbose=False)
+    _set_by_its_own_thread(server)
     furnish(server)
     server.key, server.telling = key, telling
     if port and server.get_port() != port:
@@ -123,6 +125,21 @@ def local_server(
     for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
         server._websock_server.unregister_handler(message)
     return server
+
+
+def _set_by_its_own_thread(server: viser.ViserServer) -> None:
+    """Viser tells its loop of a message twice: from whatever thread the message comes, and by the loop.
+
+    The first may meet the loop's own clients coming and going, and then fails what was being drawn.
+    """
+    event = server._websock_server._broadcast_buffer.message_event
+    told, own = event.set, server._websock_server._server_thread
+
+    def set_() -> None:
+        if threading.current_thread() is own:
+            told()
+
+    event.set = set_  # type: ignore[method-assign]
 
 
 def page_address(server: viser.ViserServer) -> str:
