@@ -5,6 +5,7 @@ the user ends with one sentence on standard error and exit status 1; nothing is 
 """
 
 import contextlib
+import gc
 import signal
 import sys
 from pathlib import Path
@@ -43,8 +44,13 @@ app = typer.Typer(
 )
 
 
+COLLECTED_EVERY = 100_000
+"""New objects between two searches for garbage: imports make twice as many at once, and none is garbage."""
+
+
 def main() -> None:
     """Entry point of the `workbench` command; alone, or with a file, it opens the app."""
+    gc.set_threshold(COLLECTED_EVERY)
     sys.exit(run(lambda words: app(list(words)), opened(sys.argv[1:])))
 
 

@@ -31,7 +31,7 @@ from workbench.arm.chain import NO_SHIFT, _advance
 from workbench.arm.effects.axes import Insertion
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.errors import RobotError, ShapeError
+from workbench.base.errors import RobotError
 from workbench.base.types import JointRows, Vector3, frozen
 
 NO_PULL = np.zeros((0, 6))
@@ -127,63 +127,23 @@ def joint_wrenches(
         RobotError: a moving joint's link has no mass, or a joint drives several elements.
         ShapeError: q, velocity, acceleration, payload or wrench has another number of joints or rows.
     """
-    robot.check_joints(q)
-    for rows, source in ((velocity, "joint velocities"), (acceleration, "joint accelerations")):
-        if rows is not None:
-            robot.check_joints(rows, source)
-            _check_rows(len(rows), len(q), source)
-    for given, source in ((payload, "payloads"), (wrench, "wrenches at the tool")):
-        if given is not None:
-            _check_rows(len(given), len(q), source)
-    weights = masses(robot) if weights is None else weights
-    if np.count_nonzero(robot.chain.drivers >= 0) != robot.dof:
-        raise RobotError(f"a joint of robot '{robot.name}' drives several elements; let each drive one")
-    moving = velocity is not None or acceleration is not None
-    zeros = np.zeros(q.shape) if moving else NO_SHIFT
-    out = np.empty((*q.shape, 6))
-    _wrenches(
-        robot.base_size,  # gravity is given in the frame after the base
-        robot.chain.axes,
-        robot.chain.drivers,
-        mounts(robot),
-        frozen(robot.chain.values if values is None else values),
-        robot.chain.constants,
-        weights.after,
-        weights.mass,
-        weights.com,
-        np.array(robot.gravity, float),
-        frozen(np.asarray(q, float)),
-        frozen(zeros if velocity is None else np.asarray(velocity, float)),
-        frozen(zeros if acceleration is None else np.asarray(acceleration, float)),
-        frozen(np.zeros(0) if payload is None else np.asarray(payload, float)),
-        frozen(np.zeros(3) if payload_com is None else np.asarray(payload_com, float)),
-        frozen(NO_PULL if wrench is None else np.asarray(wrench, float)),
-        frozen(shift),
-        out,
-    )
-    return out
+    moved = Motion(q, payload=payload, wrench=wrench, velocity=velocity, acceleration=acceleration)
+    return motion_wrenches(robot, moved, payload_com=payload_com, values=values, shift=shift, weights=weights)
 
 
 def motion_wrenches(
     robot: Robot,
     motion: Motion,
     *,
+    payload_com: Vector3 | None = None,
     values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
     weights: Masses | None = None,
 ) -> Float[np.ndarray, "rows n 6"]:
     """`joint_wrenches` of rows with all that they know of: payload, wrench at the tool, how they move."""
-    return joint_wrenches(
-        robot,
-        motion.q,
-        payload=motion.payload,
-        wrench=motion.wrench,
-        velocity=motion.velocity,
-        acceleration=motion.acceleration,
-        values=values,
-        shift=shift,
-        weights=weights,
-    )
+    weights = masses(robot) if weights is None else weights
+    one = np.zeros(len(weights.mass), np.int64)
+    return _summed(robot, motion, weights, one, payload_com=payload_com, values=values, shift=shift)[:, 0]
 
 
 def inertia_regressor(
@@ -202,19 +162,61 @@ def inertia_regressor(
     Pinocchio's regressors are those of the drives' own torques, of links that nothing bends; here the
     moments across the joints' axes are wanted too. The tests compare the two where both apply.
     """
+    links = len(weights.mass)
+    column = (4 * np.arange(links)[:, None] + [0, 1, 2, 3, 1, 2, 3]).ravel()
+    half = 0.5 * weights.mass[:, None] * [1.0, 1.0, 1.0, -1.0, -1.0, -1.0]
+    points = weights.com[:, None] + np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    mass = np.concatenate([np.ones((links, 1)), half], axis=1).ravel()
+    parts = Masses(np.repeat(weights.after, 7), mass, points.reshape(-1, 3))
     bare = replace(motion, payload=None, wrench=None)
+    return np.moveaxis(_summed(robot, bare, parts, column, values=values, shift=shift), 1, 3)
 
-    def loads(link: int, mass: float, com: np.ndarray) -> np.ndarray:
-        alone = Masses(weights.after[link : link + 1], np.array([mass]), com[None])
-        return motion_wrenches(robot, bare, values=values, shift=shift, weights=alone)
 
-    out = np.empty((*motion.q.shape, 6, 4 * len(weights.mass)))
-    for link, (mass, com) in enumerate(zip(weights.mass, weights.com, strict=True)):
-        out[..., 4 * link] = loads(link, 1.0, com)
-        for axis, step in enumerate(np.eye(3)):
-            out[..., 4 * link + 1 + axis] = 0.5 * (
-                loads(link, mass, com + step) - loads(link, mass, com - step)
-            )
+def _summed(
+    robot: Robot,
+    motion: Motion,
+    weights: Masses,
+    column: Int[np.ndarray, " points"],
+    *,
+    payload_com: Vector3 | None = None,
+    values: Float[np.ndarray, " k"] | None,
+    shift: Float[np.ndarray, "_ _"],
+) -> Float[np.ndarray, "rows columns n 6"]:
+    """Wrenches of several sets of point masses at once; `column` tells in which of them each counts.
+
+    Payload and outer wrench count in the first.
+    """
+    q, velocity, acceleration = motion.q, motion.velocity, motion.acceleration
+    robot.check_joints(q)
+    for rows, source in ((velocity, "joint velocities"), (acceleration, "joint accelerations")):
+        if rows is not None:
+            robot.check_joints(rows, source)
+    if np.count_nonzero(robot.chain.drivers >= 0) != robot.dof:
+        raise RobotError(f"a joint of robot '{robot.name}' drives several elements; let each drive one")
+    moving = velocity is not None or acceleration is not None
+    zeros = np.zeros(q.shape) if moving else NO_SHIFT
+    out = np.empty((len(q), 1 + column.max(initial=0), robot.dof, 6))
+    _wrenches(
+        robot.base_size,  # gravity is given in the frame after the base
+        robot.chain.axes,
+        robot.chain.drivers,
+        mounts(robot),
+        frozen(robot.chain.values if values is None else values),
+        robot.chain.constants,
+        weights.after,
+        frozen(column),
+        weights.mass,
+        weights.com,
+        np.array(robot.gravity, float),
+        frozen(np.asarray(q, float)),
+        frozen(zeros if velocity is None else np.asarray(velocity, float)),
+        frozen(zeros if acceleration is None else np.asarray(acceleration, float)),
+        frozen(np.zeros(0) if motion.payload is None else np.asarray(motion.payload, float)),
+        frozen(np.zeros(3) if payload_com is None else np.asarray(payload_com, float)),
+        frozen(NO_PULL if motion.wrench is None else np.asarray(motion.wrench, float)),
+        frozen(shift),
+        out,
+    )
     return out
 
 
@@ -225,15 +227,6 @@ def own_axis(robot: Robot) -> Int[np.ndarray, " n"]:
         if element.joint is not None:
             out[element.joint] = (element.axis + 3) % 6
     return out
-
-
-def _check_rows(found: int, expected: int, source: str) -> None:
-    if found != expected:
-        raise ShapeError(
-            f"{source}: {found} rows for {expected} rows of joint positions; give one for each",
-            expected=expected,
-            found=found,
-        )
 
 
 @njit(cache=True, nogil=True)
@@ -308,8 +301,8 @@ def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
 @njit(cache=True, nogil=True)
 @no_type_check
 def _wrenches(
-    first, axes, drivers, mount, values, constants, after, mass, com, gravity, q, velocity, acceleration,
-    payload, payload_com, pull, shift, out,
+    first, axes, drivers, mount, values, constants, after, column, mass, com, gravity, q, velocity,
+    acceleration, payload, payload_com, pull, shift, out,
 ):  # fmt: skip
     moving = velocity.shape[0] > 0
     shifted = shift.shape[0] > 0
@@ -319,7 +312,7 @@ def _wrenches(
         mounted[mount[joint]] = joint
     t = np.empty((3, 4))
     before = np.empty((n, 3, 4))
-    totals = np.empty((n + 1, 6))
+    totals = np.empty((out.shape[1], n + 1, 6))
     order = np.empty(n, np.int64)
     origin, spin, change, start = np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
     c, force = np.empty(3), np.empty(3)
@@ -334,7 +327,7 @@ def _wrenches(
             while link < after.shape[0] and after[link] < k:
                 _load(
                     t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force,
-                    totals[body],
+                    totals[column[link], body],
                 )  # fmt: skip
                 link += 1
             value = values[k]
@@ -358,17 +351,19 @@ def _wrenches(
                 _advance(axes[k], value, constants[k], t)
         while link < after.shape[0]:
             _load(
-                t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force, totals[body]
-            )
+                t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force,
+                totals[column[link], body],
+            )  # fmt: skip
             link += 1
         if payload.shape[0] > 0:
             _load(
                 t, payload[row], payload_com, gravity, moving, origin, spin, change, start, c, force,
-                totals[body],
+                totals[0, body],
             )  # fmt: skip
         if pull.shape[0] > 0:
-            _resist(t, pull[row], totals[body])
-        _project(before, totals, order, out[row])
+            _resist(t, pull[row], totals[0, body])
+        for k in range(out.shape[1]):
+            _project(before, totals[k], order, out[row, k])
 
 
 @njit(cache=True, nogil=True)

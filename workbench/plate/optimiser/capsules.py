@@ -14,7 +14,6 @@ from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple, final
 
-import coal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -170,17 +169,16 @@ def _with_probe(last: Capsule) -> tuple[Capsule, ...]:
     )
 
 
-_STILL = coal.Transform3s()
-_REQUEST = coal.DistanceRequest()
-
-
 def capsule_to_hull(line: Float[np.ndarray, "2 3"], radius: float, hull: Hull) -> float:
     """Distance of a capsule from a hull; negative by how deep it is inside [m]."""
+    import coal
+
     along = line[1] - line[0]
     length = float(np.linalg.norm(along))
-    pose = coal.Transform3s()
+    pose, still = coal.Transform3s(), coal.Transform3s()
     if length > 1e-9:
         pose.setRotation(turned_to(along / length))
     pose.setTranslation(0.5 * (line[0] + line[1]))
     capsule = coal.Capsule(float(radius), length)
-    return float(coal.distance(capsule, pose, hull.shape, _STILL, _REQUEST, coal.DistanceResult()))
+    request, result = coal.DistanceRequest(), coal.DistanceResult()
+    return float(coal.distance(capsule, pose, hull.shape, still, request, result))

@@ -9,8 +9,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
-import coal
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
@@ -19,6 +19,9 @@ from workbench.base import se3
 from workbench.plate.optimiser import segments
 from workbench.plate.optimiser.target_blocks import block_corners
 from workbench.plate.plate import SQUARE, Plate
+
+if TYPE_CHECKING:
+    import coal
 
 FAR = 0.5
 """Distances above this are not measured [m]."""
@@ -39,18 +42,20 @@ class Hull:
     corners: Float[np.ndarray, "8 3"]
 
     @cached_property
-    def shape(self) -> coal.ConvexBase:
+    def shape(self) -> "coal.ConvexBase":
         """The body for coal."""
         return convex(self.corners)
 
     @property
-    def hull(self) -> coal.ConvexBase:
+    def hull(self) -> "coal.ConvexBase":
         """The same: it is convex."""
         return self.shape
 
 
-def convex(points: Float[np.ndarray, "points 3"]) -> coal.ConvexBase:
+def convex(points: Float[np.ndarray, "points 3"]) -> "coal.ConvexBase":
     """Convex hull of some points for coal."""
+    import coal  # a twentieth of a second, for which arms of capsules alone have no use
+
     listed = coal.StdVec_Vec3s()
     for point in points:
         listed.append(np.asarray(point, float))
