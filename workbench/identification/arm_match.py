@@ -33,7 +33,7 @@ OUTSIDE = 0.2
 SLACK = 0.05
 """How far beyond a limit a joint may be [rad or m]."""
 STEPS = 10
-"""Steps to the frames of another arm: closed forms are near them where the arm is the right one."""
+"""Steps to the frames of another arm, from closed forms, which leave little where the arm is the right one."""
 BETTER = 5.0
 """A rival, or other zeros of the joints, must leave so many times less."""
 
@@ -122,6 +122,8 @@ def _with_rival(found: ArmMatch, robot: Robot, seen: Dataset) -> ArmMatch:
     for name in built_in_robots():
         rival = load_robot(name)
         if rival.dof != robot.dof or rival.name == robot.name:
+            continue
+        if _left(_aligned(rival, seen, 0), seen) > found.error:
             continue
         error = _left(_aligned(rival, seen, STEPS), seen)
         if error < found.error / BETTER and not error >= found.rival_error:
