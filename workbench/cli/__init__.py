@@ -4,6 +4,7 @@ Everything heavy is imported inside the commands, so that `workbench --help` ans
 the user ends with one sentence on standard error and exit status 1; nothing is then written.
 """
 
+import atexit
 import contextlib
 import gc
 import signal
@@ -51,6 +52,7 @@ COLLECTED_EVERY = 100_000
 def main() -> None:
     """Entry point of the `workbench` command; alone, or with a file, it opens the app."""
     gc.set_threshold(COLLECTED_EVERY)
+    atexit.register(gc.freeze)  # a last search of all objects would take a tenth of a short command
     sys.exit(run(lambda words: app(list(words)), opened(sys.argv[1:])))
 
 
