@@ -29,8 +29,9 @@ from workbench.data.prediction import predict
 
 SMALLEST = 1e-9
 """Least standard deviation of a component [m or rad]."""
-PIECE = 1024
-"""Rows that are evaluated at once: their twists stay in the processor's cache."""
+PIECE = 256
+"""Rows that are evaluated at once: their twists stay in the processor's cache and, with hundreds of
+coefficients too, in memory that the process keeps; larger tables are given back and asked for anew each time."""
 
 
 class Noise(NamedTuple):
