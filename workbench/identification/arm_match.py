@@ -33,7 +33,7 @@ OUTSIDE = 0.2
 SLACK = 0.05
 """How far beyond a limit a joint may be [rad or m]."""
 STEPS = 10
-"""Steps to the frames of another arm, from closed forms, which leave little where the arm is the right one."""
+"""Steps to the frames of another arm, from closed forms, which leave little where it is the right one."""
 BETTER = 5.0
 """A rival, or other zeros of the joints, must leave so many times less."""
 
