@@ -31,7 +31,7 @@ SMALLEST = 1e-9
 """Least standard deviation of a component [m or rad]."""
 PIECE = 256
 """Rows that are evaluated at once: their twists stay in the processor's cache and, with hundreds of
-coefficients too, in memory that the process keeps; larger tables are given back and asked for anew each time."""
+coefficients too, in memory that the process keeps: larger tables are given back and asked for each time."""
 
 
 class Noise(NamedTuple):
