@@ -57,7 +57,7 @@ def align(
             problem = Problem.build(rough, data, free=(), frames=freedom, noise=noise, known=known)
             return problem.robot_at(Opt2(limit=limit).search(problem).x)
     best, least = robot, np.inf
-    for start in _starts(robot, data, freedom):
+    for start in starts(robot, data, freedom):
         problem = Problem.build(start, data, free=(), frames=freedom, noise=noise, known=known)
         search = Opt2(limit=limit).search(problem)
         if search.history[-1] < least:
@@ -70,7 +70,8 @@ def spread_rows(data: Dataset, count: int) -> np.ndarray:
     return np.unique(np.linspace(0, len(data) - 1, min(count, len(data))).astype(int))
 
 
-def _starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot]:
+def starts(robot: Robot, data: Dataset, freedom: FrameFreedom) -> Iterator[Robot]:
+    """The robot as it is, then with the base and tool of the closed forms."""
     yield robot
     if not freedom.base or data.position is None:
         return

@@ -18,7 +18,7 @@ from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.alignment import align, spread_rows
+from workbench.identification.alignment import align, spread_rows, starts
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import FrameFreedom, Problem
 
@@ -108,8 +108,11 @@ def _some(data: Dataset) -> Dataset | None:
 
 
 def _aligned(robot: Robot, seen: Dataset, limit: int = 100) -> Robot:
-    bare = replace(robot.with_effects(), sessions=())
-    return align(bare, seen, FrameFreedom(*visible_parts(seen)), limit=limit)
+    return align(_bare(robot), seen, FrameFreedom(*visible_parts(seen)), limit=limit)
+
+
+def _bare(robot: Robot) -> Robot:
+    return replace(robot.with_effects(), sessions=())
 
 
 def _left(robot: Robot, seen: Dataset) -> float:
@@ -123,7 +126,8 @@ def _with_rival(found: ArmMatch, robot: Robot, seen: Dataset) -> ArmMatch:
         rival = load_robot(name)
         if rival.dof != robot.dof or rival.name == robot.name:
             continue
-        if _left(_aligned(rival, seen, 0), seen) > found.error:
+        roughly = starts(_bare(rival), seen, FrameFreedom(*visible_parts(seen)))
+        if min(_left(start, seen) for start in roughly) > found.error:
             continue
         error = _left(_aligned(rival, seen, STEPS), seen)
         if error < found.error / BETTER and not error >= found.rival_error:

@@ -142,8 +142,7 @@ def motion_wrenches(
 ) -> Float[np.ndarray, "rows n 6"]:
     """`joint_wrenches` of rows with all that they know of: payload, wrench at the tool, how they move."""
     weights = masses(robot) if weights is None else weights
-    one = np.zeros(len(weights.mass), np.int64)
-    return _summed(robot, motion, weights, one, payload_com=payload_com, values=values, shift=shift)[:, 0]
+    return _summed(robot, motion, weights, payload_com=payload_com, values=values, shift=shift)[:, 0]
 
 
 def inertia_regressor(
@@ -162,30 +161,29 @@ def inertia_regressor(
     Pinocchio's regressors are those of the drives' own torques, of links that nothing bends; here the
     moments across the joints' axes are wanted too. The tests compare the two where both apply.
     """
-    links = len(weights.mass)
-    column = (4 * np.arange(links)[:, None] + [0, 1, 2, 3, 1, 2, 3]).ravel()
-    half = 0.5 * weights.mass[:, None] * [1.0, 1.0, 1.0, -1.0, -1.0, -1.0]
-    points = weights.com[:, None] + np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
-    mass = np.concatenate([np.ones((links, 1)), half], axis=1).ravel()
-    parts = Masses(np.repeat(weights.after, 7), mass, points.reshape(-1, 3))
+    steps = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
+    points = weights.com[:, None] + steps
+    mass = np.concatenate([np.ones((len(points), 1)), np.tile(weights.mass[:, None], 6)], axis=1)
+    parts = Masses(np.repeat(weights.after, len(steps)), mass.ravel(), points.reshape(-1, 3))
     bare = replace(motion, payload=None, wrench=None)
-    return np.moveaxis(_summed(robot, bare, parts, column, values=values, shift=shift), 1, 3)
+    found = _summed(robot, bare, parts, apart=True, values=values, shift=shift)
+    table = found.reshape(len(motion), len(points), len(steps), robot.dof, 6)
+    by_com = 0.5 * (table[:, :, 1:4] - table[:, :, 4:])
+    out = np.concatenate([table[:, :, :1], by_com], axis=2).reshape(len(motion), -1, robot.dof, 6)
+    return np.moveaxis(out, 1, 3)
 
 
 def _summed(
     robot: Robot,
     motion: Motion,
     weights: Masses,
-    column: Int[np.ndarray, " points"],
     *,
+    apart: bool = False,
     payload_com: Vector3 | None = None,
     values: Float[np.ndarray, " k"] | None,
     shift: Float[np.ndarray, "_ _"],
-) -> Float[np.ndarray, "rows columns n 6"]:
-    """Wrenches of several sets of point masses at once; `column` tells in which of them each counts.
-
-    Payload and outer wrench count in the first.
-    """
+) -> Float[np.ndarray, "rows sums n 6"]:
+    """Wrenches of all point masses together, payload and outer wrench with them, or of each `apart`."""
     q, velocity, acceleration = motion.q, motion.velocity, motion.acceleration
     robot.check_joints(q)
     for rows, source in ((velocity, "joint velocities"), (acceleration, "joint accelerations")):
@@ -195,7 +193,7 @@ def _summed(
         raise RobotError(f"a joint of robot '{robot.name}' drives several elements; let each drive one")
     moving = velocity is not None or acceleration is not None
     zeros = np.zeros(q.shape) if moving else NO_SHIFT
-    out = np.empty((len(q), 1 + column.max(initial=0), robot.dof, 6))
+    out = np.empty((len(q), len(weights.mass) if apart else 1, robot.dof, 6))
     _wrenches(
         robot.base_size,  # gravity is given in the frame after the base
         robot.chain.axes,
@@ -204,7 +202,7 @@ def _summed(
         frozen(robot.chain.values if values is None else values),
         robot.chain.constants,
         weights.after,
-        frozen(column),
+        apart,
         weights.mass,
         weights.com,
         np.array(robot.gravity, float),
@@ -301,7 +299,7 @@ def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
 @njit(cache=True, nogil=True)
 @no_type_check
 def _wrenches(
-    first, axes, drivers, mount, values, constants, after, column, mass, com, gravity, q, velocity,
+    first, axes, drivers, mount, values, constants, after, apart, mass, com, gravity, q, velocity,
     acceleration, payload, payload_com, pull, shift, out,
 ):  # fmt: skip
     moving = velocity.shape[0] > 0
@@ -327,7 +325,7 @@ def _wrenches(
             while link < after.shape[0] and after[link] < k:
                 _load(
                     t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force,
-                    totals[column[link], body],
+                    totals[link if apart else 0, body],
                 )  # fmt: skip
                 link += 1
             value = values[k]
@@ -352,7 +350,7 @@ def _wrenches(
         while link < after.shape[0]:
             _load(
                 t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force,
-                totals[column[link], body],
+                totals[link if apart else 0, body],
             )  # fmt: skip
             link += 1
         if payload.shape[0] > 0:
