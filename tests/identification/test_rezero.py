@@ -175,6 +175,21 @@ def test_a_replaced_joint_frees_its_neighbours(aria):
     assert "joint2.a" in repr(found)
 
 
+def test_a_joint_that_seems_to_be_another_one_points_to_replaced(aria):
+    """Both its links are off, so that no single one explains the rows, and zeros alone would be written."""
+    arm = framed(aria)
+    shifts = np.deg2rad([0, 0, 0.6, 0, 0, 0])
+    rows = measured(arm, shifts, bent={"joint2.a": 1.5e-3, "joint3.d": 1.5e-3}.items(), seed=3)
+    found = wb.rezero(arm, rows)
+    assert found.verdict is Verdict.REFUSED
+    assert found.robot is arm
+    assert found.doubts[0].startswith("joint 3 and the links next to it are not as calibrated (joint")
+    assert "run this again with --replaced 3" in found.sentence
+    again = wb.rezero(arm, rows, replaced=[3])
+    assert again.verdict is Verdict.MOVED
+    assert [s.joint for s in again.moved] == [2]
+
+
 def test_an_older_result_tells_how_well_the_arm_is_known(aria):
     """Geometry of which that result knows less than the usual tolerance leaves the zeros more open."""
     arm = framed(aria)

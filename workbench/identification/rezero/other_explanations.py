@@ -1,7 +1,8 @@
 """What else than zeros the rows may show: a bent link, a frame elsewhere, a row that is wrong.
 
 Each is let go beside all zeros. One that leaves far less, and not by chance, speaks against the zeros: they
-would only make up for it where it was measured.
+would only make up for it where it was measured. Where both links of a joint leave far less than either of
+them alone, or anything else, the joint itself seems to be another one.
 """
 
 from collections.abc import Iterator, Mapping
@@ -67,6 +68,9 @@ def doubts(
         if chance < STRANGE and ratio > FAR:
             found.append((ratio, cause, fit))
     found.sort(key=lambda entry: -entry[0])
+    best = (found[0][2], found[0][1].further) if found else (zeros, 0)
+    if (other := _other_joint(knowledge, zeros, places, *best, measured=measured)) is not None:
+        return (other,)
     sentences = [
         _sentence(knowledge, cause, fit, ratio) for ratio, cause, fit in found if ALIKE * ratio >= found[0][0]
     ]
@@ -114,6 +118,42 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
             less,
             problem.count - less.count,
         )
+
+
+def _other_joint(
+    knowledge: Knowledge,
+    zeros: Fitted,
+    places: Mapping[str, float],
+    best: Fitted,
+    freed: int,
+    *,
+    measured: bool,
+) -> str | None:
+    """A sentence on the joint that was replaced, if both its links leave far less than the best cause."""
+    robot, found = knowledge.robot, []
+    for joint in range(robot.dof):
+        links = [
+            n for k in (joint - 1, joint) for n in link_constants(robot, k) if n not in knowledge.renewed
+        ]
+        if len(links) <= freed:
+            continue
+        freer = knowledge.problem(zeros.problem, zeros.x, places, (*robot.joint_offsets, *links))
+        fit = Fitted.of(freer, measured=measured)
+        chance, ratio = fit.against(best, len(links) - freed)
+        if chance < STRANGE and ratio > FAR:
+            found.append((ratio, joint, links, fit))
+    if not found:
+        return None
+    _, joint, links, fit = max(found, key=lambda entry: entry[0])
+    cause = _Cause(
+        f"joint {joint + 1} and the links next to it are not as calibrated",
+        f"if it was replaced, run this again with --replaced {joint + 1}; "
+        "else calibrate again with 'workbench identify'",
+        fit.problem,
+        len(links),
+        tuple(links),
+    )
+    return _sentence(knowledge, cause, fit, fit.against(zeros, len(links))[1])
 
 
 def _sentence(knowledge: Knowledge, cause: _Cause, fit: Fitted, ratio: float) -> str:
