@@ -1,7 +1,11 @@
 """The commands about fixture plates: `workbench plate score|compare|cluster|export|as-measured`."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -45,8 +49,6 @@ def sigma_of(noise: str | None) -> tuple[float, float] | None:
 
 def making_of(plate, tolerance: str | None, play: str | None):
     """How a plate is made: what was given, and the rest as its file says; None where nothing was given."""
-    from dataclasses import replace
-
     from workbench.plate.parts.stock import Stock
 
     making = plate.making
@@ -68,83 +70,69 @@ def manner_name(made: str) -> str:
     return made
 
 
-@plates.command()
-def score(
-    plate: PlateArgument,
-    robot: opt.RobotOption,
-    noise: NoiseOption = None,
-    tolerance: ToleranceOption = None,
-    play: PlayOption = None,
-    unknown: opt.UnknownOption = None,
-    json: opt.JsonOption = None,
-    seed: opt.SeedOption = 0,
-) -> None:
-    """What a plate tells about the arm: O per target, all indices, predicted errors in its region."""
-    from dataclasses import replace
+@dataclass(frozen=True)
+class ScoreOptions:
+    """What a plate's score takes for granted, and where it goes."""
 
+    noise: NoiseOption = None
+    tolerance: ToleranceOption = None
+    play: PlayOption = None
+    unknown: opt.UnknownOption = None
+    json: opt.JsonOption = None
+    seed: opt.SeedOption = 0
+
+    @contextmanager
+    def choices(self, what: str) -> Iterator[dict[str, Any]]:
+        """Arguments of a score by name, while its progress is shown."""
+        opt.check_writable(self.json)
+        base, tool = opt.unknown_frames(self.unknown)
+        with opt.progress_bar(what) as progress:
+            shown = partial(progress, text="choosing branches")
+            yield {"seed": self.seed, "progress": shown, "base": base, "tool": tool}
+
+
+@plates.command()
+@opt.flattened
+def score(plate: PlateArgument, robot: opt.RobotOption, how: ScoreOptions) -> None:
+    """What a plate tells about the arm: O per target, all indices, predicted errors in its region."""
     from workbench.plate.report.plates import score_json, score_tables
 
-    opt.check_writable(json)
-    base, tool = opt.unknown_frames(unknown)
-    fixture = wb.load_plate(plate)
-    fixture = replace(fixture, making=making_of(fixture, tolerance, play))
-    with opt.progress_bar("score") as progress:
-        found = wb.score(
-            wb.load_robot(robot),
-            fixture,
-            sigma=sigma_of(noise),
-            seed=seed,
-            progress=lambda part: progress(part, "choosing branches"),
-            base=base,
-            tool=tool,
-        )
+    with how.choices("score") as choices:
+        fixture = wb.load_plate(plate)
+        fixture = replace(fixture, making=making_of(fixture, how.tolerance, how.play))
+        found = wb.score(wb.load_robot(robot), fixture, sigma=sigma_of(how.noise), **choices)
     opt.show(score_tables(found))
-    opt.write_result(json, score_json(found))
+    opt.write_result(how.json, score_json(found))
 
 
 @plates.command()
+@opt.flattened
 def compare(
     plate: Annotated[list[str], typer.Argument(help="Two or more plates: .toml files, or built-in ones.")],
     robot: opt.RobotOption,
-    noise: NoiseOption = None,
-    tolerance: ToleranceOption = None,
-    play: PlayOption = None,
-    unknown: opt.UnknownOption = None,
-    json: opt.JsonOption = None,
-    seed: opt.SeedOption = 0,
+    how: ScoreOptions,
 ) -> None:
     """Plates side by side, all made alike: errors predicted in the first one's region, ranks and indices."""
-
     from workbench.plate.report.plates import comparison_json, comparison_table
     from workbench.plate.score import alike, score_plates
 
     if len(plate) < 2:
         raise OptionError("plate compare needs at least two plates, got one")
-    opt.check_writable(json)
-    arm, base_tool = wb.load_robot(robot), opt.unknown_frames(unknown)
-    own = _told_apart([wb.load_plate(one) for one in plate], plate)
-    given = None if tolerance is None and play is None else making_of(own[0], tolerance, play)
-    with opt.progress_bar("compare") as progress:
+    with how.choices("compare") as choices:
+        arm, own = wb.load_robot(robot), _told_apart([wb.load_plate(one) for one in plate], plate)
+        is_stated = how.tolerance is not None or how.play is not None
+        given = making_of(own[0], how.tolerance, how.play) if is_stated else None
         found, stated = (
-            score_plates(
-                arm,
-                plates,
-                sigma=sigma,
-                seed=seed,
-                progress=lambda part: progress(part, "choosing branches"),
-                base=base_tool[0],
-                tool=base_tool[1],
-            )
-            for plates, sigma in ((alike(own, given), sigma_of(noise or USUAL)), (own, sigma_of(noise)))
+            score_plates(arm, plates, sigma=sigma_of(noise), **choices)
+            for plates, noise in ((alike(own, given), how.noise or USUAL), (own, how.noise))
         )
     opt.show(comparison_table(found, stated))
-    opt.write_result(json, comparison_json(found, stated))
+    opt.write_result(how.json, comparison_json(found, stated))
 
 
 def _told_apart(plates, given: list[str]) -> list:
     """Plates whose names repeat are called by name and file."""
     from collections import Counter
-    from dataclasses import replace
 
     counts = Counter(one.name for one in plates)
     return [
@@ -224,8 +212,6 @@ def export(
     printed: Annotated[bool, typer.Option("--printed", help="The same as --made printed.")] = False,
 ) -> None:
     """Everything to make a plate: drawing set, solids, lists, and a sheet with the expected accuracy."""
-    from dataclasses import replace
-
     from workbench.plate.parts import export as plate_making
     from workbench.plate.parts.stock import Stock
 

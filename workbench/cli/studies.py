@@ -17,6 +17,9 @@ from workbench.cli.ending import Commands
 TESTS = Path(__file__).resolve().parents[2] / "tests"
 """Where a checkout has the studies."""
 
+PageOption = Annotated[
+    Path | None, typer.Option(help="Write a page with pictures and tables into this folder.")
+]
 works = typer.Typer(
     name="reproduce",
     help="The works behind this program done again: printed numbers beside ours.",
@@ -39,9 +42,7 @@ def reproduce() -> None:
 
 @works.command()
 def aria(
-    out: Annotated[
-        Path | None, typer.Option(help="Write a page with pictures and tables into this folder.")
-    ] = None,
+    out: PageOption = None,
     arms: Annotated[int, typer.Option(help="How many virtual arms are compared.")] = 100,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
@@ -58,9 +59,7 @@ def aria(
 
 @works.command()
 def katana(
-    out: Annotated[
-        Path | None, typer.Option(help="Write a page with pictures and tables into this folder.")
-    ] = None,
+    out: PageOption = None,
     arms: Annotated[int, typer.Option(help="How many virtual arms are calibrated in every way.")] = 40,
     weighed: Annotated[
         int, typer.Option(help="How many compare influence-based identification with least squares.")
