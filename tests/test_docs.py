@@ -144,6 +144,28 @@ def test_no_shell_block_of_the_readme_escapes_the_tests():
     assert text.count("```bash") == len(marks)
 
 
+def test_lines_of_code_fit_the_page():
+    """Ends of commands were cut off; `pages.css` has room for 109 characters."""
+    texts = PAGES | {"README": README.read_text(encoding="utf-8")}
+    blocks = {name: re.findall(r"^```\w+\n(.*?)^```", text, re.DOTALL | re.M) for name, text in texts.items()}
+    lines = [(name, line) for name, found in blocks.items() for block in found for line in block.splitlines()]
+    assert len(lines) > 150
+    assert not [(name, line) for name, line in lines if len(line) > 109]
+
+
+def test_errors_of_measured_arms_are_those_of_the_benchmarks():
+    """The README had Panda 1 from a single fold, and the iiwa from before the diagnosis of today."""
+    measured = re.findall(
+        r"(WAM|iiwa|first Panda) [\d.]+ → ([\d.]+)", (TESTS / "benchmarks" / "README.md").read_text("utf-8")
+    )
+    rows = {"WAM": "| WAM", "iiwa": "| iiwa", "first Panda": "| Panda 1"}
+    for name, error in measured:
+        row = next(line for line in README.read_text("utf-8").splitlines() if line.startswith(rows[name]))
+        shown = re.findall(r"[\d.]+", row.split("|")[-2])[0]
+        assert shown == f"{float(error):.{len(shown) - 2}f}", row
+    assert len(measured) == len(rows)
+
+
 def test_pictures_and_pages_that_are_linked_exist():
     for name, text in PAGES.items():
         for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text):

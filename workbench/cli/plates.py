@@ -3,7 +3,6 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -87,8 +86,12 @@ class ScoreOptions:
         opt.check_writable(self.json)
         base, tool = opt.unknown_frames(self.unknown)
         with opt.progress_bar(what) as progress:
-            shown = partial(progress, text="choosing branches")
-            yield {"seed": self.seed, "progress": shown, "base": base, "tool": tool}
+            yield {
+                "seed": self.seed,
+                "progress": lambda part: progress(part, "choosing branches"),
+                "base": base,
+                "tool": tool,
+            }
 
 
 @plates.command()
