@@ -12,6 +12,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
+from workbench.arm.statics import wrenches
 from workbench.arm.statics.load_derivatives import _derivatives, wrench_derivative
 from workbench.arm.statics.wrenches import _wrenches, inertia_regressor, joint_wrenches, masses, own_axis
 from workbench.base import se3
@@ -222,6 +223,13 @@ def test_the_inertia_regressor_is_how_pinocchio_s_wrenches_change(mixed):
         ends = (rigid_body(mixed.with_values({name: value + s})) for s in (step, -step))
         up, down = (body.wrenches(q, velocity=speed, acceleration=change) for body in ends)
         np.testing.assert_allclose(found[..., column], (up - down) / (2.0 * step), atol=1e-8)
+
+
+def test_the_inertia_regressor_moves_the_arm_once_for_all_weights(mixed, monkeypatch):
+    runs = []
+    monkeypatch.setattr(wrenches, "_wrenches", lambda *given: runs.append(_wrenches(*given)))
+    inertia_regressor(mixed, Motion(rows(mixed)), masses(mixed))
+    assert len(runs) == 1
 
 
 def test_every_kind_of_weights_runs_the_same_compiled_loop(mixed):

@@ -46,9 +46,14 @@ def test_start_and_help_load_nothing_heavy():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-def test_to_identify_loads_no_statistics_and_an_arm_no_splines():
-    code = "import sys, workbench as wb; {}; print('scipy.{}' in sys.modules)"
-    for verb, part in (("wb.identify", "stats"), ("wb.load_robot('aria')", "interpolate")):
+def test_to_identify_loads_no_statistics_an_arm_no_splines_and_a_diagnosis_no_meshes():
+    code = "import sys, workbench as wb; {}; print('{}' in sys.modules)"
+    unneeded = (
+        ("wb.identify", "scipy.stats"),
+        ("wb.load_robot('aria')", "scipy.interpolate"),
+        ("wb.diagnose", "coal"),
+    )
+    for verb, part in unneeded:
         command = [sys.executable, "-c", code.format(verb, part)]
         done = subprocess.run(command, capture_output=True, text=True, check=True)
         assert done.stdout.split() == ["False"], verb

@@ -5,6 +5,8 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.data.writer import write_measurements
+from workbench.identification import arm_match as matching
+from workbench.identification.alignment import align
 from workbench.identification.arm_match import arm_match
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json
@@ -41,13 +43,22 @@ def test_rows_of_another_arm_are_told_from_an_arm_that_is_made_badly(ur5_rows):
     assert not arm_match(aria, measure_poses(aria, 40, seed=5)[1]).is_foreign
 
 
-def test_joints_with_other_zeros_are_the_arms_own():
+def test_joints_with_other_zeros_are_the_arms_own(monkeypatch):
+    """No search for the frames of arms that are farther off than its own to begin with."""
+    searched = []
+
+    def counted(arm, *given, **options):
+        searched.append(arm.name)
+        return align(arm, *given, **options)
+
+    monkeypatch.setattr(matching, "align", counted)
     aria = load_robot("aria")
     moved = aria.values(aria.joint_offsets) + np.array([0, 0.8, 0, 0.5, 0, 0])
     zeros = dict(zip(aria.joint_offsets, moved.tolist(), strict=True))
     found = arm_match(aria, measure_poses(aria, 40, actual=aria.with_values(zeros), seed=1)[1])
     assert found.error > 0.1
     assert not found.is_foreign
+    assert {name.split(",")[0] for name in searched} == {"ARIA"}  # and its variants
 
 
 def test_the_page_refuses_to_fit_another_arms_rows_and_offers_that_arm(do, ur5_file):

@@ -45,8 +45,11 @@ app = typer.Typer(
 )
 
 
-COLLECTED_EVERY = 100_000
-"""New objects between two searches for garbage: imports make twice as many at once, and none is garbage."""
+COLLECTED_EVERY = 300_000
+"""New objects between two searches for garbage, of which a command makes little: its imports and a small
+diagnosis make fewer."""
+USUALLY = gc.get_threshold()
+"""The same for what lives longer than a command."""
 
 
 def main() -> None:
@@ -105,6 +108,7 @@ def serve(
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.views.page.serve import serve as run
 
+    gc.set_threshold(*USUALLY)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is finished, as after Ctrl-C
     opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)
     with contextlib.ExitStack() as stack:
