@@ -1,5 +1,7 @@
 """Pictures of printed boards, rendered by other code than the package's: rays from pixels to the paper."""
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.ndimage import gaussian_filter
 
@@ -18,6 +20,15 @@ def undistorted(uv, intrinsics):
     return x, y
 
 
+@lru_cache(maxsize=2)
+def _rays(intrinsics, size, fine):
+    """Direction of each ray (X/Z, Y/Z, 1): the dear part, and the same for every picture of a camera."""
+    steps = (np.arange(fine) + 0.5) / fine - 0.5
+    uv = np.stack(np.meshgrid(*((np.arange(n)[:, None] + steps).ravel() for n in size)), axis=-1)
+    x, y = undistorted(uv, intrinsics)
+    return np.stack([x, y, np.ones_like(x)], axis=-1)
+
+
 def render(paper, metres, target_in_camera, intrinsics, size, *, rng, blur=0.6, noise=2.0, fine=2):
     """A picture of a sheet.
 
@@ -33,15 +44,10 @@ def render(paper, metres, target_in_camera, intrinsics, size, *, rng, blur=0.6, 
         fine: Rays a pixel and direction.
     """
     width, height = size
-    steps = (np.arange(fine) + 0.5) / fine - 0.5
-    u = (np.arange(width)[:, None] + steps).ravel()
-    v = (np.arange(height)[:, None] + steps).ravel()
-    uv = np.stack(np.meshgrid(u, v), axis=-1)
-    x, y = undistorted(uv, intrinsics)
-    ray = np.stack([x, y, np.ones_like(x)], axis=-1)
     r, t = target_in_camera[:3, :3], target_in_camera[:3, 3]
-    far = (t @ r[:, 2]) / (ray @ r[:, 2])
-    place = (ray * far[..., None] - t) @ r[:, :2] / metres
+    ahead = _rays(tuple(intrinsics), size, fine) @ r
+    far = (t @ r[:, 2]) / ahead[..., 2]
+    place = (ahead[..., :2] * far[..., None] - t @ r[:, :2]) / metres
     column, row = np.floor(place).astype(int).transpose(2, 0, 1)
     on = (far > 0) & (column >= 0) & (row >= 0) & (column < paper.shape[1]) & (row < paper.shape[0])
     grey = np.full(on.shape, 120.0)

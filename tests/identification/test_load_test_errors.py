@@ -16,11 +16,11 @@ from workbench.identification.load_test import experiment
 from workbench.identification.load_test.tilting import KINDS
 from workbench.identification.problem import Problem
 
-DRAWS = 60
+DRAWS = [20, pytest.param(60, marks=pytest.mark.slow)]
 
 
-@pytest.fixture(scope="module")
-def drawn():
+@pytest.fixture(scope="module", params=DRAWS)
+def drawn(request):
     """Errors of the clearances over draws, to first order about the fit, and their covariance."""
     robot = load_robot("katana450")
     test = experiment.run_load_test(robot, added_mass=3.0, seed=0)
@@ -32,7 +32,7 @@ def drawn():
     effects = [n for n in problem.names if n.split(".")[1] in KINDS]
     free = [n for n in problem.names if n not in effects]
     rng, errors = np.random.default_rng(3), []
-    for _ in range(DRAWS):
+    for _ in range(request.param):
         data = experiment.read_plan(fit.calibrated, test.plan, instrument=meter, rng=rng)
         again = Problem.build(problem.robot, data, noise=problem.noise, free=free, effects=effects)
         errors.append(covariance @ (jacobian.T @ again.residual(x)))
@@ -43,11 +43,12 @@ def drawn():
 
 def test_standard_errors_of_clearances_are_those_of_many_draws(drawn):
     errors, covariance, stated = drawn
+    draws = len(errors)
     assert np.allclose(stated, np.sqrt(np.diag(covariance)), rtol=0.02)
     seen = np.sqrt((errors**2).mean(axis=0)) / stated
-    assert np.allclose(seen, 1.0, atol=4.0 / np.sqrt(2.0 * DRAWS))
+    assert np.allclose(seen, 1.0, atol=4.0 / np.sqrt(2.0 * draws))
     squares = np.einsum("di,ij,dj->d", errors, np.linalg.inv(covariance), errors)
-    assert squares.mean() == pytest.approx(5.0, abs=4.0 * np.sqrt(10.0 / DRAWS))
+    assert squares.mean() == pytest.approx(5.0, abs=4.0 * np.sqrt(10.0 / draws))
 
 
 def test_neighbours_err_against_each_other(drawn):

@@ -188,16 +188,16 @@ def test_sockets_are_as_good_as_predicted(job, plate):
 
 def test_the_same_seed_gives_the_same_arms(job, found):
     equal(try_production(job, arms=600, seed=3), found)
-    other = try_production(job, arms=600, seed=4)
-    assert not np.array_equal(other.position, found.position)
+    other = try_production(job, arms=50, seed=4)
+    assert not np.array_equal(other.position, found.position[:50])
 
 
 def test_cancelled_it_hands_back_the_arms_so_far(job):
     seen = []
-    whole = try_production(job, arms=2500, seed=3)
-    part = try_production(job, arms=2500, seed=3, progress=seen.append, cancel=lambda: bool(seen))
+    whole = try_production(job, arms=1500, seed=3)
+    part = try_production(job, arms=1500, seed=3, progress=seen.append, cancel=lambda: bool(seen))
     assert part.outcome is Outcome.CANCELLED
-    assert 250 <= part.arms < 2500
+    assert 250 <= part.arms < 1500
     assert np.array_equal(part.position, whole.position[: part.arms])
     assert part.sources == {}
     assert seen == sorted(seen)

@@ -26,7 +26,7 @@ def film(session, monkeypatch):
     scenes = (Scene("one"), Scene("two", (SelectTarget(3),), tab=Tab.REGION), Scene("three"))
     monkeypatch.setattr(demo, "story", lambda now: iter(scenes))
     worker = Worker(session)
-    playing = Demo(worker, pace=0.1)
+    playing = Demo(worker, pace=0.05)
     yield playing, worker
     playing.stop()
     playing.join(5.0)
@@ -50,7 +50,7 @@ def test_it_waits_and_goes_back(film):
     until(lambda: worker.session.caption == "two")
     worker.submit(SteerDemo(Steer.PAUSE))
     until(lambda: worker.session.is_paused)
-    time.sleep(1.0)  # longer than the scene
+    time.sleep(0.5)  # longer than the scene
     assert worker.session.caption == "two"
     worker.submit(SteerDemo(Steer.BACK))
     until(lambda: worker.session.caption == "one")
