@@ -30,11 +30,12 @@ def drawn(request):
     covariance = np.linalg.inv(jacobian.T @ jacobian)
     meter = replace(INSTRUMENTS["inclinometer"], samples=experiment.REPEATS)
     effects = [n for n in problem.names if n.split(".")[1] in KINDS]
-    free = [n for n in problem.names if n not in effects]
+    free = [p.name for p in problem.parameters if p.is_geometry]
     rng, errors = np.random.default_rng(3), []
     for _ in range(request.param):
         data = experiment.read_plan(fit.calibrated, test.plan, instrument=meter, rng=rng)
-        again = Problem.build(problem.robot, data, noise=problem.noise, free=free, effects=effects)
+        said = experiment.with_other_masses(replace(problem.robot, joints=fit.calibrated.joints), rng)
+        again = Problem.build(said, data, noise=problem.noise, free=free, effects=effects, inertia=True)
         errors.append(covariance @ (jacobian.T @ again.residual(x)))
     mine = [i for i, n in enumerate(problem.names) if n.endswith("clearance")]
     stated = np.array([j.clearance_std for j in test.tilting.joints])

@@ -118,6 +118,7 @@ def run_load_test(
     side = tuple(side_loads(robot, j, force=force, rng=rng) for j in pulled_at)
     hidden = draw_joints(sizes_shown(plan, pulled_at), rng)
     actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE).with_effects(*tilting_effects(hidden))
+    actual = with_other_masses(actual, np.random.default_rng((seed, 1)))
     inclinometer, tracker = INSTRUMENTS["inclinometer"], replace(INSTRUMENTS["optotrak"], sight=None)
     meter, tracker = (replace(instrument, samples=repeats) for instrument in (inclinometer, tracker))
     data = read_plan(actual, plan, instrument=meter, rng=rng)
@@ -146,7 +147,8 @@ def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: I
     Of joints that gravity does not turn, but tips, they show the clearance. No axis stands quite upright, so
     that its play lets the arm turn downhill, the way that its clearance tips it: 0.05° about an axis that is
     0.1° off tips by 0.0001°. A `robot` with the play that pulls showed leaves it out of the clearance.
-    Lengths stay nominal; errors up to `LENGTH` enter the standard errors. Masses are taken as they are given.
+    Lengths stay nominal; errors up to `LENGTH` enter the standard errors. The links' masses are fitted too,
+    known as well as the robot says; their centres are taken as given.
     Postures in which the side of a moment is in doubt are left out.
 
     Raises:
@@ -157,7 +159,10 @@ def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: I
     noise, known = Noise(rotation=turn or Noise().rotation), constants_known(robot)
     asked = sizes_shown(plan)
     rows = np.flatnonzero(_certain(robot, data, asked, known))
-    tilting = fit_tilting(robot, data.take(rows), asked=asked, noise=noise, free=angles, known=known)
+    weighed = replace(robot, joints=tuple(replace(j, com_tolerance=0.0) for j in robot.joints))
+    tilting = fit_tilting(
+        weighed, data.take(rows), asked=asked, noise=noise, free=angles, known=known, inertia=True
+    )
     _check(tilting.fit, rows)
     return tilting
 
@@ -226,6 +231,15 @@ def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random
     data = simulate(actual, Motion(loads.q, wrench=loads.wrench), instrument=tracker, rng=rng)
     position, turn = tracker.deviations
     return replace(data, sigma=np.tile([position] * 3 + [turn or position] * 3, (len(loads.q), 1)))
+
+
+def with_other_masses(robot: Robot, rng: np.random.Generator) -> Robot:
+    """The arm with links that weigh as much more or less as their tolerances say."""
+    joints = (
+        replace(j, mass=j.mass * (1.0 + j.mass_tolerance * rng.normal())) if j.mass else j
+        for j in robot.joints
+    )
+    return replace(robot, joints=tuple(joints))
 
 
 def draw_joints(asked: Sequence[JointTilting], rng: np.random.Generator) -> tuple[JointTilting, ...]:

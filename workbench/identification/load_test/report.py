@@ -65,10 +65,9 @@ def notes(found: LoadTest) -> list[str]:
     left_out = len(found.plan.q) - len(found.tilting.fit.problem.data)
     if left_out:
         out.append(f"{left_out} postures are left out, in which small errors of the arm decide a load's side")
-    out.append(f"standard errors hold errors of lengths up to {1e3 * LENGTH:g} mm; masses are taken as given")
     out.append(
-        "links that weigh 10 % more than the arm's file says change a stiffness by up to 10 %, clearance and "
-        "backlash hardly; the standard errors don't hold this"
+        f"standard errors hold errors of lengths up to {1e3 * LENGTH:g} mm and of the links' masses as the "
+        "arm's file states them (10 % if not); centres of mass are taken as given"
     )
     return out
 

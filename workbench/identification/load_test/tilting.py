@@ -133,6 +133,7 @@ def fit_tilting(
     free: Sequence[str] | None = None,
     frames: FrameFreedom | None = None,
     known: Mapping[str, float] | None = None,
+    inertia: bool = False,
 ) -> Tilting:
     """Fit how some joints yield to their loads, together with constants of the geometry.
 
@@ -144,14 +145,18 @@ def fit_tilting(
         free: Constants to fit too; the robot's default ones if None; none if empty (given geometry).
         frames: What of base and tool is unknown; nothing if None.
         known: Standard deviation of constants [m], [rad]; of those that are not fitted it enters the errors.
+        inertia: Whether the links' masses and centres are fitted too, known as well as the robot says.
     """
     effects = tilting_effects(asked)
     names = [name for effect in effects for name in effect.names]
     bent = robot.with_effects(*robot.effects, *effects)
-    problem = Problem.build(bent, data, noise=noise, free=free, frames=frames, effects=names)
+    problem = Problem.build(bent, data, noise=noise, free=free, frames=frames, effects=names, inertia=inertia)
     considered = None
     if known:
-        wide = Problem.build(bent, data, noise=noise, free=tuple(known), frames=frames, effects=names)
+        constants = [n for n in known if n in robot.chain.index]
+        wide = Problem.build(
+            bent, data, noise=noise, free=constants, frames=frames, effects=names, inertia=inertia
+        )
         left = [0.0 if n in problem.names else known[n] for n in wide.names]
         considered = Considered(wide, np.array(left))
     algorithm = Opt2(limit=STEPS)

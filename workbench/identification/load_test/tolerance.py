@@ -24,10 +24,11 @@ CLEAR = 4.0
 
 
 def constants_known(robot: Robot, *, length: float = LENGTH, angle: float = ANGLE) -> dict[str, float]:
-    """Standard deviation of every constant whose error is even, up to a greatest one [m], [rad]."""
+    """Standard deviations of constants, whose errors are even up to a greatest one, and of masses [SI]."""
     elements, index = robot.chain.elements, robot.chain.index
     greatest = {n: angle if elements[index[n]].axis.turns else length for n in robot.default_free}
-    return {n: size / np.sqrt(3.0) for n, size in greatest.items()}
+    masses = {n: std for n, std in robot.inertia_tolerance.items() if n.endswith(".mass")}
+    return {n: size / np.sqrt(3.0) for n, size in greatest.items()} | masses
 
 
 def clear_of_reversals(
@@ -36,7 +37,7 @@ def clear_of_reversals(
     """Whether the moments about every axis, and those across it, surely point where the model has them.
 
     Args:
-        known: Standard deviation of each of the arm's constants.
+        known: Standard deviation of each of the arm's constants and masses.
     """
     moments, (about, across) = joint_moments(robot, motion), moment_errors(robot, motion, known)
     return np.abs(moments.about) >= CLEAR * about, moments.tipping >= CLEAR * across
@@ -47,7 +48,7 @@ def moment_errors(robot: Robot, motion: Motion, known: Mapping[str, float]) -> t
     at = joint_moments(robot, motion)
     about, across = (np.zeros(at.about.shape, float) for _ in range(2))
     for name, std in known.items():
-        value = float(robot.values((name,))[0])
+        value = robot.inertia[name] if name in robot.inertia else float(robot.values((name,))[0])
         moved = joint_moments(robot.with_values({name: value + std}), motion)
         about += (moved.about - at.about) ** 2
         across += ((moved.across - at.across) ** 2).sum(axis=-1)
