@@ -12,6 +12,15 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.choose("Cubes show", "Predicted error")
     screen.wait_text("legend", "mm")
     screen.shoot("cubes")
+    at, metre = screen.grab(1)  # a handle that cubes are before
+    screen.page.mouse.move(*(at - 0.02 * metre), steps=4)
+    screen.until(lambda session: session.drag is not None)
+    screen.page.mouse.up()
+    first = screen.until(lambda session: session.drag is None).past[0].plate
+    screen.tab("Plate")
+    screen.press("Undo")
+    screen.until(lambda session: session.plate is first)
+    screen.tab("Region")
     screen.choose("Slice", "one layer of z")
     region = screen.until(lambda session: session.cube_view.cut == 2).plate.region
     wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, region.centres[0, 2]], axis=1)))

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from workbench.plate.region import Region
-from workbench.views.page.scene.cubes import NORMALS, TURNS, outer_faces
+from workbench.views.drawables.drawable import Cubes
+from workbench.views.page.scene.cubes import NORMALS, TURNS, cube_under, outer_faces
 
 REGION = Region(min=np.zeros(3), max=np.array([0.6, 0.5, 0.4]), cube=0.1)
 
@@ -35,3 +36,14 @@ def test_a_cube_alone_has_six_faces():
 def test_faces_look_outward():
     assert np.linalg.det(TURNS) == pytest.approx(np.ones(6))
     assert pytest.approx(NORMALS) == TURNS @ [0.0, 0.0, 1.0]
+
+
+def test_a_ray_meets_the_nearest_drawn_face_and_passes_between_cubes():
+    every, colours = np.ones(REGION.cubes, bool), np.zeros((REGION.cubes, 3), np.uint8)
+    cubes = Cubes(region=REGION, shown=every, known=every, colours=colours, picked=None)
+    down, above = np.array([0.0, 0.0, -1.0]), np.array([0.0, 0.0, 1.0])
+    top = int(np.argmin(np.linalg.norm(REGION.centres - [0.25, 0.15, 0.35], axis=1)))
+    assert cube_under(cubes, REGION.centres[top] + above, down) == (pytest.approx(0.97), top)
+    assert cube_under(cubes, REGION.centres[top] + above + [0.05, 0.0, 0.0], down) is None  # between two
+    assert cube_under(cubes, REGION.centres[top] + above, above) is None
+    assert cube_under(cubes, np.array([0.25, 0.15, 0.2]), down) is None  # from inside, faces look away

@@ -6,9 +6,10 @@ arm and targets between them, and a computer without a graphics card keeps pace.
 
 import numpy as np
 import viser
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 
 from workbench.base import se3
+from workbench.base.types import Vector3
 from workbench.plate.region import Region
 from workbench.views.appearance.colours import linear
 from workbench.views.drawables.drawable import Cubes
@@ -30,23 +31,19 @@ TURNS = np.stack([ACROSS, np.cross(NORMALS, ACROSS), NORMALS], axis=-1)
 
 
 def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes, click: Click) -> Node:
-    """The outer faces of cubes; a click tells the cube."""
-    region, faces = cubes.region, outer_faces(cubes.region, cubes.shown)
-    numbers, side = faces.T
-    room = region.size / region.shape
-    edges = np.abs(np.swapaxes(TURNS, 1, 2) @ room)[side].astype(np.float32)
+    """The outer faces of cubes; `cube_under` finds what is clicked.
 
-    def sizes(picked: int | None) -> np.ndarray:
-        share = np.where(numbers == (-1 if picked is None else picked), PICKED, FILL)
-        return share[:, None].astype(np.float32) * edges
-
+    They don't answer to the pointer themselves: a page would look at each of them wherever it moves, and a
+    handle behind one could not be grabbed.
+    """
+    numbers, side = outer_faces(cubes.region, cubes.shown).T
     mesh = server.scene.add_batched_meshes_simple(
         name,
         SQUARE,
         HALVES,
         batched_wxyzs=se3.matrix_to_quaternion(TURNS)[side],
-        batched_positions=region.centres[numbers] + 0.5 * FILL * room * NORMALS[side],
-        batched_scales=sizes(cubes.picked),
+        batched_positions=_places(cubes.region, numbers, side),
+        batched_scales=_edges(cubes, numbers, side),
         batched_colors=linear(cubes.colours)[numbers],
         flat_shading=True,
         lod="off",
@@ -54,20 +51,48 @@ def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes, click: Click) 
         receive_shadow=False,
     )
 
-    @mesh.on_click
-    async def _(event: viser.SceneNodePointerEvent) -> None:
-        if event.instance_index is not None:
-            click(int(numbers[event.instance_index]))
-
     def change(old: Cubes, new: Cubes) -> bool:
         changed = differences(old, new)
         if "colours" in changed:
             mesh.batched_colors = linear(new.colours)[numbers]
         if "picked" in changed:
-            mesh.batched_scales = sizes(new.picked)
+            mesh.batched_scales = _edges(new, numbers, side)
         return not changed & {"region", "shown"}
 
     return Node(mesh, change)
+
+
+def _places(region: Region, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
+    return region.centres[numbers] + 0.5 * FILL * (region.size / region.shape) * NORMALS[side]
+
+
+def _edges(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
+    """Lengths along the axes of every face's square, the last one zero."""
+    room = cubes.region.size / cubes.region.shape
+    share = np.where(numbers == (-1 if cubes.picked is None else cubes.picked), PICKED, FILL)
+    return share[:, None].astype(np.float32) * np.abs(np.swapaxes(TURNS, 1, 2) @ room)[side].astype(np.float32)
+
+
+def cube_under(cubes: Cubes, origin: Vector3, direction: Vector3) -> tuple[float, int] | None:
+    """Distance [m] and number of the first cube that a ray meets, a face of which is drawn; None if none is.
+
+    Args:
+        cubes: Of which one may be meant.
+        origin: Where the camera is [m].
+        direction: From there through the pointer, of unit length.
+    """
+    numbers, side = outer_faces(cubes.region, cubes.shown).T
+    off = _places(cubes.region, numbers, side) - origin
+    towards = NORMALS[side] @ direction
+    with np.errstate(divide="ignore", invalid="ignore"):
+        along = np.einsum("ij,ij->i", off, NORMALS[side]) / towards
+        met = np.einsum("ijk,ij->ik", TURNS[side], along[:, None] * direction - off)
+    inside = (np.abs(met[:, :2]) <= 0.5 * _edges(cubes, numbers, side)[:, :2]).all(axis=1)
+    hit = np.flatnonzero(inside & (towards < 0.0) & (along > 0.0))
+    if not len(hit):
+        return None
+    first = hit[np.argmin(along[hit])]
+    return float(along[first]), int(numbers[first])
 
 
 def outer_faces(region: Region, shown: Bool[np.ndarray, " cubes"]) -> Int[np.ndarray, "faces 2"]:

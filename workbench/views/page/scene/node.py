@@ -10,7 +10,9 @@ import viser
 from workbench.base import se3
 from workbench.base.types import Matrix3, Vector3
 
-Click = Callable[[int], None]
+Ray = tuple[Vector3, Vector3]
+"""Where the camera is, and the direction from there through the pointer."""
+Click = Callable[[int, Ray], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,6 +27,11 @@ class Node:
 
     root: viser.SceneNodeHandle
     change: Callable[[Any, Any], bool] = lambda old, new: False
+
+
+def ray_of(event: viser.SceneClickEvent | viser.SceneNodePointerEvent) -> Ray:
+    """The ray of a click."""
+    return np.array(event.ray_origin), np.array(event.ray_direction)
 
 
 def put(node: viser.SceneNodeHandle, place: Vector3, rotation: Matrix3 | None = None) -> None:

@@ -4,7 +4,6 @@ import threading
 from collections.abc import Callable
 from dataclasses import replace
 
-import numpy as np
 import viser
 
 from workbench.session.commands.compare import ShowRow
@@ -17,6 +16,7 @@ from workbench.views.page.camera import aim_all
 from workbench.views.page.first_view import first_view
 from workbench.views.page.scene.first_picture import FirstPicture
 from workbench.views.page.scene.gizmo import Corners, Gizmo
+from workbench.views.page.scene.node import Ray, ray_of
 from workbench.views.page.scene.player import Player, Run
 
 
@@ -95,18 +95,24 @@ class Scene:
                 self.moved(run.at / run.end)
 
     def _clicked_anywhere(self, event: viser.SceneClickEvent) -> None:
-        """A click on a point, unless something that is drawn there was clicked: that is told first."""
+        """A click on a point or cube, unless a target that is drawn before it was clicked: that is told first."""
         was_told, self._was_told = self._was_told, False
-        ray = np.array(event.ray_origin), np.array(event.ray_direction)
-        if not was_told and (found := self._sink.picked(*ray)) is not None:
-            self._worker.submit(ShowRow(found[1]))
-
-    def _clicked(self, path: str, number: int) -> None:
-        self._was_told = True
-        if path.startswith("plate/targets/"):
-            self._worker.submit(SelectTarget(number))
-        elif path == "region/cubes":
+        if was_told or (found := self._sink.picked(ray_of(event))) is None:
+            return
+        _, path, number = found
+        if path == "region/cubes":
             self._worker.submit(ShowCubes(replace(self._worker.session.cube_view, picked=number)))
+        else:
+            self._worker.submit(ShowRow(number))
+
+    def _clicked(self, path: str, number: int, ray: Ray) -> None:
+        """A click on a target, unless a point or cube stands before it."""
+        if path.startswith("plate/targets/") and number < len(self._session.plate):
+            away = float((self._session.plate.targets[number].xyz - ray[0]) @ ray[1])
+            before = self._sink.picked(ray)
+            self._was_told = before is None or before[0] > away
+            if self._was_told:
+                self._worker.submit(SelectTarget(number))
 
 
 def _has_other_rows(before: Session, now: Session) -> bool:

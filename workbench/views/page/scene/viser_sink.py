@@ -21,8 +21,8 @@ from workbench.views.appearance.colours import linear
 from workbench.views.appearance.shapes import cuboid_edges
 from workbench.views.drawables.drawable import Arm, Arrows, Axes, Cubes, Cuboid, Label, Line, Mesh, Points
 from workbench.views.drawables.item import AbstractSink, Item, differences, is_same
-from workbench.views.page.scene.cubes import add_cubes
-from workbench.views.page.scene.node import Click, Node, put, unsettle
+from workbench.views.page.scene.cubes import add_cubes, cube_under
+from workbench.views.page.scene.node import Click, Node, Ray, put, ray_of, unsettle
 
 REDRAWN = 0.25
 """Least time between two drawings of what can wait [s]."""
@@ -37,13 +37,13 @@ class PageSink(AbstractSink):
         server: Where.
 
     Attributes:
-        on_click: Told path and number of what was clicked.
+        on_click: Told path and number of what was clicked, and the ray of the click.
     """
 
     def __init__(self, server: viser.ViserServer):
         super().__init__()
         self._server = server
-        self.on_click: Callable[[str, int], None] = lambda path, number: None
+        self.on_click: Callable[[str, int, Ray], None] = lambda path, number, ray: None
         self._nodes: dict[str, Node] = {}
         self._hidden: set[str] = set()
         self._drawn_at: dict[str, float] = {}
@@ -74,17 +74,19 @@ class PageSink(AbstractSink):
         ):  # under one name, a page would go on with the old numbers of instances
             name += f"/{next(self._count)}"
         self._nodes[item.path] = ADD[type(new)](
-            self._server, name, new, lambda number: self.on_click(item.path, number)
+            self._server, name, new, lambda number, ray: self.on_click(item.path, number, ray)
         )
 
-    def picked(self, origin: Vector3, direction: Vector3) -> tuple[str, int] | None:
-        """Path and number of the point that a click along a ray means; None if there is none."""
+    def picked(self, ray: Ray) -> tuple[float, str, int] | None:
+        """Distance [m], path and number of the point or cube that a click means; None if there is none."""
         found = []
         for path in self._nodes.keys() - self._hidden:
-            points = self._drawn[path][1]
-            if isinstance(points, Points) and (hit := nearest_to_ray(points.places, origin, direction)):
-                found.append((hit[0], path, int(points.numbers[hit[1]])))
-        return min(found)[1:] if found else None
+            drawn = self._drawn[path][1]
+            if isinstance(drawn, Points) and (hit := nearest_to_ray(drawn.places, *ray)):
+                found.append((hit[0], path, int(drawn.numbers[hit[1]])))
+            elif isinstance(drawn, Cubes) and (hit := cube_under(drawn, *ray)):
+                found.append((hit[0], path, hit[1]))
+        return min(found, default=None)
 
     def remove(self, path: str) -> None:
         self._nodes.pop(path).root.remove()
@@ -109,7 +111,7 @@ def _add_mesh(server: viser.ViserServer, name: str, mesh: Mesh, click: Click) ->
 
         @node.on_click
         async def _(event: viser.SceneNodePointerEvent) -> None:
-            click(number)
+            click(number, ray_of(event))
 
     def change(old: Mesh, new: Mesh) -> bool:
         changed = differences(old, new)
