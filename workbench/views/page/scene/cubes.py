@@ -70,7 +70,9 @@ def _edges(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndar
     """Lengths along the axes of every face's square, the last one zero."""
     room = cubes.region.size / cubes.region.shape
     share = np.where(numbers == (-1 if cubes.picked is None else cubes.picked), PICKED, FILL)
-    return share[:, None].astype(np.float32) * np.abs(np.swapaxes(TURNS, 1, 2) @ room)[side].astype(np.float32)
+    return share[:, None].astype(np.float32) * np.abs(np.swapaxes(TURNS, 1, 2) @ room)[side].astype(
+        np.float32
+    )
 
 
 def cube_under(cubes: Cubes, origin: Vector3, direction: Vector3) -> tuple[float, int] | None:

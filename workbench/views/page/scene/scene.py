@@ -95,7 +95,7 @@ class Scene:
                 self.moved(run.at / run.end)
 
     def _clicked_anywhere(self, event: viser.SceneClickEvent) -> None:
-        """A click on a point or cube, unless a target that is drawn before it was clicked: that is told first."""
+        """A click on a point or cube, unless a target before it was clicked: that is told first."""
         was_told, self._was_told = self._was_told, False
         if was_told or (found := self._sink.picked(ray_of(event))) is None:
             return
