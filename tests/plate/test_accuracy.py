@@ -36,17 +36,19 @@ def test_against_sampled_parameters(aria, q):
 
 
 def test_the_region_is_linearised_once_for_all_moves_of_a_drag(aria, q, monkeypatch):
-    asked = []
+    asked, weights = [], []
     monkeypatch.setattr(accuracy, "sensitivity", lambda *args: asked.append(1) or sensitivity(*args))
     region = frozen(q[10:].copy())
     fresh = predicted_error(linearise(aria, q[:10]), aria, q[10:])
     for move in range(3):
         linearisation = linearise(aria, q[:10] + 0.01 * move)
         error = predicted_error(linearisation, aria, region)
-        position_weight(aria, region, linearisation.names)
+        weights.append(position_weight(aria, region, linearisation.names))
         if not move:
             assert np.array_equal(error.position, fresh.position)
     assert len(asked) == 2  # for the fresh array, and once for the region that stays
+    assert all(weight is weights[0] for weight in weights)
+    assert np.array_equal(weights[0], position_weight(aria, q[10:], linearisation.names))
 
 
 def test_trace_with_the_weight_is_the_mean_square(aria, q):

@@ -5,6 +5,7 @@ import threading
 from collections.abc import Hashable
 
 import pytest
+from threadpoolctl import threadpool_info
 
 from workbench.base.progress import Cancelled
 from workbench.session import AbstractChange, AbstractTask, replay
@@ -27,6 +28,16 @@ class Broken(AbstractChange):
 
     def apply(self, session):
         raise ZeroDivisionError("oh")
+
+
+class Counted(AbstractChange):
+    """Says how many threads linear algebra has."""
+
+    title: str = "Counted"
+
+    def apply(self, session):
+        threads = {pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"}
+        return session.tell(Severity.INFO, str(threads))
 
 
 class Slow(AbstractTask):
@@ -61,6 +72,11 @@ def test_a_bug_is_a_message_and_the_session_stands(worker, do, first, caplog):
     assert "unchanged" in session.messages[-1].text
     assert [e.ending for e in worker.journal] == [Ending.FAILED, Ending.DONE]
     assert "Broken failed" in caplog.text
+
+
+def test_a_step_has_one_thread_of_linear_algebra(do):
+    """A second one waits for a processor that draws the page: 75 ms of processor a step of a drag, not 27."""
+    assert do(Counted()).messages[-1].text == "{1}"
 
 
 def test_waiting_drags_give_way_to_the_newest(worker, view, first):

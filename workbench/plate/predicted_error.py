@@ -25,6 +25,7 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 from scipy.special import gammaln
 
 from workbench.arm.kinematics.forward import sensitivity
@@ -87,7 +88,7 @@ def predicted_error(
     """
     twists = _twists(robot, q_region, linearisation.names)
     covariance = twists @ linearisation.covariance @ twists.transpose(0, 2, 1)
-    blind = np.abs(twists * linearisation.weights @ linearisation.unidentifiable)
+    blind = np.abs(twists @ (linearisation.weights[:, None] * linearisation.unidentifiable))
     position, position_means = _norms(covariance[:, :3, :3], blind[:, :3])
     rotation, rotation_means = _norms(covariance[:, 3:, 3:], blind[:, 3:])
     return PredictedError(position, rotation, position_means, rotation_means)
@@ -119,9 +120,14 @@ def position_weight(
         q_region: Joint positions of poses that matter [rad or m].
         weights: Scaling of the parameters, as in `Linearisation.weights`, where C is of scaled ones.
     """
-    twists = _twists(robot, q_region, names)
-    moves = twists[:, :3].reshape(-1, len(names)) * (1.0 if weights is None else weights)
-    return moves.T @ moves / len(q_region)
+    if weights is None and not q_region.flags.writeable:
+        return _kept_weight(robot, _Unchanging(q_region), names)
+    return _weight(_twists(robot, q_region, names), 1.0 if weights is None else weights)
+
+
+def _weight(twists: Float[np.ndarray, "rows 6 p"], scales: ArrayLike) -> Float[np.ndarray, "p p"]:
+    moves = twists[:, :3].reshape(-1, twists.shape[2]) * scales
+    return moves.T @ moves / len(twists)
 
 
 LEAST_LEFT = 1e-9
@@ -186,3 +192,8 @@ class _Unchanging:
 @lru_cache(maxsize=4)
 def _kept_twists(robot: Robot, q: _Unchanging, names: tuple[str, ...]) -> Float[np.ndarray, "rows 6 p"]:
     return frozen(sensitivity(robot, Motion(q.array), names)[1])
+
+
+@lru_cache(maxsize=4)
+def _kept_weight(robot: Robot, q: _Unchanging, names: tuple[str, ...]) -> Float[np.ndarray, "p p"]:
+    return frozen(_weight(_kept_twists(robot, q, names), 1.0))

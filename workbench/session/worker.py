@@ -18,6 +18,7 @@ from typing import Any
 
 from workbench.base.errors import WorkbenchError
 from workbench.base.progress import Cancelled
+from workbench.base.threads import one_thread
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask
 from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
@@ -168,6 +169,7 @@ class Worker:
                 self._queue.remove(waiting)
                 return
 
+    @one_thread()
     def _run(self) -> None:
         self._look_for_chores()
         while True:
