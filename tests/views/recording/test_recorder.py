@@ -260,3 +260,14 @@ def test_a_full_disk_stops_no_recorder(sample, tmp_path):
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert [m.text for m in worker.session.messages if "session.rrd can't be written" in m.text]
     assert worker.session.selected == 9
+
+
+def test_the_first_picture_of_the_page_goes_before_the_recording_and_nothing_is_lost(sample, tmp_path):
+    begun = begin(sample.robot, sample.plate, folder=tmp_path / "r")
+    worker = Worker(begun.session, keepers=[recorder(tmp_path / "r", after=60.0)])
+    worker.submit(SelectTarget(3))
+    worker.wait()
+    time.sleep(0.3)
+    assert not parts(tmp_path / "r")
+    worker.close()
+    assert parts(tmp_path / "r")[0].stat().st_size > 10_000

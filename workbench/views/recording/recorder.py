@@ -132,7 +132,7 @@ def recorder(folder: Path | None, *, live: str | None = None, after: float = 0.0
             outlets.append(ViewerOutlet(live, name, blueprint=layout))
         return Canvas(outlets)
 
-    return Recorder(open_canvas)
+    return Recorder(open_canvas, after=after)
 
 
 def parts(folder: Path) -> list[Path]:
