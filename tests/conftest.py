@@ -2,6 +2,8 @@
 
 import os
 import sys
+from collections.abc import Callable
+from functools import cache
 from itertools import groupby
 from pathlib import Path, PurePath
 from typing import Any
@@ -73,11 +75,20 @@ def aria():
     return load_robot("aria")
 
 
+@pytest.fixture(scope="session")
+def built() -> Callable:
+    """The commands as typer builds them, once a process and not once a call."""
+    from typer.main import get_command
+
+    return cache(get_command)
+
+
 @pytest.fixture
-def run(monkeypatch, capfd, tmp_path):
+def run(monkeypatch, capfd, tmp_path, built):
     """Run a command in this process, as the installed one is run: exit status, output, errors."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "100")
+    monkeypatch.setattr("typer.main.get_command", built)
 
     from workbench import cli
 

@@ -35,7 +35,7 @@ JAGGED = ["--webgl-antialiasing-mode=none", "--webgl-msaa-sample-count=0"]
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
 SIZE = {"width": 1280, "height": 800}
 PICTURED = bool(os.environ.get("WORKBENCH_PICTURES"))
-SHARPNESS = 1 if PICTURED else 0.4
+SHARPNESS = 1 if PICTURED else 0.25
 """Pixels that are drawn for one of the scene's; nobody looks at it where no pictures are kept."""
 UNCOVERED = """() => document.head.appendChild(document.createElement('style')).textContent =
   '.mantine-Notification-root { pointer-events: none; opacity: 0 }'"""
