@@ -40,9 +40,9 @@ def result_card(session: Session) -> str:
 
 
 def weighed(diagnosis: Diagnosis) -> str:
-    """Why its geometry is not quite that of Identify; nothing where it is."""
-    words = " Geometry as the diagnosis fits it, which weighs poses by the joints' noise too."
-    return "" if diagnosis.joint_noise is None else words
+    """Why its geometry is not quite that of Identify."""
+    words = " Geometry as the diagnosis fits it, which expects constants near nominal"
+    return f"{words}." if diagnosis.joint_noise is None else f"{words} and weighs poses by the joints' noise."
 
 
 def numbers(done: tuple[Stage, ...]) -> str:
