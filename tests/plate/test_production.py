@@ -141,6 +141,12 @@ def test_sources_add_up_and_the_worst_is_named(found):
     assert sum(found.shares.values()) == pytest.approx(1.0)
 
 
+def test_the_table_says_its_units(found):
+    words = str(found)
+    assert "position error, rms [mm]" in words
+    assert "median, 95 %, worst arm [mm]" in words
+
+
 def test_all_arms_pass_eq_3_with_mixed_branches_and_fewer_with_more_noise(job, found):
     assert found.share == 1.0
     assert found.interval[0] > 0.99

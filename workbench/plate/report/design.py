@@ -130,8 +130,8 @@ def yield_tables(found: Yield) -> RenderableType:
     arms.add_row("arms that needed another branch", str(int((found.reached & ~found.planned).sum())))
     if found.reached.any():
         worst = np.percentile(found.position[found.reached], [50, 95, 100])
-        arms.add_row("position error, rms [mm]", f"{1e3 * found.position_rms:.3f}")
-        arms.add_row("median, 95 %, worst arm [mm]", " / ".join(f"{1e3 * value:.3f}" for value in worst))
+        arms.add_row(escape("position error, rms [mm]"), f"{1e3 * found.position_rms:.3f}")
+        arms.add_row(escape("median, 95 %, worst arm [mm]"), " / ".join(f"{1e3 * value:.3f}" for value in worst))
         arms.add_row("orientation error, rms [°]", f"{np.rad2deg(found.rotation_rms):.3f}")
     sources = new_table("Each source alone", "", "position [mm]", "orientation [°]", "share [%]")
     for name, share in sorted(found.shares.items(), key=lambda item: -item[1]):
