@@ -131,7 +131,9 @@ def yield_tables(found: Yield) -> RenderableType:
     if found.reached.any():
         worst = np.percentile(found.position[found.reached], [50, 95, 100])
         arms.add_row(escape("position error, rms [mm]"), f"{1e3 * found.position_rms:.3f}")
-        arms.add_row(escape("median, 95 %, worst arm [mm]"), " / ".join(f"{1e3 * value:.3f}" for value in worst))
+        arms.add_row(
+            escape("median, 95 %, worst arm [mm]"), " / ".join(f"{1e3 * value:.3f}" for value in worst)
+        )
         arms.add_row("orientation error, rms [°]", f"{np.rad2deg(found.rotation_rms):.3f}")
     sources = new_table("Each source alone", "", "position [mm]", "orientation [°]", "share [%]")
     for name, share in sorted(found.shares.items(), key=lambda item: -item[1]):
