@@ -1,11 +1,13 @@
 """Production of virtual arms: against arms made and identified one at a time; on one machine and many."""
 
+import io
 import os
 import signal
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from rich.console import Console
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import JointCompliance
@@ -25,6 +27,7 @@ from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Kind
 from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.report.design import yield_tables
 from workbench.plate.target_branches import choose_branches
 from workbench.plate.yield_trial.arms import try_arms
 from workbench.plate.yield_trial.reach_targets import branches_by_distance, reach_targets
@@ -142,7 +145,9 @@ def test_sources_add_up_and_the_worst_is_named(found):
 
 
 def test_the_table_says_its_units(found):
-    words = str(found)
+    console = Console(width=120, file=io.StringIO())
+    console.print(yield_tables(found))
+    words = console.file.getvalue()
     assert "position error, rms [mm]" in words
     assert "median, 95 %, worst arm [mm]" in words
 

@@ -87,14 +87,14 @@ class Tradeoff(AbstractShown):
 
     def summary(self) -> RenderableType:
         table = new_table(
-            "What does it buy me", "no.", "plate", "about [€]", "rms [mm]", "rms [°]", "yield [%]", "front"
+            "What does it buy me", "no., plate", "about [€]", "rms [mm]", "rms [°]", "yield [%]", "front"
         )
         for number, choice in enumerate(self.choices, start=1):
             share = "–" if choice.share is None else f"{100 * choice.share:.0f}"
             turned = np.rad2deg(choice.design.rotation)
             errors = (f"{1e3 * choice.design.cost:.3f}", f"{turned:.3f}" if np.isfinite(turned) else "open")
             cells = (f"{choice.price:.0f}", *errors, share)
-            table.add_row(str(number), choice.name, *cells, "●" if choice in self.front else "")
+            table.add_row(f"{number}: {choice.name}", *cells, "●" if choice in self.front else "")
         words = [f"{name}: {choice.held}" for name, choice in self.manners.items()]
         return Group(table, Text("\n".join([*words, FRONT_WORDS, *self.missing])))
 
