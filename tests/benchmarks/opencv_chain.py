@@ -90,10 +90,12 @@ def main():
 
 def compared(seed, name, kind, pictures):
     """Errors of one virtual arm: px, the camera's distance from where it is, the tool's elsewhere [mm]."""
-    run, _, _, errors, _ = study.draw(seed, name, kind, pictures)
     rng = np.random.default_rng(seed)
     arm, _ = study.actual(rng, name, kind)
-    truth = virtual.scene(rng, arm, pictures).camera[0][:3, 3]
+    shots = virtual.scene(rng, arm, pictures)
+    robot, data = study.measured(shots, name)
+    run = wb.identify(robot, data, algorithms=("opt2",), seed=seed)
+    errors, truth = study.true_errors(arm, (robot, run.robot), shots, rng), shots.camera[0][:3, 3]
     x, px = chain(run.data, wb.tool_poses(run.nominal_robot, run.data.q))
     fit = run.best.fit
     ours = [fit.x[fit.problem.names.index(f"camera[c0].{axis}")] for axis in "xyz"]

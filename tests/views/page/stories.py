@@ -1,10 +1,11 @@
-"""Three stories on the page, by the clicks of somebody who sees it for the first time, with a clock:
+"""Four stories on the page, by the clicks of somebody who sees it for the first time, with a clock:
 
-    python tests/views/page/stories.py FOLDER [own_robot] [plate] [film]
+    python tests/views/page/stories.py FOLDER [own_robot] [plate] [film] [pictures]
 
 own_robot: a robot and its measurements, both files dropped, to the cause and the calibrated URDF;
 plate: an arm of the built-in ones, to a plate that can be made and keeps a wanted error;
-film: the demo.
+film: the demo;
+pictures: a ZIP of 30 rendered pictures with joints, camera and board, to the calibrated URDF.
 
 A picture is kept at every step; clicks and seconds are printed.
 """
@@ -16,6 +17,7 @@ import time
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
 from workbench.arm.built_in_arms import load_robot
@@ -173,15 +175,40 @@ def film(visit: Visit) -> None:
         visit.page.wait_for_timeout(200)
 
 
+def pictures(visit: Visit, archive: Path, folder: Path) -> Path:
+    """Pictures of a board in an archive to the joints that moved; returns the calibrated URDF."""
+    visit.click(visit.page.get_by_role("tab", name="Measure", exact=True))
+    with visit.page.expect_file_chooser(timeout=LONG) as chooser:
+        visit.press("… or an archive of it (ZIP)")
+    chooser.value.set_files(archive)
+    visit.page.get_by_text("30 pictures read from").first.wait_for(timeout=LONG)
+    visit.shoot("read")
+    visit.press("Identify the geometry")
+    visit.opened(Tab.IDENTIFY)
+    visit.app.worker.wait()
+    visit.click(visit.page.get_by_role("tab", name="Measure", exact=True))
+    visit.says("Identified: joint zeros", "gate")
+    visit.shoot("identified")
+    visit.click(visit.page.get_by_role("tab", name="More", exact=True))
+    return visit.save("Calibrated robot (URDF)", folder / "calibrated.urdf")
+
+
 def tell(story: str, folder: Path) -> None:
     """One story in a browser of its own, its pictures in the folder."""
     sys.path.append(str(Path(__file__).resolve().parents[2]))
     from driven_effects import driven_file
+    from pictured_arms import photograph
 
     folder.mkdir(parents=True, exist_ok=True)
-    app = App(load_robot("aria"), load_plate("table2"), asks=True)
+    app = App(load_robot("aria"), load_plate("table2"), asks=story != "pictures")
     try:
         with sync_playwright() as playwright, tempfile.TemporaryDirectory() as made:
+            archive = Path(made) / "shots.zip"
+            if story == "pictures":
+                shots = Path(made) / "shots"
+                shots.mkdir()
+                photograph(app.worker.session.robot, np.deg2rad([0, 0, 0.6, 0, -0.4, 0]), shots, count=30)
+                shutil.make_archive(str(archive.with_suffix("")), "zip", made, "shots")
             browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
             page = browser.new_page(viewport={"width": 1280, "height": 800}, accept_downloads=True)
             visit = Visit.open(page, app, folder)
@@ -191,6 +218,8 @@ def tell(story: str, folder: Path) -> None:
                 own_robot(visit, robot, rows, cause, folder)
             elif story == "plate":
                 plate(visit, "ur5", "0.5", folder)
+            elif story == "pictures":
+                pictures(visit, archive, folder)
             else:
                 film(visit)
             print(f"{story}: {visit.clicks} clicks, {visit.seconds:.0f} s; {folder}")
