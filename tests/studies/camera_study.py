@@ -9,7 +9,8 @@ off by up to 1°) or `effects` (that, with joints that give way and backlash). `
 each arm's pictures that many times and judges on the true poses of the rest. Printed are the parts of zeros,
 and of camera's and target's coordinates, inside their 95 % intervals, true errors at poses that were not
 measured, and how often the result is worse than the nominal arm. `--json` gathers a line a draw, so that runs
-can be divided.
+can be divided. `--solids 2`: two solids of tags whose poses to one another nobody knows; `--on-tool`: the
+camera rides on the tool.
 """
 
 import argparse
@@ -52,7 +53,7 @@ def actual(rng, name, kind):
     return arm, joint
 
 
-def measured(shots, name, *, on_tool=False):
+def measured(shots, name, *, on_tool=False, solids=1):
     """The nominal arm, and the data of a session read from its files."""
     folder = Path(tempfile.mkdtemp())
     mounts = ("tool", "world") if on_tool else ("world", "tool")
@@ -60,7 +61,7 @@ def measured(shots, name, *, on_tool=False):
         "pixels.csv": shots.table(),
         "joints.csv": shots.joints(),
         "camera.toml": virtual.camera_toml(mounted=mounts[0]),
-        "target.toml": virtual.target_toml(mounts[1]),
+        "target.toml": virtual.target_toml(mounts[1], solids),
         "robot.toml": virtual.Arm(np.array(virtual.ARMS[name], float)).toml(name),
     }
     for file, text in files.items():
@@ -79,7 +80,8 @@ def normalised(fit, shots, arm):
         if n.endswith(".theta")
     }
     frames = []
-    for owner, pose in (("camera[c0]", shots.camera[0]), ("target", shots.target)):
+    names = ("target[A]", "target[B]") if len(shots.targets) > 1 else ("target",)
+    for owner, pose in (("camera[c0]", shots.camera[0]), *zip(names, shots.targets, strict=True)):
         at = [place[f"{owner}.{part}"] for part in ("x", "y", "z", "rx", "ry", "rz")]
         turned = se3.matrix_to_rotvec(pose[:3, :3] @ se3.rotvec_to_matrix(fit.x[at[3:]]).T)
         turned = se3.left_jacobian_inverse(fit.x[at[3:]]) @ turned
@@ -95,12 +97,12 @@ def true_errors(arm, robots, shots, rng):
     return [1e3 * virtual.rigid_error(wb.tool_poses(r, q[near]), truth[near]) for r in robots]
 
 
-def draw(seed, name, kind, pictures, *, on_tool=False):
+def draw(seed, name, kind, pictures, *, on_tool=False, solids=1):
     """One virtual arm: normalised errors of zeros and of camera and target, true errors [mm]."""
     rng = np.random.default_rng(seed)
     arm, joint = actual(rng, name, kind)
-    shots = virtual.scene(rng, arm, pictures, on_tool=on_tool)
-    robot, data = measured(shots, name, on_tool=on_tool)
+    shots = virtual.scene(rng, arm, pictures, on_tool=on_tool, solids=solids)
+    robot, data = measured(shots, name, on_tool=on_tool, solids=solids)
     run = wb.identify(robot, data, algorithms=("opt2",), seed=seed)
     zeros, frames = normalised(run.best.fit, shots, arm)
     errors = true_errors(arm, (robot, run.robot), shots, rng)
@@ -169,6 +171,8 @@ def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("words", nargs="*")
     parser.add_argument("--splits", type=int)
+    parser.add_argument("--solids", type=int, default=1)
+    parser.add_argument("--on-tool", action="store_true")
     parser.add_argument("--json", type=Path)
     parser.add_argument("--show", type=Path, nargs="+", default=[])
     given = parser.parse_args()
@@ -178,7 +182,7 @@ def main():
         pictures = int(given.words[3]) if len(given.words) > 3 else 60
         for seed in range(*map(int, seeds.split(":"))):
             found = (
-                [draw(seed, name, kind, pictures)]
+                [draw(seed, name, kind, pictures, on_tool=given.on_tool, solids=given.solids)]
                 if not given.splits
                 else splits(seed, name, kind, pictures, given.splits)
             )

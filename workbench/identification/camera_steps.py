@@ -11,7 +11,7 @@ from workbench.identification.pixel_noise import Considered
 from workbench.identification.problem import Noise
 
 ZEROS, GEOMETRY, EFFECTS = "joint zeros", "geometry", "geometry and effects"
-CLEARLY = {ZEROS: 2.0, GEOMETRY: 4.0, EFFECTS: 4.0}
+CLEARLY = 2.0
 """A step must move the tool by so many times what it is uncertain, in squares."""
 UNEXPLAINED = {ZEROS: 0.5, GEOMETRY: 0.3, EFFECTS: 0.3}
 """Part of the tool's error before, that each step may leave unexplained: what else bends it to fit."""
@@ -113,7 +113,7 @@ def judged(step: Step, steps: Sequence[Step]) -> Step:
     """The step, with the reason where it is not taken."""
     before = [s for s in steps if not s.refused][-1]
     reason, bent = "", "zeros" if step.name == ZEROS else "geometry"
-    if step.moved**2 <= CLEARLY[step.name] * step.uncertainty**2:
+    if step.moved**2 <= CLEARLY * step.uncertainty**2:
         known = in_mm(step.uncertainty)
         reason = f"it would move the tool by {in_mm(step.moved)}, which is known to ±{known} only"
     elif step.pixel >= before.pixel:
@@ -134,8 +134,7 @@ def judged(step: Step, steps: Sequence[Step]) -> Step:
 
 def advised(steps: Sequence[Step], taken: int, data: Dataset) -> str:
     """What to measure so that the next step could be taken."""
-    later = steps[taken + 1 :]
-    step = next((s for s in later if s.moved**2 <= CLEARLY[s.name] * s.uncertainty**2), None)
+    step = next((s for s in steps[taken + 1 :] if s.moved**2 <= CLEARLY * s.uncertainty**2), None)
     if step is None and (last := steps[-1]).name == EFFECTS and last.refused:
         return (
             "to see whether an effect of the arm is to blame, measure about "
@@ -144,7 +143,7 @@ def advised(steps: Sequence[Step], taken: int, data: Dataset) -> str:
         )
     if step is None or (taken and step.moved < HINTED * step.uncertainty):
         return ""
-    more = len(data) * (CLEARLY[step.name] * step.uncertainty**2 / max(step.moved, 1e-9) ** 2 - 1.0)
+    more = len(data) * (CLEARLY * step.uncertainty**2 / max(step.moved, 1e-9) ** 2 - 1.0)
     count = int(np.clip(np.ceil(more), 5, 300))
     digits = "".join(c for c in step.weakest.split(".")[0] if c.isdigit())
     joint = min(int(digits or 1), data.joints) - 1

@@ -186,11 +186,8 @@ def pictures(visit: Visit, archive: Path, folder: Path) -> Path:
     visit.press("Identify the geometry")
     visit.opened(Tab.IDENTIFY)
     visit.app.worker.wait()
-    visit.click(visit.page.get_by_role("tab", name="Measure", exact=True))
-    visit.says("Identified: joint zeros", "gate")
     visit.shoot("identified")
-    visit.click(visit.page.get_by_role("tab", name="More", exact=True))
-    return visit.save("Calibrated robot (URDF)", folder / "calibrated.urdf")
+    return visit.save("URDF", folder / "calibrated.urdf")
 
 
 def tell(story: str, folder: Path) -> None:
