@@ -36,7 +36,7 @@ from workbench.session.journal import codec, replay
 from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.folder import begin, branch, resume
-from workbench.session.journal.reader import JOURNAL, read_recording
+from workbench.session.journal.reader import JOURNAL, ROBOT, read_recording
 from workbench.session.state import Severity
 
 RPY = (-2.6, 0.0, 0.0)
@@ -302,6 +302,17 @@ def test_two_at_once_on_one_folder(record, first, whole, tmp_path):
 def test_two_new_ones_at_once_have_folders_of_their_own(record, first, monkeypatch):
     folders = {record().folder for _ in range(3)}
     assert len(folders) == 3
+
+
+def test_recordings_of_one_arm_and_plate_share_what_was_worked_out(record):
+    """And one whose files were changed does not."""
+    one, other = (read_recording(record().folder) for _ in range(2))
+    assert one.robot is other.robot
+    assert one.plate is other.plate
+    assert one.first.region_q is other.first.region_q
+    file = other.folder / ROBOT
+    file.write_text(file.read_text().replace("0.", "0.0", 1))
+    assert read_recording(other.folder).robot is not one.robot
 
 
 def test_no_place_for_recordings(record, first, tmp_path):

@@ -20,12 +20,12 @@ from typing import Any
 import tomli_w
 
 from workbench.arm.robot import Robot
-from workbench.arm.robot_toml import read_toml, robot_to_table
+from workbench.arm.robot_toml import robot_to_table
 from workbench.base.distribution import package_version
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.files import write_text
 from workbench.plate.plate import Plate
-from workbench.plate.plate_toml import plate_to_table, read_plate
+from workbench.plate.plate_toml import plate_to_table
 from workbench.report.json import plain
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.drag import DropTarget
@@ -33,7 +33,7 @@ from workbench.session.journal.appender import Appender
 from workbench.session.journal.entry import Entry
 from workbench.session.journal.logbook import Logbook
 from workbench.session.journal.numbers import changed_numbers
-from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording
+from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording, inputs
 from workbench.session.start import start
 from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper
@@ -95,7 +95,7 @@ def begin(
         folder = _make(folder, root, robot.name)
         write_text(folder / ROBOT, tomli_w.dumps(robot_to_table(robot)))
         write_text(folder / PLATE, tomli_w.dumps(plate_to_table(plate)))
-        session = start(read_toml(folder / ROBOT), read_plate(folder / PLATE), is_given=is_given)
+        session = start(*inputs(folder), is_given=is_given)
         file = Appender(folder / JOURNAL)
         file.add(json.dumps(_header(session), ensure_ascii=False))
     except (OSError, WorkbenchError) as error:

@@ -6,9 +6,9 @@ the recording can be used.
 """
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +28,36 @@ NAME, NUMBER = "workbench.journal", 1
 SCHEMA = f"{NAME}/{NUMBER}"
 JOURNAL = "journal.jsonl"
 ROBOT, PLATE = Path(codec.INPUTS, "robot.toml"), Path(codec.INPUTS, "plate.toml")
+
+
+@dataclass(frozen=True)
+class _Input:
+    """A file of a recording; it is its content, wherever it is."""
+
+    content: bytes
+    path: Path = field(compare=False)
+
+    @classmethod
+    def of(cls, path: Path) -> "_Input":
+        return cls(read_bytes(path, wanted="the whole folder of the recording"), path)
+
+
+@lru_cache(maxsize=8)
+def _robot(file: _Input) -> Robot:
+    return read_toml(file.path)
+
+
+@lru_cache(maxsize=8)
+def _plate(file: _Input) -> Plate:
+    return read_plate(file.path)
+
+
+def inputs(folder: Path) -> tuple[Robot, Plate]:
+    """Nominal robot and first fixture of a recording, the same objects for the same files.
+
+    What was worked out of them, the poses of a region above all, is then known in the next recording too.
+    """
+    return _robot(_Input.of(folder / ROBOT)), _plate(_Input.of(folder / PLATE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,12 +110,12 @@ class Recording:
     @cached_property
     def robot(self) -> Robot:
         """Its nominal robot."""
-        return read_toml(self.folder / ROBOT)
+        return _robot(_Input.of(self.folder / ROBOT))
 
     @cached_property
     def plate(self) -> Plate:
         """Its fixture as it was in the beginning."""
-        return read_plate(self.folder / PLATE)
+        return _plate(_Input.of(self.folder / PLATE))
 
     @cached_property
     def first(self) -> Session:
