@@ -49,6 +49,7 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
         files.nth(1).set_input_files(rows)
         says("90 rows")
         opened(Tab.IDENTIFY)
+        page.wait_for_function("() => !document.querySelector('.mantine-Notification-loader')")
         assert page.locator('[data-testid="start"]').count() == 0
         press("Identify the geometry")
         says("something is not geometry")

@@ -113,7 +113,7 @@ def _bars(found: Diagnosis) -> str:
     head = heading(f"Mean error on {kind} rows, before and after")
     return (
         head + f'<svg viewBox="0 0 {WIDTH} {2 * (BAR + 6)}" width="100%" data-testid="before-after">'
-        f"{''.join(parts)}</svg>" + (f'<div style="color:{MUTED}">{text(why)}</div>' if why else "")
+        f"{''.join(parts)}</svg>" + f'<div style="color:{MUTED};margin:4px 0 8px">{text(why)}</div>'
     )
 
 

@@ -154,13 +154,14 @@ def _verdict(step: Step, *, is_caption: bool) -> str:
 
 def _message(message: Message) -> str:
     ground, ink = TINTS[message.severity]
-    height = 4 if message.severity is Severity.INFO else 8
+    lines = 3 if message.severity is Severity.INFO else 6  # whole ones; the rest is scrolled
     return (
         '<div style="padding:0 12px">'
         f'<div data-testid="message" data-severity="{message.severity}" data-number="{message.number}" '
         f'style="font-size:13px;line-height:1.45;background:{ground};'
         f"color:var(--mantine-color-text);border-left:3px solid {ink};"
-        f'border-radius:4px;padding:4px 10px;overflow-wrap:anywhere;max-height:{height}em;overflow-y:auto">'
+        f'border-radius:4px;padding:4px 10px;overflow-wrap:anywhere;overflow-y:auto;box-sizing:border-box;'
+        f'max-height:calc({1.45 * lines:.2f}em + 8px)">'
         f"{text(_sentence(message.text))}</div></div>"
     )
 

@@ -1,5 +1,6 @@
 """What a panel is, and what panels share. Which of them have to be drawn again is decided here, for all."""
 
+import asyncio
 import math
 import time
 from abc import ABC, abstractmethod
@@ -20,6 +21,8 @@ from workbench.session.worker import Worker
 from workbench.views.drawables.item import is_same
 from workbench.views.page.html import block, note, text
 
+ARRIVED = 0.3
+"""How long a page has to say that a file has come [s]. Its note would load for ever if the button went first."""
 AFTERWARDS = math.inf
 """The `pause` of a panel that waits until a drag is over."""
 
@@ -118,6 +121,7 @@ class AbstractPanel(ABC):
                 size = f"{file.name[-80:]} has {len(file.content) / 2**20:.0f} MiB"
                 self._worker.submit(Tell(f"{size}, but the page accepts up to {most // 2**20} MiB here"))
                 return
+            await asyncio.sleep(ARRIVED)
             self._worker.submit(command(file.name, bytes(file.content)))
 
         return made
