@@ -160,7 +160,7 @@ def _message(message: Message) -> str:
         f'<div data-testid="message" data-severity="{message.severity}" data-number="{message.number}" '
         f'style="font-size:13px;line-height:1.45;background:{ground};'
         f"color:var(--mantine-color-text);border-left:3px solid {ink};"
-        f'border-radius:4px;padding:4px 10px;overflow-wrap:anywhere;overflow-y:auto;box-sizing:border-box;'
+        f"border-radius:4px;padding:4px 10px;overflow-wrap:anywhere;overflow-y:auto;box-sizing:border-box;"
         f'max-height:calc({1.45 * lines:.2f}em + 8px)">'
         f"{text(_sentence(message.text))}</div></div>"
     )

@@ -22,7 +22,7 @@ from workbench.views.drawables.item import is_same
 from workbench.views.page.html import block, note, text
 
 ARRIVED = 0.3
-"""How long a page has to say that a file has come [s]. Its note would load for ever if the button went first."""
+"""How long a page has to note that a file has come [s]: without its button the note would load for ever."""
 AFTERWARDS = math.inf
 """The `pause` of a panel that waits until a drag is over."""
 
