@@ -54,7 +54,7 @@ def test_foreign_origins_are_refused(server):
 
 
 def test_only_the_servers_own_thread_touches_who_waits_for_messages(server, monkeypatch):
-    """Another thread met clients that came and went, and what it was drawing failed in the middle."""
+    """In another thread it may meet clients that come and go, and what is being drawn fails in the middle."""
     touched, real = [], asyncio.Event.set
     monkeypatch.setattr(
         asyncio.Event, "set", lambda event: (touched.append(threading.current_thread()), real(event))
@@ -62,6 +62,15 @@ def test_only_the_servers_own_thread_touches_who_waits_for_messages(server, monk
     for together in (nullcontext, server.atomic):
         with together():
             server.gui.add_html("news")
+    pages = []
+    server._websock_server.on_client_connect(pages.append)
+    with client.connect(
+        f"ws://127.0.0.1:{server.get_port()}", subprotocols=[f"viser-v{viser.__version__}"]
+    ) as socket:
+        socket.recv(timeout=10)
+        pages[0].queue_message(_messages.SetGuiPanelLabelMessage("news for one page"))
+        while b"news for one page" not in socket.recv(timeout=10):
+            pass
     assert threading.current_thread() not in touched
 
 

@@ -23,6 +23,7 @@ import rich
 import viser
 import websockets.asyncio.server as websockets
 from viser import _messages
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from workbench.base.errors import OptionError
 from workbench.views.page.style import furnish
@@ -130,16 +131,24 @@ def local_server(
 def _set_by_its_own_thread(server: viser.ViserServer) -> None:
     """Viser tells its loop of a message twice: from whatever thread the message comes, and by the loop.
 
-    The first may meet the loop's own clients coming and going, and then fails what was being drawn.
+    The first may meet the loop's own clients coming and going, and then fails what was being drawn. What is
+    for every page waits in one buffer, what is for one page in its own.
     """
-    event = server._websock_server._broadcast_buffer.message_event
-    told, own = event.set, server._websock_server._server_thread
+    sockets = server._websock_server
 
-    def set_() -> None:
-        if threading.current_thread() is own:
-            told()
+    def cure(buffer: AsyncMessageBuffer) -> None:
+        told = buffer.message_event.set
 
-    event.set = set_  # type: ignore[method-assign]
+        def set_() -> None:
+            if threading.current_thread() is sockets._server_thread:
+                told()
+
+        buffer.message_event.set = set_  # type: ignore[method-assign]
+
+    sockets.on_client_connect(lambda client: cure(client.get_message_buffer()))
+    cure(sockets._broadcast_buffer)
+    for page in tuple(sockets._client_state_from_id.values()):  # which came before the constructor's end
+        cure(page.message_buffer)
 
 
 def page_address(server: viser.ViserServer) -> str:
