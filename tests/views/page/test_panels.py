@@ -21,6 +21,7 @@ from workbench.base.errors import OptionError
 from workbench.data.readers import read_measurements
 from workbench.identification.algorithms import ALGORITHMS
 from workbench.plate.plate_toml import read_plate
+from workbench.plate.region import Region
 from workbench.session.commands.arm import ChooseRobot, standing
 from workbench.session.commands.compare import SetUnits, ShowFit
 from workbench.session.commands.data import MeasureVirtualArm
@@ -41,6 +42,8 @@ from workbench.session.state import Focus, Severity, Units
 from workbench.session.worker import Worker
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import SKY
+from workbench.views.drawables.drawable import Cubes, Points
+from workbench.views.drawables.item import Item
 from workbench.views.page import html
 from workbench.views.page.local_server import local_server
 from workbench.views.page.panels import fit
@@ -136,6 +139,33 @@ def test_what_is_put_off_in_a_drag_comes_once_the_hand_is_still(app):
     assert app.worker.session.drag is not None
     app.worker.submit(DropTarget(1))
     app.worker.wait()
+
+
+def test_a_click_means_a_target_before_its_measured_points_and_a_cube_before_the_target(app):
+    session, scene = app.worker.session, app.view._scene
+    place, down = session.plate.targets[3].xyz, np.array([0.0, 0.0, -1.0])
+    ray = (place + [0.0, 0.0, 1.0], down)
+    point = Points(
+        places=place[None] + [0.0, 0.0, 5e-5],
+        colours=np.zeros((1, 3), np.uint8),
+        radius=1e-3,
+        numbers=np.arange(1),
+    )
+    with scene._lock:
+        scene._sink.update([Item("measured/fitted", lambda: point, ())])
+        scene._clicked("plate/targets/4", 3, ray)
+        scene._clicked_anywhere(SimpleNamespace(ray_origin=ray[0], ray_direction=ray[1]))
+    app.worker.wait()
+    assert app.worker.session.focus is Focus.TARGET
+    assert app.worker.session.selected == 3
+    region = Region(min=place - 0.05, max=place + 0.05, cube=0.1)
+    one = np.ones(1, bool)
+    cube = Cubes(region=region, shown=one, known=one, colours=np.zeros((1, 3), np.uint8), picked=None)
+    with scene._lock:
+        scene._sink.update([Item("region/cubes", lambda: cube, ())])
+        scene._clicked("plate/targets/3", 2, ray)
+    app.worker.wait()
+    assert app.worker.session.selected == 3
 
 
 def test_no_selector_makes_a_browser_search_the_page_at_every_change():

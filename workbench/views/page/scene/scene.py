@@ -11,6 +11,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.region import ShowCubes
 from workbench.session.state import Session
 from workbench.session.worker import Worker
+from workbench.views.drawables.drawable import Cubes
 from workbench.views.drawables.subjects import in_motion, on_page
 from workbench.views.page.camera import aim_all
 from workbench.views.page.first_view import first_view
@@ -95,7 +96,7 @@ class Scene:
                 self.moved(run.at / run.end)
 
     def _clicked_anywhere(self, event: viser.SceneClickEvent) -> None:
-        """A click on a point or cube, unless a target before it was clicked: that is told first."""
+        """A click on a point or cube, unless it meant a target: that is told first."""
         was_told, self._was_told = self._was_told, False
         if was_told or (found := self._sink.picked(ray_of(event))) is None:
             return
@@ -106,10 +107,10 @@ class Scene:
             self._worker.submit(ShowRow(number))
 
     def _clicked(self, path: str, number: int, ray: Ray) -> None:
-        """A click on a target, unless a point or cube stands before it."""
+        """A click on a target, unless a cube stands before it; points measured at a target lie around it."""
         if path.startswith("plate/targets/") and number < len(self._session.plate):
             away = float((self._session.plate.targets[number].xyz - ray[0]) @ ray[1])
-            before = self._sink.picked(ray)
+            before = self._sink.picked(ray, kinds=(Cubes,))
             self._was_told = before is None or before[0] > away
             if self._was_told:
                 self._worker.submit(SelectTarget(number))

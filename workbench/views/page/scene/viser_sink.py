@@ -77,11 +77,13 @@ class PageSink(AbstractSink):
             self._server, name, new, lambda number, ray: self.on_click(item.path, number, ray)
         )
 
-    def picked(self, ray: Ray) -> tuple[float, str, int] | None:
+    def picked(self, ray: Ray, *, kinds: tuple[type, ...] = (Points, Cubes)) -> tuple[float, str, int] | None:
         """Distance [m], path and number of the point or cube that a click means; None if there is none."""
         found = []
         for path in self._nodes.keys() - self._hidden:
             drawn = self._drawn[path][1]
+            if not isinstance(drawn, kinds):
+                continue
             if isinstance(drawn, Points) and (hit := nearest_to_ray(drawn.places, *ray)):
                 found.append((hit[0], path, int(drawn.numbers[hit[1]])))
             elif isinstance(drawn, Cubes) and (hit := cube_under(drawn, *ray)):
