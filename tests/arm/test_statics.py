@@ -225,6 +225,11 @@ def test_the_inertia_regressor_is_how_pinocchio_s_wrenches_change(mixed):
         np.testing.assert_allclose(found[..., column], (up - down) / (2.0 * step), atol=1e-8)
 
 
+def test_the_inertia_regressor_of_no_rows_is_an_empty_table(mixed):
+    found = inertia_regressor(mixed, Motion(np.empty((0, mixed.dof))), masses(mixed))
+    assert found.shape == (0, mixed.dof, 6, len(mixed.inertia))
+
+
 def test_the_inertia_regressor_moves_the_arm_once_for_all_weights(mixed, monkeypatch):
     runs = []
     monkeypatch.setattr(wrenches, "_wrenches", lambda *given: runs.append(_wrenches(*given)))

@@ -169,7 +169,9 @@ def inertia_regressor(
     found = _summed(robot, bare, parts, apart=True, values=values, shift=shift)
     table = found.reshape(len(motion), len(points), len(steps), robot.dof, 6)
     by_com = 0.5 * (table[:, :, 1:4] - table[:, :, 4:])
-    out = np.concatenate([table[:, :, :1], by_com], axis=2).reshape(len(motion), -1, robot.dof, 6)
+    out = np.concatenate([table[:, :, :1], by_com], axis=2).reshape(
+        len(motion), 4 * len(points), robot.dof, 6
+    )
     return np.moveaxis(out, 1, 3)
 
 
