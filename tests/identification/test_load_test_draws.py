@@ -86,6 +86,15 @@ def test_moments_err_as_those_of_many_arms(planned):
     np.testing.assert_allclose(stated[:, 1:], seen[:, 1:], rtol=0.25)
 
 
+def test_links_of_drawn_arms_weigh_something_however_uncertain_they_are(planned):
+    robot, rng = planned[0], np.random.default_rng(0)
+    loose = replace(robot, joints=tuple(replace(j, mass_tolerance=0.5) for j in robot.joints))
+    drawn = [experiment.with_other_masses(loose, rng) for _ in range(100)]
+    masses = np.array([[j.mass for j in arm.joints if j.mass] for arm in drawn])
+    assert masses.min() > 0.0
+    assert masses.std() > 0.0
+
+
 def test_a_fit_far_above_the_noise_is_refused_with_its_row(planned):
     robot, plan = planned
     data = experiment.read_plan(robot, plan, instrument=METER, rng=np.random.default_rng(1))

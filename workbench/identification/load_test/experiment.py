@@ -50,6 +50,8 @@ BACKLASH = (0.045, 0.065)
 """Range of its backlashes [°] (ibid.)."""
 STIFFNESS = (70.0, 125.0)
 """Range of its stiffnesses [kg m/°] (ibid.)."""
+LEAST_MASS = 0.1
+"""Least share of its stated mass that a link of a virtual arm has."""
 SPARE = 4.0
 """Variance of the residual, in that of the stated noise, above which a fit is refused."""
 
@@ -234,9 +236,9 @@ def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random
 
 
 def with_other_masses(robot: Robot, rng: np.random.Generator) -> Robot:
-    """The arm with links that weigh as much more or less as their tolerances say."""
+    """The arm with links that weigh as much more or less as their tolerances say, a tenth of it at least."""
     joints = (
-        replace(j, mass=j.mass * (1.0 + j.mass_tolerance * rng.normal())) if j.mass else j
+        replace(j, mass=j.mass * max(1.0 + j.mass_tolerance * rng.normal(), LEAST_MASS)) if j.mass else j
         for j in robot.joints
     )
     return replace(robot, joints=tuple(joints))
