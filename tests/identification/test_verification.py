@@ -64,6 +64,18 @@ def test_limits_per_axis_are_judged_axis_by_axis(arm):
     assert (found.evaluation.rows.position[found.within] > limit).any()  # longer than any of its entries
 
 
+def test_a_certificate_that_passes_axis_by_axis_draws_no_pose_beyond_its_line(arm):
+    calibrated, _, fresh = arm
+    largest = 1.01 * np.abs(row_components(calibrated, fresh).position).max()
+    found = wb.verify(calibrated, fresh, wanted=Wanted(position=float(largest), per_axis=True))
+    assert found.passed
+    assert found.evaluation.rows.position.max() > largest
+    distribution = found.plot().axes[2]
+    drawn, limit = (line.get_xdata() for line in distribution.lines)
+    assert max(drawn) < limit[0] == pytest.approx(1e3 * largest)
+    assert "largest axis" in distribution.get_xlabel()
+
+
 def test_two_visits_have_no_spread_of_distances():
     pose = RepeatedPose.of(np.arange(2), np.array([[1e-4, 0, 0], [3e-4, 0, 0]]), np.zeros((2, 3)))
     assert pose.accuracy == pytest.approx(2e-4)

@@ -13,8 +13,8 @@ from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 CAPTION = (
     "Left and middle: every fresh pose, in the robot's base frame, from above and from the side; the darker, "
-    "the larger its position error. Right: how many measurements have less than an error; dashed: what was "
-    "wanted."
+    "the larger its position error (its largest entry where the limit is one per axis). Right: how many "
+    "measurements have less than an error; dashed: what was wanted."
 )
 LARGEST = 2000
 """Poses that are drawn one by one; of more, the worst and every so many of the others."""
@@ -37,7 +37,7 @@ def draw_error_map(
         figure: Empty.
         room: Where the axes stand in a figure that does not lay them out itself, such as `left`.
     """
-    errors, places = 1e3 * result.evaluation.rows.position, _places(result)
+    errors, places = 1e3 * result.judged_positions, _places(result)
     order = np.argsort(errors)
     if len(order) > LARGEST:
         order = np.union1d(order[:: -(-len(order) // LARGEST)], order[-LARGEST // 10 :])
@@ -98,7 +98,8 @@ def _distribution(axes: Axes, errors: Float[np.ndarray, " rows"], result: Verifi
         axes.axvline(1e3 * result.wanted.position, color=INK, lw=0.9, ls=(0, (3, 2)))
     axes.set_xlim(0.0, None)
     axes.set_ylim(0.0, 103.0)
-    axes.set_xlabel("position error [mm]")
+    is_entry = result.wanted is not None and result.wanted.per_axis
+    axes.set_xlabel("position error, largest axis [mm]" if is_entry else "position error [mm]")
     axes.set_ylabel("measurements with less [%]")
     axes.set_title("distribution")
     grid(axes, "both")

@@ -5,7 +5,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, final
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
@@ -15,7 +15,7 @@ from workbench.base.types import frozen
 from workbench.base.wording import counted
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.dataset import Dataset
-from workbench.data.prediction import row_components
+from workbench.data.prediction import RowComponents, row_components
 from workbench.identification.evaluate import evaluate
 from workbench.identification.record import Evaluation
 from workbench.identification.verification.intervals import Bounds, least_share, worst_of
@@ -83,8 +83,20 @@ class Verification(AbstractShown):
         kept = self.wanted.kept_by_norms(rows.position, rows.rotation)
         if not self.wanted.per_axis:
             return kept
-        axes = row_components(self.robot, self.data)
-        return np.where(axes.has_position, self.wanted.within(axes), kept)
+        return np.where(self._axes.has_position, self.wanted.within(self._axes), kept)
+
+    @cached_property
+    def judged_positions(self) -> Float[np.ndarray, " rows"]:
+        """What is held against the limit [m]: the largest entry of each position error where every axis has to
+        keep it and was measured, else the length."""
+        lengths = self.evaluation.rows.position
+        if self.wanted is None or not self.wanted.per_axis:
+            return lengths
+        return np.where(self._axes.has_position, np.abs(self._axes.position).max(axis=1), lengths)
+
+    @cached_property
+    def _axes(self) -> RowComponents:
+        return row_components(self.robot, self.data)
 
     @property
     def passed(self) -> bool | None:
