@@ -144,7 +144,7 @@ def test_what_is_put_off_in_a_drag_comes_once_the_hand_is_still(app):
 def test_a_click_means_a_target_before_its_measured_points_and_a_cube_before_the_target(app):
     session, scene = app.worker.session, app.view._scene
     place, down = session.plate.targets[3].xyz, np.array([0.0, 0.0, -1.0])
-    ray = (place + [0.0, 0.0, 1.0], down)
+    ray = (place - down, down)
     point = Points(
         places=place[None] + [0.0, 0.0, 5e-5],
         colours=np.zeros((1, 3), np.uint8),
