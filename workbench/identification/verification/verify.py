@@ -87,8 +87,8 @@ class Verification(AbstractShown):
 
     @cached_property
     def judged_positions(self) -> Float[np.ndarray, " rows"]:
-        """What is held against the limit [m]: the largest entry of each position error where every axis has to
-        keep it and was measured, else the length."""
+        """What is held against the limit [m]: the largest entry of each position error where all axes have to
+        keep it and were measured, else the length."""
         lengths = self.evaluation.rows.position
         if self.wanted is None or not self.wanted.per_axis:
             return lengths
