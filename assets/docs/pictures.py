@@ -157,7 +157,9 @@ def main(asked: list[str]) -> None:
     if not asked or "drawings" in asked:
         drawings()
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+        browser = playwright.chromium.launch(
+            executable_path=shutil.which("chromium") or shutil.which("chromium-headless-shell"), args=FLAGS
+        )
         for make in (notebook, tour):
             if not asked or make.__name__ in asked:
                 make(browser)

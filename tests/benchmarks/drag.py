@@ -8,7 +8,6 @@ one gizmo and one number: from the pointer's move to the changed number on the p
 second the page showed during a drag; with cubes, and with as many measured points as the largest public file.
 """
 
-import shutil
 import statistics
 import sys
 import tempfile
@@ -41,7 +40,7 @@ from workbench.views.page import html
 from workbench.views.page.app import App
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "views" / "page"))
-from conftest import DRAWN, FLAGS, SIZE, Screen
+from conftest import DRAWN, FLAGS, SIZE, Screen, browser_program
 
 STEPS = 300
 CUBES = (1_000, 10_000)
@@ -118,9 +117,7 @@ Measured = tuple[float, float]
 def page_of(url: str) -> Iterator[Page]:
     """A page in headless Chromium."""
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which("chromium"), headless=True, args=FLAGS
-        )
+        browser = playwright.chromium.launch(executable_path=browser_program(), headless=True, args=FLAGS)
         page = browser.new_context(viewport=SIZE, device_scale_factor=1).new_page()
         page.goto(f"{url}/?fixedDpr=1")
         page.wait_for_selector('[data-testid="index"]', timeout=60_000)

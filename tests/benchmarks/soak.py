@@ -14,7 +14,6 @@ waiting for a processor, which the browsers keep busy; the session's own share o
 
 import argparse
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -37,7 +36,7 @@ from workbench.views.page.app import App
 from workbench.views.recording.recorder import recorder
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "views" / "page"))
-from conftest import DRAWN, FLAGS, SIZE
+from conftest import DRAWN, FLAGS, SIZE, browser_program
 
 HANDLE = "/handles/arrows"
 PIXEL = """([node, offset]) => {
@@ -86,9 +85,7 @@ def drag_for_ever(url, count):
     """The other process: open so many pages, and drag in each in turn."""
     along = 0.9 * 0.17 * load_robot("aria").reach
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=shutil.which("chromium"), headless=True, args=FLAGS
-        )
+        browser = playwright.chromium.launch(executable_path=browser_program(), headless=True, args=FLAGS)
         pages = [browser.new_context(viewport=SIZE).new_page() for _ in range(count)]
         for page in pages:
             page.goto(f"{url}/?fixedDpr=1")

@@ -21,7 +21,7 @@ from workbench.session.command import AbstractChange
 from workbench.views.page.app import App
 
 PROGRAMS = ("chromium-headless-shell", "chromium")
-"""Debian's Chromium without a window, and the whole one, whose window nobody sees: twice as dear."""
+"""Debian's Chromium without a window, and the whole one, whose window nobody sees: twice as costly."""
 FLAGS = [
     "--no-sandbox",
     "--use-gl=angle",
@@ -76,10 +76,14 @@ def app(running: App, untouched: Session) -> App:
     return running
 
 
+def browser_program() -> str | None:
+    """The first of `PROGRAMS` that is installed."""
+    return next(filter(None, map(shutil.which, PROGRAMS)), None)
+
+
 @pytest.fixture(scope="session")
 def chromium() -> Iterator[Browser]:
-    program = next(filter(None, map(shutil.which, PROGRAMS)), None)
-    if program is None:
+    if (program := browser_program()) is None:
         reason = f"none of Debian's {' and '.join(PROGRAMS)} is installed"
         if os.environ.get("CI", "").lower() == "true":
             pytest.fail(reason)

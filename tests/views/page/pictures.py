@@ -8,11 +8,11 @@ The start card and each step of the story in windows of 390, 900, 1500 and 2560 
 own pictures are made by `assets/docs/pictures.py`.
 """
 
-import shutil
 import sys
 from dataclasses import replace
 from pathlib import Path
 
+from conftest import browser_program
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from workbench.arm.built_in_arms import load_robot
@@ -91,7 +91,7 @@ def main(folder: Path) -> None:
     """Make them all."""
     folder.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+        browser = playwright.chromium.launch(executable_path=browser_program(), args=FLAGS)
         for asks in (True, False):
             app = App(load_robot("aria"), load_plate("table2"), asks=asks)
             try:

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from conftest import browser_program
 from playwright.sync_api import Page, sync_playwright
 
 from workbench.arm.built_in_arms import load_robot
@@ -206,7 +207,7 @@ def tell(story: str, folder: Path) -> None:
                 shots.mkdir()
                 photograph(app.worker.session.robot, np.deg2rad([0, 0, 0.6, 0, -0.4, 0]), shots, count=30)
                 shutil.make_archive(str(archive.with_suffix("")), "zip", made, "shots")
-            browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=FLAGS)
+            browser = playwright.chromium.launch(executable_path=browser_program(), args=FLAGS)
             page = browser.new_page(viewport={"width": 1280, "height": 800}, accept_downloads=True)
             visit = Visit.open(page, app, folder)
             if story == "own_robot":
