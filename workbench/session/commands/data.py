@@ -328,9 +328,8 @@ def _for_the_page(problem: str) -> str:
     """What is wrong with a file whose columns no choice of the page puts right."""
     if OPTION not in problem:
         return problem
-    return (
-        f"{problem.replace(OPTION, '')}; 'workbench identify' takes such words as --columns, the page a CSV"
-    )
+    words = problem.replace(OPTION, "")
+    return f"{words}; give them to 'workbench identify --columns', or load a CSV here"
 
 
 def safe_name(name: str) -> str:
