@@ -1,4 +1,4 @@
-"""One thread of linear algebra while we compute, and large work in pieces on two.
+"""One thread of linear algebra while we compute or a session is open, and large work in pieces on two.
 
 Our matrices are small: with a second thread for each of them a fit takes 5 to 15 times as long. The limit
 belongs to the process, so that calls in several threads share one: the first sets it, the last lifts it.

@@ -62,6 +62,8 @@ class _AddView:
 class Worker:
     """Owns a session. All methods may be called from any thread.
 
+    From its start until it is closed, linear algebra has one thread in the whole process, callers' own too.
+
     Args:
         session: To begin with.
         views: What draws its snapshots.

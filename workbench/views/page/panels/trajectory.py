@@ -37,7 +37,7 @@ JOINT_INKS = ("#3b82f6", "#16a34a", "#c2700a", "#db2777", "#7c3aed", "#0891b2", 
 NOTHING = "Plan a path, then play it. After an identification both arms follow it and the error is shown."
 QUICKEST = 5.0
 LEAST_SHOWN = 1e-6
-"""The curve of smaller errors is flat [m]."""
+"""Error that the curve's full height stands for, at least [m]."""
 
 
 class TrackPanel(AbstractPanel):
