@@ -45,7 +45,7 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> LoadFileSche
 
 
 class Together(LoadFileScheduling):
-    """A file goes to one worker, and so do all that share something dear: the browser, a work done again."""
+    """A file goes to one worker, and so do all that share a costly thing: the browser, a work done again."""
 
     def _split_scope(self, nodeid: str) -> str:
         return next((words for words in SHARING if words in nodeid), super()._split_scope(nodeid))

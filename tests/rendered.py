@@ -22,7 +22,7 @@ def undistorted(uv, intrinsics):
 
 @lru_cache(maxsize=2)
 def _rays(intrinsics, size, fine):
-    """Direction of each ray (X/Z, Y/Z, 1): the dear part, and the same for every picture of a camera."""
+    """Direction of each ray (X/Z, Y/Z, 1): the costly part, and the same for every picture of a camera."""
     steps = (np.arange(fine) + 0.5) / fine - 0.5
     uv = np.stack(np.meshgrid(*((np.arange(n)[:, None] + steps).ravel() for n in size)), axis=-1)
     x, y = undistorted(uv, intrinsics)

@@ -145,7 +145,7 @@ def test_no_shell_block_of_the_readme_escapes_the_tests():
 
 
 def test_lines_of_code_fit_the_page():
-    """Ends of commands were cut off; `pages.css` has room for 109 characters."""
+    """`pages.css` has room for 109 characters; the ends of longer lines are cut off."""
     texts = PAGES | {"README": README.read_text(encoding="utf-8")}
     blocks = {name: re.findall(r"^```\w+\n(.*?)^```", text, re.DOTALL | re.M) for name, text in texts.items()}
     lines = [(name, line) for name, found in blocks.items() for block in found for line in block.splitlines()]
@@ -154,7 +154,7 @@ def test_lines_of_code_fit_the_page():
 
 
 def test_errors_of_measured_arms_are_those_of_the_benchmarks():
-    """The README had Panda 1 from a single fold, and the iiwa from before the diagnosis of today."""
+    """The README repeats each figure; the measured one is in the benchmarks."""
     measured = re.findall(
         r"(WAM|iiwa|first Panda) [\d.]+ → ([\d.]+)", (TESTS / "benchmarks" / "README.md").read_text("utf-8")
     )

@@ -75,7 +75,7 @@ def test_a_bug_is_a_message_and_the_session_stands(worker, do, first, caplog):
 
 
 def test_a_step_has_one_thread_of_linear_algebra(do):
-    """A second one waits for a processor that draws the page: 75 ms of processor a step of a drag, not 27."""
+    """Beside a page that is drawn, a drag's step takes 75 ms of processor with two threads, with one 27."""
     assert do(Counted()).messages[-1].text == "{1}"
 
 

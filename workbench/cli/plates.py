@@ -71,7 +71,7 @@ def manner_name(made: str) -> str:
 
 @dataclass(frozen=True)
 class ScoreOptions:
-    """What a plate's score takes for granted, and where it goes."""
+    """What a plate's score assumes, and where it goes."""
 
     noise: NoiseOption = None
     tolerance: ToleranceOption = None

@@ -66,8 +66,8 @@ def notes(found: LoadTest) -> list[str]:
     if left_out:
         out.append(f"{left_out} postures are left out, in which small errors of the arm decide a load's side")
     out.append(
-        f"standard errors hold errors of lengths up to {1e3 * LENGTH:g} mm and of the links' masses as the "
-        "arm's file states them (10 % if not); centres of mass are taken as given"
+        f"standard errors include errors of lengths up to {1e3 * LENGTH:g} mm and of the links' masses as "
+        "the arm's file states them (10 % if not); centres of mass are taken as given"
     )
     return out
 
