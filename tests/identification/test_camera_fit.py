@@ -12,10 +12,13 @@ import workbench as wb
 from workbench.base import se3
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.cli import app
+from workbench.data.camera.resection import with_boards, with_boards_in_view
 from workbench.identification import pixel_noise
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.fit_choices import FitChoices
 from workbench.identification.noise import factor_at
 from workbench.identification.pixel_noise import Considered, Knowledge, Pictures
+from workbench.identification.preparation import prepare
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.report.cameras import camera_json, camera_words
 
@@ -131,6 +134,27 @@ def test_boards_that_stand_anywhere_to_one_another(tmp_path, on_tool):
     alone = read(tmp_path, "once.csv")
     assert [t.name for t in alone.rig.targets] == ["A"]
     assert "board 'B' is in 1 picture: left out; show each board in two pictures or more" in alone.notes
+
+
+def test_pictures_that_show_only_a_board_that_is_left_out_are_kept_out(tmp_path):
+    """Read, chosen to be fitted, and held out in another file: each time in a sentence."""
+    rng = np.random.default_rng(2)
+    arm = virtual.made(rng, "hobby")
+    shots = virtual.scene(rng, arm, 7, solids=2)
+    alone = [r for r in shots.rows if (r[2] >= virtual.SOLID) == (r[0] < 3)]  # B alone in the first three
+    robot, data = written(tmp_path, "hobby", replace(shots, rows=alone), solids=2)
+    assert [t.name for t in data.rig.targets] == ["A", "B"]
+    fitted = with_boards_in_view(data.take(np.arange(2, 7)), fitted=True)
+    assert "board 'B' is in 1 of the 5 pictures to fit: left out; show each board in more pictures" in fitted.notes
+    with pytest.raises(DataError, match="3 pictures are left to fit; give at least 4"):
+        prepare(robot, data, FitChoices(held_out=0.0, exclude=dict.fromkeys((0, 1, 3), "mine")))
+    (tmp_path / "once.csv").write_text(replace(shots, rows=[r for r in alone if r[0] not in (0, 1)]).table())
+    (tmp_path / "joints.csv").write_text(shots.joints(keep=range(2, 7)))
+    once = read(tmp_path, "once.csv")
+    assert once.included.tolist() == [False, True, True, True, True]
+    assert once.reason[0] == "shows no corner that is used"
+    with pytest.raises(DataError, match=r"of its boards \('A'\) none is in the pictures to fit"):
+        with_boards(once, ["target[B]"])
 
 
 def test_the_shifted_joint_is_named(tmp_path):

@@ -9,11 +9,11 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Report
+from workbench.base.wording import counted
 from workbench.data.camera.resection import with_boards, with_boards_in_view
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.data.misread import checked
-from workbench.data.observations.pixels import PixelObservation
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
@@ -155,7 +155,6 @@ def prepare(
     if fitted.rig is not None:
         fitted, train, lost = _suited(robot, fitted, train)
         excluded += lost
-        fitted = with_boards_in_view(fitted)
         notes += [note for note in fitted.notes if note not in notes]
     report(0.25, "deciding about base and tool")
     choice = choose_frames(
@@ -189,7 +188,11 @@ def prepare(
         notes += [*gate.notes, f"noise from the pictures: {_picture_words(gate.noise)}"]
     if fitted.rig is not None and held_data.rig is not None:
         held_data = with_boards(held_data, [target.owner for target in fitted.rig.targets])
-        held_data = held_data.take(PixelObservation.applies(held_data))
+        held_data, held, lost = _in_use(held_data, held)
+        if lost and isinstance(held_out, Dataset):
+            notes.append(f"{counted(len(lost), 'held-out picture')} left out: no board of the pictures fitted")
+        else:
+            excluded += lost
     held_data, placing = _placeable(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})
     notes += placing
     new_sessions = _new_sessions(held_data, fitted, choice, sessions)
@@ -214,11 +217,9 @@ def prepare(
 
 
 def _suited(robot: Robot, fitted: Dataset, train: np.ndarray):
-    """Pictures that suit their joints, their places, and the others with the reason."""
-    if len(fitted) < FEWEST_PICTURES:
-        raise DataError(
-            f"{fitted.source}: {len(fitted)} pictures are left to fit; give at least {FEWEST_PICTURES}"
-        )
+    """Pictures that suit their joints and show a board that is used, their places, and the others with the
+    reason."""
+    _check_pictures(fitted)
     lost = unsuited(robot, fitted)
     keep = ~np.isin(np.arange(len(fitted)), list(lost))
     names = fitted.row if fitted.image is None else fitted.image
@@ -226,7 +227,28 @@ def _suited(robot: Robot, fitted: Dataset, train: np.ndarray):
         (int(fitted.row[i]), f"image {names[i]} does not suit its joints: {1e3 * off:.1f} mm off")
         for i, off in lost.items()
     ]
-    return (fitted, train, said) if keep.all() else (fitted.take(keep), train[keep], said)
+    if not keep.all():
+        fitted, train = fitted.take(keep), train[keep]
+    fitted, train, empty = _in_use(with_boards_in_view(fitted, fitted=True), train)
+    _check_pictures(fitted)
+    return fitted, train, said + empty
+
+
+def _check_pictures(fitted: Dataset) -> None:
+    if len(fitted) < FEWEST_PICTURES:
+        raise DataError(
+            f"{fitted.source}: {len(fitted)} pictures are left to fit; give at least {FEWEST_PICTURES}"
+        )
+
+
+def _in_use(data: Dataset, places: np.ndarray) -> tuple[Dataset, np.ndarray, list[tuple[int, str]]]:
+    """Rows that were not kept out meanwhile, their places (none for another file's), and the others with the
+    reason."""
+    keep = data.included
+    if data.reason is None or keep.all():
+        return data, places, []
+    said = [(int(data.row[i]), str(data.reason[i])) for i in np.flatnonzero(~keep)]
+    return data.take(keep), places[keep] if len(places) else places, said
 
 
 def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:

@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.hand_eye import nearest_rotation
-from workbench.base.wording import counted
+from workbench.base.wording import counted, listed
 from workbench.data.camera.camera import Camera, project
 from workbench.data.camera.rig import Apart
 from workbench.data.camera.target import Target
@@ -33,12 +33,15 @@ USELESS = 5.0
 """Median error of a picture [px] beyond which it shows another target, or beyond which none fits."""
 RAYLEIGH = 1.1774
 """Median length of a normal error in the plane, in standard deviations of a coordinate."""
+NOTHING_USED = "shows no corner that is used"
+"""Why a picture is kept out that showed only boards that are left out, or only wrong corners."""
 
 
 def with_sight(data: Dataset) -> Dataset:
     """The dataset with poses of every board in every camera, and without the corners that contradict them.
 
-    Boards that less than two pictures place are left out, where there are several.
+    Boards that fewer than two pictures place are left out, where there are several, and with them the pictures
+    that show nothing else.
 
     Raises:
         DataError: no picture can be explained by target and intrinsics.
@@ -77,11 +80,16 @@ def with_sight(data: Dataset) -> Dataset:
         more = f" and {len(apart) - 5} more" if len(apart) > 5 else ""
         notes += (f"set apart as wrong: {'; '.join(map(str, apart[:5]))}{more}",)
     rig = replace(rig, apart=tuple(apart))
-    return with_boards_in_view(replace(data, pixels=pixels, sight=sight, rig=rig, notes=notes))
+    found = replace(data, pixels=pixels, sight=sight, rig=rig, notes=notes)
+    return with_boards_in_view(_without_empty(found))
 
 
-def with_boards_in_view(data: Dataset) -> Dataset:
-    """Without the boards that less than two pictures place, where there are several.
+def with_boards_in_view(data: Dataset, *, fitted: bool = False) -> Dataset:
+    """Without the boards that fewer than two pictures place, where there are several.
+
+    Args:
+        data: The pictures.
+        fitted: Whether they are those left to fit, and the boards may be in others.
 
     Raises:
         DataError: none is left.
@@ -91,18 +99,27 @@ def with_boards_in_view(data: Dataset) -> Dataset:
     assert sight is not None, "they come together"
     count = np.isfinite(sight[data.included, ..., 0, 0]).any(1).sum(0)
     rare = zip(rig.targets, count.tolist(), strict=True)
-    lost = ", ".join(f"board '{t.name}' is in {counted(n, 'picture')}" for t, n in rare if n < 2)
+    total = int(data.included.sum())
+    lost = ", ".join(
+        f"board '{t.name}' is in {f'{n} of the {total} pictures to fit' if fitted else counted(n, 'picture')}"
+        for t, n in rare
+        if n < 2
+    )
     if not lost or len(rig.targets) == 1:
         return data
     if (count < 2).all():
         raise DataError(f"{data.source}: {lost}; show at least one of them in two pictures or more")
-    note = f"{lost}: left out; show each board in two pictures or more"
+    note = f"{lost}: left out; show each board in {'more pictures' if fitted else 'two pictures or more'}"
     kept = [t.owner for t, n in zip(rig.targets, count, strict=True) if n >= 2]
     return replace(with_boards(data, kept), notes=(*data.notes, note))
 
 
 def with_boards(data: Dataset, owners: Collection[str]) -> Dataset:
-    """With some of its boards only."""
+    """With some of its boards only; pictures that show none of them are kept out.
+
+    Raises:
+        DataError: it has none of them.
+    """
     rig, pixels, sight = data.rig, data.pixels, data.sight
     assert rig is not None, "data without cameras"
     assert pixels is not None, "they come together"
@@ -110,11 +127,27 @@ def with_boards(data: Dataset, owners: Collection[str]) -> Dataset:
     kept = [b for b, target in enumerate(rig.targets) if target.owner in owners]
     if len(kept) == len(rig.targets):
         return data
+    if not kept:
+        names = listed([target.name or "the only one" for target in rig.targets])
+        raise DataError(
+            f"{data.source}: of its boards ({names}) none is in the pictures to fit; name boards alike in both "
+            "target files, and show the same ones"
+        )
     points = np.concatenate([np.arange(rig.parts[b][1].start, rig.parts[b][1].stop) for b in kept])
     targets = tuple(rig.targets[b] for b in kept)
-    return replace(
-        data, pixels=pixels[:, :, points], sight=sight[:, :, kept], rig=replace(rig, targets=targets)
+    return _without_empty(
+        replace(data, pixels=pixels[:, :, points], sight=sight[:, :, kept], rig=replace(rig, targets=targets))
     )
+
+
+def _without_empty(data: Dataset) -> Dataset:
+    """The pictures without a corner kept out, with the reason."""
+    assert data.pixels is not None, "data without cameras"
+    empty = data.included & ~np.isfinite(data.pixels).any((1, 2, 3))
+    if not empty.any():
+        return data
+    reason = np.full(len(data), "") if data.reason is None else data.reason
+    return replace(data, exclude=~data.included | empty, reason=np.where(empty, NOTHING_USED, reason))
 
 
 def _judged(
