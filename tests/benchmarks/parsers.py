@@ -109,6 +109,16 @@ free = "auto"
 TARGET = 'mounted = "tool"\n' + "".join(
     f"[[point]]\nid = {k}\ncorner = 0\nxyz = [{0.05 * (k % 2)}, {0.05 * (k // 2)}, 0.0]\n" for k in range(4)
 )
+BOARDS = """mounted = "tool"
+dictionary = "DICT_5X5_250"
+[[board]]
+charuco = { squares = [4, 3], square = 0.03, marker = 0.02, first_marker = 4 }
+[[board]]
+name = "tag"
+scale_sigma = 0.001
+point = [{ id = 40, corner = 0, xyz = [0, 0, 0] }, { id = 40, corner = 1, xyz = [0.1, 0, 0] },
+    { id = 40, corner = 2, xyz = [0.1, 0.1, 0] }, { id = 40, corner = 3, xyz = [0, 0.1, 0] }]
+"""
 KINEMATICS = (
     "kinematics:\n"
     + "".join(
@@ -155,7 +165,8 @@ def parsers() -> dict[str, Callable[[], Made]]:
         "parquet *": parquet,
         "joint table": joint_table,
         "camera toml": camera,
-        "target toml": target,
+        "target toml": lambda: target(TARGET),
+        "boards toml": lambda: target(BOARDS),
         "robot toml": robot,
         "plate toml": plate,
         "urdf": urdf,
@@ -223,10 +234,10 @@ def camera() -> tuple[bytes, Parse]:
     return CAMERA.encode(), in_file("camera.toml", read_cameras)
 
 
-def target() -> tuple[bytes, Parse]:
+def target(text: str) -> tuple[bytes, Parse]:
     from workbench.data.camera.target import read_targets
 
-    return TARGET.encode(), in_file("target.toml", read_targets)
+    return text.encode(), in_file("target.toml", read_targets)
 
 
 def robot() -> tuple[bytes, Parse]:

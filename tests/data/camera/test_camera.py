@@ -108,6 +108,38 @@ def test_boards_of_one_file_have_numbers_of_their_own(tmp_path):
         read_target(tmp_path / "target.toml")
 
 
+def test_markers_of_one_dictionary_are_counted_over_boards_and_tags(tmp_path):
+    """Whatever its size: DICT_6X6_250 and DICT_6X6_1000 print a number alike."""
+    board = '[[board]]\nname = "{}"\ncharuco = {{ squares = [4, 4], square = 0.03, marker = 0.02{} }}\n'
+
+    def tag(number, dictionary="DICT_6X6_1000"):
+        corners = (f"{{ id = {number}, corner = {k}, xyz = [{k % 2}, {k // 2}, 0] }}" for k in range(4))
+        head = f'[[board]]\nname = "tag"\ndictionary = "{dictionary}"\n'
+        return f"{head}point = [{', '.join(corners)}]\n"
+
+    def found(*tables):
+        text = 'mounted = "world"\ndictionary = "DICT_6X6_250"\n' + "".join(tables)
+        (tmp_path / "target.toml").write_text(text)
+        targets = read_targets(tmp_path / "target.toml")
+        again = read_targets(write_target(targets, tmp_path / "again.toml"))
+        assert [t.charuco for t in again] == [t.charuco for t in targets]
+        return [t.charuco.first_marker for t in targets if t.charuco is not None]
+
+    assert found(board.format("A", ", first_marker = 20"), board.format("B", ", first_marker = 0")) == [20, 0]
+    assert found(tag(5), board.format("A", "")) == [6]
+    for tables, word in (
+        ((board.format("A", ", first_marker = 9"), board.format("B", ", first_marker = 3")), "marker 9 of"),
+        ((tag(5), board.format("A", ", first_marker = 0")), "'tag' and 'A' both have marker 5 of"),
+        ((board.format("A", ", first_marker = 20"), tag(24)), "marker 24 of DICT_6X6.*28 is the next"),
+        ((board.format("A", ""), tag(8, "DICT_5X5_50")), "put 'tag' before 'A' in the file"),
+    ):
+        with pytest.raises(FileError, match=word):
+            found(*tables)
+    other = board.format("A", "").replace("[[board]]", '[[board]]\ndictionary = "DICT_4X4_50"')
+    found(other)
+    assert read_targets(tmp_path / "target.toml")[0].charuco.dictionary == "DICT_4X4_50"
+
+
 @pytest.mark.parametrize(
     ("change", "word"),
     [
@@ -119,9 +151,11 @@ def test_boards_of_one_file_have_numbers_of_their_own(tmp_path):
             "marker 9 of",
         ),
         (('name = "right"', 'name = "board1"'), "two boards named 'board1'"),
-        (("id = 40, corner = 1", "id = 3, corner = 0"), "id 3 corner 0 is of 'board1' and of 'tag'"),
+        (("id = 40, corner = 1", "id = 3, corner = 0"), "id 3 corner 0 is of 'board1' and 'tag'; put 'tag' before 'board1'"),
         (('name = "tag"', "colour = 3"), "colour"),
         (('mounted = "world"', 'mounted = "world"\ncharuco = {}'), "either one"),
+        ((BOARDS, 'mounted = "world"\nboard = []'), "has no board"),
+        (("[5, 4]", "[99999999, 99999999]"), "at most 10000 squares"),
     ],
 )
 def test_boards_that_can_not_be_told_apart_are_refused(tmp_path, change, word):

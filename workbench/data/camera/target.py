@@ -4,6 +4,7 @@ Of several boards each has its own pose, and where they are to one another nobod
 and corners are told apart by their numbers: those of a ChArUco board go on where the boards before it end.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -25,6 +26,10 @@ BOARD_SCALE, POINT_SCALE = 0.002, 0.0005
 """Prior knowledge of the scale of a printed board (relative) and of points that were measured …"""
 BOARD_FLATNESS = 3e-4
 """… and of how far a board's edges bend out of its plane [m]."""
+USUAL_DICTIONARY = "DICT_6X6_250"
+"""Of a ChArUco board where nobody said."""
+MOST_SQUARES = 10_000
+"""Of a board; the largest dictionaries have markers for a fifth of them."""
 KNOWLEDGE = ("scale_sigma", "flatness_sigma")
 KEYS = ("charuco", "point", "dictionary", *KNOWLEDGE)
 """Keys of a target's file, and of each board of one."""
@@ -107,6 +112,16 @@ class Target:
         )
 
     @property
+    def markers(self) -> set[int]:
+        """Numbers of its markers."""
+        return set(self.ids.tolist() if self.charuco is None else self.charuco.markers)
+
+    @property
+    def prints(self) -> str:
+        """The dictionary of its markers as `prints_of` has it; "" where nobody said."""
+        return prints_of(self.dictionary if self.charuco is None else self.charuco.dictionary)
+
+    @property
     def words(self) -> str:
         """The points that it has."""
         if self.charuco is None:
@@ -122,6 +137,11 @@ class Target:
         groups = [np.flatnonzero(self.ids == k) for k in sorted(set(self.ids.tolist()))]
         groups = [np.arange(len(self)), *(g for g in groups if 4 <= len(g) < len(self))]
         return tuple(g for g in groups if len(g) >= 4 and _is_plane(self.points[g]))
+
+
+def prints_of(dictionary: str) -> str:
+    """What dictionaries have in common that print a number alike: DICT_6X6 of DICT_6X6_50 … DICT_6X6_1000."""
+    return re.sub(r"_(50|100|250|1000)$", "", dictionary)
 
 
 def charuco_target(
@@ -145,6 +165,8 @@ def charuco_target(
             f"a ChArUco board needs 2 x 2 squares or more, and markers smaller than its squares; got "
             f"{across} x {down} squares of {board.square:g} m with markers of {board.marker:g} m"
         )
+    if across * down > MOST_SQUARES:
+        raise DataError(f"a ChArUco board has at most {MOST_SQUARES} squares here, got {across} x {down}")
     y, x = np.divmod(np.arange((across - 1) * (down - 1)), across - 1)
     points = board.square * np.stack([x + 1.0, y + 1.0, np.zeros(len(x))], axis=1)
     known: dict[str, Any] = {"scale_sigma": BOARD_SCALE, "flatness_sigma": BOARD_FLATNESS, **knowledge}
@@ -170,33 +192,39 @@ class _Reader(AbstractTableReader):
     wanted = "a target TOML with [charuco], [[point]] or [[board]] tables"
     otherwise = "a target TOML (mounted, and [charuco] or [[point]], or a [[board]] of either each)"
 
-    def charuco(self, value: Any, before: Sequence[Target]) -> Charuco:
+    def charuco(self, value: Any, before: Sequence[Target], usual: str) -> Charuco:
         table = self.table(value, "[charuco]")
         self.keys(table, {"squares", "square", "marker", "dictionary", "first_marker"}, "[charuco]")
         if missing := [key for key in ("squares", "square", "marker") if key not in table]:
             raise self.fail(f"[charuco] has no {missing[0]}")
         squares = self.numbers(table["squares"], 2, "[charuco] squares")
-        dictionary = str(table.get("dictionary", "DICT_6X6_250"))
-        alike = [b.charuco for b in before if b.charuco is not None and b.charuco.dictionary == dictionary]
-        used = max((board.markers.stop for board in alike), default=0)
-        first = self.whole(table.get("first_marker", used), "[charuco] first_marker")
-        made = Charuco(
+        dictionary = str(table.get("dictionary", usual))
+        free = _next_marker(before, prints_of(dictionary))
+        first = self.whole(table.get("first_marker", free), "[charuco] first_marker")
+        if first < 0:
+            raise self.fail(f"[charuco] first_marker must be at least 0, got {first}")
+        return Charuco(
             (int(squares[0]), int(squares[1])),
             self.number(table["square"], "[charuco] square"),
             self.number(table["marker"], "[charuco] marker"),
             dictionary,
             first,
         )
-        if first < 0:
-            raise self.fail(f"[charuco] first_marker must be at least 0, got {first}")
-        if any(
-            range(max(m.start, first), min(m.stop, made.markers.stop)) for m in (b.markers for b in alike)
-        ):
+
+    def check_apart(self, other: Target, made: Target, free: int) -> None:
+        """Refuse two boards that pictures can't tell apart; `free` is the next marker that no board has."""
+        boards = f"'{other.name}' and '{made.name}'"
+        is_alike = other.prints == made.prints != ""
+        is_tags = other.charuco is None and made.charuco is None
+        if is_alike and not is_tags and (shared := other.markers & made.markers):
             raise self.fail(
-                f"two boards have marker {first} of {dictionary}, so that pictures can't tell them apart; "
-                f"print one with other markers and give its first_marker, {used} for the next that is free"
+                f"{boards} both have marker {min(shared)} of {made.prints}, so that pictures can't tell them "
+                f"apart; print one with other markers, {free} is the next that is free (first_marker, or id)"
             )
-        return made
+        if twice := set(_pairs(other)) & set(_pairs(made)):
+            corner = "id {} corner {}".format(*min(twice))
+            remedy = "give each its own ids" if is_tags else f"put '{made.name}' before '{other.name}' in the file"
+            raise self.fail(f"{corner} is of {boards}; {remedy}")
 
     def whole(self, value: Any, what: str) -> int:
         if isinstance(value, bool) or not isinstance(value, int):
@@ -213,7 +241,7 @@ class _Reader(AbstractTableReader):
         if "charuco" in data:
             first = max((int(other.ids.max()) + 1 for other in before), default=0)
             try:
-                board = self.charuco(data["charuco"], before)
+                board = self.charuco(data["charuco"], before, str(data.get("dictionary", USUAL_DICTIONARY)))
                 made = charuco_target(board, mounted, name=name, first=first, **knowledge)
             except DataError as error:
                 raise self.fail(str(error)) from None
@@ -221,9 +249,7 @@ class _Reader(AbstractTableReader):
             common = {"name": name, "mounted": mounted, "dictionary": str(data.get("dictionary", ""))}
             made = self.points(self.tables(data, "point"), common | knowledge)
         for other in before:
-            if twice := set(_pairs(other)) & set(_pairs(made)):
-                words = "id {} corner {}".format(*min(twice))
-                raise self.fail(f"{words} is of '{other.name}' and of '{name}'; give each its own ids")
+            self.check_apart(other, made, _next_marker(before, made.prints))
         return made
 
     def points(self, tables: list[dict[str, Any]], more: dict[str, Any]) -> Target:
@@ -263,6 +289,8 @@ def read_targets(path: Path | str) -> tuple[Target, ...]:
         )
     if "board" not in data:
         return (reader.target(data, Mount(mounted)),)
+    if data["board"] == []:
+        raise reader.fail("has no board; give [[board]] tables, or one [charuco] or [[point]] tables")
     boards: list[Target] = []
     for number, table in enumerate(reader.tables(data, "board"), 1):
         what = f"[[board]] {number}"
@@ -307,7 +335,7 @@ def _table(target: Target) -> Mapping[str, Any]:
             "square",
             "marker",
             "dictionary",
-            *(("first_marker",) if board.first_marker else ()),
+            *(("first_marker",) if board.first_marker or target.name else ()),
         )
         charuco = {key: getattr(board, key) for key in keys} | {"squares": list(board.squares)}
         return {**knowledge, "charuco": charuco}
@@ -317,6 +345,11 @@ def _table(target: Target) -> Mapping[str, Any]:
         **({"dictionary": target.dictionary} if target.dictionary else {}),
         "point": [{"id": i, "corner": c, "xyz": xyz} for i, c, xyz in rows],
     }
+
+
+def _next_marker(before: Sequence[Target], prints: str) -> int:
+    """The first number behind all markers of a dictionary that boards have."""
+    return max((max(b.markers) + 1 for b in before if b.prints == prints), default=0)
 
 
 def _pairs(target: Target) -> list[tuple[int, int]]:
