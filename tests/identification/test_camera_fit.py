@@ -145,7 +145,10 @@ def test_pictures_that_show_only_a_board_that_is_left_out_are_kept_out(tmp_path)
     robot, data = written(tmp_path, "hobby", replace(shots, rows=alone), solids=2)
     assert [t.name for t in data.rig.targets] == ["A", "B"]
     fitted = with_boards_in_view(data.take(np.arange(2, 7)), fitted=True)
-    assert "board 'B' is in 1 of the 5 pictures to fit: left out; show each board in more pictures" in fitted.notes
+    assert (
+        "board 'B' is in 1 of the 5 pictures to fit: left out; show each board in more pictures"
+        in fitted.notes
+    )
     with pytest.raises(DataError, match="3 pictures are left to fit; give at least 4"):
         prepare(robot, data, FitChoices(held_out=0.0, exclude=dict.fromkeys((0, 1, 3), "mine")))
     (tmp_path / "once.csv").write_text(replace(shots, rows=[r for r in alone if r[0] not in (0, 1)]).table())

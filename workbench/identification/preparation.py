@@ -190,7 +190,9 @@ def prepare(
         held_data = with_boards(held_data, [target.owner for target in fitted.rig.targets])
         held_data, held, lost = _in_use(held_data, held)
         if lost and isinstance(held_out, Dataset):
-            notes.append(f"{counted(len(lost), 'held-out picture')} left out: no board of the pictures fitted")
+            notes.append(
+                f"{counted(len(lost), 'held-out picture')} left out: no board of the pictures fitted"
+            )
         else:
             excluded += lost
     held_data, placing = _placeable(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})

@@ -151,7 +151,10 @@ def test_markers_of_one_dictionary_are_counted_over_boards_and_tags(tmp_path):
             "marker 9 of",
         ),
         (('name = "right"', 'name = "board1"'), "two boards named 'board1'"),
-        (("id = 40, corner = 1", "id = 3, corner = 0"), "id 3 corner 0 is of 'board1' and 'tag'; put 'tag' before 'board1'"),
+        (
+            ("id = 40, corner = 1", "id = 3, corner = 0"),
+            "id 3 corner 0 is of 'board1' and 'tag'; put 'tag' before 'board1'",
+        ),
         (('name = "tag"', "colour = 3"), "colour"),
         (('mounted = "world"', 'mounted = "world"\ncharuco = {}'), "either one"),
         ((BOARDS, 'mounted = "world"\nboard = []'), "has no board"),

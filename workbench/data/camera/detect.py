@@ -23,7 +23,7 @@ from workbench.base.wording import counted, listed
 from workbench.data.camera.markers import USUAL, detector, opencv, opencv_board
 from workbench.data.camera.pixel_table import PixelRows
 from workbench.data.camera.rig import Rig
-from workbench.data.camera.target import Target
+from workbench.data.camera.target import Target, prints_of
 
 ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
 FEWEST = 4
@@ -69,13 +69,13 @@ class Finder:
         target: A board, or tags at known places.
         dictionary: Of the markers.
         legacy: Whether the board has the pattern of OpenCV before 4.6.
-        others: Markers of the dictionary that are of other boards.
+        others: Finders of the other boards.
     """
 
     target: Target
     dictionary: str
     legacy: bool = False
-    others: frozenset[int] = frozenset()
+    others: tuple["Finder", ...] = ()
 
     @classmethod
     def of(cls, target: Target, pictures: Sequence[Picture] = ()) -> "Finder":
@@ -92,11 +92,12 @@ class Finder:
         shown = [sum(len(finder.seen(picture).ids) for picture in pictures) for finder in tried]
         return tried[int(np.argmax(shown))]
 
-    @property
-    def markers(self) -> set[int]:
-        """Numbers of its markers."""
-        board = self.target.charuco
-        return set(self.target.ids.tolist() if board is None else board.markers)
+    @cached_property
+    def foreign(self) -> set[int]:
+        """Markers that look alike and are of other boards."""
+        mine = prints_of(self.dictionary)
+        alike = [f.target.markers for f in self.others if prints_of(f.dictionary) == mine]
+        return set[int]().union(*alike) - self.target.markers
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -121,7 +122,7 @@ class Finder:
             return Found(ids[known], corners[known], squares[own].reshape(-1, 2)[known])
         cv2 = opencv("reading pictures")
         uv, names, _, markers = cv2.aruco.CharucoDetector(self._board).detectBoard(picture)
-        expected = self.markers | self.others
+        expected = self.target.markers | self.foreign
         strays = () if markers is None else tuple(sorted({int(m) for m in markers.ravel()} - expected))
         if names is None or len(names) < FEWEST:
             return NOTHING._replace(strays=strays)
@@ -134,14 +135,14 @@ class Finder:
         return (
             found
             if len(found.ids) >= FEWEST
-            else NOTHING._replace(reason=self._reason(picture), strays=found.strays)
+            else NOTHING._replace(reason=self.reason(picture), strays=found.strays)
         )
 
-    def _reason(self, picture: Picture) -> str:
+    def reason(self, picture: Picture) -> str:
         """Why a picture does not show the target."""
         squares, names = _markers(picture, self.dictionary)
-        own = ~np.isin(names, list(self.others))
-        squares, names = squares[own], names[own]
+        is_foreign = np.isin(names, list(self.foreign))
+        squares, names = squares[~is_foreign], names[~is_foreign]
         board = self.target.charuco
         if len(names) >= FEWEST and board is not None and _on_board(self._board, squares, names) < RIGHT:
             across = _likely_width(self, squares, names)
@@ -152,12 +153,13 @@ class Finder:
             return "it is mirrored: print the sheet, or take the picture, the other way round"
         if BLURRED < (width := blur(picture)) < np.inf:
             return f"it is blurred by about {width:.0f} px: hold still, focus, or add light"
-        if not len(names) and self.others:
-            return "it shows no marker of this board"
         if len(names):
             return f"it shows {counted(len(names), 'marker')}, too few: bring the whole target into view"
-        for other in USUAL:
-            if other != self.dictionary and len(_markers(picture, other)[1]) >= FEWEST:
+        if is_foreign.any():
+            return "it shows no marker of this board"
+        stated = {prints_of(f.dictionary) for f in self.others} - {prints_of(self.dictionary)}
+        for other in (name for name in USUAL if name != self.dictionary and prints_of(name) not in stated):
+            if len(_markers(picture, other)[1]) >= FEWEST:
                 return f"its markers are of {other}, not of {self.dictionary}"
         return f"it shows no marker of {self.dictionary}"
 
@@ -167,10 +169,12 @@ class BoardFinder:
     """Finds all boards of a rig in pictures; tags of one dictionary are looked for at once.
 
     Args:
-        finders: Of each board.
+        finders: Of each ChArUco board, and of all tags of a dictionary.
+        targets: The boards.
     """
 
     finders: tuple[Finder, ...]
+    targets: tuple[Target, ...]
 
     @classmethod
     def of(cls, targets: Sequence[Target], pictures: Sequence[Picture] = ()) -> "BoardFinder":
@@ -181,12 +185,8 @@ class BoardFinder:
         parts = [t for t in targets if t.charuco is not None]
         parts += [_together(each) for each in tags.values()]
         finders = [Finder.of(part, pictures) for part in parts]
-        own = [(f.dictionary, f.markers) for f in finders]
-        others = [
-            frozenset(m for k, (name, more) in enumerate(own) for m in more if k != i and name == mine)
-            for i, (mine, _) in enumerate(own)
-        ]
-        return cls(tuple(replace(f, others=more) for f, more in zip(finders, others, strict=True)))
+        found = (replace(f, others=tuple(other for other in finders if other is not f)) for f in finders)
+        return cls(tuple(found), tuple(targets))
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -195,13 +195,27 @@ class BoardFinder:
 
     def find(self, picture: Picture) -> Found:
         """All corners in a picture, or the reason why there are none."""
-        found = [finder.find(picture) for finder in self.finders]
-        seen = [f for f in found if len(f.ids)]
-        strays = tuple(sorted(set.intersection(*(set(f.strays) for f in found))))
+        found = [finder.seen(picture) for finder in self.finders]
+        seen = [f for f in found if len(f.ids) >= FEWEST]
+        strays = tuple(sorted(set[int]().union(*(f.strays for f in found))))
         if not seen:
-            return found[0]._replace(strays=strays)
+            return NOTHING._replace(reason=self.reason(picture), strays=strays)
         ids, corners, uv = (np.concatenate([f[k] for f in seen]) for k in range(3))
         return Found(ids, corners, uv, strays=strays)
+
+    def reason(self, picture: Picture) -> str:
+        """Why a picture shows no board: board by board where that differs."""
+        said = {f.target.name: f.reason(picture) for f in self.finders}
+        if len(set(said.values())) == 1:
+            return next(iter(said.values()))
+        return "; ".join(f"board '{name}': {why}" for name, why in said.items())
+
+    def alone(self, board: Target) -> Finder:
+        """The finder of one board, tags of others among what is beside it."""
+        shared = next(f for f in self.finders if np.isin(board.ids, f.target.ids).all())
+        parts = [t for t in self.targets if t is not board and np.isin(t.ids, shared.target.ids).all()]
+        beside = (replace(shared, target=part) for part in parts)
+        return replace(shared, target=board, others=(*shared.others, *beside))
 
 
 def find_corners(folder: Path | str, rig: Rig, *, progress: Report | None = None) -> PixelRows:
@@ -280,10 +294,11 @@ def _judged(folder: Path, finder: BoardFinder, names: list[str], found: list[Fou
 def _unseen(finder: BoardFinder, found: list[Found], files: list[tuple[str, Path]]) -> Iterator[str]:
     """A sentence on every board that no picture shows, with the reason in a few of them."""
     seen = np.concatenate([f.ids for f in found])
-    for each in finder.finders:
-        if not np.isin(each.target.ids, seen).any():
-            why = Counter(each.find(_read(path)).reason for _, path in files).most_common(1)[0][0]
-            yield f"no picture shows board '{each.target.name}': {why}"
+    for board in finder.targets:
+        if not np.isin(board.ids, seen).any():
+            alone = finder.alone(board)
+            why = Counter(alone.reason(_read(path)) for _, path in files).most_common(1)[0][0]
+            yield f"no picture shows board '{board.name}': {why}"
 
 
 def _together(targets: Sequence[Target]) -> Target:
@@ -291,7 +306,8 @@ def _together(targets: Sequence[Target]) -> Target:
     ids, corners, points = (
         np.concatenate([getattr(t, k) for t in targets]) for k in ("ids", "corners", "points")
     )
-    return replace(targets[0], ids=ids, corners=corners, points=points)
+    name = ", ".join(t.name for t in targets)
+    return replace(targets[0], name=name, ids=ids, corners=corners, points=points)
 
 
 def picture_files(folder: Path, rig: Rig) -> Iterator[tuple[str, Path]]:

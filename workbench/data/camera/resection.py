@@ -130,8 +130,8 @@ def with_boards(data: Dataset, owners: Collection[str]) -> Dataset:
     if not kept:
         names = listed([target.name or "the only one" for target in rig.targets])
         raise DataError(
-            f"{data.source}: of its boards ({names}) none is in the pictures to fit; name boards alike in both "
-            "target files, and show the same ones"
+            f"{data.source}: of its boards ({names}) none is in the pictures to fit; name boards alike in "
+            "both target files, and show the same ones"
         )
     points = np.concatenate([np.arange(rig.parts[b][1].start, rig.parts[b][1].stop) for b in kept])
     targets = tuple(rig.targets[b] for b in kept)

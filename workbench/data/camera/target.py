@@ -223,7 +223,9 @@ class _Reader(AbstractTableReader):
             )
         if twice := set(_pairs(other)) & set(_pairs(made)):
             corner = "id {} corner {}".format(*min(twice))
-            remedy = "give each its own ids" if is_tags else f"put '{made.name}' before '{other.name}' in the file"
+            remedy = (
+                "give each its own ids" if is_tags else f"put '{made.name}' before '{other.name}' in the file"
+            )
             raise self.fail(f"{corner} is of {boards}; {remedy}")
 
     def whole(self, value: Any, what: str) -> int:
