@@ -138,7 +138,7 @@ def test_what_is_wrong_with_several_boards_is_said(tmp_path, pictures, monkeypat
     cv2.imwrite(str(tmp_path / "0.png"), picture)
     wrong = [replace(BOARD, dictionary="DICT_6X6_250", first_marker=first) for first in (0, 17)]
     two = [charuco_target(b, "tool", name="AB"[k], first=24 * k) for k, b in enumerate(wrong)]
-    with pytest.raises(DataError, match="'0.png': its markers are of DICT_5X5_250, not of DICT_6X6_250$"):
+    with pytest.raises(DataError, match=r"'0\.png': its markers are of DICT_5X5_250, not of DICT_6X6_250$"):
         find_corners(tmp_path, Rig(camera, tuple(two)))
     cube, _ = tag_solid(Shape.CUBE, 0.04, dictionary="DICT_4X4_50", mounted="tool", name="C")
     small = charuco_target(replace(BOARD, squares=(5, 5)), "tool", name="A", first=100)

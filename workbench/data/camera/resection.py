@@ -40,8 +40,8 @@ NOTHING_USED = "shows no corner that is used"
 def with_sight(data: Dataset) -> Dataset:
     """The dataset with poses of every board in every camera, and without the corners that contradict them.
 
-    Boards that fewer than two pictures place are left out, where there are several, and with them the pictures
-    that show nothing else.
+    Boards that fewer than two pictures place are left out, where there are several, and with them the
+    pictures that show nothing else.
 
     Raises:
         DataError: no picture can be explained by target and intrinsics.
