@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from types import SimpleNamespace
 
 import camera_arms as virtual
 import numpy as np
@@ -15,7 +16,10 @@ from workbench.cli import app
 from workbench.data.camera.resection import with_boards, with_boards_in_view
 from workbench.identification import pixel_noise
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.camera_checks import Fit, _larger
+from workbench.identification.camera_gate import BLOCKS, _left_out
 from workbench.identification.fit_choices import FitChoices
+from workbench.identification.held_out_rows import cells
 from workbench.identification.noise import factor_at
 from workbench.identification.pixel_noise import Considered, Knowledge, Pictures
 from workbench.identification.preparation import prepare
@@ -158,6 +162,30 @@ def test_pictures_that_show_only_a_board_that_is_left_out_are_kept_out(tmp_path)
     assert once.reason[0] == "shows no corner that is used"
     with pytest.raises(DataError, match=r"of its boards \('A'\) none is in the pictures to fit"):
         with_boards(once, ["target[B]"])
+
+
+def test_a_board_is_named_only_where_it_is_off_and_predicted_only_where_it_was_seen(tmp_path):
+    """0.004 % of an exact size is noise; corners of a board that only one block shows are not predicted."""
+    shots = virtual.scene(
+        np.random.default_rng(2), virtual.made(np.random.default_rng(2), "hobby"), 12, solids=2
+    )
+    robot, data = written(tmp_path, "hobby", shots, solids=2)
+    a, b = (replace(t, scale_sigma=sigma) for t, sigma in zip(data.rig.targets, (0.0, 0.002), strict=True))
+    sized = SimpleNamespace(names=("target[A].scale", "target[B].scale"))
+    fit = Fit(sized, np.array([4e-5, 0.01]))
+    assert _larger(fit, replace(data.rig, targets=(a, b))).startswith("board 'B' 1.00 % larger")
+    assert not Fit(sized, np.array([4e-5, 0.001])).is_strange_size(replace(data.rig, targets=(a, b)))
+    centre = data.q / np.ptp(data.q, axis=0)
+    alone = next(iter(cells(centre, np.arange(12), BLOCKS)))
+    pixels, part = data.pixels.copy(), data.rig.parts[1][1]
+    pixels[np.setdiff1d(np.arange(12), alone), :, part] = np.nan
+    data = replace(data, pixels=pixels)
+    problem = Problem.build(robot, data, free=())
+    x = problem.start
+    worse = pixels.copy()
+    worse[:, :, part] += np.random.default_rng(0).normal(size=worse[:, :, part].shape)
+    other = Problem.build(robot, replace(data, pixels=worse), free=())
+    assert _left_out(other, x)[2] == pytest.approx(_left_out(problem, x)[2])
 
 
 def test_the_shifted_joint_is_named(tmp_path):

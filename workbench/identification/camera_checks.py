@@ -23,8 +23,8 @@ OUTSIDE = 3.0
 """Standard deviations of prior knowledge beyond which it is doubted."""
 ANY_SIZE = 1.0
 """Standard deviation of a target's relative size where nothing is known of it."""
-LEAST_SIGMA = 1e-5
-"""A size that counts as exact is known to this."""
+LEAST_SIGMA = 1e-4
+"""A size that counts as exact is judged as if known to this, as pictures tell it no better."""
 OUT_OF_LINE, FAR_OFF = 6.0, 2e-3
 """Pictures this many times the median off, and so many m, don't suit their joints."""
 
@@ -52,9 +52,13 @@ class Fit:
         """A board's size less the stated one, relative to it."""
         return self.values.get(f"{target.owner}.scale", 0.0)
 
+    def strangeness(self, target: Target) -> float:
+        """How many standard deviations of its knowledge a board's size is from the stated one."""
+        return abs(self.scale(target)) / max(target.scale_sigma, LEAST_SIGMA)
+
     def is_strange_size(self, rig: Rig) -> bool:
         """Whether a board's size is farther from the stated one than the rig's knowledge of it."""
-        return any(0.0 < OUTSIDE * t.scale_sigma < abs(self.scale(t)) for t in rig.targets)
+        return any(self.strangeness(t) > OUTSIDE for t in rig.targets)
 
     def strange_intrinsics(self, rig: Rig) -> list[str]:
         """What of each camera is farther from the given intrinsics than their `sigma` allows, in words."""
@@ -193,8 +197,7 @@ def _by_lens(lens: Fit, rig: Rig) -> str:
 
 def _larger(fit: Fit, rig: Rig, verb: str = "") -> str:
     """How much larger or smaller a board is than stated, and its squares; all boards that seem to be."""
-    share = {t: abs(fit.scale(t)) / max(t.scale_sigma, LEAST_SIGMA) for t in rig.targets}
-    off = [t for t in rig.targets if share[t] > OUTSIDE] or [max(share, key=lambda t: share[t])]
+    off = [t for t in rig.targets if fit.strangeness(t) > OUTSIDE] or [max(rig.targets, key=fit.strangeness)]
     return " and ".join(_size(t, fit.scale(t), verb) for t in off)
 
 

@@ -314,7 +314,11 @@ def _step(name: str, at: Fitted, before: Fitted, bends: Considered | None = None
 
 
 def _left_out(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
-    """Covariance by likelihood, by blocks that are left out in turns, and the error of these blocks [px]."""
+    """Covariance by likelihood, by blocks that are left out in turns, and the error of these blocks [px].
+
+    Corners of a board or camera that only the block left out shows are not predicted: they don't count,
+    unless there are no others.
+    """
     at = problem.evaluate(x)
     known = np.diag((FAR * problem.units) ** -2)
     h = at.jacobian.T @ at.jacobian + known
@@ -327,7 +331,7 @@ def _left_out(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
         [block[problem.component_rows], np.full(len(at.residual) - problem.size, -1)]
     )
     off, predicted = [], at.residual[: problem.size].copy()
-    whole = np.diag(h)
+    whole, judged = np.diag(h), problem.inverse_sigma > 0.0
     for k in range(count):
         mine = of_component == k
         j, r = at.jacobian[mine], at.residual[mine]
@@ -337,7 +341,10 @@ def _left_out(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
         step[shown] = -np.linalg.solve(rest[np.ix_(shown, shown)], (j.T @ r)[shown])
         off.append(step)
         predicted[mine[: problem.size]] -= j @ step
+        judged[mine[: problem.size]] &= ~j[:, ~shown].any(1)
     spread = np.array(off)
     left_out = (count - 1) / count * spread.T @ spread
-    pixel = problem.physical(predicted)
-    return np.linalg.inv(h), left_out, float(np.sqrt((pixel**2).sum() / problem.count))
+    if not judged.any():
+        judged = problem.inverse_sigma > 0.0
+    pixel = problem.physical(predicted)[judged]
+    return np.linalg.inv(h), left_out, float(np.sqrt((pixel**2).mean()))
