@@ -221,7 +221,13 @@ def test_what_is_no_frame_is_refused():
 # -- threads --------------------------------------------------------------------------------------
 
 
-def test_calls_in_several_threads_share_one_limit(monkeypatch):
+@pytest.fixture
+def own_limit(monkeypatch):
+    """A limit beside that of the process, which a page that is open in other tests may hold."""
+    monkeypatch.setattr(threads, "_LIMIT", threads._Limit())
+
+
+def test_calls_in_several_threads_share_one_limit(monkeypatch, own_limit):
     """The limit is the process's: the first call sets it, only the last one lifts it."""
     events: list[str] = []
 
@@ -251,7 +257,7 @@ def test_calls_in_several_threads_share_one_limit(monkeypatch):
     assert events == ["1 blas", "lifted"]
 
 
-def test_the_limit_holds_in_every_thread_whichever_was_first():
+def test_the_limit_holds_in_every_thread_whichever_was_first(own_limit):
     control = pytest.importorskip("threadpoolctl")
 
     def pools() -> set[int]:
@@ -272,7 +278,7 @@ def test_the_limit_holds_in_every_thread_whichever_was_first():
         assert pools() == before
 
 
-def test_a_fit_limits_the_threads_of_linear_algebra(rows):
+def test_a_fit_limits_the_threads_of_linear_algebra(rows, own_limit):
     control = pytest.importorskip("threadpoolctl")
     seen: list[int] = []
 

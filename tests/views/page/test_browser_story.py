@@ -24,7 +24,7 @@ SEEN = """() => {
 
 @pytest.fixture
 def app():
-    running = App(load_robot("aria"), load_plate("table2"), demo=0.02)
+    running = App(load_robot("aria"), load_plate("table2"))
     yield running
     running.close()
 
@@ -32,6 +32,7 @@ def app():
 def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
     screen = look()
     screen.page.evaluate(SEEN)
+    app.play_demo(0.03)
     screen.wait_text("message", END[:40], timeout=120_000)
     bent = "window.__viserSceneTree.getState()['/arm/bent_words']?.message.props.text"
     screen.page.wait_for_function(f"() => {bent}?.startsWith('bent × ')")
@@ -58,8 +59,6 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
 
 
 def test_touching_anything_ends_the_demo(app, look):
-    app.demo.stop()
-    app.demo.join(60.0)
     screen = look()
     slow = Demo(app.worker, pace=1.0)
     screen.wait_text("caption", "calibration tool", timeout=60_000)
