@@ -123,6 +123,7 @@ def test_pictures_are_always_the_same(points, replaced):
     wanted = Requirement(per_axis=1e-7).wanted
     for drawing in all_figures(points, wanted=wanted):
         assert (replaced.path.parent / f"{drawing.name}.svg").read_text(encoding="utf-8") == drawing.svg
+        assert "{" not in drawing.caption
 
 
 def test_a_figure_is_laid_out_once_and_drawn_once_where_it_is_saved(result, monkeypatch):
