@@ -42,6 +42,8 @@ def simulate(
 ) -> None:
     """A virtual arm with hidden manufacturing errors, measured."""
 
+    from workbench.arm.joint_units import sliding_numbers
+
     if (plate is None) == (poses is None):  # from here on one of the two is given
         raise OptionError("give either --plate FILE or --poses NUMBER")
     if poses is not None and poses < 1:
@@ -72,8 +74,7 @@ def simulate(
                 seed=seed,
                 progress=lambda part: progress(part, "choosing poses"),
             )
-    sliding = [i for i, joint in enumerate(arm.moving) if joint.kind == "prismatic"]
-    wb.write_measurements(rows, out, prismatic=sliding)
+    wb.write_measurements(rows, out, prismatic=sliding_numbers(arm))
     opt.say(f"{len(rows)} rows of a virtual {arm.name}: {out}")
     for note in rows.notes:
         if note.startswith("hidden"):

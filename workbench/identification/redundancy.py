@@ -16,10 +16,11 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.parameters import Parameter
-from workbench.arm.robot import FRAME_PARTS, JointKind, Robot
+from workbench.arm.robot import FRAME_PARTS, Robot
 from workbench.arm.unidentifiable import Combination, combinations
 from workbench.base.threads import one_thread
 from workbench.identification.factorisation import factorise
@@ -88,8 +89,8 @@ def redundancy(
 
 def complete(robot: Robot) -> int:
     """Constants of a complete model with base and tool: 4R + 2P + 6."""
-    sliding = sum(joint.kind is JointKind.PRISMATIC for joint in robot.moving)
-    return 4 * (robot.dof - sliding) + 2 * sliding + 6
+    lengths = int(sliding(robot).sum())
+    return 4 * (robot.dof - lengths) + 2 * lengths + 6
 
 
 def _independent(columns: Float[np.ndarray, "m p"], order: list[int]) -> list[int]:

@@ -16,9 +16,10 @@ from workbench.arm.inverse.branch import LIMIT_SLACK, margins, quality
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
+from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, JointKind, Robot
+from workbench.arm.robot import Frame, Robot
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
 
@@ -232,7 +233,7 @@ def refuse_fast(
     """Refuse rows at which a joint moves faster than `most` [rad/s or m/s]; none if None."""
     if most is not None and (np.abs(speed) > most).any():
         row, joint = (int(i) for i in np.argwhere(np.abs(speed) > most)[0])
-        unit = "m/s" if robot.moving[joint].kind is JointKind.PRISMATIC else "rad/s"
+        unit = "m/s" if sliding(robot)[joint] else "rad/s"
         raise DataError(
             f"{named(row, time)}: joint {joint + 1} would move at {abs(speed[row, joint]):.3g} {unit}, more "
             f"than {most:g}; go slower there"

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from workbench.arm.robot import JointKind
+from workbench.arm.joint_units import shown_joints, sliding
 from workbench.arm.statics.moments import JointMoments
 from workbench.identification.row_errors import Spread
 from workbench.paths.correction import Compensation, PathErrors
@@ -48,8 +48,8 @@ def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType
     """Range, greatest speed and greatest loads of every joint, and what was decided."""
     table = new_table("", "joint", "from", "to", "fastest [/s]", "torque [N m]", "across [N m]")
     speed = np.abs(np.asarray(planned.motion.velocity)).max(axis=0)
-    for j, joint in enumerate(planned.robot.moving):
-        size, unit = (1.0, " m") if joint.kind is JointKind.PRISMATIC else (180.0 / np.pi, "°")
+    for j, slides in enumerate(sliding(planned.robot)):
+        size, unit = (1.0, " m") if slides else (180.0 / np.pi, "°")
         numbers = size * np.array([planned.q[:, j].min(), planned.q[:, j].max(), speed[j]])
         loads = ("–", "–") if moments is None else _greatest(moments, j)
         table.add_row(str(j + 1), *(f"{v:.2f}{unit}" for v in numbers), *loads)
@@ -76,12 +76,10 @@ def path_picture(planned: Planned, moments: JointMoments | None) -> bytes:
 
 def draw_motion(figure: FigureBase, planned: Planned) -> None:
     """Joints and velocities over time (Katana fig. 5.7)."""
-    turns = [joint.kind is not JointKind.PRISMATIC for joint in planned.robot.moving]
-    size = np.where(turns, 180.0 / np.pi, 1e3)
-    unit = "°" if all(turns) else "° or mm"
+    unit = "° or mm" if sliding(planned.robot).any() else "°"
     rows = ((planned.q, unit), (planned.motion.velocity, f"{unit}/s"))
     for axes, (values, words) in zip(figure.subplots(1, 2), rows, strict=True):
-        _curves(axes, planned, np.asarray(values) * size, words)
+        _curves(axes, planned, shown_joints(planned.robot, np.asarray(values)), words)
     _legend(figure, planned)
 
 

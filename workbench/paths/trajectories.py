@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.joint_units import sliding_numbers
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, JointKind, Robot
+from workbench.arm.robot import Frame, Robot
 from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
@@ -77,7 +78,7 @@ def write_trajectory(found: Compensation, path: Path | str) -> Path:
     """Write the corrected joints as a table with units, `time[s]` where the trajectory has it."""
     robot = found.commanded.calibrated
     rows = Dataset(q=found.q, row=np.arange(len(found.q)), time=found.motion.time)
-    return write_measurements(rows, path, prismatic=_sliding(robot))
+    return write_measurements(rows, path, prismatic=sliding_numbers(robot))
 
 
 def _commanded(
@@ -135,11 +136,6 @@ def path_state(
     )
 
 
-def _sliding(robot: Robot) -> list[int]:
-    """Joints whose positions are lengths."""
-    return [i for i, joint in enumerate(robot.moving) if joint.kind is JointKind.PRISMATIC]
-
-
 def planned_moments(planned: Planned) -> JointMoments | None:
     """Torques, and moments across the axes, along a trajectory; None where the arm has no masses."""
     return joint_moments(planned.robot, planned.motion) if planned.robot.has_masses else None
@@ -177,4 +173,4 @@ def write_plan(planned: Planned, path: Path | str) -> Path:
         rotation=planned.poses[:, :3, :3],
         time=planned.time,
     )
-    return write_measurements(rows, path, prismatic=_sliding(planned.robot), frame=BASE)
+    return write_measurements(rows, path, prismatic=sliding_numbers(planned.robot), frame=BASE)

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import monotonic
 
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.joint_units import sliding_numbers
+from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
@@ -171,7 +172,7 @@ class _Run:
         self._count = 0
         self._heard = monotonic()
         self._kept_older = False
-        self._sliding = [i for i, j in enumerate(robot.moving) if j.kind is JointKind.PRISMATIC]
+        self._sliding = sliding_numbers(robot)
 
     def line(self, text: str) -> None:
         """One line of the source; a bad one is told and passed over once good ones have come."""

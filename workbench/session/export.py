@@ -5,16 +5,17 @@ import io
 import re
 import tempfile
 import zipfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.joint_units import shown_joints, sliding, sliding_numbers
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import write_toml
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -43,8 +44,8 @@ def measurements_csv(session: Session) -> File:
     if session.loaded is None:
         raise DataError("there are no measurements to save; load a file or measure a virtual arm first")
     data = session.loaded.dataset
-    sliding = [i for i, j in enumerate(session.robot.moving) if j.kind is JointKind.PRISMATIC]
-    content = _written(lambda path: write_measurements(data, path, prismatic=sliding), "csv")
+    lengths = sliding_numbers(session.robot)
+    content = _written(lambda path: write_measurements(data, path, prismatic=lengths), "csv")
     return f"{_stem(Path(session.loaded.name).stem)}.csv", content
 
 
@@ -69,14 +70,11 @@ def next_poses_csv(session: Session) -> File:
     found = session.diagnosis
     if found is None or not len(found.measure_next):
         raise DataError("no diagnosis suggests poses; press Diagnose first")
-    slides = [joint.kind is JointKind.PRISMATIC for joint in session.robot.moving]
-    out = io.StringIO()
-    writer = csv.writer(out)
-    writer.writerow([*(f"q{i + 1}[{'mm' if s else 'deg'}]" for i, s in enumerate(slides)), "tells"])
-    shown = (found.measure_next * np.where(slides, 1e3, np.rad2deg(1.0))).round(4)
+    shown = shown_joints(session.robot, np.asarray(found.measure_next)).round(4)
     reasons = [reason.sentence for reason in found.next_reasons] or [""] * len(shown)
-    writer.writerows([*row, why] for row, why in zip(shown.tolist(), reasons, strict=True))
-    return f"{_stem(session.robot.name)}-next-poses.csv", out.getvalue().encode()
+    rows = ([*row, why] for row, why in zip(shown.tolist(), reasons, strict=True))
+    content = _csv([*_headings(session.robot), "tells"], rows)
+    return f"{_stem(session.robot.name)}-next-poses.csv", content.encode()
 
 
 def robot_toml(session: Session) -> File:
@@ -232,17 +230,23 @@ def captured(session: Session) -> Captured:
 
 def captured_table(session: Session) -> str:
     """The kept poses as CSV, with units in the header."""
-    poses, out = captured(session), io.StringIO()
-    sliding = [joint.kind is JointKind.PRISMATIC for joint in session.robot.moving]
-    joints = [f"q{i + 1}[{'mm' if slides else 'deg'}]" for i, slides in enumerate(sliding)]
-    models = [("nominal", poses.nominal)]
-    if poses.calibrated is not None:
-        models.append(("calibrated", poses.calibrated))
-    writer = csv.writer(out)
-    writer.writerow([*joints, *(f"{name}_{column}" for name, _ in models for column in COORDINATES)])
-    positions = poses.q * np.where(sliding, 1e3, np.rad2deg(1.0))
-    columns = [positions, *(_coordinates(frames) for _, frames in models)]
-    writer.writerows(np.concatenate(columns, axis=1).tolist())
+    poses = captured(session)
+    head, columns = _headings(session.robot), [shown_joints(session.robot, poses.q)]
+    for name, frames in (("nominal", poses.nominal), ("calibrated", poses.calibrated)):
+        if frames is not None:
+            head += [f"{name}_{column}" for column in COORDINATES]
+            angles = [se3.matrix_to_rpy(pose[:3, :3]) for pose in frames]
+            columns += [1e3 * frames[:, :3, 3], np.rad2deg(angles).reshape(-1, 3)]
+    return _csv(head, np.concatenate(columns, axis=1).tolist())
+
+
+def _headings(robot: Robot) -> list[str]:
+    return [f"q{i + 1}[{'mm' if slides else 'deg'}]" for i, slides in enumerate(sliding(robot))]
+
+
+def _csv(head: list[str], rows: Iterable[list]) -> str:
+    out = io.StringIO()
+    csv.writer(out).writerows([head, *rows])
     return out.getvalue()
 
 
@@ -250,8 +254,3 @@ def _in_base(robot: Robot, q: np.ndarray) -> Float[np.ndarray, "poses 4 4"]:
     """By what joint positions tell: neither time, temperature nor motion is known of a kept pose."""
     known = robot.with_effects(*(effect for effect in robot.effects if not effect.needs))
     return se3.inverse(robot.base.pose) @ tool_poses(known, Motion(q))
-
-
-def _coordinates(poses: Float[np.ndarray, "poses 4 4"]) -> Float[np.ndarray, "poses 6"]:
-    angles = [se3.matrix_to_rpy(pose[:3, :3]) for pose in poses]
-    return np.column_stack([1e3 * poses[:, :3, 3], np.rad2deg(angles).reshape(-1, 3)])

@@ -10,7 +10,8 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.joint_units import shown_joints, shown_units, sliding
+from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
 from workbench.base.progress import Cancel, Progress
@@ -90,23 +91,20 @@ def _matter(robot: Robot, limits: PoseLimits | None) -> np.ndarray | None:
 
 def write_poses(robot: Robot, poses: PoseSet, path: Path | str) -> Path:
     """Write joint positions as a table with units, ready to be measured at."""
-    units = ["m" if j.kind is JointKind.PRISMATIC else "rad" for j in robot.moving]
-    lines = [",".join(f"q{i + 1}[{unit}]" for i, unit in enumerate(units))]
+    lines = [",".join(f"q{i + 1}[{'m' if slides else 'rad'}]" for i, slides in enumerate(sliding(robot)))]
     lines += [",".join(repr(float(v)) for v in row) for row in poses.q]
     return write_text(path, "\n".join(lines) + "\n")
 
 
 def poses_table(robot: Robot, poses: PoseSet) -> RenderableType:
     """The index before and after, and every pose in degrees or millimetres."""
-    slides = [joint.kind is JointKind.PRISMATIC for joint in robot.moving]
     title = f"{len(poses.q)} poses for {robot.name}"
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=escape(title), title_justify="left")
     table.add_column("pose", justify="right")
-    for k, sliding in enumerate(slides):
-        table.add_column(escape(f"q{k + 1} [{'mm' if sliding else '°'}]"), justify="right", no_wrap=True)
-    for number, q in enumerate(poses.q, start=1):
-        cells = [f"{1e3 * v:.1f}" if s else f"{np.rad2deg(v):.1f}" for v, s in zip(q, slides, strict=True)]
-        table.add_row(str(number), *cells)
+    for k, unit in enumerate(shown_units(robot)):
+        table.add_column(escape(f"q{k + 1} [{unit.strip()}]"), justify="right", no_wrap=True)
+    for number, q in enumerate(shown_joints(robot, poses.q), start=1):
+        table.add_row(str(number), *(f"{v:.1f}" for v in q))
     words = f"index {poses.index}: {poses.before:.4g} for a random start, {poses.after:.4g} for these"
     sentences = [words]
     if poses.bound is not None:
@@ -117,7 +115,7 @@ def poses_table(robot: Robot, poses: PoseSet) -> RenderableType:
         )
     if len(poses.q) > 1:
         longest, mean = np.rad2deg(poses.travels.max()), np.rad2deg(poses.travels.mean())
-        of = "turning joints as a rule" if any(slides) else "the joint that travels most"
+        of = "turning joints as a rule" if sliding(robot).any() else "the joint that travels most"
         sentences.append(f"from pose to pose ({of}): {longest:.0f}° at most, {mean:.0f}° on average")
     return Group(table, Text("\n".join(sentences)))
 

@@ -18,6 +18,7 @@ from scipy.spatial.distance import cdist
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.solve import Task
+from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -177,8 +178,7 @@ def _order(
     robot: Robot, q: Float[np.ndarray, "rows n"], rng: np.random.Generator
 ) -> Int[np.ndarray, " rows"]:
     """A random order whose pairs of neighbours move every joint, mended by exchanges of two poses."""
-    slides = np.array([joint.kind == "prismatic" for joint in robot.moving], bool)
-    need = np.where(slides, LEAST_MOVE * robot.reach, LEAST_MOVE)
+    need = np.where(sliding(robot), LEAST_MOVE * robot.reach, LEAST_MOVE)
     still = (np.abs(q[:, None] - q[None]) < need).any(axis=-1)
     order = rng.permutation(len(q))
 

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.plate.obstruction import solid_clear
@@ -96,7 +97,7 @@ class PoseLimits:
 
     def _has_room(self, robot: Robot, q: np.ndarray) -> np.ndarray:
         low, high = robot.limits.T
-        away = np.minimum(q - low, high - q)[:, turning(robot)].min(1, initial=np.inf) >= self.margin
+        away = np.minimum(q - low, high - q)[:, ~sliding(robot)].min(1, initial=np.inf) >= self.margin
         if self.dexterity > 0 and away.any():
             jacobian = geometric_jacobian(robot, q[away]) / np.repeat([robot.reach, 1.0], 3)[:, None]
             away[away] = np.linalg.svd(jacobian, compute_uv=False)[:, -1] >= self.dexterity
@@ -140,17 +141,12 @@ class PoseLimits:
         return kept
 
 
-def turning(robot: Robot) -> Bool[np.ndarray, " n"]:
-    """Which joints turn."""
-    return np.array([joint.kind is not JointKind.PRISMATIC for joint in robot.moving])
-
-
 def folded(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows n"]:
     """The same poses with every turning joint in the turn nearest to the middle of its limits [rad or m]."""
     low, high = robot.search_limits.T
     middle = 0.5 * (low + high)
     near = q - 2.0 * np.pi * np.round((q - middle) / (2.0 * np.pi))
-    return frozen(np.where(turning(robot) & (near >= low) & (near <= high), near, q))
+    return frozen(np.where(~sliding(robot) & (near >= low) & (near <= high), near, q))
 
 
 def sample_poses(

@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
+from workbench.arm.joint_units import shown_joints
 from workbench.arm.parameters import Parameter
-from workbench.arm.robot import JointKind, Robot
 from workbench.arm.unidentifiable import combinations
 from workbench.plate.clustering import Cluster, Clustering
 from workbench.plate.observability import INDICES, I
@@ -209,7 +208,7 @@ def cluster_tables(found: Clustering) -> RenderableType:
         "joints [°, mm]",
     )
     for k, (cube, o, q) in enumerate(zip(cubes, found.best.o, found.best.q, strict=True)):
-        joints = " ".join(f"{v:.1f}" for v in in_degrees(found.robot, q))
+        joints = " ".join(f"{v:.1f}" for v in shown_joints(found.robot, q))
         poses.add_row(str(k + 1), " ".join(f"{1e3 * v:.0f}" for v in cube), f"{o:.5f}", joints)
     sets = new_table("Sets with equal O", "", "cubes", "O apart [%]", "rank", "σmin/σmax", found.index)
     for words, cluster in (
@@ -223,14 +222,6 @@ def cluster_tables(found: Clustering) -> RenderableType:
     apart = found.best.difference
     equal = "O is equal in all poses" if apart < EQUAL else f"O is equal to {100 * apart:.2g} % in all poses"
     return Group(poses, sets, Text(equal))
-
-
-def in_degrees(robot: Robot, q: Float[np.ndarray, " n"]) -> list[float]:
-    """Joint positions for people: degrees, and mm of sliding joints."""
-    return [
-        1e3 * v if joint.kind is JointKind.PRISMATIC else float(np.rad2deg(v))
-        for joint, v in zip(robot.moving, q, strict=True)
-    ]
 
 
 def cluster_json(found: Clustering) -> Json:

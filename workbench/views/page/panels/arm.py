@@ -3,8 +3,9 @@
 import numpy as np
 import viser
 
+from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.envelope import outstretched
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.state import Session
@@ -57,7 +58,7 @@ class ArmPanel(AbstractPanel):
 
 def facts(robot: Robot) -> str:
     """What is known of an arm, in HTML."""
-    slides = sum(j.kind is JointKind.PRISMATIC for j in robot.moving)
+    slides = int(sliding(robot).sum())
     masses = "known" if robot.has_masses else "unknown: effects that depend on loads can't be found"
     limited = int(np.isfinite(robot.limits).all(1).sum())
     items = [

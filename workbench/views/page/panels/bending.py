@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.joint_units import shown_joints, shown_units
+from workbench.arm.robot import Robot
 from workbench.session.bending import MOST_DRAWN, Bending, bend, bending_robot, drawable_bending
 from workbench.session.commands.arm import standing
 from workbench.session.commands.compare import LEAST_EXAGGERATION, SetOverlay
@@ -82,10 +83,9 @@ def _drawn(robot: Robot, q: np.ndarray, wanted: float) -> str:
 def _joints(robot: Robot, bending: Bending) -> str:
     """One line per joint: what it carries, and by how much it bends."""
     rows = []
-    for i, joint in enumerate(robot.moving):
-        slides = joint.kind is JointKind.PRISMATIC
-        turned = 1e3 * bending.about[i] if slides else np.rad2deg(bending.about[i])
-        about = f"{turned:+.4f}{' mm' if slides else '°'}" if turned else "0"
+    columns = zip(shown_joints(robot, bending.about), shown_units(robot), strict=True)
+    for i, (turned, unit) in enumerate(columns):
+        about = f"{turned:+.4f}{unit}" if turned else "0"
         loads = ("", "") if bending.moment is None else (f"{m:.2f}" for m in bending.moment[i].round(2) + 0.0)
         tipped = f"{np.rad2deg(bending.across[i]):.4f}°" if bending.across[i] else "0"
         cells = (f"Joint {i + 1}", *loads, about, tipped)

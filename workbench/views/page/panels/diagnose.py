@@ -3,7 +3,7 @@
 import numpy as np
 import viser
 
-from workbench.arm.effects.axes import turns
+from workbench.arm.joint_units import joint_words
 from workbench.base.wording import capital
 from workbench.diagnosis.causes import Confidence
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
@@ -135,15 +135,11 @@ def _next(found: Diagnosis) -> str:
     """Poses to measure next, with what each of them would tell once those above are measured."""
     if not found.next_reasons:
         return ""
-    turning = [turns(found.calibrated.chain, j) for j in range(found.calibrated.dof)]
-    lines = []
-    for q, reason in zip(found.measure_next, found.next_reasons, strict=True):
-        shown = np.where(turning, np.rad2deg(q), 1e3 * q).round(1) + 0.0
-        joints = ", ".join(f"{v:.1f}{'°' if turn else ' mm'}" for v, turn in zip(shown, turning, strict=True))
-        lines.append(
-            f"<li>{text(capital(reason.sentence))}"
-            f'<div style="color:{MUTED}">{text(joints.replace("-", "−"))}</div></li>'
-        )
+    lines = [
+        f"<li>{text(capital(reason.sentence))}"
+        f'<div style="color:{MUTED}">{joint_words(found.calibrated, q)}</div></li>'
+        for q, reason in zip(found.measure_next, found.next_reasons, strict=True)
+    ]
     items = f'<ol data-testid="next-poses" style="margin:0;padding-left:20px">{"".join(lines)}</ol>'
     return heading("Measure next") + items
 

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 import viser
 
+from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, standing
 from workbench.session.export import Captured, captured, captured_csv
@@ -39,9 +40,9 @@ class JogPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         if session.robot is not self._robot:
             self._rebuild(session.robot)
-        for slider, value, joint in zip(self._sliders, standing(session), session.robot.moving, strict=True):
-            shown = 1e3 * value if joint.kind is JointKind.PRISMATIC else np.rad2deg(value)
-            set_value(slider, float(np.clip(round(float(shown), 1), slider.min, slider.max)))
+        shown = shown_joints(session.robot, standing(session))
+        for slider, value in zip(self._sliders, shown.round(1).tolist(), strict=True):
+            set_value(slider, min(max(value, slider.min), slider.max))
 
     def _rebuild(self, robot: Robot) -> None:
         self._robot = robot
@@ -49,12 +50,10 @@ class JogPanel(AbstractPanel):
             slider.remove()
         self._sliders = []
         with self._folder:
-            for i, joint in enumerate(robot.moving):
-                slides = joint.kind is JointKind.PRISMATIC
-                scale = 1e3 if slides else float(np.rad2deg(1.0))
-                low, high = (scale * v for v in robot.search_limits[i])
+            ends = shown_joints(robot, robot.search_limits.T).T
+            for i, ((low, high), unit) in enumerate(zip(ends, shown_units(robot), strict=True)):
                 slider = self._gui.add_slider(
-                    f"Joint {i + 1} [{'mm' if slides else '°'}]",
+                    f"Joint {i + 1} [{unit.strip()}]",
                     float(np.floor(10 * low) / 10),
                     float(np.ceil(10 * high) / 10),
                     0.1,
@@ -68,10 +67,8 @@ class JogPanel(AbstractPanel):
         """The moved joint from its slider, the others as they stand."""
         session = self._worker.session
         q = standing(session).copy()
-        slides = session.robot.moving[moved].kind is JointKind.PRISMATIC
-        value = float(self._sliders[moved].value)
-        value = 1e-3 * value if slides else float(np.deg2rad(value))
-        q[moved] = float(np.clip(value, *session.robot.search_limits[moved]))
+        size = shown_joints(session.robot, np.ones(len(q)))[moved]
+        q[moved] = float(np.clip(self._sliders[moved].value / size, *session.robot.search_limits[moved]))
         self._worker.submit(Jog(tuple(q.tolist())))
 
 

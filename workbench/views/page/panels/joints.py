@@ -8,7 +8,7 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
-from workbench.arm.robot import JointKind
+from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, Stage
 from workbench.session.joint_errors import NO_LAW, along_joints, blamed, candidates, law_along_joints
@@ -67,12 +67,11 @@ def joint_plots(session: Session, rows: Comparison) -> str:
     law = None if effect is None or found is None else law_along_joints(found, effect.label)
     top = _top(left, rows)
     cells = []
-    for j, joint in enumerate(robot.moving):
-        scale = 1e3 if joint.kind is JointKind.PRISMATIC else float(np.rad2deg(1.0))
-        unit = "mm" if joint.kind is JointKind.PRISMATIC else "°"
-        mine = None if law is None else (scale * law[0][:, j], 1e3 * law[1][:, j])
+    q, at = shown_joints(robot, rows.q), None if law is None else shown_joints(robot, law[0])
+    for j, unit in enumerate(shown_units(robot)):
+        mine = None if law is None or at is None else (at[:, j], 1e3 * law[1][:, j])
         is_blamed = effect is not None and j in effect.joints
-        cells.append(_cell(j, scale * rows.q[:, j], left[:, j], mine, top, unit, is_blamed=is_blamed))
+        cells.append(_cell(j, q[:, j], left[:, j], mine, top, unit, is_blamed=is_blamed))
     lines = -(-len(cells) // COLUMNS)
     placed = "".join(
         f'<g transform="translate({CELL[0] * (j % COLUMNS):.0f} {CELL[1] * (j // COLUMNS):.0f})">{cell}</g>'
@@ -104,7 +103,7 @@ def _cell(
         f'<rect x="{LEFT}" y="{TOP}" width="{PLOT[0]}" height="{PLOT[1]}" fill="none" '
         f'style="stroke:{colour if is_blamed else LINE}" stroke-width="{1.6 if is_blamed else 0.8}"/>',
     ]
-    if high - low < LEAST_MOVED * (1e3 if unit == "mm" else np.rad2deg(1.0)):
+    if high - low < LEAST_MOVED * (1e3 if unit == " mm" else np.rad2deg(1.0)):
         return "".join([*parts, label(LEFT + 8, TOP + 0.5 * PLOT[1], "hardly moved")])
     if not np.isfinite(left).any():
         return "".join([*parts, label(LEFT + 8, TOP + 0.5 * PLOT[1], "does not move the tool")])
@@ -120,9 +119,8 @@ def _cell(
     parts.append(f'<path d="M{LEFT} {zero}h{PLOT[0]}" style="stroke:{MUTED}" stroke-width=".6"/>')
     for y, words in ((TOP + 8, f"+{number(top, 2)}"), (TOP + PLOT[1], f"−{number(top, 2)}")):
         parts.append(label(LEFT - 3, y, words, anchor="end"))
-    ends = (f"{low:.0f}".replace("-", "−"), f"{high:.0f}{unit}".replace("-", "−").replace("mm", " mm"))
-    parts.append(label(LEFT, TOP + PLOT[1] + 11, ends[0]))
-    parts.append(label(LEFT + PLOT[0], TOP + PLOT[1] + 11, ends[1], anchor="end"))
+    for x_end, anchor, words in ((LEFT, "start", f"{low:.0f}"), (LEFT + PLOT[0], "end", f"{high:.0f}{unit}")):
+        parts.append(label(x_end, TOP + PLOT[1] + 11, words.replace("-", "−"), anchor=anchor))
     return "".join(parts)
 
 

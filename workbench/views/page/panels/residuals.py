@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.joint_units import joint_words
+from workbench.arm.robot import Robot
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, Overlay, Stage
 from workbench.session.state import Focus, Session
@@ -125,12 +126,5 @@ def row_errors(rows: Comparison, row: int, robot: Robot) -> str:
     return (
         '<div data-testid="row-errors" style="margin-top:4px">'
         f"<b>Data row {int(rows.number[row])}</b> ({kind}): {errors}"
-        f'<div {MORE} style="color:{MUTED}">Joints {text(_joints(rows.q[row], robot))}</div></div>'
+        f'<div {MORE} style="color:{MUTED}">Joints {joint_words(robot, rows.q[row])}</div></div>'
     )
-
-
-def _joints(q: np.ndarray, robot: Robot) -> str:
-    slides = [joint.kind is JointKind.PRISMATIC for joint in robot.moving]
-    shown = np.where(slides, 1e3 * q, np.rad2deg(q)).round(1) + 0.0
-    parts = [f"{v:.1f}{' mm' if is_sliding else '°'}" for v, is_sliding in zip(shown, slides, strict=True)]
-    return ", ".join(parts).replace("-", "−")

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.joint_units import shown_joints, shown_units
+from workbench.arm.robot import Robot
 from workbench.base.wording import in_mm
 from workbench.plate.region import Region
 from workbench.session.commands.trajectory import (
@@ -205,7 +206,7 @@ def curves(track: Track) -> str:
     if track.before is not None:
         errors = track.errors / max(float(track.errors.max()), LEAST_SHOWN)
         parts.append(_polyline(track.time, errors, 0.0, "currentColor"))
-    for column, ink in zip(_shown(track).T, JOINT_INKS * 2, strict=False):
+    for column, ink in zip(shown_joints(track.robot, track.q).T, JOINT_INKS * 2, strict=False):
         share = (column - column.min()) / max(float(np.ptp(column)), LEAST_MOVED)
         parts.append(_polyline(track.time, share, ROOM, ink))
     drawn = f'<svg viewBox="0 0 {WIDTH} {2 * ROOM}" preserveAspectRatio="none">{"".join(parts)}</svg>'
@@ -224,17 +225,12 @@ def curves(track: Track) -> str:
 def legend(track: Track) -> str:
     """Colour and range of every joint."""
     parts = []
-    for j, (column, ink) in enumerate(zip(_shown(track).T, JOINT_INKS * 2, strict=False)):
-        unit = " mm" if track.robot.moving[j].kind is JointKind.PRISMATIC else "°"
+    columns = shown_joints(track.robot, track.q).T
+    shown = zip(columns, JOINT_INKS * 2, shown_units(track.robot), strict=False)
+    for j, (column, ink, unit) in enumerate(shown):
         words = f"{column.min():.0f} … {column.max():.0f}{unit}".replace("-", "−")
         parts.append(f'<span style="white-space:nowrap"><b style="color:{ink}">{j + 1}</b> {words}</span>')
     return f'<div data-testid="legend-joints" style="color:{MUTED}">{" · ".join(parts)}</div>'
-
-
-def _shown(track: Track) -> np.ndarray:
-    """Joint positions in ° or mm."""
-    slides = [joint.kind is JointKind.PRISMATIC for joint in track.robot.moving]
-    return np.where(slides, 1e3 * track.q, np.rad2deg(track.q))
 
 
 def _polyline(time: np.ndarray, share: np.ndarray, top: float, ink: str) -> str:
