@@ -13,13 +13,14 @@ import trimesh
 from manifold3d import Manifold
 
 from workbench.plate.parts.csv_lists import blocks_csv, bores_csv, holes_csv, inspection_csv, parts_csv
-from workbench.plate.parts.drawing import Circle, Dimension, Words, dxf_of, pdf_of
+from workbench.plate.parts.drawing import PAPERS, Circle, Dimension, Words, dxf_of, pdf_of
 from workbench.plate.parts.drawing_set import AXIAL, pages_of
 from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.page_frame import spread
+from workbench.plate.parts.page_frame import BORDER, spread
 from workbench.plate.parts.parts import Turned
 from workbench.plate.parts.solids import mesh_of, stl
 from workbench.plate.parts.stock import Stock
+from workbench.plate.plate_toml import load_plate
 from workbench.plate.tolerances import USUAL, Making
 
 SLANTED = ((-0.08, 0.05, 0.07, 0.4371, 0.7, 0.83), (0.05, -0.03, 0.09, 0.61, -2.0, -2.2))
@@ -253,7 +254,7 @@ def test_a_block_s_face_and_index_hole_lie_as_drawn(slanted):
 
 def test_what_is_checked_and_what_is_bought(slanted, plate_of):
     checks = list(csv.DictReader(io.StringIO(inspection_csv(plate_of(*SLANTED), slanted))))
-    assert {"height at the screw's axis", "mitre", "index hole from downhill"} <= {
+    assert {"height over B", "mitre", "index hole from downhill"} <= {
         c["feature"] for c in checks
     }
     assert all(float(c["least"]) < float(c["nominal"]) < float(c["greatest"]) for c in checks)
@@ -314,3 +315,40 @@ def test_a_chain_of_lengths_is_not_closed(fixture):
     probe = next(part for part in fixture.others if part.name == "probe")
     assert len(lengths) == len(probe.steps) + 1
     assert len(held) == len(probe.steps)
+
+
+def test_a_block_s_page_says_each_size_once(slanted):
+    """The bar's two sides once each; what the table holds stands in brackets elsewhere; words stay inside."""
+    for page in pages_of(slanted)[1 : 1 + len(slanted.shapes)]:
+        held = [i for i in page.items if isinstance(i, Dimension) and "(" not in i.text]
+        sides = [i for i in held if np.isclose(np.linalg.norm(i.b - i.a) * page.scale, 46.0)]
+        assert sorted(i.turn for i in sides) == [0.0, 90.0]
+        assert not any(np.isclose(np.linalg.norm(i.b - i.a) * page.scale, 14.0) for i in held)
+        width = PAPERS[page.paper][0] - BORDER
+        for words in (i for i in page.items if isinstance(i, Words) and i.align == "left"):
+            assert words.at[0] + 0.65 * words.height * len(words.text) < width, words.text
+
+
+def test_what_the_drawing_allows_stays_within_the_budget(slanted):
+    """The seat is held to where the block stands, its dowels, whose own place in the foot costs nothing."""
+    page = words_of(slanted)["block-A"]
+    tolerances = slanted.tolerances
+    assert any("B midway between the dowel holes" in w for w in page)
+    (across,) = {float(w[1:].split()[0]) for w in page if w.endswith("to A B C")}
+    (pair,) = {float(w[1:].split()[0]) for w in page if w.endswith("to each other")}
+    in_plate = 1e3 * tolerances.place
+    assert across / 2 + in_plate <= 1e3 * tolerances.making.position + 1e-9
+    assert np.isclose(pair, 1e3 * tolerances.pair, atol=5e-4)
+    checks = [c["feature"] for c in csv.DictReader(io.StringIO(inspection_csv(load_plate("table2"), slanted)))]
+    assert {"distance of the dowel holes", "level lines of the face against C"} <= set(checks)
+
+
+def test_bought_pins_and_screws_fit_the_plate(plate_of):
+    """20 mm pins would end within a plate of 20 mm; every screw ends above the bottom of its hole."""
+    thick = fixture_of(replace(plate_of(*SLANTED, lean=(0.0, 0.0, 0.0)), size=np.array([0.4, 0.4, 0.02])))
+    parts = {p["part"]: p for p in csv.DictReader(io.StringIO(parts_csv(thick)))}
+    long = {name.split(",")[0]: numbers(part["size"])[0] for name, part in parts.items() if "long" in part["size"]}
+    assert long["dowel pin ISO 8734 Ø4 m6"] == 28.0
+    assert long["screw ISO 4762 M8"] <= 15.0 + 1e3 * min(b.depth for b in thick.standoff.bores) - 2.0
+    assert parts["screw ISO 4762 M6, for the probe's flange"]["quantity"] == "4"
+    assert any("Ø4 m6 × 28" in w for w in words_of(thick)["block-A"])

@@ -24,7 +24,7 @@ from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.result import PlateDesign
-from workbench.plate.optimiser.target_blocks import few_shapes, places_of, shapes_of
+from workbench.plate.optimiser.target_blocks import few_shapes, places_of
 from workbench.plate.plate import ANCHOR_SIGMA, Plate
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, Reading, reading_named
@@ -118,9 +118,9 @@ def _few_shapes(search: Callable[[Wish], PlateDesign], wish: Wish) -> PlateDesig
     free = source = search(wish)
     best: PlateDesign | None = None
     for more in (True, False):
-        places = places_of(source.plate, source.plate.poses)
-        if len(shapes_of(places)) <= wish.shapes:
+        if source.plate_shapes <= wish.shapes:
             break
+        places = places_of(source.plate, source.plate.poses)
         few, twice = (
             replace(wish, blocks=replace(wish.blocks, shapes=few_shapes(places, number)))
             for number in (wish.shapes, 2 * wish.shapes)

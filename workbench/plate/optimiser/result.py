@@ -12,8 +12,8 @@ from workbench.arm.inverse.branch import margins
 from workbench.base import se3
 from workbench.base.types import Outcome, frozen
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
-from workbench.plate.optimiser.target_blocks import Places, places_of, shapes_of
-from workbench.plate.plate import Plate, Target
+from workbench.plate.optimiser.target_blocks import SHAPE, Places, places_of, shapes_of
+from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.predicted_error import PredictedError, predicted_error
 from workbench.plate.readings import linearise_reading
 from workbench.report.result_display import AbstractShown
@@ -66,8 +66,10 @@ class PlateDesign(AbstractShown):
     @property
     def plate_shapes(self) -> int:
         """Different blocks that stand on the plate."""
-        poses = np.stack([target.pose for target in self.plate.mounted])
-        return len(shapes_of(places_of(self.plate, poses)))
+        mounted = self.plate.mounted
+        places = places_of(self.plate, np.stack([target.pose for target in mounted]))
+        places[[target.kind is not Kind.SEAT for target in mounted], SHAPE[-1]] = 0.0  # balls and points have none
+        return len(shapes_of(places))
 
     def summary(self) -> RenderableType:
         from workbench.plate.report.design import design_tables

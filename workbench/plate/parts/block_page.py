@@ -1,7 +1,7 @@
 """The page of a block: front, foot from below, and the face square on.
 
-Its datums are its foot (A), the axis of its tapped hole (B) and the line of its dowels (C). On the face u
-runs downhill and v across, from the point above B.
+Its datums are its foot (A), the middle between its dowels, or its tapped hole where it has none (B), and the
+line of the dowels (C). On the face u runs downhill and v across, from the point above B.
 """
 
 import numpy as np
@@ -9,21 +9,23 @@ import numpy as np
 from workbench.plate.parts.drawing import PAPERS, TEXT, Angle, Item, Layer, Page, View, Words, paper_for
 from workbench.plate.parts.page_frame import (
     BORDER,
+    FLAT,
     LINE,
     MM,
     SHORT,
+    UPRIGHT,
+    dowel_length,
     lines,
     millimetres,
     position_words,
     table,
+    thread_notes,
     title,
 )
 from workbench.plate.parts.parts import Block, BlockShape, Fixture, Purpose
 from workbench.plate.plate import Kind
 from workbench.plate.tolerances import GENERAL, Tolerances
 
-FLAT = 1e-6
-"""A face that slopes less has no low side [rad]."""
 ROOM = 20.0
 """On paper a dimension for reference that is shorter has no room for its words; the notes say it [mm]."""
 
@@ -46,7 +48,7 @@ def block_page(fixture: Fixture, shape: BlockShape) -> Page:
         *_face(block, face, tolerances),
     ]
     items += table(
-        _bore_rows(block, tolerances), np.array([left, top - BORDER - 6.0]), (15, 30, 15, 15, 36, 15, 32)
+        _bore_rows(block, tolerances), np.array([left, top - BORDER - 6.0]), (15, 30, 17, 17, 32, 15, 32)
     )
     notes_at = np.array([left, top - BORDER - 14.0 - LINE * (len(block.bores) + 1)])
     items += lines(_block_notes(fixture, shape), notes_at)
@@ -87,7 +89,6 @@ def _front(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
     items.append(view.across((-half, 0.0), (-half, high), (-reach - 22.0, 0.0), 90.0, "(<>)"))
     middle = f"<> ±{MM * tolerances.height:.3g}"
     items.append(view.across((0.0, 0.0), (0.0, MM * block.height), (-reach - 10.0, 0.0), 90.0, middle))
-    items.append(view.across((-half, 0.0), (half, 0.0), (0.0, -10.0), 0.0))
     if block.tilt > FLAT:
         tilt = np.rad2deg(block.tilt)
         items.append(view.line([(half, low), (-half, low)], Layer.CENTRES, closed=False))
@@ -116,8 +117,8 @@ def _foot(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
     reach = half / view.scale
     a, b = min(offsets), max(offsets)
     if b - a > 1.0:
-        items.append(view.across((0.0, 0.0), (0.0, b), (-reach - 10.0, 0.0), 90.0))
-        items.append(view.across((0.0, a), (0.0, 0.0), (-reach - 10.0, 0.0), 90.0))
+        items.append(view.across((0.0, 0.0), (0.0, b), (-reach - 10.0, 0.0), 90.0, "(<>)"))
+        items.append(view.across((0.0, a), (0.0, 0.0), (-reach - 10.0, 0.0), 90.0, "(<>)"))
         items.append(Words("C", view.at((0.0, b)) + np.array([3.0, 3.0]), 1.2 * TEXT))
     items.append(view.across((-half, -half), (half, -half), (0.0, -reach - 10.0), 0.0))
     items.append(view.across((half, -half), (half, half), (reach + 10.0, 0.0), 90.0))
@@ -185,7 +186,7 @@ def _bore_rows(block: Block, tolerances: Tolerances) -> list[tuple[str, ...]]:
             (
                 f"{number} {'face' if on_face else 'foot'}",
                 SHORT[bore.purpose],
-                *(f"{value:z.3f}" for value in place),
+                *(f"({v:z.3f})" if bore.purpose is Purpose.INDEX else f"{v:z.3f}" for v in place),
                 bore.size.split(" (core")[0],
                 millimetres(bore.depth),
                 position_words(bore, tolerances),
@@ -198,18 +199,26 @@ def _block_notes(fixture: Fixture, shape: BlockShape) -> list[str]:
     block, tolerances, stock = shape.block, fixture.tolerances, fixture.stock
     flat = block.tilt <= FLAT
     seat = block.kind is Kind.SEAT
-    turned = "C line of the dowel holes (square to u)" if stock.doweled else "C the low edge (square to u)"
-    pins = ["Dowel holes fit pins Ø4 m6 × 20."] if stock.doweled else []
+    middle, turned = "axis of the foot's screw", f"the {'+x' if flat else 'low'} edge"
+    if stock.doweled:
+        middle, turned = "midway between the dowel holes", "their line"
+    pins = [f"Dowel holes fit pins Ø4 m6 × {dowel_length(fixture):g}."] if stock.doweled else []
+    mitre, height = f"{np.rad2deg(tolerances.mitre):.3g}°", f"height {MM * block.height:.3f} above A at B"
+    sloping = [
+        f"Face: mitre {np.rad2deg(block.tilt):.4f}° to A, {height};",
+        f"its level lines parallel to C within ±{mitre}; edges at",
+        f"{MM * block.heights[0]:.3f} (low) and {MM * block.heights[1]:.3f} (high) for reference.",
+    ]
     index = [f"Index hole from downhill: see FACE, ±{np.rad2deg(tolerances.turn):.3g}° to C."] if seat else []
     ball = [f"Cone for a ball of Ø{MM * stock.ball:.3g}, its centre over B."]
     return [
-        f"Datums: A foot, B axis of the foot's screw, {turned}.",
-        "Face holes are square to the face. u = v = 0 of the face lies on axis B;",
+        f"Datums: A foot, B {middle}, C {turned} (square to u).",
+        "B lies in the foot's middle, u = v = 0 of the face over B;",
         f"u runs {'along +x (mark this side)' if flat else 'downhill'}, v along +y (down in FOOT).",
-        f"Face: mitre {np.rad2deg(block.tilt):.4f}° to A, height {MM * block.height:.3f} above A at B;",
-        f"edges at {MM * block.heights[0]:.3f} (low) and {MM * block.heights[1]:.3f} (high) for reference.",
+        f"Face holes are square to the face{f' within {UPRIGHT:g}' if seat else ''}.",
+        *([f"Face: parallel to A within ±{mitre}, {height}."] if flat else sloping),
         *index,
-        f"Hole 1 within ±{MM * tolerances.place:.3g} mm of its place along u and v.",
+        *thread_notes(block.bores),
         f"Budget: {tolerances.note}.",
         *pins,
         *(

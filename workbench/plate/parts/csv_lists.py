@@ -13,14 +13,24 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from workbench.base import se3
-from workbench.plate.parts.page_frame import BOTTOM, LENGTH, PIN_PLACE, STEEL, position_words
+from workbench.plate.parts.page_frame import (
+    BOTTOM,
+    FLAT,
+    LENGTH,
+    PIN_PLACE,
+    RADIAL,
+    SCREWS,
+    SHORT_OF,
+    STEEL,
+    dowel_length,
+    longest,
+    position_words,
+)
 from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
 from workbench.plate.plate import Kind, Plate
 
 TARGET_COLUMNS = ("target", "x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
 MM = 1e3
-SCREWS = (12.0, 16.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0)
-"""Lengths in which ISO 4762 and ISO 4026 sell M6 [mm]."""
 
 
 def holes_csv(fixture: Fixture) -> str:
@@ -130,9 +140,13 @@ def parts_csv(fixture: Fixture) -> str:
         made.append((part.name, part.quantity, BOTTOM if isinstance(part, Slab) else STEEL, size, part.name))
     count = len(fixture.blocks)
     stock, kinds = fixture.stock, {block.kind for block in fixture.blocks}
-    bought = [(stock.fastener, count, "8.8", f"{_screw(fixture):g} long", "")]
+    thickness = fixture.slab.size[2]
+    bought = [(stock.fastener, count, "8.8", _screw(thickness, stock.thread), "")]
     if stock.doweled:
-        bought.append(("dowel pin ISO 8734 Ø4 m6", 2 * count, "hardened", "20 long", ""))
+        pin = f"{dowel_length(fixture):g} long"
+        bought.append(("dowel pin ISO 8734 Ø4 m6", 2 * count, "hardened", pin, ""))
+    if fixture.probe is not None:
+        bought.append(("screw ISO 4762 M6, for the probe's flange", 4, "8.8", "16 long", ""))
     if Kind.SEAT in kinds:
         bought += [("pin Ø6 g6", 1, "hardened", "19 long", ""), ("pin Ø3 g6", 1, "hardened", "15 long", "")]
     if Kind.SOCKET in kinds:
@@ -142,16 +156,18 @@ def parts_csv(fixture: Fixture) -> str:
         bought.append(("magnet Ø5 × 4", 1 + count, "NdFeB", "", ""))
     if fixture.anchored:
         bought.append(("ball-bar, telescoping, read to 5 µm", 1, "", "lengths in distances.csv", ""))
-    if fixture.standoff is not None:
-        bought.append(("screw ISO 4762 M8", 2 * fixture.standoff.quantity, "8.8", "30 long", ""))
+    if fixture.standoff is not None and fixture.bottom is not None:
+        post = fixture.standoff
+        through = min(thickness, fixture.bottom.size[2])
+        size = _screw(through, min(bore.depth for bore in post.bores))
+        bought.append(("screw ISO 4762 M8", 2 * post.quantity, "8.8", size, ""))
     head = ("item", "part", "quantity", "material", "size", "files")
     return _table(head, ((str(i), *map(str, row)) for i, row in enumerate([*made, *bought], start=1)))
 
 
-def _screw(fixture: Fixture) -> float:
-    """Length of a block's screw: the longest one sold that ends 2 mm above the bottom of its hole [mm]."""
-    room = MM * (fixture.slab.size[2] + fixture.stock.thread) - 2.0
-    return max((length for length in SCREWS if length <= room), default=SCREWS[0])
+def _screw(thickness: float, depth: float) -> str:
+    """The longest screw sold that goes through a plate and ends above the bottom of its hole [m]."""
+    return f"{longest(SCREWS, MM * (thickness + depth) - SHORT_OF):g} long"
 
 
 def _bar(block: Block) -> str:
@@ -194,8 +210,13 @@ def _checks_of_blocks(fixture: Fixture) -> Iterator[Check]:
     tolerances = fixture.tolerances
     for block in fixture.blocks:
         name = f"block {block.number} ({fixture.letter(block.number)})"
-        yield name, "height at the screw's axis", "mm", MM * block.height, MM * tolerances.height
+        yield name, "height over B", "mm", MM * block.height, MM * tolerances.height
         yield name, "mitre", "deg", np.rad2deg(block.tilt), np.rad2deg(tolerances.mitre)
+        if block.tilt > FLAT:
+            yield name, "level lines of the face against C", "deg", 0.0, np.rad2deg(tolerances.mitre)
+        if fixture.stock.doweled:
+            apart = 2.0 * MM * tolerances.dowels
+            yield name, "distance of the dowel holes", "mm", apart, 0.5 * MM * tolerances.pair
         for bore in block.bores:
             if bore.direction[2] < 0.0:
                 yield from _checks_of_face(name, block.on_face(bore), bore, fixture)
@@ -217,6 +238,7 @@ def _checks_of_face(name: str, place: tuple[float, float], bore: Bore, fixture: 
     if bore.purpose is Purpose.INDEX:
         angle = float(np.rad2deg(np.arctan2(place[1], place[0])))
         yield name, "index hole from downhill", "deg", angle, np.rad2deg(tolerances.turn)
+        yield name, "index hole from the seat", "mm", float(np.hypot(*place)), RADIAL
         return
     if bore.purpose is Purpose.MAGNET:  # holds the ball, does not place it
         return

@@ -36,6 +36,7 @@ from workbench.plate.parts.page_frame import (
     sheet,
     spread,
     table,
+    thread_notes,
     title,
 )
 from workbench.plate.parts.parts import Bore, Fixture, Purpose, Slab, Turned
@@ -112,7 +113,7 @@ def _feet(fixture: Fixture, view: View) -> list[Item]:
         edge, middle = foot[1:3].mean(axis=0), foot.mean(axis=0)
         out = (edge - middle) / np.linalg.norm(edge - middle)
         items.append(Line(np.array([view.at(edge), view.at(edge) + 4.0 * out]), Layer.OUTLINE))
-        label = f"{block.number}{fixture.letter(block.number)}"
+        label = f"{block.number} ({fixture.letter(block.number)})"
         corner = view.at(foot[np.argmax(foot.sum(axis=1))]) + np.array([1.0, 0.0])
         edge = view.at(MM * fixture.slab.size[:2]) - [1.2 * TEXT * len(label), 2.0 * TEXT]
         inside = bool((corner < edge).all())  # else at the opposite corner
@@ -163,9 +164,9 @@ def _plate_notes(fixture: Fixture) -> list[str]:
     x, y = fixture.from_corner(pose[:3, 3])
     low, held = ("+x", "anchor") if fixture.anchored else ("low", "target")
     return [
-        "Datums: A top face, B lower edge, C left edge. Ordinates: the blocks' screw holes.",
+        "Datums: A top face, B lower edge, C left edge. Ordinates, for reference: screw holes.",
         *_position_notes(fixture),
-        f"Ticks: {low} side of each block. Numbers: {held} and shape of its block.",
+        f"Ticks: {low} side of each block. Numbers: {held} (shape of its block).",
         f"Budget: {tolerances.note}.",
         f"Robot base at x {x:.2f}, y {y:.2f}, {MM * pose[2, 3]:+.2f} from A.",
     ]
@@ -239,7 +240,7 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
             "center",
         )
     ]
-    notes = ["All stand-offs of one length within 0.02."]
+    notes = ["All stand-offs of one length within 0.02.", *thread_notes(part.bores)]
     if probe:
         pinned = any(bore.purpose is Purpose.PIN for bore in part.bores)
         notes = [*(PIN_NOTES if pinned else BALL_NOTES), *FLANGE_NOTES]
