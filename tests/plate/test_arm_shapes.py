@@ -205,7 +205,7 @@ def test_capsules_are_what_they_were(plate):
         ]
     )
     placements = arm.placements(q)
-    around = Surroundings(arm, plate_hull(plate), 0.0).distances(placements, far=5.0)
+    around = Surroundings(arm, (plate_hull(plate),), 0.0).distances(placements, far=5.0)
     assert around == pytest.approx(
         np.array(
             [
@@ -235,6 +235,6 @@ def test_a_plate_is_optimised_with_the_meshes(ur5, arm, plate):
     assert design.notes[0] == "clearance is that of the collision meshes of ur5_robot.urdf"
     assert isinstance(arm, MeshArm)
     q = np.stack([target.q for target in design.plate.targets])
-    around = Surroundings(arm, plate_hull(plate), 0.0).distances(arm.placements(q))
+    around = Surroundings(arm, (plate_hull(plate),), 0.0).distances(arm.placements(q))
     assert around.min() >= 0.01
     assert design.clearance.min() >= 0.01

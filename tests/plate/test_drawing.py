@@ -254,9 +254,7 @@ def test_a_block_s_face_and_index_hole_lie_as_drawn(slanted):
 
 def test_what_is_checked_and_what_is_bought(slanted, plate_of):
     checks = list(csv.DictReader(io.StringIO(inspection_csv(plate_of(*SLANTED), slanted))))
-    assert {"height over B", "mitre", "index hole from downhill"} <= {
-        c["feature"] for c in checks
-    }
+    assert {"height over B", "mitre", "index hole from downhill"} <= {c["feature"] for c in checks}
     assert all(float(c["least"]) < float(c["nominal"]) < float(c["greatest"]) for c in checks)
     assert all(c["measured"] == "" for c in checks)
     holes = {h["hole"]: h for h in csv.DictReader(io.StringIO(holes_csv(slanted)))}
@@ -339,7 +337,9 @@ def test_what_the_drawing_allows_stays_within_the_budget(slanted):
     in_plate = 1e3 * tolerances.place
     assert across / 2 + in_plate <= 1e3 * tolerances.making.position + 1e-9
     assert np.isclose(pair, 1e3 * tolerances.pair, atol=5e-4)
-    checks = [c["feature"] for c in csv.DictReader(io.StringIO(inspection_csv(load_plate("table2"), slanted)))]
+    checks = [
+        c["feature"] for c in csv.DictReader(io.StringIO(inspection_csv(load_plate("table2"), slanted)))
+    ]
     assert {"distance of the dowel holes", "level lines of the face against C"} <= set(checks)
 
 
@@ -347,7 +347,9 @@ def test_bought_pins_and_screws_fit_the_plate(plate_of):
     """20 mm pins would end within a plate of 20 mm; every screw ends above the bottom of its hole."""
     thick = fixture_of(replace(plate_of(*SLANTED, lean=(0.0, 0.0, 0.0)), size=np.array([0.4, 0.4, 0.02])))
     parts = {p["part"]: p for p in csv.DictReader(io.StringIO(parts_csv(thick)))}
-    long = {name.split(",")[0]: numbers(part["size"])[0] for name, part in parts.items() if "long" in part["size"]}
+    long = {
+        name.split(",")[0]: numbers(part["size"])[0] for name, part in parts.items() if "long" in part["size"]
+    }
     assert long["dowel pin ISO 8734 Ø4 m6"] == 28.0
     assert long["screw ISO 4762 M8"] <= 15.0 + 1e3 * min(b.depth for b in thick.standoff.bores) - 2.0
     assert parts["screw ISO 4762 M6, for the probe's flange"]["quantity"] == "4"

@@ -13,7 +13,12 @@ from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.plate import tradeoff
+from workbench.plate.obstruction import hits
+from workbench.plate.optimiser.candidates import Setting
+from workbench.plate.optimiser.capsules import capsule_arm
+from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.manufacturing import MANNERS
+from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks, places_of
 from workbench.plate.parts.csv_lists import distances_csv, parts_csv
 from workbench.plate.parts.drawing import Words
@@ -26,6 +31,7 @@ from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.readings import linearise_targets, reading_named
 from workbench.plate.target_branches import choose_branches, plate_solutions
+from workbench.plate.tolerances import EXACT
 from workbench.plate.tradeoff import weigh_choices
 
 
@@ -71,6 +77,44 @@ def test_sockets_stand_over_their_screws_without_dowels(plate_of):
         assert "ndex" not in words
         assert "dowel" not in words
         assert "dowel" not in parts_csv(made)
+
+
+def test_the_search_keeps_clear_of_a_ball_bar_s_posts(aria, plate):
+    """What the guide calls blocked by the post of an anchor is never a candidate."""
+    reading = reading_named("ball-bar", aria, plate)
+    setting = Setting(
+        robot=aria,
+        plate=plate,
+        arm=capsule_arm(aria),
+        constraints=Constraints(),
+        reading=reading,
+        making=EXACT,
+        names=aria.default_free,
+        scales=np.ones(len(aria.default_free)),
+    )
+    q = np.random.default_rng(2).uniform(*aria.limits.T, (3000, aria.dof))
+    met = np.array(
+        [" anchor " in hit for hit in hits(aria, replace(plate, anchors=reading.anchors), [0] * len(q), q)]
+    )
+    assert met.sum() > 3
+    assert (setting.surroundings.distances(setting.arm.placements(q[met]))[:, 2] < 1e-6).all()
+
+
+def test_balls_have_no_spin_that_would_make_shapes(aria, plate):
+    """Blocks that differ by the tool's turn about their axis alone are one shape, as the drawings have it."""
+    turned = tuple(
+        replace(
+            t,
+            kind=Kind.SOCKET,
+            xyz=plate.targets[0].xyz + [0.06 * i, 0.0, 0.0],
+            rpy=np.array([np.pi, 0.0, i]),
+        )
+        for i, t in enumerate(plate.targets[:3])
+    )
+    design = PlateDesign(plate=replace(plate, targets=turned), cost=1e-4, rotation=np.inf, start_cost=1e-4)
+    assert design.plate_shapes == 1 == len(fixture_of(replace(design.plate, size=None)).shapes)
+    seats = tuple(replace(t, kind=Kind.SEAT) for t in turned)
+    assert replace(design, plate=replace(plate, targets=seats)).plate_shapes == 3
 
 
 def test_a_ball_bar_plate_is_three_sockets_and_the_lengths_of_its_bar(aria, plate, tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 
 from studies import aria_printed as printed
 from studies.aria_arms import Comparison
-from studies.finding import Finding, judged, without
+from studies.finding import Finding, between, judged, without
 from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
 from workbench.plate.clustering import Clustering
@@ -30,7 +30,7 @@ def clustering_claims(found: Clustering, robot: Robot, plate: Plate) -> tuple[Fi
     return (
         judged(
             "§4.2", "poses with the same O in different cubes", "10",
-            f"{len(set(best.cubes.tolist()))}, O {best.o.min():.4f} to {best.o.max():.4f}",
+            f"{len(set(best.cubes.tolist()))}, O {between(best.o.min(), best.o.max(), '.4f')}",
             len(set(best.cubes.tolist())) == 10 and best.difference <= 0.01,
             f"{found.region.cube_words} in the region of the plate",
         ),

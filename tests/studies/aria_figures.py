@@ -21,6 +21,7 @@ from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figu
 COLUMN_COLOURS = (NOMINAL, *COLOURS)
 NOTHING = RowComponents(np.zeros((0, 3)), np.zeros((0, 3)))
 MM = 1e3
+SHADED = "Shaded: what the other columns' scale spans."
 
 
 def all_pictures(
@@ -29,8 +30,8 @@ def all_pictures(
     """Every picture, in the order of the paper."""
     wanted: list[tuple[str, str, str, Callable[[], Figure]]] = [
         ("fig5", "Fig. 5: workspace clustering",
-         "The region, its cubes of side L, and the ten cubes in which the poses of equal O lie, from above "
-         "and from the front.",
+         f"The region in {found.clustering.region.cube_words}; coloured: where the ten poses of equal O "
+         "lie, from above and from the front.",
          lambda: _clusters(found)),
         ("fig6a", "Fig. 6a: arbitrary choice",
          "Table 2 from above: the targets on their circle, tilted by −150° and −160° in turn; arrows show "
@@ -47,7 +48,7 @@ def all_pictures(
         wanted.append(
             (f"fig7{letter}", f"Fig. 7{letter}: {what}, {comparison.acquisition.title}",
              "One virtual arm, its ten measured poses l, with noise: errors of the nominal arm and of the "
-             "three algorithms, axis by axis and as a whole. Dotted: the required limit.",
+             f"three algorithms, axis by axis and as a whole. Dotted: the required limit. {SHADED}",
              partial(_grid, comparison.example, rotation=rotation))
         )  # fmt: skip
     for letter, rotation in (("a", False), ("b", True)):
@@ -56,7 +57,7 @@ def all_pictures(
              "The paper shows its real arm, whose rows it does not print. Here a virtual arm "
              "(aria-table4) has the constants of Table 4 and nothing else, measured on Table 2 with a "
              "plate's noise: what stays is noise, where the real arm kept 0.5 mm and 0.43° that no "
-             "constant holds. Dotted: the limit.",
+             f"constant holds. Dotted: the limit. {SHADED}",
              partial(_grid, found.on_table_4, rotation=rotation))
         )  # fmt: skip
     return drawn(wanted, progress)

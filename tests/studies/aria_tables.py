@@ -5,7 +5,7 @@ from jaxtyping import Float
 
 from studies import aria_printed as printed
 from studies.aria_arms import TITLES, Acquisition, identified, mean_errors
-from studies.finding import Finding, checked, judged, without
+from studies.finding import Finding, between, checked, judged, without
 from studies.page import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_poses
@@ -109,8 +109,8 @@ def tool(robot: Robot, plate: Plate, q: Float[np.ndarray, "targets n"]) -> tuple
             "the text and Table 2 contradict each other; the table is taken",
         ),
         judged(
-            "Table 2", "targets reached", "10", f"{sum(c > 0 for c in counts)}, in {min(counts)} to "
-            f"{max(counts)} ways each", min(counts) > 0 and reached < 1e-8,
+            "Table 2", "targets reached", "10", f"{sum(c > 0 for c in counts)}, in "
+            f"{between(min(counts), max(counts))} ways each", min(counts) > 0 and reached < 1e-8,
         ),
     )  # fmt: skip
     rows = tuple(

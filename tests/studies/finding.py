@@ -48,6 +48,12 @@ class Finding:
     reason: str = ""
 
 
+def between(low: float, high: float, form: str = "g") -> str:
+    """A range for people, one number where both ends read alike."""
+    ends = f"{low:{form}}", f"{high:{form}}"
+    return " to ".join(dict.fromkeys(ends))
+
+
 def judged(
     where: str, what: str, printed: str, here: str, agrees: bool | np.bool_, reason: str = ""
 ) -> Finding:

@@ -65,7 +65,9 @@ class Choice:
     @property
     def name(self) -> str:
         """For people and for its file."""
-        return f"{self.manner}, {len(self.design.plate)} targets, {self.shapes} shapes"
+        return (
+            f"{self.manner}, {len(self.design.plate)} targets, {self.shapes} shape{'s' * (self.shapes != 1)}"
+        )
 
 
 @final

@@ -7,7 +7,7 @@ considers, and remembered.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -95,7 +95,10 @@ class Setting:
     @property
     def surroundings(self) -> Surroundings:
         """What stands there whatever the targets are."""
-        return Surroundings(self.arm, plate_hull(self.plate), self.constraints.floor)
+        solid, anchors = plate_hull(self.plate), self.reading.anchors
+        posts = () if anchors is None else replace(self.plate, anchors=anchors).mounted
+        bodies = block_hulls(self.plate, np.array([post.pose for post in posts])) if posts else []
+        return Surroundings(self.arm, (*bodies, *([] if solid is None else [solid])), self.constraints.floor)
 
     @property
     def spacing(self) -> float:

@@ -34,12 +34,12 @@ class Surroundings:
 
     Args:
         arm: The arm's shape.
-        plate: The plate's solid, if it has one.
+        plate: The plate's solid, if it has one, and the posts of a ball-bar's anchors.
         floor: Height of the table in the robot's base [m]; None if there is none.
     """
 
     arm: AbstractArmShape
-    plate: Hull | None
+    plate: tuple[Hull, ...]
     floor: float | None
 
     def distances(
@@ -58,8 +58,8 @@ class Surroundings:
         free = arm.bodies > ON_THE_TABLE
         if self.floor is not None and free.any():
             result[:, 1] = np.minimum(arm.lowest(placements)[:, free].min(1) - self.floor, far)
-        if self.plate is not None:
-            every = np.ones(len(arm.bodies), bool)
-            hulls = [self.plate]
-            result[:, 2] = arm.hull_distances(placements, hulls, checked=every, far=far, least=least)
+        every = np.ones(len(arm.bodies), bool)
+        for hull in self.plate:
+            gaps = arm.hull_distances(placements, [hull], checked=every, far=far, least=least)
+            result[:, 2] = np.minimum(result[:, 2], gaps)
         return result

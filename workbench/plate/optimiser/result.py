@@ -68,7 +68,9 @@ class PlateDesign(AbstractShown):
         """Different blocks that stand on the plate."""
         mounted = self.plate.mounted
         places = places_of(self.plate, np.stack([target.pose for target in mounted]))
-        places[[target.kind is not Kind.SEAT for target in mounted], SHAPE[-1]] = 0.0  # balls and points have none
+        places[[target.kind is not Kind.SEAT for target in mounted], SHAPE[-1]] = (
+            0.0  # balls and points have none
+        )
         return len(shapes_of(places))
 
     def summary(self) -> RenderableType:
