@@ -106,7 +106,7 @@ def test_balls_have_no_spin_that_would_make_shapes(aria, plate):
         replace(
             t,
             kind=Kind.SOCKET,
-            xyz=plate.targets[0].xyz + [0.06 * i, 0.0, 0.0],
+            xyz=plate.targets[0].xyz + np.array([0.06 * i, 0.0, 0.0]),
             rpy=np.array([np.pi, 0.0, i]),
         )
         for i, t in enumerate(plate.targets[:3])
