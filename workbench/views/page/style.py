@@ -2,8 +2,9 @@
 where that differs, the page is as viser makes it. A browser test holds it.
 
 A browser looks for what `:has` names whenever something like it comes or goes below an element that may have
-it. So it names one attribute or class that hardly anything has: with tags, or names that many have, every
-number that changes would cost a look at the whole page (10 ms).
+it, and styles anew all that the rule reaches from there. So it names one attribute or class that hardly
+anything has, and stands in no rule for what is always there: every number that changes would cost a look at
+the whole panel (5 to 10 ms).
 """
 
 import viser
@@ -13,10 +14,9 @@ from workbench.views.appearance.colours import SKY, SKY_DARK, css
 
 PANEL_WIDTH = 470
 """Width of the panel [px]."""
-KEPT = 'data-kept="1"'
-"""Marks what makes its folder the strip that is kept in view."""
-STRIP = f".mantine-Paper-root[data-with-border]:has([{KEPT}])"
-"""The folder that holds the strip."""
+PANEL = 'div[style*="grid-template-rows"] > div'
+STRIP = f"{PANEL} > div > div > .mantine-Paper-root[data-with-border]:nth-child(2)"
+"""The panel's first folder, behind this sheet; it is kept in view."""
 INSIDE = f"{STRIP} > div > div > div"
 """What holds its parts."""
 SHEET = (
@@ -33,15 +33,13 @@ MORE = 'data-more="1"'
 OVER = 'data-over="1"'
 OVER_HEIGHT = 152
 """Marks curves with a slider over them, where a click or drag sets the time; their height [px]."""
-DROP = 'data-drop="1"'
-"""Marks a modal on whose upload buttons files can be dropped: the browser's file fields lie above them."""
 RULES = f"""
 canvas[data-engine] {{ background: {css(SKY)} }}
 [data-mantine-color-scheme="dark"] canvas[data-engine] {{ background: {css(SKY_DARK)} }}
 .mantine-Modal-content:has([{WIDE}]) {{ flex-basis: 94vw; max-width: 1800px }}
 [{WIDE}] {{ overflow-x: auto }}
 [{WIDE}] svg {{ max-height: 76vh; min-width: {WIDEST}px }}
-div[style*="grid-template-rows"] > div[style*="overflow: hidden"] {{ overflow: clip !important }}
+{PANEL}[style*="overflow: hidden"] {{ overflow: clip !important }}
 {STRIP} {{ position: sticky; top: 0; z-index: 20; margin: 0 0 .6em; border-width: 0 0 1px;
   border-radius: 0; background: var(--mantine-color-body); box-shadow: 0 4px 8px -6px rgba(0,0,0,.3) }}
 {STRIP} > .mantine-Paper-root, {STRIP} > :last-child {{ display: none }}
@@ -60,8 +58,8 @@ div:has(> [{OVER}]) + div .mantine-Slider-trackContainer::before {{
 div:has(> [{OVER}]) + div .mantine-Slider-track::before {{ display: none }}
 div:has(> [{OVER}]) + div .mantine-Slider-thumb {{
   width: 2px !important; height: {OVER_HEIGHT}px !important; border: 0; border-radius: 0 }}
-.mantine-Modal-body:has([{DROP}]) div:has(> [accept]) {{ position: relative }}
-.mantine-Modal-body:has([{DROP}]) input[type="file"] {{ display: block !important; position: absolute;
+.mantine-Modal-body div:has(> [accept]) {{ position: relative }}
+.mantine-Modal-body input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
 div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}
 @media (max-width: {NARROW}px) {{

@@ -10,7 +10,6 @@ from workbench.session.state import Message, Session, Severity
 from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, block, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
-from workbench.views.page.style import KEPT
 
 TINTS = {
     Severity.INFO: ("rgba(59,130,246,.12)", "#3b82f6"),
@@ -149,7 +148,7 @@ def _verdict(step: Step, *, is_caption: bool) -> str:
     figure = (
         f'<div data-testid="figure-now" style="{FIGURE}">{text(step.figure)}</div>' if step.figure else ""
     )
-    return f"<div {KEPT}>{block(words + figure, testid='hint', style=style)}</div>"
+    return block(words + figure, testid="hint", style=style)
 
 
 def _message(message: Message) -> str:

@@ -14,7 +14,6 @@ from workbench.views.page.html import BAD, MUTED, block, text
 from workbench.views.page.panels.arm import MODELS
 from workbench.views.page.panels.data import FILES
 from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press
-from workbench.views.page.style import DROP
 
 CHOSEN = "as said above"
 INTRODUCTION = (
@@ -116,7 +115,7 @@ class StartCard(AbstractPanel):
         words = INTRODUCTION if not is_asking else BOTH if self._wants_data else ALONE
         robot = f"<div><b>Robot: {text(session.robot.name)}</b>, {session.robot.dof} joints</div>"
         return block(
-            f'<div {DROP} style="color:{MUTED}">{words}</div>'
+            f'<div style="color:{MUTED}">{words}</div>'
             + (robot if is_asking else "")
             + f'<div style="color:{BAD}">{text(wrong)}</div><div>{text(working)}</div>',
             testid="start",
