@@ -39,8 +39,7 @@ class Bending:
 
 def bending_robot(session: Session) -> Robot | None:
     """The arm that is drawn bent: the shown fit where it has effects, else the opened one; None without."""
-    fitted = session.identification and session.identification.runs[session.fit].calibrated
-    for robot in (fitted, session.robot):
+    for robot in (session.calibrated, session.robot):
         if robot is not None and robot.effects:
             return _driven_by_pose(robot)
     return None

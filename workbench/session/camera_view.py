@@ -68,7 +68,7 @@ def camera_views(session: Session) -> tuple[CameraView, ...]:
     if loaded is None or loaded.dataset.rig is None:
         return ()
     data, rig = loaded.dataset, loaded.dataset.rig
-    fit = None if session.identification is None else session.identification.runs[session.fit].fit
+    fit = None if session.run is None else session.run.fit
     robot = session.robot if fit is None else fit.calibrated
     values = _values(robot, data, fit)
     row = _row(session, data)
@@ -114,9 +114,10 @@ def tool_covariance(session: Session) -> Float[np.ndarray, "3 3"] | None:
 
     What a base and a tool frame could do as well is aside: the camera takes it.
     """
-    if session.identification is None or (gate := session.identification.gate) is None or not gate.taken:
+    found, run = session.identification, session.run
+    if found is None or run is None or found.gate is None or not found.gate.taken:
         return None
-    fit = session.identification.runs[session.fit].fit
+    fit = run.fit
     names, share = _frames_aside(fit)
     places = [fit.problem.names.index(name) for name in names]
     left = _columns(fit, Motion(standing(session)[None]), names) @ share

@@ -223,8 +223,7 @@ class Captured:
 def captured(session: Session) -> Captured:
     """The kept poses as the present models have them."""
     q = np.array(session.captured).reshape(-1, session.robot.dof)
-    found = session.identification
-    calibrated = None if found is None else _in_base(found.runs[session.fit].calibrated, q)
+    calibrated = None if session.calibrated is None else _in_base(session.calibrated, q)
     return Captured(q, _in_base(session.robot, q), calibrated)
 
 

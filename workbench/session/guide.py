@@ -23,7 +23,7 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import UseRows
 from workbench.session.commands.plate import ImprovePlate, TryPlate
 from workbench.session.export import File, fixture_zip
-from workbench.session.state import Focus, Session, Tab, TargetState
+from workbench.session.state import Focus, Session, Tab
 
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 """Mean length of a position error of three normal components of unit deviation."""
@@ -162,7 +162,9 @@ def stages(session: Session) -> tuple[Stage, ...]:
     out = [Stage.of("nominal", found.nominal, found.nominal_rows)]
     if session.accepted and diagnosis is not None:
         out.append(Stage.of("geometry", diagnosis.before, diagnosis.before_rows))
-    run, title = found.runs[session.fit], _kind(diagnosis) if session.accepted else "geometry"
+    has_cause = diagnosis is None or bool(diagnosis.causes)
+    title = "geometry" if not session.accepted else "causes" if has_cause else "residual map"
+    run = found.runs[session.fit]
     return (*out, Stage.of(title, run, (run.train_rows, run.held_out_rows)))
 
 
@@ -181,10 +183,6 @@ def share_of_noise(session: Session, found: Identification) -> float:
     """How many times the instrument's noise is left on average; NaN where that is unknown."""
     left, noise = judged(found.runs[session.fit]).position_mm.mean, noise_length(found)
     return left / noise if noise > 0.0 else float("nan")
-
-
-def _kind(diagnosis: Diagnosis | None) -> str:
-    return "causes" if diagnosis is None or diagnosis.causes else "residual map"
 
 
 def _figure(session: Session) -> str:
@@ -206,7 +204,8 @@ def _design(session: Session) -> Step:
     bad = [(i, state) for i, state in enumerate(session.states) if not state.measurable]
     if bad:
         (first, state), count = bad[0], len(session.plate)
-        words = f"{count - len(bad)} of {count} targets can be measured; target {first + 1} {_why(state)}."
+        why = "is out of reach" if not state.reached else f"is blocked: {state.hit}"
+        words = f"{count - len(bad)} of {count} targets can be measured; target {first + 1} {why}."
         fix = Action(f"Show target {first + 1}", Tab.PLATE, SelectTarget(first))
         return Step(words, Tone.BAD, fix, LOAD)
     improve = Action("Improve the plate", Tab.PLATE, ImprovePlate(seed=len(session.history)))
@@ -229,10 +228,6 @@ def _design(session: Session) -> Step:
     if session.tried.share < ENOUGH:
         return Step(f"{kept}.", Tone.CAREFUL, improve, LOAD)
     return Step(f"{kept}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
-
-
-def _why(state: TargetState) -> str:
-    return "is out of reach" if not state.reached else f"is blocked: {state.hit}"
 
 
 def _predicted(session: Session) -> str:

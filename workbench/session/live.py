@@ -9,7 +9,6 @@ from typing import final
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.errors import WorkbenchError
 from workbench.data.live.sample import Sample, samples
 from workbench.data.simulation.driver import Pace, drive
 from workbench.session.commands.measure import TakeSample, TellSource
@@ -119,7 +118,7 @@ class LiveSource(AbstractView):
         self._stop.set()
 
     def _read(self) -> None:
-        for sample in samples(self._lines, source=self._name, on_error=self._tell):
+        for sample in samples(self._lines, source=self._name, on_error=lambda error: self._say(str(error))):
             if self._stop.is_set():
                 return
             self._heard = time.monotonic()
@@ -143,9 +142,6 @@ class LiveSource(AbstractView):
             self._say(f"{words}; choose the robot that is connected")
             return False
         return True
-
-    def _tell(self, error: WorkbenchError) -> None:
-        self._say(str(error))
 
     def _say(self, words: str) -> None:
         """The first mistake of a source: the same one would come twenty times a second."""

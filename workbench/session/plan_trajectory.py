@@ -47,9 +47,7 @@ KATANA = 1e-3 * np.array(
 
 def erring_robot(session: Session) -> Robot | None:
     """The arm that does not do what the nominal one would: the shown fit, or the opened arm's own effects."""
-    if session.identification is not None:
-        return session.identification.runs[session.fit].calibrated
-    return bending_robot(session)
+    return session.calibrated or bending_robot(session)
 
 
 def curves(session: Session) -> Mapping[str, Curve]:

@@ -11,13 +11,14 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
+from workbench.identification.problem_blocks import Noise
 from workbench.plate.free_constants import identified_names
 from workbench.plate.observability import INDICES, O, evaluate
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import position_weight, predicted_error, rise_without_each
 from workbench.plate.readings import linearise_targets
 from workbench.plate.region_poses import plate_region_poses
-from workbench.session.state import Noise, Score, TargetState
+from workbench.session.state import Score, TargetState
 
 WORST = 3
 """How many of the worst-determined parameters are named."""

@@ -8,9 +8,7 @@ arm meets it well clear of limits and plate, and then has the orientation that t
 from dataclasses import replace
 
 import numpy as np
-from jaxtyping import Float
 
-from workbench.arm.inverse.branch import Branch
 from workbench.arm.inverse.solve import Task, solve_many
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -20,13 +18,14 @@ from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel, never
 from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import usual_wanted
+from workbench.identification.problem_blocks import Noise
 from workbench.plate.obstruction import clear_of
 from workbench.plate.patterns import CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
 from workbench.session.reach import place_all
 from workbench.session.score import draw_region, score
-from workbench.session.state import Noise, Session, TargetState
+from workbench.session.state import Session, TargetState
 from workbench.session.target_steps import commit_step
 
 
@@ -121,11 +120,7 @@ def _met(robot: Robot, plate: Plate, number: int) -> Target:
     branches = [branch for result in solve_many(robot, poses) for branch in result.within_limits]
     if not branches:
         return replace(target, kind=Kind.SOCKET)
-    best = Motion(_best(robot, plate, number, branches)[None])
+    clear = clear_of(robot, plate, number, branches) or branches
+    best = Motion(max(clear, key=lambda branch: branch.margin).q[None])
     tool = se3.inverse(robot.base.pose) @ tool_poses(robot, best)[0]
     return replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)
-
-
-def _best(robot: Robot, plate: Plate, number: int, branches: list[Branch]) -> Float[np.ndarray, " n"]:
-    """Joint positions farthest from the limits, of those that keep clear of the plate where some do."""
-    return max(clear_of(robot, plate, number, branches) or branches, key=lambda branch: branch.margin).q

@@ -18,7 +18,8 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.record import Diagnosis
-from workbench.identification.record import Identification
+from workbench.identification.problem_blocks import Noise
+from workbench.identification.record import Identification, Run
 from workbench.identification.rezero.record import Rezero
 from workbench.plate.cubes import CubeMap
 from workbench.plate.plate import Plate, Target
@@ -107,19 +108,6 @@ class Message:
     severity: Severity
     text: str
     refused: str = ""
-
-
-@dataclass(frozen=True)
-class Noise:
-    """Standard deviations of the instrument.
-
-    Args:
-        position: Of each measured coordinate [m].
-        rotation: Of the measured rotation about each axis [rad].
-    """
-
-    position: float = 1e-4
-    rotation: float = float(np.deg2rad(0.02))
 
 
 @dataclass(frozen=True, eq=False)
@@ -396,6 +384,16 @@ class Session:
     messages: tuple[Message, ...] = ()
     message_count: int = 0
     revision: int = 0
+
+    @property
+    def run(self) -> Run | None:
+        """The shown fit with its errors; None before an identification."""
+        return None if self.identification is None else self.identification.runs[self.fit]
+
+    @property
+    def calibrated(self) -> Robot | None:
+        """The arm of the shown fit."""
+        return None if self.run is None else self.run.calibrated
 
     @property
     def tried(self) -> Yield | None:

@@ -98,7 +98,8 @@ class LoadModel(AbstractTask):
                 given = start(
                     session.robot, read_plate(path), is_given=True, noise=session.noise, cancel=cancel
                 )
-                return _with_measured(given, session)
+                # measurements of the same arm, and what was found from them, stay
+                return carried(given, session, LOADED + FOUND)
             robot = _checked(path, self.poses) if self.poses else load_robot(path)
             source = robot.urdf
             return begin_with(robot, session, cancel=cancel)
@@ -194,11 +195,6 @@ def begin_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
     if 2 * begun.score.measurable >= len(session.plate):
         return begun
     return start(robot, own_plate(robot), noise=session.noise, cancel=cancel)
-
-
-def _with_measured(begun: Session, session: Session) -> Session:
-    """On another plate all that was measured of the same arm, and what was found from it, stays."""
-    return carried(begun, session, LOADED + FOUND)
 
 
 def carried(into: Session, session: Session, names: Iterable[str]) -> Session:

@@ -27,12 +27,14 @@ from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.reach import advance
-from workbench.session.state import CubeView, Field, Focus, Session, Severity
+from workbench.session.state import Field, Focus, Session, Severity
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
 OPTION = " (--columns)"
 """How a problem names what its words are given to; the page has no such option."""
+HERE = "or choose what it is under 'Columns of the file'"
+ELSEWHERE = "give them to 'workbench identify --columns', or load a CSV here"
 CHECKS = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
 MARGIN, ACROSS = 0.01, 12
@@ -68,10 +70,8 @@ class LoadData(AbstractTask):
         if not self.content:
             raise DataError(f"{safe_name(self.name)} is empty; choose a file with measurements")
         if len(self.content) > LARGEST_FILE:
-            raise DataError(
-                f"{safe_name(self.name)} has {len(self.content) / 2**20:.0f} MiB, but the page accepts up to "
-                f"{LARGEST_FILE / 2**20:.0f} MiB; use 'workbench identify' for larger files"
-            )
+            words = too_large(self.name, len(self.content), LARGEST_FILE)
+            raise DataError(f"{words}; use 'workbench identify' for larger files")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         progress(0.0, "reading")
@@ -84,7 +84,8 @@ class LoadData(AbstractTask):
                 if understood.dataset is None and understood.columns and understood.layout == "plain":
                     return file
                 if understood.dataset is None:
-                    raise DataError(_for_the_page(understood.problems[0]))
+                    problem = understood.problems[0]
+                    raise DataError(_on_page(problem, ELSEWHERE) if OPTION in problem else problem)
                 dataset = understood.dataset
                 notes = tuple(note.replace(f"{folder}/", "") for note in dataset.notes)
                 dataset = replace(dataset, source=path.name, notes=notes)
@@ -119,8 +120,7 @@ class LoadData(AbstractTask):
     def finish(self, session: Session, result: Any) -> Session:
         if isinstance(result, MeasurementFile):
             session = replace(session, unread=result)
-            words = result.preview.problems[0].replace(OPTION, "")
-            return session.tell(Severity.ERROR, f"{words}; or choose what it is under 'Columns of the file'")
+            return session.tell(Severity.ERROR, _on_page(result.preview.problems[0], HERE))
         session = with_data(session, result)
         words = f"{len(result.dataset)} rows read from {result.name}"
         if result.is_foreign:
@@ -273,6 +273,7 @@ def postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
 
 def with_data(session: Session, loaded: Loaded | None) -> Session:
     """The session with other measurements, or none; what was found from the old ones is gone."""
+    view = session.cube_view
     session = replace(
         session,
         loaded=loaded,
@@ -285,7 +286,7 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
         row=0,
         focus=Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW,
         left_out=frozenset(),
-        cube_view=_without_measured(session.cube_view),
+        cube_view=replace(view, field=Field.NONE) if view.field is Field.MEASURED else view,
     )
     session = with_comparison(session)
     if session.comparison is None or loaded is None or loaded.virtual:
@@ -306,10 +307,6 @@ def _around_rows(session: Session, rows: Comparison) -> Session:
     return replace(session, plate=plate, first_plate=first)
 
 
-def _without_measured(view: CubeView) -> CubeView:
-    return replace(view, field=Field.NONE) if view.field is Field.MEASURED else view
-
-
 def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:
     position, rotation = command.instrument_in(session).deviations
     left_out = len(session.states) - targets
@@ -324,12 +321,15 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
     )
 
 
-def _for_the_page(problem: str) -> str:
-    """What is wrong with a file whose columns no choice of the page puts right."""
-    if OPTION not in problem:
-        return problem
-    words = problem.replace(OPTION, "")
-    return f"{words}; give them to 'workbench identify --columns', or load a CSV here"
+def _on_page(problem: str, remedy: str) -> str:
+    """What is wrong with a file, with what the page can do about it."""
+    return f"{problem.replace(OPTION, '')}; {remedy}"
+
+
+def too_large(name: str, size: int, most: int) -> str:
+    """Why a file of so many bytes is refused, without the remedy."""
+    has, accepts = (f"{bytes_ / 2**20:.0f} MiB" for bytes_ in (size, most))
+    return f"{safe_name(name)} has {has}, but the page accepts up to {accepts}"
 
 
 def safe_name(name: str) -> str:

@@ -8,7 +8,7 @@ from workbench.base.progress import Cancel
 from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.identify import identify
 from workbench.identification.algorithms import ALGORITHMS, USUAL
-from workbench.identification.record import Identification
+from workbench.identification.record import Identification, judged
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.compare import with_fit
 from workbench.session.commands.data import check_own, check_unchanged, measurements
@@ -80,11 +80,8 @@ class Identify(AbstractTask):
 
 def _summary(found: Identification, fit: str) -> str:
     """Before and after in one sentence, on held-out rows where there are any."""
-    before, after = found.nominal, found.runs[fit]
-    kind = "held-out" if after.held_out else "fitted"
-    old, new = before.held_out or before.train, after.held_out or after.train
-    assert old is not None
-    assert new is not None
+    old, new = judged(found.nominal), judged(found.runs[fit])
+    kind = "held-out" if found.runs[fit].held_out else "fitted"
     return (
         f"mean error on {kind} poses: {old.position_mm.mean:.3g} mm with the nominal arm, "
         f"{new.position_mm.mean:.3g} mm with the calibrated one ({ALGORITHMS[fit].title})"

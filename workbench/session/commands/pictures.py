@@ -16,7 +16,7 @@ from workbench.data.camera.pixel_table import plain_names
 from workbench.data.camera.rig import Rig, read_rig
 from workbench.data.dataset import Dataset
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
-from workbench.session.commands.data import matched, safe_name, with_data
+from workbench.session.commands.data import matched, safe_name, too_large, with_data
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import Session, Severity
 from workbench.session.taking_pictures import Shooting, Shot
@@ -43,10 +43,8 @@ class LoadPictures(AbstractTask):
 
     def check(self, session: Session) -> None:
         if len(self.content) > LARGEST_FOLDER:
-            raise DataError(
-                f"{safe_name(self.name)} has {len(self.content) / 2**20:.0f} MiB, but the page accepts up to "
-                f"{LARGEST_FOLDER / 2**20:.0f} MiB; use 'workbench identify FOLDER' for larger ones"
-            )
+            words = too_large(self.name, len(self.content), LARGEST_FOLDER)
+            raise DataError(f"{words}; use 'workbench identify FOLDER' for larger ones")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         from workbench.data.camera.folder import read_folder, shown_pictures, unpacked

@@ -7,12 +7,13 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel
+from workbench.identification.problem_blocks import Noise
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import AUTO
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.arrange import place_targets
 from workbench.session.reach import place_all
-from workbench.session.state import Noise, Session, Severity, Trial
+from workbench.session.state import Session, Severity, Trial
 from workbench.session.target_steps import check_free, is_better, move_targets, rescore
 
 

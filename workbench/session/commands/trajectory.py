@@ -95,7 +95,7 @@ class PlayTrack(AbstractChange):
     def apply(self, session: Session) -> Session:
         track = _planned(session)
         at = 0.0 if session.play.at >= track.duration else session.play.at
-        return replace(session, focus=Focus.TRACK, play=_running(session.play, at))
+        return replace(session, focus=Focus.TRACK, play=Play(at=at, pace=session.play.pace, is_running=True))
 
 
 class PauseTrack(AbstractChange):
@@ -169,10 +169,6 @@ class SetPace(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return replace(session, play=replace(session.play, pace=self.pace))
-
-
-def _running(play: Play, at: float) -> Play:
-    return Play(at=at, pace=play.pace, is_running=True)
 
 
 def _planned(session: Session) -> Track:

@@ -59,7 +59,8 @@ class Logbook(AbstractKeeper):
             self._fail(error)
         except Exception as error:
             log.exception("the journal could not be written")
-            self._stop(f"the journal of this session ends here ({type(error).__name__}: {error})")
+            self.close()
+            self._say(f"the journal of this session ends here ({type(error).__name__}: {error})")
         else:
             self._recover()
 
@@ -78,10 +79,6 @@ class Logbook(AbstractKeeper):
                 "written once there is room"
             )
             self._say(self._trouble)
-
-    def _stop(self, text: str) -> None:
-        self.close()
-        self._say(text)
 
     def _recover(self) -> None:
         if self._trouble:

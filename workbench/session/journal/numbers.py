@@ -5,7 +5,7 @@ objects, so only what changed is written. A new subject is one more entry of `SU
 """
 
 from collections.abc import Callable, Collection
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import numpy as np
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.identification.report.results_json import identification_json
 from workbench.report.json import plain
-from workbench.session.state import Session, TargetState
+from workbench.session.state import Session
 
 Json = dict[str, Any]
 
@@ -50,11 +50,7 @@ def numbers_of(session: Session, names: Collection[str]) -> Json:
 
 def _targets(session: Session) -> Json:
     pairs = enumerate(zip(session.plate.targets, session.states, strict=True), start=1)
-    return {str(i): {"xyz": target.xyz, "rpy": target.rpy} | _record(state) for i, (target, state) in pairs}
-
-
-def _record(state: TargetState) -> Json:
-    return {f.name: getattr(state, f.name) for f in fields(state)}
+    return {str(i): {"xyz": target.xyz, "rpy": target.rpy} | vars(state) for i, (target, state) in pairs}
 
 
 def _moved(session: Session, before: Session) -> Json:

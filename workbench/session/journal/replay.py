@@ -9,7 +9,7 @@ from collections.abc import Iterable, Iterator
 from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask, Progress
 from workbench.session.journal.entry import Ending, Entry
-from workbench.session.journal.reader import Line, Recording
+from workbench.session.journal.reader import Recording
 from workbench.session.recalled_targets import completed
 from workbench.session.state import Session
 
@@ -74,7 +74,8 @@ def restore(recording: Recording, *, progress: Progress = lambda part, text: Non
     begun_from = {e.basis for e in recording.entries if isinstance(e.command, AbstractTask) and _is_needed(e)}
     for number, line in enumerate(recording.lines, start=1):
         if _is_needed(line.entry):
-            known = _recalled(session, line)
+            command = line.entry.command
+            known = command.recalled(session, line.numbers) if isinstance(command, AbstractChange) else None
             if known is None:
                 progress(number / len(recording.lines), line.title)
                 known = do_again(completed(session), line.entry, bases, step=number)
@@ -82,11 +83,6 @@ def restore(recording: Recording, *, progress: Progress = lambda part, text: Non
         if number in begun_from:
             bases[number] = session = completed(session)
     return completed(session)
-
-
-def _recalled(session: Session, line: Line) -> Session | None:
-    command = line.entry.command
-    return command.recalled(session, line.numbers) if isinstance(command, AbstractChange) else None
 
 
 def _is_needed(entry: Entry) -> bool:

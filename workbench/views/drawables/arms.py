@@ -33,10 +33,9 @@ def arms(session: Session) -> Iterator[Item]:
     q, overlay = standing(session), session.overlay
     is_shown = overlay.nominal or session.focus is not Focus.ROW
     yield nominal_arm_at(session.robot, q, is_shown=is_shown)
-    if session.identification is not None:
+    if session.calibrated is not None:
         is_shown = overlay.calibrated and session.focus in (Focus.ROW, Focus.JOG)
-        robot = session.identification.runs[session.fit].calibrated
-        yield Item("arm/calibrated", calibrated_arm, (robot, q), shown=is_shown)
+        yield Item("arm/calibrated", calibrated_arm, (session.calibrated, q), shown=is_shown)
 
 
 def bent_arm(session: Session) -> Iterator[Item]:

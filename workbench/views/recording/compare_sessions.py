@@ -17,6 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from workbench.identification.fit import Fit
+from workbench.identification.record import judged
 from workbench.report.json import plain
 from workbench.report.numbers import signed
 from workbench.session.journal.reader import Recording
@@ -167,7 +168,7 @@ def compare_sessions(names: Sequence[str], sessions: Sequence[Session]) -> Compa
     numbers = [dict(_figures(session)) for session in sessions]
     every = dict.fromkeys(name for found in numbers for name in found)
     figures = tuple(Figure(name, tuple(found.get(name, math.nan) for found in numbers)) for name in every)
-    fits = [s.identification.runs[s.fit].fit for s in sessions if s.identification is not None]
+    fits = [s.run.fit for s in sessions if s.run is not None]
     return Compared(tuple(names), figures, _moves(fits) if len(fits) == len(sessions) else ())
 
 
@@ -178,12 +179,10 @@ def _figures(session: Session) -> Iterator[tuple[str, float]]:
         yield f"index {name}", float(value)
     yield "predicted error [mm]", 1e3 * score.position
     yield "predicted error [°]", math.degrees(score.rotation)
-    if session.identification is not None:
-        run, nominal = session.identification.runs[session.fit], session.identification.nominal
-        for words, validated in (("before", nominal), ("after", run)):
-            errors = validated.held_out or validated.train
-            yield f"mean error {words} [mm]", errors.position_mm.mean
-            yield f"greatest error {words} [mm]", errors.position_mm.max
+    if session.identification is not None and session.run is not None:
+        for words, errors in (("before", session.identification.nominal), ("after", session.run)):
+            yield f"mean error {words} [mm]", judged(errors).position_mm.mean
+            yield f"greatest error {words} [mm]", judged(errors).position_mm.max
 
 
 def _moves(fits: Sequence[Fit]) -> tuple[Move, ...]:

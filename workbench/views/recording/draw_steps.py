@@ -81,8 +81,8 @@ def _guarded(item: Item) -> Item:
 def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:
     """The timeline of the measured rows: the scene as it was when they came, the arms at every row."""
     arms = {"nominal": (nominal_arm, session.robot)}
-    if session.identification is not None:
-        arms["calibrated"] = (calibrated_arm, session.identification.runs[session.fit].calibrated)
+    if session.calibrated is not None:
+        arms["calibrated"] = (calibrated_arm, session.calibrated)
     q = rows.q[:MOST_ROWS]
     around = (item for subject in (plate, region, measured) for item in subject(session))
     standing = (Item(f"arm/{name}", make, (robot, q[0])) for name, (make, robot) in arms.items())

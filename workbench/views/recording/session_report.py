@@ -8,7 +8,7 @@ import numpy as np
 
 from workbench.base.files import write_text
 from workbench.diagnosis.report.ranking import ranking
-from workbench.identification.record import order_of_measuring
+from workbench.identification.record import judged, order_of_measuring
 from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_plots import before_after
 from workbench.identification.report.html_report import error_cards
@@ -38,15 +38,12 @@ def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
         FileError: it can't be written.
     """
     first, last = recording.first, replayed.session
-    found = last.identification
-    run = None if found is None else found.runs[last.fit]
+    found, run = last.identification, last.run
     text = page_template("session.html", package="workbench.views.recording").render(
         robot=last.robot.name,
         began=recording.header.get("began", "")[:16].replace("T", " "),
         replayed=replayed,
-        cards=[]
-        if found is None or run is None
-        else error_cards(found.nominal.held_out or found.nominal.train, run.held_out or run.train),
+        cards=[] if found is None or run is None else error_cards(judged(found.nominal), judged(run)),
         notes=[*recording.notes, *(() if found is None else found.warnings)],
         facts=_facts(recording, last),
         scores=list(_scores(first.score, last.score)),

@@ -11,7 +11,6 @@ import numpy as np
 import rerun as rr
 
 from workbench.diagnosis.record import judged
-from workbench.identification.record import Run, Validation
 from workbench.plate.plate import Plate
 from workbench.report.numbers import short
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
@@ -174,28 +173,19 @@ class Searches(AbstractTimeline):
             return
         if isinstance(entry.command, ClusterTargets | ImprovePlate):
             now = moment.session.score
-            cells = [f"{moment.step}", entry.command.title, *_changes(before.score, now)]
+            pairs = zip(_cells(before.score), _cells(now), strict=True)
+            cells = [f"{moment.step}", entry.command.title, *(f"{a} → {b}" for a, b in pairs)]
             self._rows.append(f"| {' | '.join(cells)} |")
             text = "\n".join([*HEAD, *self._rows])
             canvas.log("searches", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN))
 
 
-def _changes(before: Score, now: Score) -> Iterator[str]:
-    for words in (_measurable, _spread, _error):
-        yield f"{words(before)} → {words(now)}"
-
-
-def _measurable(score: Score) -> str:
-    return f"{score.measurable} of {len(score.per_target)}"
-
-
-def _spread(score: Score) -> str:
+def _cells(score: Score) -> Iterator[str]:
+    """Measurable targets, range of their indices, predicted error."""
     seen = score.per_target[np.isfinite(score.per_target)]
-    return f"{seen.min():.4f} … {seen.max():.4f}" if len(seen) else "–"
-
-
-def _error(score: Score) -> str:
-    return short(1e3 * score.position)
+    yield f"{score.measurable} of {len(score.per_target)}"
+    yield f"{seen.min():.4f} … {seen.max():.4f}" if len(seen) else "–"
+    yield short(1e3 * score.position)
 
 
 def _score(score: Score) -> Iterator[tuple[str, float]]:
@@ -208,15 +198,12 @@ def _score(score: Score) -> Iterator[tuple[str, float]]:
 
 
 def _errors(session: Session) -> Iterator[tuple[str, float]]:
-    found = session.identification
-    if found is None:
+    if session.identification is None or session.run is None:
         return
-    arms: tuple[tuple[str, Validation | Run], ...] = (
-        ("nominal", found.nominal),
-        ("calibrated", found.runs[session.fit]),
-    )
-    for name, validated in arms:
-        errors = validated.held_out or validated.train
+    for name, errors in (
+        ("nominal", judged(session.identification.nominal)),
+        ("calibrated", judged(session.run)),
+    ):
         yield f"error/{name}_mm", errors.position_mm.mean
         if errors.orientation_deg is not None:
             yield f"error/{name}_deg", errors.orientation_deg.mean

@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench.identification.algorithms import ALGORITHMS, USUAL
-from workbench.identification.record import Identification, columns_of
+from workbench.identification.record import Identification, columns_of, judged
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml, calibrated_urdf, report_zip
@@ -184,7 +184,7 @@ def _errors(found: Identification, shown: str) -> str:
 
 
 def _cells(validation) -> tuple[str, str, str]:
-    errors = validation.held_out or validation.train
+    errors = judged(validation)
     turned = "–" if errors.orientation_deg is None else number(errors.orientation_deg.mean)
     return number(errors.position_mm.mean), number(errors.position_mm.max), turned
 

@@ -14,6 +14,7 @@ from viser._messages import GuiUpdateMessage
 from workbench.base.errors import WorkbenchError
 from workbench.identification.record import LOOK_AGAIN
 from workbench.session.command import AbstractCommand
+from workbench.session.commands.data import too_large
 from workbench.session.commands.messages import Tell
 from workbench.session.export import File, calibrated_toml, calibrated_urdf
 from workbench.session.state import Session
@@ -118,8 +119,7 @@ class AbstractPanel(ABC):
         async def _(event: viser.GuiEvent) -> None:
             file = event.target.value
             if len(file.content) > most:
-                size = f"{file.name[-80:]} has {len(file.content) / 2**20:.0f} MiB"
-                self._worker.submit(Tell(f"{size}, but the page accepts up to {most // 2**20} MiB here"))
+                self._worker.submit(Tell(f"{too_large(file.name, len(file.content), most)} here"))
                 return
             await asyncio.sleep(ARRIVED)
             self._worker.submit(command(file.name, bytes(file.content)))
@@ -128,9 +128,8 @@ class AbstractPanel(ABC):
 
     def save(self, event: viser.GuiEvent, make: Callable[[Session], File]) -> None:
         """Download a file; what goes wrong is shown on the page instead of lost in viser's thread pool."""
-        session = self._worker.session
-        found = session.identification
-        doubts = () if found is None else found.doubts(found.runs[session.fit])
+        found, run = self._worker.session.identification, self._worker.session.run
+        doubts = () if found is None or run is None else found.doubts(run)
         if doubts and make in (calibrated_toml, calibrated_urdf):
             question = f"Implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN} Save the arm all the same?"
             ask(event, question, "Save all the same", lambda: self._download(event, make))
