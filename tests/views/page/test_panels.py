@@ -245,7 +245,7 @@ def test_coordinates_are_shown_and_typed_in_metres_and_radians_too(app):
 def test_row_numbers_are_read_as_people_write_them():
     assert read_rows(" 3, 17;20-22 ") == (3, 17, 20, 21, 22)
     assert read_rows("") == ()
-    with pytest.raises(ValueError, match="seven"):
+    with pytest.raises(OptionError, match="seven"):
         read_rows("seven")
 
 

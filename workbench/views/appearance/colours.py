@@ -120,9 +120,9 @@ class ErrorScale:
         return tuple(inside)
 
 
-def gradient() -> str:
-    """The scale as a CSS background, from good on the left to bad."""
-    stops = ",".join(css((int(r), int(g), int(b))) for r, g, b in SCALE[::-1])
+def gradient(*, larger_is_better: bool = False) -> str:
+    """The scale as a CSS background, small numbers on the left."""
+    stops = ",".join(css((int(r), int(g), int(b))) for r, g, b in SCALE[:: 1 if larger_is_better else -1])
     return f"linear-gradient(90deg,{stops})"
 
 

@@ -26,8 +26,8 @@ def measured(session: Session) -> Iterator[Item]:
         return
     is_shown = overlay.points and session.focus is not Focus.TRACK
     inputs = rows, rows.nearest_stage(overlay.stage), session.left_out
-    yield Item("measured", _fitted, inputs, shown=is_shown)
-    yield Item("measured/held_out", _held_out, inputs, shown=is_shown)
+    yield Item("measured", _points, (*inputs, False), shown=is_shown)
+    yield Item("measured/held_out", _points, (*inputs, True), shown=is_shown)
     is_compared = rows.calibrated is not None and session.focus in (Focus.ROW, Focus.JOG)
     arms = (
         ("nominal", rows.nominal, overlay.exaggeration, ARROW_BEFORE),
@@ -63,15 +63,7 @@ def mark(radius: float, place: np.ndarray, opacity: float = 1.0) -> Mesh:
     return Mesh(solid=_ball(radius), colour=MARK, opacity=opacity, pose=se3.pose(np.eye(3), place))
 
 
-def _fitted(rows: Comparison, stage: Stage, left_out: frozenset[int]) -> Points | None:
-    return _points(rows, stage, left_out, held_out=False)
-
-
-def _held_out(rows: Comparison, stage: Stage, left_out: frozenset[int]) -> Points | None:
-    return _points(rows, stage, left_out, held_out=True)
-
-
-def _points(rows: Comparison, stage: Stage, left_out: frozenset[int], *, held_out: bool) -> Points | None:
+def _points(rows: Comparison, stage: Stage, left_out: frozenset[int], held_out: bool) -> Points | None:
     """Coloured by the error at a stage; of one colour before there is any, grey where left out by hand."""
     known = np.isfinite(rows.measured).all(1)
     chosen = np.flatnonzero(known & (rows.held_out == held_out))

@@ -6,16 +6,15 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.base.errors import OptionError, WorkbenchError
+from workbench.base.errors import OptionError
 from workbench.plate.patterns import MOST_TARGETS, PATTERNS
 from workbench.plate.plate import Plate
 from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, SnapTarget
 from workbench.session.commands.edit import MixBranches, RenumberTarget
-from workbench.session.commands.messages import Tell
 from workbench.session.commands.plate import ClusterTargets, ImprovePlate
 from workbench.session.state import Session, Units
 from workbench.views.page.panels.coordinates import NAMES, SIZES, Quantity
-from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_choice, set_value
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_change, on_choice, set_value
 
 KINDS = {name.capitalize(): name for name in PATTERNS}
 SEPARATORS = str.maketrans({",": " ", ";": " ", "\t": " ", "−": "-"})
@@ -30,7 +29,7 @@ class ImprovePanel(AbstractPanel):
         self._improve = self.button(
             gui,
             "Improve this plate",
-            self._improve_plate,
+            lambda: ImprovePlate(seed=len(self._worker.session.history)),
             viser.Icon.SPARKLES,
             "Let the program place all targets but the locked ones for the least predicted error in the "
             "region, reachable and free of collisions. Cancel stops it, Undo restores the old plate.",
@@ -39,9 +38,6 @@ class ImprovePanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         self._improve.disabled = session.job is not None
-
-    def _improve_plate(self) -> None:
-        self._worker.submit(ImprovePlate(seed=len(self._worker.session.history)))
 
 
 class ArrangePanel(AbstractPanel):
@@ -98,12 +94,7 @@ class ArrangePanel(AbstractPanel):
             step=1,
             hint="Position of the selected target in the measuring order.",
         )
-
-        @self._number.on_update
-        async def _(event: viser.GuiEvent) -> None:
-            if event.client_id is not None:
-                selected = self._worker.session.selected
-                self._worker.submit(RenumberTarget(selected, int(self._number.value) - 1))
+        on_change(self._number, self._renumber)
 
     def _build_pattern(self, gui: viser.GuiApi) -> None:
         self._pattern = gui.add_dropdown(
@@ -133,16 +124,19 @@ class ArrangePanel(AbstractPanel):
     def _snap(self, to: str) -> None:
         self._worker.submit(SnapTarget(self._worker.session.selected, to))
 
-    def _search(self) -> None:
-        number = len(self._worker.session.plate)
-        self._worker.submit(ClusterTargets(number, seed=len(self._worker.session.history)))
+    def _renumber(self) -> None:
+        self._worker.submit(RenumberTarget(self._worker.session.selected, int(self._number.value) - 1))
 
-    def _lay_out(self) -> None:
+    def _search(self) -> ClusterTargets:
+        session = self._worker.session
+        return ClusterTargets(len(session.plate), seed=len(session.history))
+
+    def _lay_out(self) -> ApplyPattern:
         x, y, z = (1e-3 * float(v) for v in self._centre.value)
         tilts = tuple(float(np.deg2rad(v)) for v in self._tilts.value)
         radius = 1e-3 * float(self._radius.value)
         name = KINDS[self._pattern.value]
-        self._worker.submit(ApplyPattern(name, int(self._count.value), (x, y, z), radius, tilts))
+        return ApplyPattern(name, int(self._count.value), (x, y, z), radius, tilts)
 
 
 class TablePanel(AbstractPanel):
@@ -174,13 +168,9 @@ class TablePanel(AbstractPanel):
         self._table.label = f"x y z [{length}] r p y [{angle}]"
         set_value(self._table, table_of(session.plate, session.units))
 
-    def _apply(self) -> None:
-        try:
-            session = self._worker.session
-            rows = rows_of(self._table.value, session.plate, session.units)
-            self._worker.submit(PlaceTargets(rows))
-        except WorkbenchError as error:
-            self._worker.submit(Tell(str(error)))
+    def _apply(self) -> PlaceTargets:
+        session = self._worker.session
+        return PlaceTargets(rows_of(self._table.value, session.plate, session.units))
 
 
 def table_of(plate: Plate, units: Units = Units.MILLIMETRES) -> str:

@@ -7,8 +7,8 @@ from typing import Any
 import viser
 
 from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
 from workbench.session.commands.identify import HoldParameter, LeaveRowsOut
-from workbench.session.commands.messages import Tell
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
@@ -31,7 +31,7 @@ class ChoicesPanel(AbstractPanel):
                 hint="Numbers of data rows that are not fitted, such as 3, 17, 20-24. In the Compare tab a "
                 "row can be excluded while you look at it.",
             )
-            on_change(self._rows, self._leave_out)
+            on_change(self._rows, lambda: self.send(lambda: LeaveRowsOut(read_rows(self._rows.value))))
         self._folder = gui.add_folder("Free parameters", expand_by_default=False)
         with self._folder:
             everything = gui.add_button("Free all", color="gray", hint="Tick all parameters.")
@@ -69,30 +69,23 @@ class ChoicesPanel(AbstractPanel):
         for name in self._worker.session.fixed:
             self._worker.submit(HoldParameter(name, False))
 
-    def _leave_out(self) -> None:
-        try:
-            rows = read_rows(self._rows.value)
-        except ValueError:
-            self._worker.submit(
-                Tell(f"'{self._rows.value[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24")
-            )
-            return
-        self._worker.submit(LeaveRowsOut(rows))
-
 
 def read_rows(words: str) -> tuple[int, ...]:
     """Row numbers from `3, 17, 20-24`.
 
     Raises:
-        ValueError: something else than numbers and ranges.
+        OptionError: something else than numbers and ranges.
     """
     rows: set[int] = set()
-    for part in filter(None, re.split(r"[,;\s]+", words.strip())):
-        first, _, last = part.partition("-")
-        begin, end = int(first), int(last or first)
-        if end - begin > 100_000:
-            raise ValueError(part)
-        rows |= set(range(begin, end + 1))
+    try:
+        for part in filter(None, re.split(r"[,;\s]+", words.strip())):
+            first, _, last = part.partition("-")
+            begin, end = int(first), int(last or first)
+            if end - begin > 100_000:
+                raise ValueError(part)
+            rows |= set(range(begin, end + 1))
+    except ValueError:
+        raise OptionError(f"'{words[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24") from None
     return tuple(sorted(rows))
 
 

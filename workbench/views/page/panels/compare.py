@@ -71,14 +71,13 @@ class ComparePanel(AbstractPanel):
             )
         for control in (*self._switches.values(), self._times, self._times_after):
             on_change(control, self._set)
-        everything = gui.add_button(
+        self._look = gui.add_button(
             "Look at all measurements",
             icon=viser.Icon.FOCUS_2,
             color="gray",
             hint="Move the camera to show the robot and all measured positions.",
         )
-        everything.on_click(self._look_at_all)
-        self._look = everything
+        self._look.on_click(self._look_at_all)
         self._legend = gui.add_html(_legend())
 
     def parts(self, session: Session) -> tuple[Any, ...]:

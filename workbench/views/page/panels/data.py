@@ -88,9 +88,7 @@ class DataPanel(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        self._preview.content = (
-            note(NOTHING, "preview", margin="8px 0") if session.loaded is None else _preview(session.loaded)
-        )
+        self._preview.content = _preview(session.loaded)
         self._forget.visible = session.loaded is not None
 
     def _virtual(self) -> MeasureVirtualArm:

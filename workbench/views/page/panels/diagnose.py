@@ -72,14 +72,13 @@ class DiagnosePanel(AbstractPanel):
             "Save the suggested poses (CSV)",
             next_poses_csv,
             "Download their joint positions, with what each of them would tell.",
+            visible=False,
         )
-        self._save.visible = False
 
     def show(self, session: Session) -> None:
         found = session.diagnosis
         self._start.disabled = session.loaded is None or session.job is not None
-        is_new = found is not None and bool(found.effects) and not session.accepted
-        self._add.visible = is_new
+        self._add.visible = found is not None and bool(found.effects) and not session.accepted
         self._next.visible = self._save.visible = found is not None and len(found.measure_next) > 0
         self._verdict.content = (
             waiting(session, "verdict", READY, more=MORE) if found is None else _verdict(found, session)

@@ -26,7 +26,7 @@ from workbench.views.page.html import (
 )
 from workbench.views.page.panels.figure import error_figure
 from workbench.views.page.panels.index import WantedPanel
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, waiting
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, sheet, waiting
 from workbench.views.page.panels.result_card import result_card
 from workbench.views.page.style import WIDE
 
@@ -141,10 +141,10 @@ class FitPanel(AbstractPanel):
             )
             self._remarks.content = block(_remarks(found), testid="remarks", style="margin-bottom:10px")
 
-    def _identify(self) -> None:
+    def _identify(self) -> Identify:
         algorithms = tuple(name for name, box in self._chosen.items() if box.value)
         share = 0.01 * float(self._held_out.value)
-        self._worker.submit(Identify(algorithms, share, FRAMES[self._frames.value]))
+        return Identify(algorithms, share, FRAMES[self._frames.value])
 
     def _draw_figure(self) -> None:
         """Draw the errors of the shown fit, unless they are drawn: every message comes by here."""
@@ -158,14 +158,9 @@ class FitPanel(AbstractPanel):
 
     def _show_wide(self, event: viser.GuiEvent) -> None:
         found = self._worker.session.identification
-        if event.client is None or found is None:
-            return
-        gui = event.client.gui
-        with (modal := gui.add_modal("Errors, axis by axis")):
+        if found is not None:
             parts = (error_figure(found, rotation=turned) for turned in (False, True))
-            gui.add_html(f"<div {WIDE}>{''.join(parts)}</div>")
-            close = gui.add_button("Close", color="gray", hint="Close this sheet.")
-            close.on_click(lambda _: modal.close())
+            sheet(event, "Errors, axis by axis", f"<div {WIDE}>{''.join(parts)}</div>")
 
 
 def _errors(found: Identification, shown: str) -> str:

@@ -129,17 +129,16 @@ class CapturedPanel(AbstractPanel):
                 "Store the joint positions, and the tool pose by either model.",
             )
             self._table = gui.add_html("")
-            self._file = gui.add_button(
+            self._file = self.download(
+                gui,
                 "Save the kept poses (CSV)",
-                icon=viser.Icon.DOWNLOAD,
-                color="gray",
+                captured_csv,
+                "Joint positions and the tool poses of both arms, one pose per line.",
                 visible=False,
-                hint="Joint positions and the tool poses of both arms, one pose per line.",
             )
             self._forget = self.button(
                 gui, "Clear the kept poses", ForgetPoses, viser.Icon.TRASH, "Empty the list.", visible=False
             )
-        self._file.on_click(lambda event: self.save(event, captured_csv))
 
     def show(self, session: Session) -> None:
         self._table.content = _content(captured(session))

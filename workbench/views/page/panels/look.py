@@ -9,7 +9,7 @@ from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.state import Session, Units
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, heading, pairs
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, sheet
 
 BRAND = (37, 99, 235)
 MOUSE = (
@@ -62,7 +62,7 @@ class LookPanel(AbstractPanel):
                 color="gray",
                 hint="How to use this page, and its keyboard shortcuts.",
             )
-            button.on_click(self._help)
+            button.on_click(lambda event: sheet(event, "How to use this page", help_sheet()))
         self._keys(gui)
 
     def show(self, session: Session) -> None:
@@ -75,9 +75,9 @@ class LookPanel(AbstractPanel):
             )
 
     def _keys(self, gui: viser.GuiApi) -> None:
-        self._command(gui, "Undo", lambda: Undo(), "Z", "cmd/ctrl")
-        self._command(gui, "Redo", lambda: Redo(), "Z", "cmd/ctrl+shift")
-        self._command(gui, "Back to the best plate", lambda: RestoreBest(), "B", None)
+        self._command(gui, "Undo", Undo, "Z", "cmd/ctrl")
+        self._command(gui, "Redo", Redo, "Z", "cmd/ctrl+shift")
+        self._command(gui, "Back to the best plate", RestoreBest, "B", None)
         self._command(gui, "Next target", lambda: self._step(1), "N", None)
         self._command(gui, "Previous target", lambda: self._step(-1), "P", None)
 
@@ -91,15 +91,6 @@ class LookPanel(AbstractPanel):
     def _step(self, by: int) -> AbstractCommand:
         session = self._worker.session
         return SelectTarget((session.selected + by) % len(session.plate))
-
-    def _help(self, event: viser.GuiEvent) -> None:
-        if event.client is None:
-            return
-        modal = event.client.gui.add_modal("How to use this page")
-        with modal:
-            event.client.gui.add_html(help_sheet())
-            close = event.client.gui.add_button("Close", color="gray", hint="Close this sheet.")
-            close.on_click(lambda _: modal.close())
 
 
 def help_sheet() -> str:

@@ -3,6 +3,7 @@
 import viser
 
 from workbench.base.assets import built_in_robots
+from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.export import robot_toml
@@ -23,36 +24,22 @@ class OwnRobotPanel(AbstractPanel):
     """A closed folder: what it is, three poses, a check, the robot's file."""
 
     keeps_typed = True
-    _file: tuple[str, bytes] | None
-
-    depends = ()
+    _file: tuple[str, bytes] | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
-        worker = self._worker
-        self._file = None
         with gui.add_folder("Your own robot", expand_by_default=False):
             gui.add_html(block(text(HOW), style=f"color:{MUTED}"))
             self._source = gui.add_dropdown(
                 "It is", (A_FILE, *built_in_robots()), hint="A file below, or a built-in arm to be checked."
             )
-            self._upload = gui.add_upload_button(
+            self._upload = self.upload(
+                gui,
                 "DH table, URDF, xacro",
-                icon=viser.Icon.UPLOAD,
-                color="gray",
-                mime_type=KINDS,
-                hint="A table with columns theta, d, a, alpha (.csv), or a description of the robot.",
+                self._keep,
+                "A table with columns theta, d, a, alpha (.csv), or a description of the robot.",
+                endings=KINDS,
+                most=LARGEST_MODEL,
             )
-
-            @self._upload.on_upload
-            async def _(event: viser.GuiEvent) -> None:
-                file = event.target.value
-                if len(file.content) > LARGEST_MODEL:
-                    worker.submit(Tell(f"{file.name[-80:]} is too large for a robot"))
-                    return
-                self._file = file.name, bytes(file.content)
-                set_value(self._source, A_FILE)
-                self._upload.label = file.name[-40:]
-
             self._poses = gui.add_text("Poses", "", multiline=True, hint=f"Such as {EXAMPLE}")
             self.button(
                 gui,
@@ -72,13 +59,16 @@ class OwnRobotPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         """Nothing here depends on the session."""
 
-    def _check(self) -> None:
+    def _keep(self, name: str, content: bytes) -> None:
+        self._file, self._upload.label = (name, content), name[-40:]
+        set_value(self._source, A_FILE)
+
+    def _check(self) -> AbstractCommand:
         poses = tuple(line.strip() for line in self._poses.value.splitlines() if line.strip())
         if not poses:
-            self._worker.submit(Tell(f"type three poses of the pendant, one per line, such as {EXAMPLE}"))
-        elif self._source.value != A_FILE:
-            self._worker.submit(ChooseRobot(self._source.value, poses=poses))
-        elif self._file is None:
-            self._worker.submit(Tell("choose a file with the robot's table or description, or a known arm"))
-        else:
-            self._worker.submit(LoadModel(*self._file, poses=poses))
+            return Tell(f"type three poses of the pendant, one per line, such as {EXAMPLE}")
+        if self._source.value != A_FILE:
+            return ChooseRobot(self._source.value, poses=poses)
+        if self._file is None:
+            return Tell("choose a file with the robot's table or description, or a known arm")
+        return LoadModel(*self._file, poses=poses)

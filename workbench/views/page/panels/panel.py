@@ -83,19 +83,29 @@ class AbstractPanel(ABC):
     ) -> viser.GuiButtonHandle:
         """A button that sends the command that `do` gives, if any; coloured if it is its panel's main one."""
         made = gui.add_button(label, icon=icon, hint=hint, color=None if main else "gray", visible=visible)
-
-        @made.on_click
-        async def _(event: viser.GuiEvent) -> None:
-            if (command := do()) is not None:
-                self._worker.submit(command)
-
+        on_press(made, lambda: self.send(do))
         return made
 
+    def send(self, make: Callable[[], AbstractCommand | None]) -> None:
+        """Send the command that `make` gives, if any; what was typed wrong is told on the page."""
+        try:
+            command = make()
+        except WorkbenchError as error:
+            command = Tell(str(error))
+        if command is not None:
+            self._worker.submit(command)
+
     def download(
-        self, gui: viser.GuiApi, label: str, make: Callable[[Session], File], hint: str
+        self,
+        gui: viser.GuiApi,
+        label: str,
+        make: Callable[[Session], File],
+        hint: str,
+        *,
+        visible: bool = True,
     ) -> viser.GuiButtonHandle:
         """A button that saves a file on the user's machine."""
-        made = gui.add_button(label, icon=viser.Icon.DOWNLOAD, hint=hint, color="gray")
+        made = gui.add_button(label, icon=viser.Icon.DOWNLOAD, hint=hint, color="gray", visible=visible)
         made.on_click(lambda event: self.save(event, make))
         return made
 
@@ -103,7 +113,7 @@ class AbstractPanel(ABC):
         self,
         gui: viser.GuiApi,
         label: str,
-        command: Callable[[str, bytes], AbstractCommand],
+        command: Callable[[str, bytes], AbstractCommand | None],
         hint: str,
         *,
         endings: str,
@@ -122,7 +132,7 @@ class AbstractPanel(ABC):
                 self._worker.submit(Tell(f"{too_large(file.name, len(file.content), most)} here"))
                 return
             await asyncio.sleep(ARRIVED)
-            self._worker.submit(command(file.name, bytes(file.content)))
+            self.send(lambda: command(file.name, bytes(file.content)))
 
         return made
 
@@ -159,18 +169,29 @@ def ask(event: viser.GuiEvent, question: str, label: str, do: Callable[[], objec
     if event.client is None:
         return
     gui = event.client.gui
-    with (sheet := gui.add_modal("Are you sure?")):
+    with (asked := gui.add_modal("Are you sure?")):
         gui.add_html(block(text(question), testid="question", style="margin:4px 0 10px"))
         yes, no = (
             gui.add_button(label, hint=question),
             gui.add_button("Cancel", color="gray", hint="Go back."),
         )
-    no.on_click(lambda _: sheet.close())
+    no.on_click(lambda _: asked.close())
 
     @yes.on_click
     def _(_: object) -> None:
-        sheet.close()
+        asked.close()
         do()
+
+
+def sheet(event: viser.GuiEvent, title: str, content: str) -> None:
+    """Show HTML in a sheet over the page of the user who pressed, until it is closed."""
+    if event.client is None:
+        return
+    gui = event.client.gui
+    with (made := gui.add_modal(title)):
+        gui.add_html(content)
+        close = gui.add_button("Close", color="gray", hint="Close this sheet.")
+        close.on_click(lambda _: made.close())
 
 
 def waiting(session: Session, testid: str, ready: str, *, more: str = "") -> str:

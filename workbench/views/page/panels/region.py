@@ -17,7 +17,7 @@ from workbench.session.cubes import (
     values,
 )
 from workbench.session.state import CubeView, Field, Session
-from workbench.views.appearance.colours import SCALE, css
+from workbench.views.appearance.colours import gradient
 from workbench.views.page.html import MUTED, block, note, number, pairs
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
@@ -146,14 +146,13 @@ def legend(view: CubeView, numbers: CubeValues | None, *, is_working: bool) -> s
     if numbers is None:
         words = "Computing …" if is_working else "Nothing to show."
         return block(f"{meaning}<div>{words}</div>", testid="legend", style="margin:4px 0")
-    colours = SCALE if view.field in LARGER_IS_BETTER else SCALE[::-1]
-    stops = ",".join(css((int(r), int(g), int(b))) for r, g, b in colours)
+    is_better = view.field in LARGER_IS_BETTER
     factor, unit = FACTORS[view.field], UNITS[view.field]
-    more = "" if view.field in LARGER_IS_BETTER else "+"
+    more = "" if is_better else "+"
     ends = (number(factor * numbers.low), f"{number(factor * numbers.high)}{more} {unit}")
     return block(
         f'{meaning}<div style="height:10px;border-radius:3px;margin-top:5px;'
-        f'background:linear-gradient(90deg,{stops})"></div>'
+        f'background:{gradient(larger_is_better=is_better)}"></div>'
         f'<div style="display:flex;justify-content:space-between"><span>{ends[0]}</span>'
         f'<span>{ends[1]}</span></div><div style="color:{MUTED}">Grey: no value.</div>',
         testid="legend",

@@ -8,7 +8,6 @@ from workbench.base.errors import OptionError
 from workbench.base.wording import capital
 from workbench.identification.rezero.record import Rezero, Verdict, readable
 from workbench.session.commands.diagnose import FindZeros
-from workbench.session.commands.messages import Tell
 from workbench.session.export import rezeroed_toml
 from workbench.session.state import Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
@@ -66,14 +65,12 @@ class RezeroPanel(AbstractPanel):
         card = "" if found is None else block(_card(found), testid="rezero", style="margin:4px 0 8px")
         self._card.content = card or note(READY, "rezero")
 
-    def _find(self) -> None:
+    def _find(self) -> FindZeros:
+        typed = str(self._replaced.value)
         try:
-            joints = tuple(int(part) for part in str(self._replaced.value).split(",") if part.strip())
+            return FindZeros(tuple(int(part) for part in typed.split(",") if part.strip()))
         except ValueError:
-            error = OptionError(f"replaced joints must be numbers such as 3, 4, got '{self._replaced.value}'")
-            self._worker.submit(Tell(str(error)))
-            return
-        self._worker.submit(FindZeros(joints))
+            raise OptionError(f"replaced joints must be numbers such as 3, 4, got '{typed}'") from None
 
 
 def _card(found: Rezero) -> str:

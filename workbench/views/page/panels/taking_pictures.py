@@ -5,11 +5,9 @@ from pathlib import Path
 import numpy as np
 import viser
 
-from workbench.base.errors import WorkbenchError
 from workbench.base.files import read_bytes
 from workbench.base.wording import counted
 from workbench.session.camera_view import CameraView, cells
-from workbench.session.commands.messages import Tell
 from workbench.session.commands.pictures import BeginShooting, DropShot, EndShooting, UseShots
 from workbench.session.state import Session
 from workbench.session.taking_pictures import SHARP, Shooting, Shot
@@ -74,15 +72,11 @@ class ShootingPanel(AbstractPanel):
         )
         self._seen.content = seen or note(HOW, "shooting")
 
-    def _watch(self) -> None:
+    def _watch(self) -> BeginShooting:
         folder, device = Path(str(self._folder.value).strip()).expanduser(), str(self._device.value).strip()
-        try:
-            files = (
-                read_bytes(folder / f"{name}.toml", wanted=f"a {name} TOML") for name in ("camera", "target")
-            )
-            self._worker.submit(BeginShooting(f"device:{device}" if device else str(folder), *files))
-        except WorkbenchError as error:
-            self._worker.submit(Tell(str(error)))
+        names = ("camera", "target")
+        files = (read_bytes(folder / f"{name}.toml", wanted=f"a {name} TOML") for name in names)
+        return BeginShooting(f"device:{device}" if device else str(folder), *files)
 
 
 def _shown(shooting: Shooting) -> str:

@@ -24,7 +24,7 @@ from workbench.session.plan_trajectory import CIRCLE, LINE, PLANES, erring_robot
 from workbench.session.planned_trajectory import Track
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
-from workbench.views.appearance.colours import SCALE, css
+from workbench.views.appearance.colours import gradient
 from workbench.views.page.html import MUTED, block, bullets, label, note, number, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 from workbench.views.page.style import OVER, OVER_HEIGHT
@@ -78,7 +78,7 @@ class TrackPanel(AbstractPanel):
             self._plan = self.button(
                 gui,
                 "Plan it",
-                self._ask,
+                self._path,
                 viser.Icon.ROUTE,
                 "Compute joint positions along the path as the nominal arm's controller does.",
             )
@@ -172,12 +172,12 @@ class TrackPanel(AbstractPanel):
         times = session.overlay.exaggeration
         self._result.content = note(NOTHING, "track") if track is None else result(track, times)
 
-    def _ask(self) -> None:
+    def _path(self) -> PlanTrack:
         duration = float(self._duration.value)
         is_corrected = bool(self._corrected.value)
         x, y, z = (1e-3 * float(v) for v in self._centre.value)
         place = (x, y, z), 1e-3 * float(self._radius.value), str(self._plane.value)
-        self._worker.submit(PlanTrack(KINDS[self._kind.value], duration, is_corrected, *place))
+        return PlanTrack(KINDS[self._kind.value], duration, is_corrected, *place)
 
     def _go(self) -> None:
         track = self._worker.session.track
@@ -243,9 +243,8 @@ def _polyline(time: np.ndarray, share: np.ndarray, top: float, ink: str) -> str:
 
 
 def _scale(errors: np.ndarray, times: float) -> str:
-    stops = ",".join(css((int(r), int(g), int(b))) for r, g, b in SCALE[::-1])
     return (
-        f'<div style="height:8px;border-radius:3px;margin-top:4px;background:linear-gradient(90deg,{stops})">'
+        f'<div style="height:8px;border-radius:3px;margin-top:4px;background:{gradient()}">'
         '</div><div style="display:flex;justify-content:space-between">'
         f"<span>{in_mm(errors.min())}</span><span>{in_mm(errors.max())}</span></div>"
         f'<div style="color:{MUTED}">The trail shows where the amber arm\'s tool goes, its error '

@@ -52,9 +52,9 @@ class Gizmo:
 
     def show(self, session: Session) -> None:
         """Follow the selected target."""
-        self._session = session
+        self._session, is_locked = session, session.plate.targets[session.selected].locked
         for kind, handle in self.handles.items():
-            handle.visible = session.focus is Focus.TARGET and not _locked(session)
+            handle.visible = session.focus is Focus.TARGET and not is_locked
             if self._dragged is None or self._dragged[0] != kind:
                 self._put(kind)
 
@@ -108,10 +108,6 @@ class Gizmo:
         """A page has gone: whatever it held is let go."""
         if self._dragged is not None and self._dragged[1] == client.client_id:
             self._release(client.client_id)
-
-
-def _locked(session: Session) -> bool:
-    return session.plate.targets[session.selected].locked
 
 
 THINNEST = 0.02
