@@ -27,6 +27,7 @@ from workbench.cli import (
 )
 from workbench.cli import options as opt
 from workbench.cli.ending import Commands, run
+from workbench.cli.options import option
 from workbench.cli.sessions import open_session
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
@@ -80,29 +81,25 @@ def serve(
     context: typer.Context,
     robot: opt.RobotOption = "aria",
     plate: opt.PlateOption = None,
-    data: Annotated[Path | None, typer.Option(help="Measurements to load at once.")] = None,
-    port: Annotated[int | None, typer.Option(help="Port; 8090 or else any free one if not given.")] = None,
+    data: Annotated[Path | None, option("Measurements to load at once.")] = None,
+    port: Annotated[int | None, option("Port; 8090 or else any free one if not given.")] = None,
     host: Annotated[
-        str, typer.Option(help="Address to listen on; others than loopback are open to the network.")
+        str, option("Address to listen on; others than loopback are open to the network.")
     ] = "127.0.0.1",
-    open_browser: Annotated[
-        bool, typer.Option("--open/--no-open", help="Open the page in the browser.")
-    ] = True,
+    open_browser: Annotated[bool, option("--open/--no-open", "Open the page in the browser.")] = True,
     session: Annotated[
-        Path | None,
-        typer.Option(help="Go on with this recording, or record here; recordings/DATE-ROBOT if not given."),
+        Path | None, option("Go on with this recording, or record here; recordings/DATE-ROBOT if not given.")
     ] = None,
     step: Annotated[
-        int | None, typer.Option(help="With --session: branch off after this step, into a new recording.")
+        int | None, option("With --session: branch off after this step, into a new recording.")
     ] = None,
-    demo: Annotated[bool, typer.Option("--demo", help="Play a story of two minutes first.")] = False,
-    record: Annotated[bool, typer.Option("--record/--no-record", help="Record the session.")] = True,
+    demo: Annotated[bool, option("--demo", "Play a story of two minutes first.")] = False,
+    record: Annotated[bool, option("--record/--no-record", "Record the session.")] = True,
     rerun: Annotated[
-        str | None, typer.Option(help="Show the session in this open rerun viewer as well: HOST:PORT.")
+        str | None, option("Show the session in this open rerun viewer as well: HOST:PORT.")
     ] = None,
     source: Annotated[
-        str | None,
-        typer.Option(help="Follow and measure a real arm: HOST:PORT of its live source, or listen:PORT."),
+        str | None, option("Follow and measure a real arm: HOST:PORT of its live source, or listen:PORT.")
     ] = None,
 ) -> None:
     """The app in the browser: robot, plate, draggable targets, identification."""

@@ -3,20 +3,17 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
+from workbench.cli.options import argument, option
 
 
 def redundancy(
     robot: opt.RobotOption,
-    frames: Annotated[bool, typer.Option("--frames", help="With the constants of base and tool.")] = False,
-    points: Annotated[
-        bool, typer.Option("--points", help="As seen by points alone, without orientation.")
-    ] = False,
-    free: Annotated[bool, typer.Option("--free", help="Only the constants that the robot frees.")] = False,
+    frames: Annotated[bool, option("--frames", "With the constants of base and tool.")] = False,
+    points: Annotated[bool, option("--points", "As seen by points alone, without orientation.")] = False,
+    free: Annotated[bool, option("--free", "Only the constants that the robot frees.")] = False,
     json: opt.JsonOption = None,
 ) -> None:
     """Which constants of an arm no measurement tells apart, and may be removed."""
@@ -48,28 +45,24 @@ def axes(
 
 
 def new(
-    source: Annotated[
-        str, typer.Argument(help="A DH table (.csv), a .urdf, a .xacro (name:=value …), or a known arm.")
-    ],
-    out: Annotated[Path, typer.Option(help="Write the robot here (.toml).")],
+    source: Annotated[str, argument("A DH table (.csv), a .urdf, a .xacro (name:=value …), or a known arm.")],
+    out: Annotated[Path, option("Write the robot here (.toml).")],
     pose: Annotated[
         list[str] | None,
-        typer.Option(
-            help="A pose as the pendant shows it, flange in the robot's base: "
+        option(
+            "A pose as the pendant shows it, flange in the robot's base: "
             '"q1,…,qn = x,y,z,roll,pitch,yaw"; three times or more. Units are found.'
         ),
     ] = None,
     poses: Annotated[
-        Path | None, typer.Option(help="The same as a measurement file, whose headings tell the units.")
+        Path | None, option("The same as a measurement file, whose headings tell the units.")
     ] = None,
-    name: Annotated[str | None, typer.Option(help="Name of the robot.")] = None,
+    name: Annotated[str | None, option("Name of the robot.")] = None,
     apply: Annotated[
-        Path | None, typer.Option(help="With --for: a file of the arm's controller or driver, read in.")
+        Path | None, option("With --for: a file of the arm's controller or driver, read in.")
     ] = None,
-    form: Annotated[
-        str | None, typer.Option("--for", help="With --apply: its form, such as ur-calibration.")
-    ] = None,
-    tip: Annotated[str | None, typer.Option(help="Last link of the chain, for a URDF with several.")] = None,
+    form: Annotated[str | None, option("--for", "With --apply: its form, such as ur-calibration.")] = None,
+    tip: Annotated[str | None, option("Last link of the chain, for a URDF with several.")] = None,
     json: opt.JsonOption = None,
 ) -> None:
     """One's own robot: signs, offsets, units and convention found from three poses of the pendant."""
@@ -131,18 +124,15 @@ def _poses(source: str, path: Path, tip: str | None):
 
 
 def loading(
-    robot: Annotated[str, typer.Argument(help="Robot with masses: a .toml file, or a built-in arm.")],
+    robot: Annotated[str, argument("Robot with masses: a .toml file, or a built-in arm.")],
     joints: Annotated[
-        str | None,
-        typer.Option(help="Joints to load, 2,3 …; else all, those that no gravity turns by side pulls."),
+        str | None, option("Joints to load, 2,3 …; else all, those that no gravity turns by side pulls.")
     ] = None,
-    added_mass: Annotated[float, typer.Option(help="Mass that can be hung onto the tool [kg].")] = 0.0,
-    pairs: Annotated[int, typer.Option(help="Pairs of postures for every joint and purpose.")] = 4,
-    repeats: Annotated[int, typer.Option(help="Readings of every posture.")] = 10,
-    force: Annotated[float, typer.Option(help="Greatest side pull at the tool [N].")] = 40.0,
-    out: Annotated[
-        Path | None, typer.Option(help="Write postures, readings and a picture into this folder.")
-    ] = None,
+    added_mass: Annotated[float, option("Mass that can be hung onto the tool [kg].")] = 0.0,
+    pairs: Annotated[int, option("Pairs of postures for every joint and purpose.")] = 4,
+    repeats: Annotated[int, option("Readings of every posture.")] = 10,
+    force: Annotated[float, option("Greatest side pull at the tool [N].")] = 40.0,
+    out: Annotated[Path | None, option("Write postures, readings and a picture into this folder.")] = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:

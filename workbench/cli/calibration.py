@@ -4,11 +4,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
+from workbench.cli.options import argument, option
 
 
 @opt.flattened
@@ -19,26 +18,20 @@ def identify(
     files: opt.FileOptions,
     wanted: opt.WantedOption = None,
     robot: Annotated[
-        str | None, typer.Option("--robot", help="Robot: a .toml or .urdf file, or a built-in arm.")
+        str | None, option("--robot", "Robot: a .toml or .urdf file, or a built-in arm.")
     ] = None,
     algorithm: Annotated[
-        str, typer.Option(help="ols, opt1, opt2, influence, several with commas between, or all.")
+        str, option("ols, opt1, opt2, influence, several with commas between, or all.")
     ] = "ols,opt1,opt2",
-    level: Annotated[
-        int, typer.Option(help="1: joint offsets alone; 2: the whole geometry.", min=1, max=2)
-    ] = 2,
+    level: Annotated[int, option("1: joint offsets alone; 2: the whole geometry.", min=1, max=2)] = 2,
     bounds: Annotated[
-        list[str] | None, typer.Option(help="Bound for OPT1, in SI: joint1.theta=-0.1:0.1. May be repeated.")
+        list[str] | None, option("Bound for OPT1, in SI: joint1.theta=-0.1:0.1. May be repeated.")
     ] = None,
-    loss: Annotated[
-        str, typer.Option(help="squares, huber, or tukey: how much outlying rows count.")
-    ] = "squares",
+    loss: Annotated[str, option("squares, huber, or tukey: how much outlying rows count.")] = "squares",
     prior: Annotated[
-        Path | None, typer.Option(help="An earlier result (--json) of this robot, as prior knowledge.")
+        Path | None, option("An earlier result (--json) of this robot, as prior knowledge.")
     ] = None,
-    renew: Annotated[
-        str | None, typer.Option(help="With --prior: joints that were replaced, such as 3 or 3,4.")
-    ] = None,
+    renew: Annotated[str | None, option("With --prior: joints that were replaced, such as 3 or 3,4.")] = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
 
@@ -123,7 +116,7 @@ def evaluate(
     data: opt.DataArgument,
     robot: opt.RobotOption,
     files: opt.FileOptions,
-    frames: Annotated[str, typer.Option(help="given: fit nothing; fit: fit only base and tool.")] = "given",
+    frames: Annotated[str, option("given: fit nothing; fit: fit only base and tool.")] = "given",
     json: opt.JsonOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements; nothing of the arm is fitted."""
@@ -154,25 +147,23 @@ def with_markers(data, tool: Path | None, base: Path | None):
 
 
 def export(
-    calibrated: Annotated[str, typer.Argument(help="A robot: .toml, .urdf, or a built-in arm.")],
-    urdf: Annotated[Path | None, typer.Option(help="Write a URDF here.")] = None,
-    toml: Annotated[Path | None, typer.Option(help="Write a robot TOML here.")] = None,
+    calibrated: Annotated[str, argument("A robot: .toml, .urdf, or a built-in arm.")],
+    urdf: Annotated[Path | None, option("Write a URDF here.")] = None,
+    toml: Annotated[Path | None, option("Write a robot TOML here.")] = None,
     controller: Annotated[
-        Path | None,
-        typer.Option(help="Write controller-ready numbers here (.json): joint offsets, tool, base."),
+        Path | None, option("Write controller-ready numbers here (.json): joint offsets, tool, base.")
     ] = None,
     form: Annotated[
-        str | None, typer.Option("--for", help="Write --out in this form; `--for list` names them all.")
+        str | None, option("--for", "Write --out in this form; `--for list` names them all.")
     ] = None,
-    out: Annotated[Path | None, typer.Option(help="With --for: file to write.")] = None,
+    out: Annotated[Path | None, option("With --for: file to write.")] = None,
     source: Annotated[
-        Path | None, typer.Option(help="With --for: file of this form to bring up to date; left as it is.")
+        Path | None, option("With --for: file of this form to bring up to date; left as it is.")
     ] = None,
     nominal: Annotated[
-        str | None,
-        typer.Option(help="The robot as its controller computes it: for --controller, some --for."),
+        str | None, option("The robot as its controller computes it: for --controller, some --for.")
     ] = None,
-    tip: Annotated[str | None, typer.Option(help="Last link of the chain, for a URDF with several.")] = None,
+    tip: Annotated[str | None, option("Last link of the chain, for a URDF with several.")] = None,
     json: opt.JsonOption = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or what a controller, a driver, a program loads."""

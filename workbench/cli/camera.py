@@ -3,26 +3,21 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
+from workbench.cli.options import option
 
 
 def board(
-    out: Annotated[Path, typer.Option(help="Write the sheet here (.pdf to print, or .png).")],
-    squares: Annotated[str, typer.Option(help="Squares across x down.")] = "5x7",
-    square: Annotated[str, typer.Option(help="Side of a square; of a solid: its edges.")] = "36mm",
-    marker: Annotated[
-        str | None, typer.Option(help="Side of a marker; what suits the squares if not given.")
-    ] = None,
-    dictionary: Annotated[str, typer.Option(help="Dictionary of the markers.")] = "DICT_6X6_250",
-    shape: Annotated[str, typer.Option(help="board, or tags on a cube or dodecahedron.")] = "board",
-    mounted: Annotated[str, typer.Option(help="What will carry it: tool or world.")] = "tool",
-    boards: Annotated[
-        int, typer.Option(help="How many, with markers of their own, for one arm and camera.")
-    ] = 1,
-    dpi: Annotated[float, typer.Option(help="Dots per inch of a .png.")] = 300.0,
+    out: Annotated[Path, option("Write the sheet here (.pdf to print, or .png).")],
+    squares: Annotated[str, option("Squares across x down.")] = "5x7",
+    square: Annotated[str, option("Side of a square; of a solid: its edges.")] = "36mm",
+    marker: Annotated[str | None, option("Side of a marker; what suits the squares if not given.")] = None,
+    dictionary: Annotated[str, option("Dictionary of the markers.")] = "DICT_6X6_250",
+    shape: Annotated[str, option("board, or tags on a cube or dodecahedron.")] = "board",
+    mounted: Annotated[str, option("What will carry it: tool or world.")] = "tool",
+    boards: Annotated[int, option("How many, with markers of their own, for one arm and camera.")] = 1,
+    dpi: Annotated[float, option("Dots per inch of a .png.")] = 300.0,
 ) -> None:
     """A ChArUco board (or a solid of tags) to print at its true size, and target.toml beside it."""
     from workbench.base.files import write_bytes

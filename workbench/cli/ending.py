@@ -11,6 +11,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+import typer
 import typer.core
 
 from workbench.base.errors import INTERRUPTED, STOPPED, WorkbenchError
@@ -48,6 +49,11 @@ class Commands(typer.core.TyperGroup):
         """Typer's, where a command is carried out."""
         with _past_typer():
             return super().invoke(ctx)
+
+
+def group(name: str, help: str) -> typer.Typer:
+    """Commands that are called by two words."""
+    return typer.Typer(name=name, help=help, no_args_is_help=True, cls=Commands)
 
 
 @contextlib.contextmanager

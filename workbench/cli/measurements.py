@@ -6,38 +6,31 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import workbench as wb
 from workbench.base.errors import DataError, OptionError
 from workbench.cli import options as opt
+from workbench.cli.options import option
 
 
 def simulate(
     robot: opt.RobotOption,
-    out: Annotated[Path, typer.Option(help="Write the measurements here.")],
+    out: Annotated[Path, option("Write the measurements here.")],
     plate: opt.PlateOption = None,
-    poses: Annotated[int | None, typer.Option(help="Number of poses, instead of a plate.")] = None,
+    poses: Annotated[int | None, option("Number of poses, instead of a plate.")] = None,
     index: Annotated[
-        str,
-        typer.Option(
-            help="With --poses: random, iso-cube, circle-points, or an index to maximise: O, O1 … O5."
-        ),
+        str, option("With --poses: random, iso-cube, circle-points, or an index to maximise: O, O1 … O5.")
     ] = "random",
     instrument: Annotated[
-        str | None, typer.Option(help="What measures: plate, laser-tracker, tracker-6d, optotrak …")
+        str | None, option("What measures: plate, laser-tracker, tracker-6d, optotrak …")
     ] = None,
     branch: Annotated[
-        str, typer.Option(help="With --plate: designed, mixed, auto (one branch), or a branch by name.")
+        str, option("With --plate: designed, mixed, auto (one branch), or a branch by name.")
     ] = "designed",
     effect: Annotated[
-        list[str] | None,
-        typer.Option(help="A hidden effect, NAME[:joint[:size]], such as backlash:3. May be repeated."),
+        list[str] | None, option("A hidden effect, NAME[:joint[:size]], such as backlash:3. May be repeated.")
     ] = None,
-    actual: Annotated[Path | None, typer.Option(help="Write the hidden actual arm here (.toml).")] = None,
-    of: Annotated[
-        str | None, typer.Option(help="Measure this arm instead of one with hidden errors.")
-    ] = None,
+    actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
+    of: Annotated[str | None, option("Measure this arm instead of one with hidden errors.")] = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """A virtual arm with hidden manufacturing errors, measured."""
@@ -91,7 +84,7 @@ def preview(
     data: opt.DataArgument,
     files: opt.FileOptions,
     save_mapping: Annotated[
-        Path | None, typer.Option(help="Write what was understood here (.toml), to correct and use again.")
+        Path | None, option("Write what was understood here (.toml), to correct and use again.")
     ] = None,
 ) -> None:
     """What a file would be read as: every column with its meaning and units, decisions, problems."""
@@ -119,42 +112,36 @@ def preview(
 
 def poses(
     robot: opt.RobotOption,
-    number: Annotated[int, typer.Option(help="How many poses.")],
+    number: Annotated[int, option("How many poses.")],
     index: Annotated[
         str | None,
-        typer.Option(
-            help="Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region); "
+        option(
+            "Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region); "
             "O1 if not given, Ov1 with --camera."
         ),
     ] = None,
-    candidates: Annotated[
-        Path | None, typer.Option("--from", help="Choose from the rows of this file.")
-    ] = None,
+    candidates: Annotated[Path | None, option("--from", "Choose from the rows of this file.")] = None,
     region: Annotated[
-        str | None, typer.Option(help='Where the tool has to be: a plate\'s region, or "x,y,z:x,y,z" in m.')
+        str | None, option('Where the tool has to be: a plate\'s region, or "x,y,z:x,y,z" in m.')
     ] = None,
     towards: Annotated[
-        str | None, typer.Option(help='Orientation to stay near: "roll,pitch,yaw" in degrees, or a plate.')
+        str | None, option('Orientation to stay near: "roll,pitch,yaw" in degrees, or a plate.')
     ] = None,
-    cone: Annotated[str, typer.Option(help="With --towards: how far from it.")] = "60deg",
-    margin: Annotated[str, typer.Option(help="Least distance of turning joints from their limits.")] = "0deg",
-    spread: Annotated[str, typer.Option(help="Least distance between the tool's places.")] = "0mm",
-    travel: Annotated[
-        str | None, typer.Option(help="Greatest travel of any joint from one pose to the next.")
-    ] = None,
-    method: Annotated[
-        str, typer.Option(help="exchange, or greedy: the choice before any exchange.")
-    ] = "exchange",
+    cone: Annotated[str, option("With --towards: how far from it.")] = "60deg",
+    margin: Annotated[str, option("Least distance of turning joints from their limits.")] = "0deg",
+    spread: Annotated[str, option("Least distance between the tool's places.")] = "0mm",
+    travel: Annotated[str | None, option("Greatest travel of any joint from one pose to the next.")] = None,
+    method: Annotated[str, option("exchange, or greedy: the choice before any exchange.")] = "exchange",
     unknown: opt.UnknownOption = None,
-    camera: Annotated[Path | None, typer.Option(help="A camera.toml: the target has to be in view.")] = None,
-    target: Annotated[Path | None, typer.Option(help="With --camera: the target.toml in view.")] = None,
+    camera: Annotated[Path | None, option("A camera.toml: the target has to be in view.")] = None,
+    target: Annotated[Path | None, option("With --camera: the target.toml in view.")] = None,
     camera_at: Annotated[
         list[str] | None,
-        typer.Option(help='Rough place of each camera, world or tool: "x,y,z,roll,pitch,yaw" in m and °.'),
+        option('Rough place of each camera, world or tool: "x,y,z,roll,pitch,yaw" in m and °.'),
     ] = None,
-    target_at: Annotated[str, typer.Option(help="Likewise of the target.")] = "0,0,0,0,0,0",
-    depth: Annotated[str | None, typer.Option(help="Where pictures are sharp: 300mm,900mm.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the joint positions here (.csv).")] = None,
+    target_at: Annotated[str, option("Likewise of the target.")] = "0,0,0,0,0,0",
+    depth: Annotated[str | None, option("Where pictures are sharp: 300mm,900mm.")] = None,
+    out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
@@ -200,18 +187,14 @@ def poses(
 
 def capture(
     robot: opt.RobotOption,
-    plate: Annotated[str, typer.Option(help="Plate: a .toml file, or the built-in table2.")],
-    out: Annotated[Path, typer.Option(help="Write the measurements here (.csv), row by row.")],
-    source: Annotated[
-        str, typer.Option("--from", help="- (standard input), HOST:PORT, or listen:HOST:PORT.")
-    ] = "-",
-    still_window: Annotated[str, typer.Option(help="How long the arm must have stood still.")] = "0.5s",
-    still_joint: Annotated[
-        str, typer.Option(help="How far a joint's readings may range in that time.")
-    ] = "0.02deg",
-    session: Annotated[str, typer.Option(help="Name of this placement of robot and instrument.")] = "",
+    plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
+    out: Annotated[Path, option("Write the measurements here (.csv), row by row.")],
+    source: Annotated[str, option("--from", "- (standard input), HOST:PORT, or listen:HOST:PORT.")] = "-",
+    still_window: Annotated[str, option("How long the arm must have stood still.")] = "0.5s",
+    still_joint: Annotated[str, option("How far a joint's readings may range in that time.")] = "0.02deg",
+    session: Annotated[str, option("Name of this placement of robot and instrument.")] = "",
     force: Annotated[
-        bool, typer.Option("--force", help="Keep what the source asks to keep even while the arm moves.")
+        bool, option("--force", "Keep what the source asks to keep even while the arm moves.")
     ] = False,
 ) -> None:
     """Guided measuring: steer the arm to each target of a plate, and a key or the source stores the row.
@@ -253,22 +236,17 @@ def capture(
 
 def drive(
     robot: opt.RobotOption,
-    plate: Annotated[str, typer.Option(help="Plate: a .toml file, or the built-in table2.")],
-    to: Annotated[str, typer.Option(help="- (standard output), or HOST:PORT to wait at.")] = "-",
+    plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
+    to: Annotated[str, option("- (standard output), or HOST:PORT to wait at.")] = "-",
     instrument: Annotated[
-        str,
-        typer.Option(
-            help="What sees the tool: tracker-6d, laser-tracker …; plate: nothing, the seat holds it."
-        ),
+        str, option("What sees the tool: tracker-6d, laser-tracker …; plate: nothing, the seat holds it.")
     ] = "tracker-6d",
-    branch: Annotated[
-        str, typer.Option(help="designed, mixed, auto (one branch), or a branch by name.")
-    ] = "designed",
-    rate: Annotated[float, typer.Option(help="Samples a second.")] = 50.0,
-    dwell: Annotated[str, typer.Option(help="How long the arm stands at each target.")] = "1s",
-    speed: Annotated[float, typer.Option(help="Times faster than real; 0: without waiting.")] = 1.0,
-    actual: Annotated[Path | None, typer.Option(help="Write the hidden actual arm here (.toml).")] = None,
-    of: Annotated[str | None, typer.Option(help="Drive this arm instead of one with hidden errors.")] = None,
+    branch: Annotated[str, option("designed, mixed, auto (one branch), or a branch by name.")] = "designed",
+    rate: Annotated[float, option("Samples a second.")] = 50.0,
+    dwell: Annotated[str, option("How long the arm stands at each target.")] = "1s",
+    speed: Annotated[float, option("Times faster than real; 0: without waiting.")] = 1.0,
+    actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
+    of: Annotated[str | None, option("Drive this arm instead of one with hidden errors.")] = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """A virtual arm in place of a real one's driver: JSON lines of an arm steered from target to target."""

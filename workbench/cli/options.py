@@ -14,104 +14,85 @@ import typer
 import workbench as wb
 from workbench.base.errors import OptionError
 
+
+def option(*names_and_help: str, **more: Any) -> Any:
+    """An option with its sentence in the help; without a name before that, its parameter's."""
+    *names, help = names_and_help
+    return typer.Option(*names, help=help, **more)
+
+
+def argument(help: str) -> Any:
+    """An argument and its sentence in the help."""
+    return typer.Argument(help=help)
+
+
 RobotOption = Annotated[
-    str,
-    typer.Option(
-        "--robot", help="Robot: a .toml or .urdf file, or a built-in arm such as aria, ur10, panda."
-    ),
+    str, option("--robot", "Robot: a .toml or .urdf file, or a built-in arm such as aria, ur10, panda.")
 ]
-JsonOption = Annotated[Path | None, typer.Option("--json", help="Write the result here, machine-readable.")]
+JsonOption = Annotated[Path | None, option("--json", "Write the result here, machine-readable.")]
 DataArgument = Annotated[
-    Path, typer.Argument(help="Measurements, one file: CSV, TSV, xlsx, parquet, .mat; or a mukca folder.")
+    Path, argument("Measurements, one file: CSV, TSV, xlsx, parquet, .mat; or a mukca folder.")
 ]
 ColumnsOption = Annotated[
     str | None,
-    typer.Option(
-        help='What the columns are where headings are missing: "q1[deg],…,x[mm],…", "-" to skip one; '
+    option(
+        'What the columns are where headings are missing: "q1[deg],…,x[mm],…", "-" to skip one; '
         'in MATLAB files "q[rad|row]=Q,xyz[mm|row]=P".'
     ),
 ]
-SheetOption = Annotated[
-    str | None, typer.Option(help="Sheet of a workbook; the one with measurements if not given.")
-]
+SheetOption = Annotated[str | None, option("Sheet of a workbook; the one with measurements if not given.")]
 LayoutOption = Annotated[
-    str | None,
-    typer.Option(help="Layout of the file, recognised if not given: plain, ipa-grid, mocap, c3d, ros-bag …"),
+    str | None, option("Layout of the file, recognised if not given: plain, ipa-grid, mocap, c3d, ros-bag …")
 ]
 MappingOption = Annotated[
     Path | None,
-    typer.Option(
-        help="A stored choice of what the columns are (.toml), as preview --save-mapping writes it."
-    ),
+    option("A stored choice of what the columns are (.toml), as preview --save-mapping writes it."),
 ]
 JointTableOption = Annotated[
     Path | None,
-    typer.Option(
+    option(
         "--joints",
-        help="Joints of measurements that have none: a table or a robot's log, joined by name, time or row.",
+        "Joints of measurements that have none: a table or a robot's log, joined by name, time or row.",
     ),
 ]
 PlateOption = Annotated[
-    str | None,
-    typer.Option(help="Plate: a .toml file, the table of a measuring machine, or the built-in table2."),
+    str | None, option("Plate: a .toml file, the table of a measuring machine, or the built-in table2.")
 ]
 UnknownOption = Annotated[
-    str | None, typer.Option("--unknown", help="Frames to identify as well: base, tool, base,tool, or none.")
+    str | None, option("--unknown", "Frames to identify as well: base, tool, base,tool, or none.")
 ]
 HeldOutOption = Annotated[
-    str,
-    typer.Option(
-        "--held-out", help="Share of rows to hold out (0.2: a fifth), a file of them, or session:NAME."
-    ),
+    str, option("--held-out", "Share of rows to hold out (0.2: a fifth), a file of them, or session:NAME.")
 ]
 FramesOption = Annotated[
-    str,
-    typer.Option(
-        "--frames", help="Base and tool of sessions: shared, per-session, or auto (the data decide)."
-    ),
+    str, option("--frames", "Base and tool of sessions: shared, per-session, or auto (the data decide).")
 ]
-RegionOption = Annotated[
-    str | None, typer.Option("--region", help="Keep only rows inside the region of this plate.")
-]
-SaveOption = Annotated[
-    Path | None, typer.Option("--save", help="Write the calibrated robot here (.toml or .urdf).")
-]
-ReportOption = Annotated[Path | None, typer.Option("--report", help="Write an HTML report into this folder.")]
-FreeOption = Annotated[
-    str | None, typer.Option("--free", help="Constants to identify: joint1.theta,joint2.a …")
-]
-ExcludeOption = Annotated[
-    str | None, typer.Option("--exclude", help="Data rows to keep out, comma-separated, from 0.")
-]
+RegionOption = Annotated[str | None, option("--region", "Keep only rows inside the region of this plate.")]
+SaveOption = Annotated[Path | None, option("--save", "Write the calibrated robot here (.toml or .urdf).")]
+ReportOption = Annotated[Path | None, option("--report", "Write an HTML report into this folder.")]
+FreeOption = Annotated[str | None, option("--free", "Constants to identify: joint1.theta,joint2.a …")]
+ExcludeOption = Annotated[str | None, option("--exclude", "Data rows to keep out, comma-separated, from 0.")]
 NoiseOption = Annotated[
-    str | None, typer.Option("--noise", help='Standard deviations of the instrument: "0.05mm,0.01deg".')
+    str | None, option("--noise", 'Standard deviations of the instrument: "0.05mm,0.01deg".')
 ]
 ToolMarkersOption = Annotated[
     Path | None,
-    typer.Option(
-        "--tool-markers", help="Positions of the markers on the tool, one row m1x[mm] …, to make poses."
-    ),
+    option("--tool-markers", "Positions of the markers on the tool, one row m1x[mm] …, to make poses."),
 ]
 BaseMarkersOption = Annotated[
     Path | None,
-    typer.Option(
-        "--base-markers", help="Markers on the base, two rows (as designed, as seen), to align the frames."
-    ),
+    option("--base-markers", "Markers on the base, two rows (as designed, as seen), to align the frames."),
 ]
-WantedOption = Annotated[
-    str | None, typer.Option(help='What every pose has to keep: "0.3mm", or "0.3mm,0.1deg".')
-]
-ForceOption = Annotated[
-    bool, typer.Option("--force", help="Go on though the rows are clearly those of another arm.")
-]
-SeedOption = Annotated[int, typer.Option(help="Seed of the random numbers.")]
+WantedOption = Annotated[str | None, option('What every pose has to keep: "0.3mm", or "0.3mm,0.1deg".')]
+ForceOption = Annotated[bool, option("--force", "Go on though the rows are clearly those of another arm.")]
+SeedOption = Annotated[int, option("Seed of the random numbers.")]
 
 
 CameraOption = Annotated[
-    Path | None, typer.Option("--camera", help="The data are pixels of the cameras of this camera.toml.")
+    Path | None, option("--camera", "The data are pixels of the cameras of this camera.toml.")
 ]
 TargetOption = Annotated[
-    Path | None, typer.Option("--target", help="With --camera: the board or tags in view, a target.toml.")
+    Path | None, option("--target", "With --camera: the board or tags in view, a target.toml.")
 ]
 
 

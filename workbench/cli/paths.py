@@ -4,24 +4,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
-from workbench.cli.ending import Commands
+from workbench.cli.ending import group
+from workbench.cli.options import argument, option
 
-paths = typer.Typer(
-    name="path",
-    help="Trajectories along a circle or a line, from rest to rest, with the tool's direction held.",
-    no_args_is_help=True,
-    cls=Commands,
+paths = group(
+    "path", "Trajectories along a circle or a line, from rest to rest, with the tool's direction held."
 )
 
-SpeedOption = Annotated[
-    float | None, typer.Option(help="Greatest speed of any joint [rad/s or m/s]; else not checked.")
-]
-DurationOption = Annotated[float, typer.Option(help="Time from beginning to end [s].")]
+SpeedOption = Annotated[float | None, option("Greatest speed of any joint [rad/s or m/s]; else not checked.")]
+DurationOption = Annotated[float, option("Time from beginning to end [s].")]
 
 
 @dataclass(frozen=True)
@@ -29,18 +23,15 @@ class PlanOptions:
     """The arm that runs a path, how, and where the plan goes."""
 
     robot: opt.RobotOption
-    out: Annotated[Path, typer.Option(help="Write time, joints and poses here (.csv).")]
-    rows: Annotated[int, typer.Option(help="Number of samples.")] = 200
+    out: Annotated[Path, option("Write time, joints and poses here (.csv).")]
+    rows: Annotated[int, option("Number of samples.")] = 200
     axis: Annotated[
         str | None,
-        typer.Option(
-            help="Direction x,y,z of the tool's z axis; into the path's plane from above if not given."
-        ),
+        option("Direction x,y,z of the tool's z axis; into the path's plane from above if not given."),
     ] = None
     max_speed: SpeedOption = None
     picture: Annotated[
-        Path | None,
-        typer.Option(help="Draw joints, speeds, torques and moments across the axes here (.png)."),
+        Path | None, option("Draw joints, speeds, torques and moments across the axes here (.png).")
     ] = None
     json: opt.JsonOption = None
 
@@ -68,11 +59,10 @@ class PlanOptions:
 def circle(
     options: PlanOptions,
     through: Annotated[
-        list[str] | None,
-        typer.Option(help="A point x,y,z [m] in the robot's base frame; three or more, in order."),
+        list[str] | None, option("A point x,y,z [m] in the robot's base frame; three or more, in order.")
     ] = None,
     taught: Annotated[
-        Path | None, typer.Option(help="Joints at three points or more, led there by hand, instead.")
+        Path | None, option("Joints at three points or more, led there by hand, instead.")
     ] = None,
     duration: DurationOption = 20.0,
 ) -> None:
@@ -96,8 +86,8 @@ def circle(
 @opt.flattened
 def line(
     options: PlanOptions,
-    start: Annotated[str, typer.Option("--from", help="Where it begins: x,y,z [m], robot's base frame.")],
-    end: Annotated[str, typer.Option("--to", help="Where it ends: x,y,z [m].")],
+    start: Annotated[str, option("--from", "Where it begins: x,y,z [m], robot's base frame.")],
+    end: Annotated[str, option("--to", "Where it ends: x,y,z [m].")],
     duration: DurationOption = 10.0,
 ) -> None:
     """A straight line between two points."""
@@ -118,23 +108,21 @@ def _point(text: str, option: str):
 
 def compensate(
     trajectory: Annotated[
-        Path, typer.Argument(help="Table of time[s] and joints (q1[rad] …), or poses in the robot's base.")
+        Path, argument("Table of time[s] and joints (q1[rad] …), or poses in the robot's base.")
     ],
-    robot: Annotated[str, typer.Option(help="The calibrated robot (.toml or .urdf).")],
-    out: Annotated[Path, typer.Option(help="Write the corrected joints here (.csv).")],
+    robot: Annotated[str, option("The calibrated robot (.toml or .urdf).")],
+    out: Annotated[Path, option("Write the corrected joints here (.csv).")],
     nominal: Annotated[
-        str | None, typer.Option(help="The robot as its controller computes it; needed for joints.")
+        str | None, option("The robot as its controller computes it; needed for joints.")
     ] = None,
-    method: Annotated[str, typer.Option(help="iterated, or one-step: Δq = −Jᵀ(JJᵀ + λ)⁻¹ Δx.")] = "iterated",
-    payload: Annotated[float | None, typer.Option(help="Mass at the tool [kg].")] = None,
-    temperature: Annotated[float | None, typer.Option(help="Temperature [degC].")] = None,
+    method: Annotated[str, option("iterated, or one-step: Δq = −Jᵀ(JJᵀ + λ)⁻¹ Δx.")] = "iterated",
+    payload: Annotated[float | None, option("Mass at the tool [kg].")] = None,
+    temperature: Annotated[float | None, option("Temperature [degC].")] = None,
     max_speed: SpeedOption = None,
     positions_only: Annotated[
-        bool, typer.Option("--positions-only", help="Orientations do not matter; Katana eq. (5.22).")
+        bool, option("--positions-only", "Orientations do not matter; Katana eq. (5.22).")
     ] = False,
-    moving: Annotated[
-        bool, typer.Option("--moving", help="Loads with the links' inertia; else those at rest.")
-    ] = False,
+    moving: Annotated[bool, option("--moving", "Loads with the links' inertia; else those at rest.")] = False,
     json: opt.JsonOption = None,
     columns: opt.ColumnsOption = None,
     sheet: opt.SheetOption = None,
@@ -164,21 +152,18 @@ def compensate(
     opt.write_result(json, compensation_json(found))
 
 
-pencil = typer.Typer(
-    name="pencil",
-    help="Tracking checked with pencil, paper and a potentiometer: a circle drawn on a printed one.",
-    no_args_is_help=True,
-    cls=Commands,
+pencil = group(
+    "pencil", "Tracking checked with pencil, paper and a potentiometer: a circle drawn on a printed one."
 )
 
-RadiusOption = Annotated[str, typer.Option(help="Radius of the printed circle, such as 100mm.")]
-DotsOption = Annotated[float, typer.Option(help="Dots per inch.")]
-TrajectoryArgument = Annotated[Path, typer.Argument(help="The circle as `workbench path circle` wrote it.")]
+RadiusOption = Annotated[str, option("Radius of the printed circle, such as 100mm.")]
+DotsOption = Annotated[float, option("Dots per inch.")]
+TrajectoryArgument = Annotated[Path, argument("The circle as `workbench path circle` wrote it.")]
 
 
 @pencil.command()
 def sheet(
-    out: Annotated[Path, typer.Option(help="Write the sheet here (.png); print it in colour.")],
+    out: Annotated[Path, option("Write the sheet here (.png); print it in colour.")],
     radius: RadiusOption = "100mm",
     dpi: DotsOption = 300.0,
 ) -> None:
@@ -193,8 +178,8 @@ def sheet(
 def draw(
     trajectory: TrajectoryArgument,
     robot: opt.RobotOption,
-    out: Annotated[Path, typer.Option(help="Write the scan here (.png).")],
-    readings: Annotated[Path, typer.Option(help="Write the potentiometer's readings here (.csv).")],
+    out: Annotated[Path, option("Write the scan here (.png).")],
+    readings: Annotated[Path, option("Write the potentiometer's readings here (.csv).")],
     dpi: DotsOption = 300.0,
     seed: opt.SeedOption = 0,
 ) -> None:
@@ -213,13 +198,13 @@ def draw(
 
 @pencil.command()
 def errors(
-    scan: Annotated[Path, typer.Argument(help="Scan of the sheet with the drawing, in colour.")],
+    scan: Annotated[Path, argument("Scan of the sheet with the drawing, in colour.")],
     radius: RadiusOption = "100mm",
-    path: Annotated[Path | None, typer.Option(help="The circle that was commanded: time and poses.")] = None,
+    path: Annotated[Path | None, option("The circle that was commanded: time and poses.")] = None,
     readings: Annotated[
-        Path | None, typer.Option(help="Potentiometer: time[s], distance[mm] beyond its length at rest.")
+        Path | None, option("Potentiometer: time[s], distance[mm] beyond its length at rest.")
     ] = None,
-    picture: Annotated[Path | None, typer.Option(help="Draw the errors here (.png).")] = None,
+    picture: Annotated[Path | None, option("Draw the errors here (.png).")] = None,
     json: opt.JsonOption = None,
 ) -> None:
     """Errors along a drawn circle: outside and inside from the scan, above and below from the readings."""

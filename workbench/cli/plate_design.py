@@ -4,10 +4,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import workbench as wb
 from workbench.cli import options as opt
+from workbench.cli.options import option
 from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, making_of, manner_name, plates
 
 
@@ -15,14 +14,13 @@ from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, mak
 class BlockOptions:
     """What the blocks of a designed plate may be."""
 
-    blocks: Annotated[str, typer.Option(help="Blocks: flat, stepped or tilted.")] = "tilted"
-    heights: Annotated[str | None, typer.Option(help='Heights of blocks: "40mm,120mm".')] = None
+    blocks: Annotated[str, option("Blocks: flat, stepped or tilted.")] = "tilted"
+    heights: Annotated[str | None, option('Heights of blocks: "40mm,120mm".')] = None
     angles: Annotated[
-        str | None,
-        typer.Option(help='The only tilts that may be made: "0deg,15deg,30deg"; any if not given.'),
+        str | None, option('The only tilts that may be made: "0deg,15deg,30deg"; any if not given.')
     ] = None
-    tilt: Annotated[str, typer.Option(help="Greatest tilt of a block.")] = "45deg"
-    turn: Annotated[str, typer.Option(help="Blocks are turned by multiples of this; 0deg: at will.")] = "0deg"
+    tilt: Annotated[str, option("Greatest tilt of a block.")] = "45deg"
+    turn: Annotated[str, option("Blocks are turned by multiples of this; 0deg: at will.")] = "0deg"
 
     def of(self, reading: str):
         """The same in SI, for targets that are read in this way."""
@@ -43,13 +41,11 @@ class BlockOptions:
 class MarginOptions:
     """The distances that a designed plate keeps."""
 
-    clearance: Annotated[str, typer.Option(help="Least distance from plate, blocks, table, arm.")] = "10mm"
-    limit_margin: Annotated[str, typer.Option(help="Least distance of joints from their limits.")] = "10deg"
-    spacing: Annotated[str, typer.Option(help="Least distance of two targets on the plate.")] = "80mm"
-    retreat: Annotated[str, typer.Option(help="How far the probe must be able to go back.")] = "50mm"
-    floor: Annotated[
-        str, typer.Option(help="Height of the table in the robot's base; none: there is no table.")
-    ] = "0mm"
+    clearance: Annotated[str, option("Least distance from plate, blocks, table, arm.")] = "10mm"
+    limit_margin: Annotated[str, option("Least distance of joints from their limits.")] = "10deg"
+    spacing: Annotated[str, option("Least distance of two targets on the plate.")] = "80mm"
+    retreat: Annotated[str, option("How far the probe must be able to go back.")] = "50mm"
+    floor: Annotated[str, option("Height of the table in the robot's base; none: there is no table.")] = "0mm"
 
     def constraints(self):
         """The same in SI."""
@@ -69,36 +65,29 @@ class MarginOptions:
 def optimise(
     plate: PlateArgument,
     robot: opt.RobotOption,
-    out: Annotated[Path, typer.Option(help="Write the designed plate here (.toml).")],
+    out: Annotated[Path, option("Write the designed plate here (.toml).")],
     block_options: BlockOptions,
     margins: MarginOptions,
-    targets: Annotated[
-        int | None, typer.Option(help="How many; as many as the plate has if not given.")
-    ] = None,
-    branches: Annotated[str, typer.Option(help="mixed, or single: one branch for all targets.")] = "mixed",
+    targets: Annotated[int | None, option("How many; as many as the plate has if not given.")] = None,
+    branches: Annotated[str, option("mixed, or single: one branch for all targets.")] = "mixed",
     reading: Annotated[
-        str | None, typer.Option(help="What is read: seat (if not given), socket, point, contacts, ball-bar.")
+        str | None, option("What is read: seat (if not given), socket, point, contacts, ball-bar.")
     ] = None,
     shapes: Annotated[
         int | None,
-        typer.Option(
-            help="How many different blocks may be made, for cheap making; any number if not given."
-        ),
+        option("How many different blocks may be made, for cheap making; any number if not given."),
     ] = None,
     made: Annotated[
         str | None,
-        typer.Option(
-            help="From what people own: machined, printed, breadboard or ball-bar; sets what fits it."
-        ),
+        option("From what people own: machined, printed, breadboard or ball-bar; sets what fits it."),
     ] = None,
     noise: Annotated[
-        str | None,
-        typer.Option(help='Standard deviations of a visit: "0.1mm,0.02deg"; usual ones if not given.'),
+        str | None, option('Standard deviations of a visit: "0.1mm,0.02deg"; usual ones if not given.')
     ] = None,
-    visits: Annotated[int, typer.Option(help="How often each target is visited.")] = 1,
+    visits: Annotated[int, option("How often each target is visited.")] = 1,
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
-    places: Annotated[int, typer.Option(help="Random blocks from which the search begins.")] = 2500,
+    places: Annotated[int, option("Random blocks from which the search begins.")] = 2500,
     unknown: opt.UnknownOption = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
@@ -153,27 +142,23 @@ def optimise(
 def yield_(
     plate: PlateArgument,
     robot: opt.RobotOption,
-    arms: Annotated[int, typer.Option(help="How many virtual arms.")] = 10_000,
-    noise: Annotated[
-        str, typer.Option(help='How well a seat returns and is read: "0.1mm,0.02deg".')
-    ] = "0.1mm,0.02deg",
-    joint_noise: Annotated[str, typer.Option(help="Of the joint readings.")] = "0deg",
+    arms: Annotated[int, option("How many virtual arms.")] = 10_000,
+    noise: Annotated[str, option('How well a seat returns and is read: "0.1mm,0.02deg".')] = "0.1mm,0.02deg",
+    joint_noise: Annotated[str, option("Of the joint readings.")] = "0deg",
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
     effects_of: Annotated[
-        str | None,
-        typer.Option("--effects-of", help="Robot file whose effects the actual arms have, undeclared."),
+        str | None, option("--effects-of", "Robot file whose effects the actual arms have, undeclared.")
     ] = None,
     errors: Annotated[
-        str, typer.Option(help="Greatest manufacturing errors of the arms: length and angle.")
+        str, option("Greatest manufacturing errors of the arms: length and angle.")
     ] = "5mm,5deg",
     orientations: Annotated[
-        str | None,
-        typer.Option(help="Judge about the orientations of this plate's targets, to compare plates."),
+        str | None, option("Judge about the orientations of this plate's targets, to compare plates.")
     ] = None,
-    poses: Annotated[int, typer.Option(help="Poses of the region at which arms are judged.")] = 500,
+    poses: Annotated[int, option("Poses of the region at which arms are judged.")] = 500,
     scheduler: Annotated[
-        str | None, typer.Option(help="Dask scheduler, such as tcp://host:8786; else this machine's cores.")
+        str | None, option("Dask scheduler, such as tcp://host:8786; else this machine's cores.")
     ] = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
@@ -211,11 +196,11 @@ def yield_(
 def tradeoff(
     plate: PlateArgument,
     robot: opt.RobotOption,
-    out: Annotated[Path, typer.Option(help="Folder for the picture and a plate (.toml) for each choice.")],
-    targets: Annotated[str, typer.Option(help="Numbers of targets.")] = "8,12,16",
-    made: Annotated[str, typer.Option(help="Ways to make them.")] = "machined,printed,breadboard",
-    places: Annotated[int, typer.Option(help="Random blocks from which each search begins.")] = 500,
-    arms: Annotated[int, typer.Option(help="Try each on so many virtual arms; 0: none.")] = 0,
+    out: Annotated[Path, option("Folder for the picture and a plate (.toml) for each choice.")],
+    targets: Annotated[str, option("Numbers of targets.")] = "8,12,16",
+    made: Annotated[str, option("Ways to make them.")] = "machined,printed,breadboard",
+    places: Annotated[int, option("Random blocks from which each search begins.")] = 500,
+    arms: Annotated[int, option("Try each on so many virtual arms; 0: none.")] = 0,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:

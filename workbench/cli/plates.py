@@ -6,34 +6,24 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
-
 import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
-from workbench.cli.ending import Commands
+from workbench.cli.ending import group
+from workbench.cli.options import argument, option
 
-plates = typer.Typer(
-    name="plate",
-    help="Fixture plates: their score, their design, their making.",
-    no_args_is_help=True,
-    cls=Commands,
-)
+plates = group("plate", "Fixture plates: their score, their design, their making.")
 
-PlateArgument = Annotated[str, typer.Argument(help="Plate: a .toml file, or the built-in table2.")]
+PlateArgument = Annotated[str, argument("Plate: a .toml file, or the built-in table2.")]
 NoiseOption = Annotated[
-    str | None,
-    typer.Option(help='Standard deviations of the instrument: "0.1mm,0.02deg"; usual ones if not given.'),
+    str | None, option('Standard deviations of the instrument: "0.1mm,0.02deg"; usual ones if not given.')
 ]
 ToleranceOption = Annotated[
-    str | None,
-    typer.Option(help='Made within ±: holes and blocks, "0.05mm,0.05deg"; as the plate says if not given.'),
+    str | None, option('Made within ±: holes and blocks, "0.05mm,0.05deg"; as the plate says if not given.')
 ]
 PlayOption = Annotated[
     str | None,
-    typer.Option(
-        help='Play of the probe in a seat, ±: "0.012mm,0.08deg"; pins: that of the drawn g6 pins; none.'
-    ),
+    option('Play of the probe in a seat, ±: "0.012mm,0.08deg"; pins: that of the drawn g6 pins; none.'),
 ]
 
 
@@ -111,7 +101,7 @@ def score(plate: PlateArgument, robot: opt.RobotOption, how: ScoreOptions) -> No
 @plates.command()
 @opt.flattened
 def compare(
-    plate: Annotated[list[str], typer.Argument(help="Two or more plates: .toml files, or built-in ones.")],
+    plate: Annotated[list[str], argument("Two or more plates: .toml files, or built-in ones.")],
     robot: opt.RobotOption,
     how: ScoreOptions,
 ) -> None:
@@ -148,20 +138,18 @@ def _told_apart(plates, given: list[str]) -> list:
 def cluster(
     robot: opt.RobotOption,
     region: Annotated[
-        str, typer.Option(help='A plate whose region is meant, or "x,y,z:x,y,z", its corners in m.')
+        str, option('A plate whose region is meant, or "x,y,z:x,y,z", its corners in m.')
     ] = "table2",
     plate: Annotated[
-        str | None, typer.Option(help="A plate whose region is meant, and near whose orientations to stay.")
+        str | None, option("A plate whose region is meant, and near whose orientations to stay.")
     ] = None,
-    side: Annotated[
-        str | None, typer.Option(help="Side of the cubes; as the plate says if not given.")
-    ] = None,
-    number: Annotated[int, typer.Option(help="How many poses.")] = 10,
+    side: Annotated[str | None, option("Side of the cubes; as the plate says if not given.")] = None,
+    number: Annotated[int, option("How many poses.")] = 10,
     index: Annotated[
-        str, typer.Option(help="Chooses between sets of equal O: I (predicted error), O1 … O5, A, D.")
+        str, option("Chooses between sets of equal O: I (predicted error), O1 … O5, A, D.")
     ] = "I",
-    cone: Annotated[str, typer.Option(help="With --plate: how far from its orientations.")] = "60deg",
-    out: Annotated[Path | None, typer.Option(help="Write the poses as a plate here (.toml).")] = None,
+    cone: Annotated[str, option("With --plate: how far from its orientations.")] = "60deg",
+    out: Annotated[Path | None, option("Write the poses as a plate here (.toml).")] = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
@@ -199,20 +187,15 @@ def cluster(
 @plates.command()
 def export(
     plate: PlateArgument,
-    out: Annotated[Path, typer.Option(help="Folder for the files; made if it is not there.")],
+    out: Annotated[Path, option("Folder for the files; made if it is not there.")],
     formats: Annotated[
-        str | None,
-        typer.Option(help="What to write: stl,3mf,dxf,pdf,csv,sheet,step; all but step if not given."),
+        str | None, option("What to write: stl,3mf,dxf,pdf,csv,sheet,step; all but step if not given.")
     ] = None,
-    robot: Annotated[
-        str | None, typer.Option(help="Arm for which the sheet says what accuracy to expect.")
-    ] = None,
+    robot: Annotated[str | None, option("Arm for which the sheet says what accuracy to expect.")] = None,
     noise: NoiseOption = None,
     tolerance: ToleranceOption = None,
-    made: Annotated[
-        str, typer.Option(help="From what: machined, printed, breadboard or ball-bar.")
-    ] = "machined",
-    printed: Annotated[bool, typer.Option("--printed", help="The same as --made printed.")] = False,
+    made: Annotated[str, option("From what: machined, printed, breadboard or ball-bar.")] = "machined",
+    printed: Annotated[bool, option("--printed", "The same as --made printed.")] = False,
 ) -> None:
     """Everything to make a plate: drawing set, solids, lists, and a sheet with the expected accuracy."""
     from workbench.plate.parts import export as plate_making
@@ -246,15 +229,13 @@ def export(
 @plates.command("as-measured")
 def as_measured(
     plate: PlateArgument,
-    measured: Annotated[
-        Path, typer.Argument(help="Table of a measuring machine: target, x[mm] …, roll[deg] ….")
-    ],
-    out: Annotated[Path, typer.Option(help="Write the plate with its measured targets here (.toml).")],
+    measured: Annotated[Path, argument("Table of a measuring machine: target, x[mm] …, roll[deg] ….")],
+    out: Annotated[Path, option("Write the plate with its measured targets here (.toml).")],
     frame: Annotated[
-        str, typer.Option(help="Measured in the frame of the robot's base, or of the plate (its top centre).")
+        str, option("Measured in the frame of the robot's base, or of the plate (its top centre).")
     ] = "base",
     uncertainty: Annotated[
-        str, typer.Option(help="Of the machine (one σ), where its table has no sigma columns.")
+        str, option("Of the machine (one σ), where its table has no sigma columns.")
     ] = "0.005mm,0.01deg",
 ) -> None:
     """The plate as it came out: measured targets in place of the drawn ones; region and branches stay."""

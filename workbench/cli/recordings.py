@@ -3,24 +3,21 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
+from workbench.cli.options import argument, option
 
-RecordingArgument = Annotated[Path, typer.Argument(help="A recording: a folder such as recordings/sample.")]
+RecordingArgument = Annotated[Path, argument("A recording: a folder such as recordings/sample.")]
 
 
 def review(
     recording: RecordingArgument,
     others: Annotated[
         list[Path] | None,
-        typer.Option("--with", help="Another recording, to compare; more than one: what moved over time."),
+        option("--with", "Another recording, to compare; more than one: what moved over time."),
     ] = None,
-    web: Annotated[bool, typer.Option("--web", help="Open the viewer in the browser.")] = False,
-    out: Annotated[
-        Path | None, typer.Option(help="Write the pictures here (.rrd) and open no viewer.")
-    ] = None,
+    web: Annotated[bool, option("--web", "Open the viewer in the browser.")] = False,
+    out: Annotated[Path | None, option("Write the pictures here (.rrd) and open no viewer.")] = None,
     json: opt.JsonOption = None,
 ) -> None:
     """Open recorded sessions in the rerun viewer; two of them side by side."""
@@ -55,10 +52,8 @@ def _compare(found: list, json: Path | None) -> None:
 
 def replay(
     recording: RecordingArgument,
-    to: Annotated[int | None, typer.Option(help="Up to this step only.")] = None,
-    report: Annotated[
-        Path | None, typer.Option(help="Write the session's report here (.html), one file.")
-    ] = None,
+    to: Annotated[int | None, option("Up to this step only.")] = None,
+    report: Annotated[Path | None, option("Write the session's report here (.html), one file.")] = None,
     json: opt.JsonOption = None,
 ) -> None:
     """Do a recorded session again and compare all numbers with those of then."""

@@ -38,7 +38,9 @@ def open_session(
     if step is not None and session is None:
         raise OptionError("--step needs --session DIR, the recording to branch off from")
     if live is not None:
-        _check_viewer(live)
+        from workbench.views.recording.rerun_output import url_of
+
+        url_of(live)  # refused where no viewer listens, before anything begins
     if session is not None and (step is not None or _is_session(session)):
         return _again(session, step, record, live)
 
@@ -113,10 +115,3 @@ def _followed(begun, live: str | None):
     from workbench.views.recording.recorder import recorder
 
     return replace(begun, keepers=(*begun.keepers, recorder(begun.folder, live=live, after=HEAD_START)))
-
-
-def _check_viewer(address: str) -> None:
-    """Refuse an address where no viewer listens before anything begins."""
-    from workbench.views.recording.rerun_output import url_of
-
-    url_of(address)

@@ -7,25 +7,17 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from workbench.base.distribution import install_command
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
-from workbench.cli.ending import Commands
+from workbench.cli.ending import group
+from workbench.cli.options import option
 
 TESTS = Path(__file__).resolve().parents[2] / "tests"
 """Where a checkout has the studies."""
 
-PageOption = Annotated[
-    Path | None, typer.Option(help="Write a page with pictures and tables into this folder.")
-]
-works = typer.Typer(
-    name="reproduce",
-    help="The works behind this program done again: printed numbers beside ours.",
-    no_args_is_help=True,
-    cls=Commands,
-)
+PageOption = Annotated[Path | None, option("Write a page with pictures and tables into this folder.")]
+works = group("reproduce", "The works behind this program done again: printed numbers beside ours.")
 
 
 @works.callback()
@@ -43,7 +35,7 @@ def reproduce() -> None:
 @works.command()
 def aria(
     out: PageOption = None,
-    arms: Annotated[int, typer.Option(help="How many virtual arms are compared.")] = 100,
+    arms: Annotated[int, option("How many virtual arms are compared.")] = 100,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
@@ -60,11 +52,11 @@ def aria(
 @works.command()
 def katana(
     out: PageOption = None,
-    arms: Annotated[int, typer.Option(help="How many virtual arms are calibrated in every way.")] = 40,
+    arms: Annotated[int, option("How many virtual arms are calibrated in every way.")] = 40,
     weighed: Annotated[
-        int, typer.Option(help="How many compare influence-based identification with least squares.")
+        int, option("How many compare influence-based identification with least squares.")
     ] = 200,
-    diagnosed: Annotated[int, typer.Option(help="How many of the arms are diagnosed.")] = 4,
+    diagnosed: Annotated[int, option("How many of the arms are diagnosed.")] = 4,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:

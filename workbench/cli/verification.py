@@ -3,12 +3,11 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.base.wording import counted
 from workbench.cli import options as opt
+from workbench.cli.options import argument, option
 
 
 @opt.flattened
@@ -18,21 +17,18 @@ def verify(
     files: opt.FileOptions,
     wanted: opt.WantedOption = None,
     used: Annotated[
-        Path | None,
-        typer.Option(help="Measurements of the calibration; its poses are left out of the verification."),
+        Path | None, option("Measurements of the calibration; its poses are left out of the verification.")
     ] = None,
     frames: Annotated[
-        str, typer.Option(help="given: fit nothing; fit: fit base and tool, as the instrument was moved.")
+        str, option("given: fit nothing; fit: fit base and tool, as the instrument was moved.")
     ] = "given",
-    same: Annotated[str, typer.Option(help="Rows whose joints differ by less visit one pose.")] = "0.02deg",
+    same: Annotated[str, option("Rows whose joints differ by less visit one pose.")] = "0.02deg",
     fact: Annotated[
-        list[str] | None,
-        typer.Option(help='For the certificate, such as "Serial number=A-1047". May be repeated.'),
+        list[str] | None, option('For the certificate, such as "Serial number=A-1047". May be repeated.')
     ] = None,
     json: opt.JsonOption = None,
     report: Annotated[
-        Path | None,
-        typer.Option(help="Write the certificate: one .pdf, or a folder with PDF, page and numbers."),
+        Path | None, option("Write the certificate: one .pdf, or a folder with PDF, page and numbers.")
     ] = None,
 ) -> None:
     """Verify a calibrated robot on fresh poses: errors with intervals, AP and RP, a certificate."""
@@ -80,20 +76,14 @@ def fact_of(text: str) -> tuple[str, str]:
 
 
 def fleet(
-    folder: Annotated[
-        Path, typer.Argument(help="ARM/DATE.toml (calibrated) or ARM/DATE.csv (measured) for each arm.")
-    ],
-    robot: Annotated[
-        str | None, typer.Option(help="Nominal robot, with which measurements are identified.")
-    ] = None,
-    allowed: Annotated[
-        str, typer.Option(help="Measure again when a drift will have moved the tool by this.")
-    ] = "0.1mm",
+    folder: Annotated[Path, argument("ARM/DATE.toml (calibrated) or ARM/DATE.csv (measured) for each arm.")],
+    robot: Annotated[str | None, option("Nominal robot, with which measurements are identified.")] = None,
+    allowed: Annotated[str, option("Measure again when a drift will have moved the tool by this.")] = "0.1mm",
     workers: Annotated[
-        int | None, typer.Option(help="Processes on this machine; as many as it has cores if not given.")
+        int | None, option("Processes on this machine; as many as it has cores if not given.")
     ] = None,
     scheduler: Annotated[
-        str | None, typer.Option(help="Dask scheduler, such as tcp://host:8786; else this machine's cores.")
+        str | None, option("Dask scheduler, such as tcp://host:8786; else this machine's cores.")
     ] = None,
     json: opt.JsonOption = None,
     report: opt.ReportOption = None,
@@ -125,12 +115,12 @@ def rezero(
     data: opt.DataArgument,
     robot: opt.RobotOption,
     files: opt.FileOptions,
-    replaced: Annotated[str | None, typer.Option(help="Joints that were replaced, such as 3.")] = None,
+    replaced: Annotated[str | None, option("Joints that were replaced, such as 3.")] = None,
     prior: Annotated[
-        Path | None, typer.Option(help="Result of the calibration (--json): how well it knows the arm.")
+        Path | None, option("Result of the calibration (--json): how well it knows the arm.")
     ] = None,
     tolerance: Annotated[
-        str, typer.Option(help="How well the calibration knows lengths and angles, without --prior.")
+        str, option("How well the calibration knows lengths and angles, without --prior.")
     ] = "0.1mm,0.006deg",
     noise: opt.NoiseOption = None,
     frames: opt.FramesOption = "auto",

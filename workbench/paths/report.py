@@ -48,19 +48,16 @@ def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType
     """Range, greatest speed and greatest loads of every joint, and what was decided."""
     table = new_table("", "joint", "from", "to", "fastest [/s]", "torque [N m]", "across [N m]")
     speed = np.abs(np.asarray(planned.motion.velocity)).max(axis=0)
+    loads = np.full((planned.robot.dof, 2), np.nan)
+    if moments is not None:
+        loads = np.column_stack([np.abs(moments.about).max(0), moments.tipping.max(0)])
     for j, slides in enumerate(sliding(planned.robot)):
         size, unit = (1.0, " m") if slides else (180.0 / np.pi, "°")
         numbers = size * np.array([planned.q[:, j].min(), planned.q[:, j].max(), speed[j]])
-        loads = ("–", "–") if moments is None else _greatest(moments, j)
-        table.add_row(str(j + 1), *(f"{v:.2f}{unit}" for v in numbers), *loads)
+        table.add_row(str(j + 1), *(f"{v:.2f}{unit}" for v in numbers), *map(short, loads[j]))
     notes = [line("note", note) for note in planned.notes]
     head = f"{planned.robot.name}: {len(planned.time)} rows, {planned.time[-1]:g} s"
     return Group(Text(head, style="bold"), table, *notes)
-
-
-def _greatest(moments: JointMoments, joint: int) -> tuple[str, str]:
-    """Greatest torque and moment across the axis of a joint."""
-    return short(np.abs(moments.about[:, joint]).max()), short(moments.tipping[:, joint].max())
 
 
 def path_picture(planned: Planned, moments: JointMoments | None) -> bytes:

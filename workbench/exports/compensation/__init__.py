@@ -40,7 +40,10 @@ def arm_data(job: Job, form: str) -> dict[str, Any]:
         )
     if list(arm.columns) != list(range(robot.dof)) or list(arm.columns) != list(plain.columns):
         raise OptionError(f"--for {form}: joints of '{robot.name}' must follow each other as q does")
-    weights = masses(robot) if loaded else None
+    links = []
+    if loaded:
+        w = masses(robot)
+        links = [(int(a), float(m), *c.tolist()) for a, m, c in zip(w.after, w.mass, w.com, strict=True)]
     return {
         "name": robot.name,
         "dof": robot.dof,
@@ -57,17 +60,11 @@ def arm_data(job: Job, form: str) -> dict[str, Any]:
         "driven": chain.driven.tolist(),
         "mounts": mounts(robot).tolist(),
         "gravity": robot.gravity.tolist(),
-        "masses": []
-        if weights is None
-        else [(int(a), float(m), *c.tolist()) for a, m, c in zip(*_columns(weights), strict=True)],
+        "masses": links,
         "warm": any(t.kind is Kind.WARM for t in terms),
         "directed": any(t.kind is Kind.DIRECTION for t in terms),
         "terms": [t._asdict() | {"kind": int(t.kind)} for t in terms],
     }
-
-
-def _columns(weights) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    return weights.after, weights.mass, weights.com
 
 
 def _notes(robot: Robot) -> Iterable[str]:

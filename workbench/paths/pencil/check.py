@@ -94,7 +94,7 @@ def draw_path(
     image = scan(
         drawn,
         circle.radius,
-        clockwise=_clockwise(poses, circle),
+        clockwise=float(np.median(poses[:, :3, 2] @ np.cross(circle.along, circle.across))) > 0.0,
         rng=rng,
         dpi=dpi,
         turned=float(rng.uniform(-TURNED, TURNED)),
@@ -174,11 +174,6 @@ def path_circle(trajectory: Trajectory) -> tuple[Circle, Poses]:
     poses = np.tile(np.eye(4), (len(position), 1, 1))
     poses[:, :3, :3], poses[:, :3, 3] = rotation, position
     return circle, poses
-
-
-def _clockwise(poses: Poses, circle: Circle) -> bool:
-    """Whether the path runs clockwise for who looks along the pencil onto the paper."""
-    return float(np.median(poses[:, :3, 2] @ np.cross(circle.along, circle.across))) > 0.0
 
 
 def _extension(path: Path | str, time: np.ndarray) -> Float[np.ndarray, " rows"]:
