@@ -14,7 +14,7 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
 from workbench.session.comparison import STAGES, Stage
 from workbench.session.export import next_poses_csv
-from workbench.session.joint_errors import NO_LAW, along_joints, blamed, candidates, law_along_joints
+from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law_along_joints, shown_effect
 from workbench.session.journal.numbers import numbers_of
 from workbench.views.drawables.arms import blame
 from workbench.views.page.panels.joints import joint_plots
@@ -22,7 +22,7 @@ from workbench.views.page.panels.joints import joint_plots
 
 def the_law_of_the_cause_is_laid_over_the_errors(session):
     """It follows what the geometry leaves, and its joints glow."""
-    found, effect = session.diagnosis, blamed(session)
+    found, effect = session.diagnosis, shown_effect(session)
     assert effect.label == found.effects[0].effect.label
     q, law = law_along_joints(found, effect.label)
     assert q.shape == law.shape
@@ -47,10 +47,10 @@ def the_law_of_the_cause_is_laid_over_the_errors(session):
     assert {f"arm/blame/{joint + 1}" for joint in effect.joints} <= glowing
     tried = next(e for e in candidates(found) if e.label != effect.label)
     chosen = replace(session, overlay=replace(session.overlay, law=tried.label))
-    assert blamed(chosen) is tried
+    assert shown_effect(chosen) is tried
     fitted = law_along_joints(found, tried.label)
     assert fitted is None or np.isfinite(fitted[1]).any()
-    assert blamed(replace(session, overlay=replace(session.overlay, law=NO_LAW))) is None
+    assert shown_effect(replace(session, overlay=replace(session.overlay, law=NO_LAW))) is None
 
 
 def judged_errors(validation):

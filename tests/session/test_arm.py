@@ -10,7 +10,7 @@ from workbench.arm.robot_toml import read_toml, robot_to_table, write_toml
 from workbench.arm.urdf import write_urdf
 from workbench.base import se3
 from workbench.plate.plate_toml import write_plate
-from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, standing
+from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, drawn_joints
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut
@@ -87,7 +87,7 @@ def test_jogging_by_joints_and_by_pose(do, first):
     q = tuple(0.9 * first.states[0].q)
     session = do(Jog(q))
     assert session.focus is Focus.JOG
-    assert np.array_equal(standing(session), q)
+    assert np.array_equal(drawn_joints(session), q)
     wanted = tool_poses(first.robot, Motion(np.array([q])))[0]
     place = wanted[:3, 3] + [0.0, 0.02, 0.01]
     session = do(JogTo(tuple(place.tolist()), tuple(se3.matrix_to_rpy(wanted[:3, :3]).tolist())))

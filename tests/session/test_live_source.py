@@ -16,7 +16,7 @@ from workbench.data.live.connection import SocketLines, connect, first_listener,
 from workbench.data.live.sample import Sample, format_sample
 from workbench.plate.virtual_measuring import drive_plate
 from workbench.session import Worker, replay, start
-from workbench.session.commands.arm import standing
+from workbench.session.commands.arm import drawn_joints
 from workbench.session.commands.measure import (
     DriveArm,
     FollowSource,
@@ -112,7 +112,7 @@ def test_the_scene_follows_unless_it_is_told_not_to(worker, lines):
     worker.add_view(LiveSource(worker, lines, name="arm"))
     lines.put(line(Q, 0.0))
     session = until(worker, lambda s: s.focus is Focus.JOG)
-    assert np.allclose(standing(session), Q)
+    assert np.allclose(drawn_joints(session), Q)
     worker.submit(FollowSource(False))
     until(worker, lambda s: s.focus is Focus.TARGET)
     lines.put(line(np.add(Q, 0.1), 0.1))

@@ -10,7 +10,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.session import Worker, replay
-from workbench.session.commands.arm import Jog, standing
+from workbench.session.commands.arm import Jog, drawn_joints
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
@@ -68,12 +68,12 @@ def test_play_is_a_matter_of_focus(do, first):
     track = session.track
     assert session.is_playing
     assert track.before is None
-    assert np.array_equal(standing(session), track.q[0])
+    assert np.array_equal(drawn_joints(session), track.q[0])
     session = do(PauseTrack())
     assert (session.is_playing, session.is_underway) == (False, True)
     session = do(PlaceTrack(2.5))
     assert (session.is_underway, session.play.at, session.play.pace) == (False, 2.5, 2.0)
-    assert np.allclose(standing(session), 0.5 * (track.at(2.49) + track.at(2.51)), atol=1e-4)
+    assert np.allclose(drawn_joints(session), 0.5 * (track.at(2.49) + track.at(2.51)), atol=1e-4)
     assert do(PlayTrack()).play.at == 2.5
     for other in (SelectTarget(2), Jog(tuple(first.states[0].q.tolist()))):
         assert not do(PlayTrack(), other).is_playing
@@ -125,7 +125,7 @@ def test_a_moment_of_the_path_is_shown_wherever_the_arm_stood(do, first):
     assert do(PlaceTrack(2.0)).focus is Focus.TARGET
     shown = do(PlaceTrack(2.5, is_shown=True))
     assert shown.focus is Focus.TRACK
-    assert np.allclose(standing(shown), shown.track.at(2.5))
+    assert np.allclose(drawn_joints(shown), shown.track.at(2.5))
     for wrong in (PlanTrack("circle", 5.0, False, (0.3, 0.0, np.inf)), PlanTrack(plane="oblique")):
         assert do(wrong).messages[-1].severity is Severity.ERROR
 

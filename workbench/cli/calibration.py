@@ -52,7 +52,7 @@ def identify(
     if robot is None and (rows.rig is None or not rows.rig.tool_poses):
         raise OptionError("give --robot; only pixels with tool poses in place of joints do without")
     out.check()
-    fit.check_own(arm, rows)
+    fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
     with opt.progress_bar("identify") as progress:
         run = wb.identify(
@@ -96,7 +96,7 @@ def diagnose(
     arm = wb.load_robot(robot)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     out.check(effects=True)
-    fit.check_own(arm, rows)
+    fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
     with opt.progress_bar("diagnose") as progress:
         run = wb.diagnose(arm, rows, choices, progress=progress)

@@ -82,24 +82,24 @@ def run(command: Callable[[Sequence[str]], None], words: Sequence[str]) -> int:
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a locale that lacks our letters
     try:
-        with _words_beside_results(words):
+        with _messages_to_stderr(words):
             try:
                 command(words)
             except _Raised as raised:
                 raise raised.error from None
             sys.stdout.flush()
     except SystemExit as ended:
-        return _flushed(ended.code if isinstance(ended.code, int) else int(bool(ended.code)))
+        return _flush(ended.code if isinstance(ended.code, int) else int(bool(ended.code)))
     except BrokenPipeError:
-        _forget_output()
+        _discard_output()
         return 0
     except (KeyboardInterrupt, Exception) as error:
-        status, sentence = _said(error)
-        return _flushed(status, sentence)
+        status, sentence = _status_and_sentence(error)
+        return _flush(status, sentence)
     return 0
 
 
-def _said(error: BaseException) -> tuple[int, str]:
+def _status_and_sentence(error: BaseException) -> tuple[int, str]:
     """Exit status and sentence of what was raised; a bug is raised again."""
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED, STOPPED
@@ -115,23 +115,23 @@ def _said(error: BaseException) -> tuple[int, str]:
     raise error
 
 
-def _flushed(status: int, sentence: str = "") -> int:
+def _flush(status: int, sentence: str = "") -> int:
     """The status, once all output is out; 1 if that fails."""
     try:
         if sentence:
             print(f"workbench: {sentence}", file=sys.stderr)
         sys.stdout.flush()
     except BrokenPipeError:
-        _forget_output()
+        _discard_output()
     except OSError as error:
-        _forget_output()
+        _discard_output()
         with contextlib.suppress(OSError):
             print(f"workbench: the output can't be written ({error.strerror})", file=sys.stderr)
         return status or 1
     return status
 
 
-def _forget_output() -> None:
+def _discard_output() -> None:
     """Let what can't be written go, so that it is not tried again at the end."""
     with contextlib.suppress(OSError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
@@ -139,7 +139,7 @@ def _forget_output() -> None:
         os.close(nowhere)
 
 
-def _words_beside_results(words: Sequence[str]) -> contextlib.AbstractContextManager:
+def _messages_to_stderr(words: Sequence[str]) -> contextlib.AbstractContextManager:
     """Words go to standard error where a result goes to standard output."""
     given = {part for word in words for part in (word, word.partition("=")[2])}
     return (

@@ -156,7 +156,7 @@ class FitOptions:
     seed: SeedOption = 0
     force: ForceOption = False
 
-    def check_own(self, arm, rows) -> None:
+    def check_same_arm(self, arm, rows) -> None:
         """End with status 2 where the rows are clearly another arm's, unless that is meant."""
         from workbench.data.misread import checked
         from workbench.identification.arm_match import arm_match

@@ -112,7 +112,7 @@ def compare(
     if len(plate) < 2:
         raise OptionError("plate compare needs at least two plates, got one")
     with how.choices("compare") as choices:
-        arm, own = wb.load_robot(robot), _told_apart([wb.load_plate(one) for one in plate], plate)
+        arm, own = wb.load_robot(robot), _with_unique_names([wb.load_plate(one) for one in plate], plate)
         is_stated = how.tolerance is not None or how.play is not None
         given = making_of(own[0], how.tolerance, how.play) if is_stated else None
         found, stated = (
@@ -123,7 +123,7 @@ def compare(
     opt.write_result(how.json, comparison_json(found, stated))
 
 
-def _told_apart(plates, given: list[str]) -> list:
+def _with_unique_names(plates, given: list[str]) -> list:
     """Plates whose names repeat are called by name and file."""
     from collections import Counter
 

@@ -42,7 +42,7 @@ def open_session(
 
         url_of(live)  # refused where no viewer listens, before anything begins
     if session is not None and (step is not None or _is_session(session)):
-        return _again(session, step, record, live)
+        return _reopen(session, step, record, live)
 
     is_given = plate is not None
 
@@ -50,9 +50,9 @@ def open_session(
         from workbench.session.journal import folder as folders
 
         if record:
-            return _followed(folders.begin(robot, plate, is_given=is_given, folder=session), live)
+            return _with_recorder(folders.begin(robot, plate, is_given=is_given, folder=session), live)
         made = folders.unrecorded(robot, plate, is_given=is_given)
-        return _followed(made, live)
+        return _with_recorder(made, live)
 
     def read():
         from workbench.plate.plate_toml import load_plate
@@ -71,7 +71,7 @@ def _is_session(folder: Path) -> bool:
     return (folder / JOURNAL).exists()
 
 
-def _again(session: Path, step: int | None, record: bool, live: str | None) -> Opening:
+def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> Opening:
     """Go on with a recording at its end, or branch off from a step."""
 
     @cache
@@ -93,14 +93,14 @@ def _again(session: Path, step: int | None, record: bool, live: str | None) -> O
         with opt.progress_bar("coming to the last state") as progress:
             now = restore(recording, progress=progress)
         if not record:
-            return _followed(folders.Begun(now, entries=recording.entries), live)
+            return _with_recorder(folders.Begun(now, entries=recording.entries), live)
         go_on = folders.resume if step is None else folders.branch
-        return _followed(go_on(recording, now), live)
+        return _with_recorder(go_on(recording, now), live)
 
     return Opening(read, begin)
 
 
-def _followed(begun, live: str | None):
+def _with_recorder(begun, live: str | None):
     """The session with its pictures; says where it is kept, and how to stop."""
     if begun.folder is None:
         opt.say("session:  not kept")

@@ -46,7 +46,7 @@ def aria(
     opt.check_writable(json, folder=out)
     with opt.progress_bar("reproduce") as progress:
         found = reproduce_aria(arms=arms, seed=seed, progress=progress)
-    _hand_out(found, out, json, write=write_aria, as_json=aria_json)
+    _output(found, out, json, write=write_aria, as_json=aria_json)
 
 
 @works.command()
@@ -69,10 +69,10 @@ def katana(
         found = reproduce_katana(
             arms=arms, weighed=weighed, diagnosed=diagnosed, seed=seed, progress=progress
         )
-    _hand_out(found, out, json, write=write_katana, as_json=katana_json)
+    _output(found, out, json, write=write_katana, as_json=katana_json)
 
 
-def _hand_out(found, out: Path | None, json: Path | None, *, write, as_json) -> None:
+def _output(found, out: Path | None, json: Path | None, *, write, as_json) -> None:
     """Show what agrees, and write the page and the result where they are asked for."""
     from studies.finding import findings_table
 

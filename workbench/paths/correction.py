@@ -125,7 +125,7 @@ def compensate(
     places, weight = compile_arm(robot).places, WEIGHT * compile_arm(robot).length
     _refuse_stopped(robot, after.x[:, places], after, time)
     if method is Method.ITERATED:
-        _refuse_unsettled(commanded, after)
+        _refuse_unconverged(commanded, after)
     _refuse_large(after.x[:, places] - q, time)
     worse = after.cost(weight) > before.cost(weight)
     worse |= after.position_error > np.maximum(before.position_error, AT_LIMIT)
@@ -143,7 +143,7 @@ def compensate(
         after=errors,
         kept=frozen(worse),
         speed=speed,
-        notes=(*commanded.notes, *robot.fading(q), *_left(method, errors, worse, speed, max_speed)),
+        notes=(*commanded.notes, *robot.fading(q), *_notes(method, errors, worse, speed, max_speed)),
     )
 
 
@@ -191,7 +191,7 @@ def _refuse_large(change: np.ndarray, time: Times) -> None:
         )
 
 
-def _refuse_unsettled(commanded: Commanded, after: Refined) -> None:
+def _refuse_unconverged(commanded: Commanded, after: Refined) -> None:
     """Refuse rows that miss more than the play of the joints explains: nothing brings them to the path.
 
     Where a run of the rigid arm ends short of its target within the limits, Jᵀ r = 0: it stands at a
@@ -233,7 +233,7 @@ def _speeds(robot: Robot, state: Motion, most: float | None) -> np.ndarray | Non
     return frozen(speed.max(0))
 
 
-def _left(method, errors: PathErrors, worse, speed, max_speed) -> Iterable[str]:
+def _notes(method, errors: PathErrors, worse, speed, max_speed) -> Iterable[str]:
     """What a user should know of the answer."""
     if worse.any():
         rows = ", ".join(str(r) for r in np.flatnonzero(worse)[:10]) + (" …" if worse.sum() > 10 else "")

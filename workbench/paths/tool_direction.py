@@ -66,10 +66,10 @@ def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Ve
     knots, aims = curve.points(few), _aims(curve.points(shares))
     found: list[tuple[float, JointRows]] = []
     for start in _starts(robot, knots[0], wanted):
-        led = _led(arm, knots, start[arm.columns], limits)
+        led = _followed_from(arm, knots, start[arm.columns], limits)
         if led is None:
             continue
-        x, cost = _relaxed(arm, knots, led, wanted, limits)
+        x, cost = _optimised(arm, knots, led, wanted, limits)
         rows = make_interp_spline(few, x, k=5)(shares)
         met = refine(arm, aims, rows, task=Task.POSITION, limits=limits)
         if met.position_error.max() < ALLOWED and margins(met.x, limits).min() > LEAST:
@@ -91,7 +91,7 @@ def _aims(points: Positions) -> Float[np.ndarray, "rows 4 4"]:
     return se3.pose(np.tile(np.eye(3), (len(points), 1, 1)), points)
 
 
-def _led(arm: Arm, points: np.ndarray, start: np.ndarray, limits: np.ndarray) -> np.ndarray | None:
+def _followed_from(arm: Arm, points: np.ndarray, start: np.ndarray, limits: np.ndarray) -> np.ndarray | None:
     """Postures one after the other by the least motion; None where a point is not met within the limits."""
     x = [start]
     for aim in _aims(points):
@@ -102,7 +102,7 @@ def _led(arm: Arm, points: np.ndarray, start: np.ndarray, limits: np.ndarray) ->
     return np.array(x[1:])
 
 
-def _relaxed(
+def _optimised(
     arm: Arm, points: np.ndarray, x: np.ndarray, wanted: Vector3, limits: np.ndarray
 ) -> tuple[np.ndarray, float]:
     """The postures of least cost near the given ones, and their cost."""

@@ -20,7 +20,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.observations.pixels import POSE, PixelObservation, Placed
 from workbench.data.prediction import predict
 from workbench.identification.fit import Fit
-from workbench.session.commands.arm import standing
+from workbench.session.commands.arm import drawn_joints
 from workbench.session.state import Focus, Session
 
 COLUMNS, ROWS = 8, 6
@@ -72,7 +72,7 @@ def camera_views(session: Session) -> tuple[CameraView, ...]:
     robot = session.robot if fit is None else fit.calibrated
     values = _values(robot, data, fit)
     row = _row(session, data)
-    q = standing(session) if row is None else data.q[row]
+    q = drawn_joints(session) if row is None else data.q[row]
     observation = PixelObservation.of(data.take(np.array([0 if row is None else row])))
     tool = robot.in_session(data.sessions[0]).predict(q[None])
     unknown = np.array([values[name] for name in observation.unknowns])
@@ -120,7 +120,7 @@ def tool_covariance(session: Session) -> Float[np.ndarray, "3 3"] | None:
     fit = run.fit
     names, share = _frames_aside(fit)
     places = [fit.problem.names.index(name) for name in names]
-    left = _columns(fit, Motion(standing(session)[None]), names) @ share
+    left = _columns(fit, Motion(drawn_joints(session)[None]), names) @ share
     covariance = left @ fit.covariance[np.ix_(places, places)] @ left.T
     turn = fit.calibrated.in_session(fit.problem.data.sessions[0]).base.pose[:3, :3]
     return turn.T @ covariance @ turn

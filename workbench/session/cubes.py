@@ -94,7 +94,7 @@ def tried_errors(trial: Trial) -> Float[np.ndarray, " cubes"]:
     return errors
 
 
-def seen(session: Session, view: CubeView, numbers: CubeValues) -> Bool[np.ndarray, " cubes"]:
+def shown_cubes(session: Session, view: CubeView, numbers: CubeValues) -> Bool[np.ndarray, " cubes"]:
     """Which cubes are shown: in the kept layer, and within the kept part of the scale."""
     shape = session.plate.region.shape
     shares = numbers.shares

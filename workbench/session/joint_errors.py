@@ -45,7 +45,7 @@ def along_joints(
     return np.einsum("rxn,rkx->rnk", unit, vectors)
 
 
-def blamed(session: Session) -> AbstractEffect | None:
+def shown_effect(session: Session) -> AbstractEffect | None:
     """The effect whose law is shown: the chosen one, or the strongest cause; None where there is none."""
     found, wanted = session.diagnosis, session.overlay.law
     if found is None or wanted == NO_LAW:

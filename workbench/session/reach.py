@@ -63,10 +63,10 @@ def place_all(
         choice = choose_branches(robot, part, solutions, goal=region_q, rng=rng, starts=STARTS)
         for i, q, name in zip(open_, choice.q, choice.branches, strict=True):
             states[i] = _reached(frozen(q.copy()), name)
-    return freed(robot, plate, seen(robot, plate, tuple(states)))
+    return with_clear_branches(robot, plate, with_obstacles(robot, plate, tuple(states)))
 
 
-def seen(
+def with_obstacles(
     robot: Robot, plate: Plate, states: tuple[TargetState, ...], known: Collection[TargetState] = ()
 ) -> tuple[TargetState, ...]:
     """The same states, each with what the arm runs into on the plate as it stands now.
@@ -87,7 +87,9 @@ def seen(
     return tuple(now)
 
 
-def freed(robot: Robot, plate: Plate, states: tuple[TargetState, ...]) -> tuple[TargetState, ...]:
+def with_clear_branches(
+    robot: Robot, plate: Plate, states: tuple[TargetState, ...]
+) -> tuple[TargetState, ...]:
     """The same states; where the arm is blocked in a branch of the program's, the nearest clear one."""
     free = list(states)
     for i, (target, state) in enumerate(zip(plate.targets, states, strict=True)):
@@ -107,7 +109,7 @@ def place(robot: Robot, target: Target, near: Float[np.ndarray, " n"]) -> Target
     return _state(_solve(robot, target), near=near, branch=target.branch)
 
 
-def advance(robot: Robot, target: Target, before: TargetState) -> TargetState:
+def follow_target(robot: Robot, target: Target, before: TargetState) -> TargetState:
     """The arm at a target that has moved a little, in the same branch if that reaches it.
 
     A branch that was chosen by hand is kept: where it does not reach, the target is out of reach.
@@ -131,7 +133,7 @@ def _first(robot: Robot, target: Target, result: InverseResult) -> TargetState:
     if target.q is None:
         target = _with_known_branch(target, result.within_limits)
         return _state(result, branch=target.branch)
-    return advance(robot, target, TargetState(target.q, True, target.branch))
+    return follow_target(robot, target, TargetState(target.q, True, target.branch))
 
 
 def _reached(q: Float[np.ndarray, " n"], branch: str) -> TargetState:

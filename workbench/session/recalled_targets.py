@@ -32,7 +32,7 @@ def recall_targets(session: Session, numbers: Mapping[str, Any]) -> Session:
     return replace(session, score=now)
 
 
-def completed(session: Session) -> Session:
+def with_full_scores(session: Session) -> Session:
     """The session with all that is shown of its present score, and the branches of its target."""
     now, best = session.score, session.best_score
     if now.linearisation is None:

@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.plate.plate import Plate
-from workbench.session.reach import branches_to, freed, seen
+from workbench.session.reach import branches_to, with_clear_branches, with_obstacles
 from workbench.session.score import score
 from workbench.session.state import UNDO_STEPS, Focus, Score, Session, Step, TargetState
 
@@ -34,7 +34,7 @@ def with_targets(
     session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
 ) -> Session:
     """The session with these targets, scored; in the middle of a drag only what was moved is looked at."""
-    states = seen(session.robot, plate, states, session.states)
+    states = with_obstacles(session.robot, plate, states, session.states)
     chosen = session.selected if selected is None else selected
     new = score(session.robot, plate, states, noise=session.noise, region_q=session.region_q)
     return replace(
@@ -57,7 +57,7 @@ def move_targets(
 def commit_step(session: Session) -> Session:
     """The session after a step: no target is blocked without need, its score enters the history."""
     robot, plate = session.robot, session.plate
-    free = freed(robot, plate, seen(robot, plate, session.states))
+    free = with_clear_branches(robot, plate, with_obstacles(robot, plate, session.states))
     if any(now is not before for now, before in zip(free, session.states, strict=True)):
         session = with_targets(session, plate, free)
     return with_branches(with_history(session))

@@ -9,7 +9,7 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.meshes import link_meshes
 from workbench.plate.plate_toml import read_plate
-from workbench.session.commands.arm import standing
+from workbench.session.commands.arm import drawn_joints
 from workbench.session.plan_trajectory import KATANA
 from workbench.session.start import suited_plate
 from workbench.views.appearance.bodies import body_frames
@@ -56,13 +56,13 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     slider = screen.page.get_by_role("textbox").first
     slider.fill("40")
     slider.press("Tab")
-    screen.until(lambda session: abs(standing(session)[0] - np.deg2rad(40.0)) < 1e-6)
+    screen.until(lambda session: abs(drawn_joints(session)[0] - np.deg2rad(40.0)) < 1e-6)
     screen.shoot("jogged")
     screen.choose("Robot", "katana450-tilting")
     screen.press("Change to this robot")
     screen.wait_text("arm", "Katana 450, tilting")
     screen.page.wait_for_function("() => window.__viserMutable.nodePoseData['/arm/bent/body5'] !== undefined")
-    for i, frame in enumerate(body_frames(app.worker.session.robot, standing(app.worker.session))):
+    for i, frame in enumerate(body_frames(app.worker.session.robot, drawn_joints(app.worker.session))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     assert not np.allclose(
         screen.node("/arm/bent/body5")[:3], screen.node("/arm/nominal/body5")[:3], atol=5e-3
@@ -88,12 +88,12 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.until(lambda session: not session.is_underway)
     paused = app.worker.session
     assert 0.0 < paused.play.at < 10.0
-    for i, frame in enumerate(body_frames(paused.robot, standing(paused))):
+    for i, frame in enumerate(body_frames(paused.robot, drawn_joints(paused))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     box = screen.page.locator('[data-testid="curves"] svg').first.bounding_box()
     screen.page.mouse.click(box["x"] + 0.25 * box["width"], box["y"] + 0.5 * box["height"])
     shown = screen.until(lambda session: abs(session.play.at - 2.5) < 0.3 and not session.is_underway)
-    for i, frame in enumerate(body_frames(shown.robot, standing(shown))):
+    for i, frame in enumerate(body_frames(shown.robot, drawn_joints(shown))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     screen.shoot("curve")
     screen.press("Back to the target")

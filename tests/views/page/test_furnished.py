@@ -5,7 +5,7 @@ import threading
 import pytest
 
 from workbench.views.page.local_server import local_server, page_address
-from workbench.views.page.tabs import Told
+from workbench.views.page.tabs import PageSignals
 
 pytestmark = pytest.mark.browser
 
@@ -39,7 +39,7 @@ def test_a_link_in_a_drawing_does_something_and_the_page_stays(chromium):
     server, opened = local_server(), threading.Event()
     page = chromium.new_page()
     try:
-        server.gui.add_html(f'<a id="dot" href="{Told(server).pressed("plate-3", opened.set)}">3</a>')
+        server.gui.add_html(f'<a id="dot" href="{PageSignals(server).pressed("plate-3", opened.set)}">3</a>')
         page.goto(page_address(server))
         page.locator("#dot").click()
         assert opened.wait(10.0)

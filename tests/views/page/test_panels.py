@@ -22,7 +22,7 @@ from workbench.data.readers import read_measurements
 from workbench.identification.algorithms import ALGORITHMS
 from workbench.plate.plate_toml import read_plate
 from workbench.plate.region import Region
-from workbench.session.commands.arm import ChooseRobot, standing
+from workbench.session.commands.arm import ChooseRobot, drawn_joints
 from workbench.session.commands.compare import SetUnits, ShowFit
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
@@ -287,7 +287,7 @@ def test_a_trajectory_is_played_to_its_end_and_stops_for_anything_else(app):
     assert stopped()
     session = app.worker.session
     assert session.play.at == session.track.duration
-    assert np.array_equal(standing(session), session.track.q[-1])
+    assert np.array_equal(drawn_joints(session), session.track.q[-1])
     arm = app.server.scene._handle_from_node_name["/arm/nominal/body6"]
     assert np.allclose(arm.position, body_frames(session.robot, session.track.q[-1])[-1, :3, 3], atol=1e-9)
 

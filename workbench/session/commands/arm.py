@@ -20,7 +20,7 @@ from workbench.base.progress import Cancel
 from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
-from workbench.session.commands.data import matched, safe_name, with_data
+from workbench.session.commands.data import matched_to_arm, safe_name, with_data
 from workbench.session.start import is_untouched, own_plate, start
 from workbench.session.state import Focus, Session, Severity, Step
 
@@ -55,13 +55,13 @@ class ChooseRobot(AbstractTask):
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         progress(0.2, "working out how it reaches the targets")
-        robot = _checked(self.name, self.poses) if self.poses else load_robot(self.name)
-        loaded = matched(robot, session.loaded) if self.keep and session.loaded is not None else None
-        begun = begin_with(robot, session, cancel=cancel)
+        robot = _robot_that_gives(self.name, self.poses) if self.poses else load_robot(self.name)
+        loaded = matched_to_arm(robot, session.loaded) if self.keep and session.loaded is not None else None
+        begun = start_with(robot, session, cancel=cancel)
         return begun if loaded is None else with_data(begun, loaded)
 
     def finish(self, session: Session, result: Any) -> Session:
-        return _begun(session, result)
+        return _in_the_page(session, result)
 
 
 class LoadModel(AbstractTask):
@@ -99,10 +99,10 @@ class LoadModel(AbstractTask):
                     session.robot, read_plate(path), is_given=True, noise=session.noise, cancel=cancel
                 )
                 # measurements of the same arm, and what was found from them, stay
-                return carried(given, session, LOADED + FOUND)
-            robot = _checked(path, self.poses) if self.poses else load_robot(path)
+                return with_parts_of(given, session, LOADED + FOUND)
+            robot = _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
             source = robot.urdf
-            return begin_with(robot, session, cancel=cancel)
+            return start_with(robot, session, cancel=cancel)
         except WorkbenchError as error:
             raise OptionError(str(error).replace(f"{folder}/", "")) from error
         finally:
@@ -112,7 +112,7 @@ class LoadModel(AbstractTask):
                 weakref.finalize(source, shutil.rmtree, folder, ignore_errors=True)
 
     def finish(self, session: Session, result: Any) -> Session:
-        return _begun(session, result)
+        return _in_the_page(session, result)
 
 
 class Jog(AbstractChange):
@@ -158,7 +158,7 @@ class JogTo(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         pose = se3.pose(se3.rpy_to_matrix(np.array(self.rpy)), np.array(self.xyz))
-        found = follow(session.robot, session.robot.base.pose @ pose, standing(session))
+        found = follow(session.robot, session.robot.base.pose @ pose, drawn_joints(session))
         session = replace(session, jogged=found.q, focus=Focus.JOG)
         if found.converged:
             return session
@@ -169,7 +169,7 @@ class JogTo(AbstractChange):
         )
 
 
-def standing(session: Session) -> np.ndarray:
+def drawn_joints(session: Session) -> np.ndarray:
     """Joint positions of the arm as it is drawn [rad or m]."""
     if session.focus is Focus.ROW and session.comparison is not None:
         return session.comparison.q[session.row]
@@ -180,13 +180,13 @@ def standing(session: Session) -> np.ndarray:
     return session.states[session.selected].q
 
 
-def _checked(source: Path | str, poses: tuple[str, ...]) -> Robot:
+def _robot_that_gives(source: Path | str, poses: tuple[str, ...]) -> Robot:
     """The arm that gives the typed poses, with what was found in its notes."""
     found = check_robot(source, poses)
     return replace(found.robot, notes=(*found.robot.notes, *found_words(found)))
 
 
-def begin_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
+def start_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
     """A session with another robot: on its own plate, or on the user's if it can stand at half of it."""
     if is_untouched(session):
         return start(robot, own_plate(robot), noise=session.noise, cancel=cancel)
@@ -197,13 +197,13 @@ def begin_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
     return start(robot, own_plate(robot), noise=session.noise, cancel=cancel)
 
 
-def carried(into: Session, session: Session, names: Iterable[str]) -> Session:
+def with_parts_of(into: Session, session: Session, names: Iterable[str]) -> Session:
     """A session with these parts of another one."""
     return replace(into, **{name: getattr(session, name) for name in names})
 
 
-def _begun(session: Session, begun: Session) -> Session:
-    begun = replace(carried(begun, session, PAGE), done=(Step(session.plate, session.states, session),))
+def _in_the_page(session: Session, begun: Session) -> Session:
+    begun = replace(with_parts_of(begun, session, PAGE), done=(Step(session.plate, session.states, session),))
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     words = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
     checked = [note for note in begun.robot.notes if note.startswith(("it fits:", "change:"))]
@@ -230,7 +230,7 @@ class CapturePose(AbstractChange):
             raise OptionError(f"at most {MOST_CAPTURED} poses can be kept; save them, then clear the list")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, captured=(*session.captured, tuple(standing(session).tolist())))
+        return replace(session, captured=(*session.captured, tuple(drawn_joints(session).tolist())))
 
 
 class ForgetPoses(AbstractChange):

@@ -26,7 +26,7 @@ from workbench.session.command import AbstractChange, AbstractTask, Progress, co
 from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
-from workbench.session.reach import advance
+from workbench.session.reach import follow_target
 from workbench.session.state import Field, Focus, Session, Severity
 
 LARGEST_FILE = 20 * 1024 * 1024
@@ -92,7 +92,7 @@ class LoadData(AbstractTask):
                 progress(0.5, "comparing the rows with the arm")
                 facts = facts_of(dataset, understood)
                 found = Loaded(dataset, path.name, facts, read=dataset, file=file)
-                return matched(session.robot, found)
+                return matched_to_arm(session.robot, found)
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "")) from error
 
@@ -166,7 +166,7 @@ class MeasureVirtualArm(AbstractTask):
             actual = actual.with_effects(*robot.effects, surprise(robot, rng=rng))
         instrument = self.instrument_in(session)
         progress(0.3, "measuring at the targets")
-        used, near = postures(actual, session)
+        used, near = reached_postures(actual, session)
         rows = simulate(actual, Motion(near), instrument=instrument, rng=rng)
         progress(0.6, "measuring in the region")
         around = nearby_poses(robot, session.plate.region, CHECKS + self.more, rng=rng, measured=near)
@@ -211,7 +211,7 @@ def check_measurable(session: Session) -> None:
         )
 
 
-def matched(robot: Robot, loaded: Loaded) -> Loaded:
+def matched_to_arm(robot: Robot, loaded: Loaded) -> Loaded:
     """Measurements of a file with all that is said of them for this arm.
 
     Raises:
@@ -236,7 +236,7 @@ def check_unchanged(session: Session, loaded: Loaded, what: str) -> None:
         raise DataError(f"the measurements have changed since; {what} again")
 
 
-def check_own(session: Session, *, anyway: bool) -> None:
+def check_same_arm(session: Session, *, anyway: bool) -> None:
     """Refuse rows of another arm, unless they are wanted all the same."""
     loaded = measurements(session)
     if loaded.match is not None and loaded.is_foreign and not anyway:
@@ -253,7 +253,7 @@ def instrument_of(session: Session) -> Instrument:
     )
 
 
-def postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
+def reached_postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
     """Targets that the actual arm reaches, and how: as the nominal arm does, or next to that.
 
     Its manufacturing errors may carry a joint beyond its limit; it then takes the nearest other branch.
@@ -262,7 +262,7 @@ def postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
     for i, (target, state) in enumerate(zip(session.plate.targets, session.states, strict=True)):
         if not state.measurable:
             continue
-        found = advance(actual, target, state)
+        found = follow_target(actual, target, state)
         if found.reached:
             used.append(i)
             postures.append(found.q)
@@ -356,7 +356,7 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
     facts = [
         ("Rows", f"{len(dataset)}" + (f", {kept_out} of them excluded" if kept_out else "")),
         ("Joints", f"{dataset.joints}"),
-        ("Measured", observed(dataset)),
+        ("Measured", observation_words(dataset)),
         ("Columns", _columns(understood)),
     ]
     if len(dataset.sessions) > 1:
@@ -368,7 +368,7 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
     return tuple(facts)
 
 
-def observed(dataset: Dataset) -> str:
+def observation_words(dataset: Dataset) -> str:
     """What the instrument saw, in words."""
     found: list[str] = []
     seen: set[str] = set()

@@ -17,7 +17,7 @@ from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractTask, Progress
 from workbench.session.commands.arrange import place_targets
 from workbench.session.commands.compare import with_comparison
-from workbench.session.commands.data import check_own, check_unchanged, measurements
+from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
 from workbench.session.commands.identify import Identify
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free
@@ -47,7 +47,7 @@ class Diagnose(AbstractTask):
     anyway: bool = False
 
     def check(self, session: Session) -> None:
-        check_own(session, anyway=self.anyway or session.identification is not None)
+        check_same_arm(session, anyway=self.anyway or session.identification is not None)
         dataset = measurements(session).dataset
         if dataset.rig is not None:
             raise DataError("pictures are not diagnosed; Identify weighs what they may tell of the arm")

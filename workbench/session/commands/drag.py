@@ -17,7 +17,7 @@ from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractCommand, computed
-from workbench.session.reach import advance, with_branch_name
+from workbench.session.reach import follow_target, with_branch_name
 from workbench.session.recalled_targets import recall_targets
 from workbench.session.state import Drag, Focus, Session, TargetState
 from workbench.session.target_steps import (
@@ -136,7 +136,7 @@ class MoveTarget(AbstractChange):
             return session
         target = self._moved(session)
         before = session.states[self.target] if self.start is None else self.start.state
-        state = advance(session.robot, target, before)
+        state = follow_target(session.robot, target, before)
         plate = replace(session.plate, targets=with_item(session.plate.targets, self.target, target))
         states = with_item(session.states, self.target, state)
         if session.drag is not None:

@@ -11,7 +11,7 @@ from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.record import Identification, judged
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.compare import with_fit
-from workbench.session.commands.data import check_own, check_unchanged, measurements
+from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
 from workbench.session.comparison import exaggeration_for
 from workbench.session.state import Focus, Session, Severity
 
@@ -39,7 +39,7 @@ class Identify(AbstractTask):
     anyway: bool = False
 
     def check(self, session: Session) -> None:
-        check_own(session, anyway=self.anyway)
+        check_same_arm(session, anyway=self.anyway)
         if not self.algorithms or set(self.algorithms) - set(ALGORITHMS):
             titles = ", ".join(algorithm.title for algorithm in ALGORITHMS.values())
             raise OptionError(f"choose at least one algorithm of {titles}")

@@ -30,8 +30,8 @@ from workbench.session.commands.data import (
     MOST_SEED,
     check_measurable,
     instrument_of,
-    observed,
-    postures,
+    observation_words,
+    reached_postures,
     with_data,
 )
 from workbench.session.loaded_measurements import Loaded, Measuring, Ride, VirtualArm
@@ -64,7 +64,7 @@ class BeginMeasuring(AbstractTask):
         rng = np.random.default_rng(self.seed)
         progress(0.1, "building the arm")
         actual = virtual_arm(session.robot, rng=rng)
-        numbers, near = postures(actual, session)
+        numbers, near = reached_postures(actual, session)
         steered = beside(session.plate.poses[numbers], STEERING, rng)
         exact = INSTRUMENTS["ideal"]
         rows = simulate_targets(actual, steered, instrument=exact, rng=rng, near=near)
@@ -86,11 +86,11 @@ class DriveArm(AbstractChange):
     key = "drive"
 
     def check(self, session: Session) -> None:
-        if _under_way(session).virtual is None:
+        if _measurement(session).virtual is None:
             raise OptionError("this arm is real; move it to the target with its own controller")
 
     def apply(self, session: Session) -> Session:
-        measuring = _under_way(session)
+        measuring = _measurement(session)
         assert measuring.virtual is not None
         latest, last = measuring.acquisition.latest, measuring.ride
         rest = np.clip(0.0, *session.robot.search_limits.T)
@@ -161,12 +161,12 @@ class StoreRow(AbstractChange):
     title = "Store the row"
 
     def check(self, session: Session) -> None:
-        stored = _under_way(session).acquisition.copy().store()
+        stored = _measurement(session).acquisition.copy().store()
         if not stored.changed:
             raise DataError(stored.message)
 
     def apply(self, session: Session) -> Session:
-        return _asked(session, Acquisition.store)
+        return _after(session, Acquisition.store)
 
 
 class TakeAgain(AbstractChange):
@@ -175,11 +175,11 @@ class TakeAgain(AbstractChange):
     title = "Retake a row"
 
     def check(self, session: Session) -> None:
-        if not _under_way(session).acquisition.rows:
+        if not _measurement(session).acquisition.rows:
             raise DataError("there is no row to retake; store one first")
 
     def apply(self, session: Session) -> Session:
-        return _asked(session, Acquisition.again)
+        return _after(session, Acquisition.again)
 
 
 class NextWanted(AbstractChange):
@@ -190,10 +190,10 @@ class NextWanted(AbstractChange):
     by: int = 1
 
     def check(self, session: Session) -> None:
-        _under_way(session)
+        _measurement(session)
 
     def apply(self, session: Session) -> Session:
-        return _asked(session, lambda acquisition: acquisition.step(self.by))
+        return _after(session, lambda acquisition: acquisition.step(self.by))
 
 
 class UseRows(AbstractChange):
@@ -203,18 +203,18 @@ class UseRows(AbstractChange):
     key = "use"
 
     def check(self, session: Session) -> None:
-        if not _under_way(session).acquisition.rows:
+        if not _measurement(session).acquisition.rows:
             raise DataError("no row has been stored yet; drive the arm to a target and store a row")
 
     def apply(self, session: Session) -> Session:
-        measuring = _under_way(session)
+        measuring = _measurement(session)
         arm = measuring.virtual
         name = "Real arm, live" if arm is None else f"Virtual arm {arm.seed}, step by step"
         rows = measuring.acquisition.dataset(source=name)
         wanted = len(measuring.numbers)
         facts = (
             ("Measured at", f"{len(rows)} of {wanted} targets, stored one by one"),
-            ("Measured", observed(rows)),
+            ("Measured", observation_words(rows)),
             ("Joints", f"{rows.joints}"),
         )
         actual = None if arm is None else arm.actual
@@ -230,21 +230,21 @@ class EndMeasuring(AbstractChange):
     key = "stop"
 
     def check(self, session: Session) -> None:
-        _under_way(session)
+        _measurement(session)
 
     def apply(self, session: Session) -> Session:
         return replace(session, measuring=None, focus=Focus.TARGET)
 
 
-def _under_way(session: Session) -> Measuring:
+def _measurement(session: Session) -> Measuring:
     if session.measuring is None:
         raise OptionError("no guided measurement is running; begin one first")
     return session.measuring
 
 
-def _asked(session: Session, ask: Callable[[Acquisition], Event]) -> Session:
+def _after(session: Session, ask: Callable[[Acquisition], Event]) -> Session:
     """The session after something was asked of its acquisition."""
-    measuring = _under_way(session)
+    measuring = _measurement(session)
     acquisition = measuring.acquisition.copy()
     ask(acquisition)
     return replace(session, measuring=replace(measuring, acquisition=acquisition))

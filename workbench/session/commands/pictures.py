@@ -16,7 +16,7 @@ from workbench.data.camera.pixel_table import plain_names
 from workbench.data.camera.rig import Rig, read_rig
 from workbench.data.dataset import Dataset
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
-from workbench.session.commands.data import matched, safe_name, too_large, with_data
+from workbench.session.commands.data import matched_to_arm, safe_name, too_large, with_data
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import Session, Severity
 from workbench.session.taking_pictures import Shooting, Shot
@@ -62,7 +62,7 @@ class LoadPictures(AbstractTask):
                 raise DataError(str(error).replace(f"{folder}/", "").replace(str(folder), name)) from error
         name = name.removesuffix(".tar").removesuffix(".zip")
         found = Loaded(dataset, name, facts_of(dataset), read=dataset, pictures=pictures)
-        return matched(session.robot, found)
+        return matched_to_arm(session.robot, found)
 
     def finish(self, session: Session, result: Any) -> Session:
         rows = counted(len(result.dataset), "picture")
@@ -185,7 +185,7 @@ class UseShots(AbstractTask):
         dataset = replace(dataset, source=Path(shooting.source).name)
         pictures = {(s.camera, plain_names([s.name])[0]): s.picture for s in shooting.kept}
         found = Loaded(dataset, dataset.source, facts_of(dataset), read=dataset, pictures=pictures)
-        return matched(session.robot, found)
+        return matched_to_arm(session.robot, found)
 
     def finish(self, session: Session, result: Any) -> Session:
         session = replace(with_data(session, result), shooting=None)

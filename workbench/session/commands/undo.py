@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, computed
-from workbench.session.commands.arm import PAGE, carried
+from workbench.session.commands.arm import PAGE, with_parts_of
 from workbench.session.state import Session, Severity, Step
 from workbench.session.target_steps import begin_step, check_free, commit_step, first_difference, with_targets
 
@@ -23,7 +23,7 @@ class Undo(AbstractChange):
         step = session.done[-1]
         if step.session is not None:
             whole = replace(step.session, undone=(Step(session.plate, session.states, session),))
-            return _in_place_of(session, whole)
+            return _restored(session, whole)
         undone = (*session.undone, Step(session.plate, session.states))
         return go_to_step(replace(session, done=session.done[:-1], undone=undone), step)
 
@@ -41,7 +41,7 @@ class Redo(AbstractChange):
             return session.tell(Severity.INFO, "nothing to redo")
         step = session.undone[-1]
         if step.session is not None:
-            return _in_place_of(session, step.session)
+            return _restored(session, step.session)
         done = (*session.done, Step(session.plate, session.states))
         return go_to_step(replace(session, undone=session.undone[:-1], done=done), step)
 
@@ -98,9 +98,9 @@ class GoBackTo(AbstractChange):
         return go_to_step(begin_step(session), step)
 
 
-def _in_place_of(now: Session, whole: Session) -> Session:
+def _restored(now: Session, whole: Session) -> Session:
     """Another robot with all that was measured and found, in the present page."""
-    session = carried(whole, now, (*PAGE, "messages", "chore", "source", "opened"))
+    session = with_parts_of(whole, now, (*PAGE, "messages", "chore", "source", "opened"))
     loaded = "" if whole.loaded is None else f", {whole.loaded.name} with what was found from it"
     return session.tell(Severity.INFO, f"back on {whole.robot.name}, plate '{whole.plate.name}'{loaded}")
 

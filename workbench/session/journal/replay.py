@@ -10,7 +10,7 @@ from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask, Progress
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.reader import Recording
-from workbench.session.recalled_targets import completed
+from workbench.session.recalled_targets import with_full_scores
 from workbench.session.state import Session
 
 
@@ -78,11 +78,11 @@ def restore(recording: Recording, *, progress: Progress = lambda part, text: Non
             known = command.recalled(session, line.numbers) if isinstance(command, AbstractChange) else None
             if known is None:
                 progress(number / len(recording.lines), line.title)
-                known = do_again(completed(session), line.entry, bases, step=number)
+                known = do_again(with_full_scores(session), line.entry, bases, step=number)
             session = known
         if number in begun_from:
-            bases[number] = session = completed(session)
-    return completed(session)
+            bases[number] = session = with_full_scores(session)
+    return with_full_scores(session)
 
 
 def _is_needed(entry: Entry) -> bool:

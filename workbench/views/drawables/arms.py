@@ -6,8 +6,8 @@ import numpy as np
 
 from workbench.arm.robot import Robot
 from workbench.session.bending import bend, bending_robot, drawable_bending
-from workbench.session.commands.arm import standing
-from workbench.session.joint_errors import blamed
+from workbench.session.commands.arm import drawn_joints
+from workbench.session.joint_errors import shown_effect
 from workbench.session.state import Field, Focus, Session
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import BENT, BLAMED, BRANCH, GHOST
@@ -30,7 +30,7 @@ SAME = 1e-6
 
 def arms(session: Session) -> Iterator[Item]:
     """The nominal arm where it stands, and the calibrated one about it."""
-    q, overlay = standing(session), session.overlay
+    q, overlay = drawn_joints(session), session.overlay
     is_shown = overlay.nominal or session.focus is not Focus.ROW
     yield nominal_arm_at(session.robot, q, is_shown=is_shown)
     if session.calibrated is not None:
@@ -42,16 +42,16 @@ def bent_arm(session: Session) -> Iterator[Item]:
     """The arm as its effects bend it, exaggerated and said so, over the one that stands straight."""
     robot, overlay = bending_robot(session), session.overlay
     if robot is not None:
-        inputs = robot, standing(session), overlay.bending
+        inputs = robot, drawn_joints(session), overlay.bending
         yield Item("arm/bent", _bent, inputs, shown=overlay.bent)
         yield Item("arm/bent_words", _bent_words, inputs, shown=overlay.bent)
 
 
 def blame(session: Session) -> Iterator[Item]:
     """A glow about every joint of the effect whose law is shown, and its name."""
-    effect = blamed(session)
+    effect = shown_effect(session)
     for k, joint in enumerate(() if effect is None else effect.joints):
-        inputs = session.robot, standing(session), joint
+        inputs = session.robot, drawn_joints(session), joint
         yield Item(f"arm/blame/{joint + 1}", _glow, inputs)
         words = effect.label if effect is not None and k == 0 else ""
         yield Item(f"arm/blame_words/{joint + 1}", _glow_words, (*inputs, words))

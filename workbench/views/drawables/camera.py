@@ -7,7 +7,7 @@ import numpy as np
 
 from workbench.base import se3
 from workbench.session.camera_view import camera_views, tool_covariance
-from workbench.session.commands.arm import standing
+from workbench.session.commands.arm import drawn_joints
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import ARROW_AFTER, FITTED, MARK
 from workbench.views.appearance.shapes import Solid, ball
@@ -39,7 +39,7 @@ def ellipsoid(session: Session) -> Iterator[Item]:
     covariance = tool_covariance(session)
     if covariance is None or session.focus is Focus.TRACK:
         return
-    place = session.robot.predict(standing(session)[None])[0]
+    place = session.robot.predict(drawn_joints(session)[None])[0]
     place = (se3.inverse(session.robot.base.pose) @ place)[:3, 3]
     half = 2.796 * np.sqrt(np.linalg.eigvalsh(covariance))  # χ² of three, 95 %
     times = _round_factor(SHOWN / max(float(half[-1]), 1e-9))

@@ -8,7 +8,7 @@ import numpy as np
 from workbench.arm.kinematics.envelope import ring_at
 from workbench.arm.robot import Robot
 from workbench.plate.region import Region
-from workbench.session.cubes import LARGER_IS_BETTER, CubeValues, seen, values
+from workbench.session.cubes import LARGER_IS_BETTER, CubeValues, shown_cubes, values
 from workbench.session.state import Field, Session
 from workbench.views.appearance.colours import NO_VALUE, REGION, UNBOUNDED, scale_colours
 from workbench.views.drawables.drawable import Cubes, Cuboid, Label, Line
@@ -32,9 +32,9 @@ def _outline(region: Region) -> Cuboid:
 
 
 def _cubes(session: Session, *_: object) -> Cubes | None:
-    """What `values` and `seen` read of the session are the item's inputs."""
+    """What `values` and `shown_cubes` read of the session are the item's inputs."""
     view, numbers = session.cube_view, values(session)
-    shown = np.zeros(0) if numbers is None else seen(session, view, numbers)
+    shown = np.zeros(0) if numbers is None else shown_cubes(session, view, numbers)
     if numbers is None or not shown.any():
         return None
     return Cubes(

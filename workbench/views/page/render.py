@@ -49,7 +49,7 @@ from workbench.views.page.scene.first_picture import FirstPicture
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.style import NARROW
-from workbench.views.page.tabs import Tabs, Told
+from workbench.views.page.tabs import PageSignals, Tabs
 
 LEAST_WIDTH, SHARE = 340, 0.42
 """Where the window is narrow: least width of the panel [px], and its share of the window."""
@@ -113,7 +113,7 @@ class BrowserView(AbstractView):
         with server.atomic(), icons_at_once():
             self._opened = session.opened
             self._card = StartCard(worker, show_demo, is_open=asks)
-            told = Told(server)
+            told = PageSignals(server)
             self._panels, self._tabs = _build_panels(server, worker, link, self._card, told)
             server.gui.add_html(told.dark(self._follow))
             tradeoff = next(p for p in self._panels if isinstance(p, TradeoffPanel))
@@ -152,7 +152,7 @@ class BrowserView(AbstractView):
 
 
 def _build_panels(
-    server: viser.ViserServer, worker: Worker, link: str, card: StartCard, told: Told
+    server: viser.ViserServer, worker: Worker, link: str, card: StartCard, told: PageSignals
 ) -> tuple[list[AbstractPanel], Tabs]:
     gui = server.gui
     server.on_client_connect(_fit_panel)

@@ -8,7 +8,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.plate.plate import Plate
-from workbench.session.commands.data import matched, observed, with_data
+from workbench.session.commands.data import matched_to_arm, observation_words, with_data
 from workbench.session.journal.folder import Begun
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.start import start, suited_plate
@@ -111,5 +111,5 @@ def show(
 def _loaded(robot: Robot, data: Dataset) -> Loaded:
     """Measurements as the page keeps them."""
     robot.check_joints(data.q, data.source)
-    facts = (("Rows", str(len(data))), ("Joints", str(data.joints)), ("Measured", observed(data)))
-    return matched(robot, Loaded(data, data.source, facts, read=data))
+    facts = (("Rows", str(len(data))), ("Joints", str(data.joints)), ("Measured", observation_words(data)))
+    return matched_to_arm(robot, Loaded(data, data.source, facts, read=data))

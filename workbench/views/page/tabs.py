@@ -15,7 +15,7 @@ from workbench.views.page.local_server import LocalServer
 STYLE = 'width="1" height="1" style="position:absolute;opacity:0"'
 
 
-class Told:
+class PageSignals:
     """What the pages of a server tell: viser has no message for it, so a page asks for a picture.
 
     The picture is not there; its address is what is told. It holds a secret, so that no other page can tell
@@ -71,7 +71,7 @@ class Tabs:
         first: The tab that a new page opens; None: the first one.
     """
 
-    def __init__(self, server: viser.ViserServer, told: Told, *, first: Tab | None = None):
+    def __init__(self, server: viser.ViserServer, told: PageSignals, *, first: Tab | None = None):
         self._server, self._told, self._opened = server, told, first
         self._numbers = itertools.count()
         self._group = server.gui.add_tab_group()

@@ -54,7 +54,7 @@ class Canvas:
         for outlet in self._outlets:
             outlet.stream.send_columns(self._prefix + path, [numbers], list(columns), strict=True)
 
-    def hand_on(self) -> None:
+    def flush(self) -> None:
         """Let files and viewers have at once what was drawn."""
         for outlet in self._outlets:
             outlet.stream.flush()

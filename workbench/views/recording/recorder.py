@@ -87,7 +87,7 @@ class Recorder(AbstractKeeper):
         try:
             drawing = Drawing(canvas)
             drawing.draw(first)
-            canvas.hand_on()  # a disk without room is told at the beginning
+            canvas.flush()  # a disk without room is told at the beginning
             self._draw_all(drawing)
         except Exception:
             log.exception("the recording ends early")

@@ -152,7 +152,7 @@ def _program() -> str:
     return str(beside) if beside.exists() else "rerun"
 
 
-class Door(ThreadingHTTPServer):
+class FileServer(ThreadingHTTPServer):
     """Serves some files to the viewer in the browser, each under a path that nobody can guess.
 
     rerun's own server gives a recording to whoever asks, a foreign page that has rebound its name included.
@@ -179,7 +179,7 @@ class Door(ThreadingHTTPServer):
 class _Request(BaseHTTPRequestHandler):
     """One request."""
 
-    server: Door
+    server: FileServer
 
     def do_GET(self) -> None:
         """Send the file; any page may read it that knows the path."""
@@ -203,7 +203,7 @@ class _Request(BaseHTTPRequestHandler):
 @contextlib.contextmanager
 def opened(files: Sequence[Path]) -> Iterator[list[str]]:
     """Addresses of the files, while they are served."""
-    with Door(files) as door:
+    with FileServer(files) as door:
         threading.Thread(target=door.serve_forever, name="workbench-door", daemon=True).start()
         try:
             yield door.links

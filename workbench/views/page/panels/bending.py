@@ -9,7 +9,7 @@ import viser
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.robot import Robot
 from workbench.session.bending import MOST_DRAWN, Bending, bend, bending_robot, drawable_bending
-from workbench.session.commands.arm import standing
+from workbench.session.commands.arm import drawn_joints
 from workbench.session.commands.compare import LEAST_EXAGGERATION, SetOverlay
 from workbench.session.state import Session
 from workbench.views.appearance.colours import BENT, css
@@ -48,10 +48,10 @@ class BendingPanel(AbstractPanel):
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         robot = bending_robot(session)
-        return robot, session.overlay, None if robot is None else standing(session)
+        return robot, session.overlay, None if robot is None else drawn_joints(session)
 
     def show(self, session: Session) -> None:
-        robot, q = bending_robot(session), standing(session)
+        robot, q = bending_robot(session), drawn_joints(session)
         set_value(self._bent, session.overlay.bent)
         set_value(self._times, int(session.overlay.bending))
         for control in (self._bent, self._times):

@@ -9,7 +9,7 @@ import viser
 from workbench.arm.kinematics.influence import Influence, first_order_influence
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.session.commands.arm import standing
+from workbench.session.commands.arm import drawn_joints
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import SELECTED, css
@@ -35,12 +35,12 @@ class InfluencePanel(AbstractPanel):
             self._html = gui.add_html("")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.robot, standing(session), session.states
+        return session.robot, drawn_joints(session), session.states
 
     def show(self, session: Session) -> None:
         if session.drag is None or session.robot is not self._robot:
             self._robot, self._at_targets = session.robot, _at_targets(session)
-        here = first_order_influence(session.robot, Motion(standing(session)[None]))
+        here = first_order_influence(session.robot, Motion(drawn_joints(session)[None]))
         self._html.content = block(
             heading("Motion of the tool here [mm]") + bars(here, self._at_targets or here) + _legend(),
             testid="influence",

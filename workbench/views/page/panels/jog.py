@@ -11,7 +11,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, standing
+from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, drawn_joints
 from workbench.session.export import Captured, captured, captured_csv
 from workbench.session.state import Session
 from workbench.session.worker import Worker
@@ -35,12 +35,12 @@ class JogPanel(AbstractPanel):
         self._folder = gui.add_folder("Joints")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.robot, standing(session)
+        return session.robot, drawn_joints(session)
 
     def show(self, session: Session) -> None:
         if session.robot is not self._robot:
             self._rebuild(session.robot)
-        shown = shown_joints(session.robot, standing(session))
+        shown = shown_joints(session.robot, drawn_joints(session))
         for slider, value in zip(self._sliders, shown.round(1).tolist(), strict=True):
             set_value(slider, min(max(value, slider.min), slider.max))
 
@@ -66,7 +66,7 @@ class JogPanel(AbstractPanel):
     def _jog(self, moved: int) -> None:
         """The moved joint from its slider, the others as they stand."""
         session = self._worker.session
-        q = standing(session).copy()
+        q = drawn_joints(session).copy()
         size = shown_joints(session.robot, np.ones(len(q)))[moved]
         q[moved] = float(np.clip(self._sliders[moved].value / size, *session.robot.search_limits[moved]))
         self._worker.submit(Jog(tuple(q.tolist())))
@@ -101,10 +101,10 @@ class ToolPanel(AbstractPanel):
             )
 
     def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.robot, standing(session), session.units
+        return session.robot, drawn_joints(session), session.units
 
     def show(self, session: Session) -> None:
-        tool = tool_poses(session.robot, Motion(standing(session)[None]))[0]
+        tool = tool_poses(session.robot, Motion(drawn_joints(session)[None]))[0]
         tool = se3.inverse(session.robot.base.pose) @ tool
         self._xyz.show(tool[:3, 3], session.units)
         self._rpy.show(se3.matrix_to_rpy(tool[:3, :3]), session.units)

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, Stage
-from workbench.session.joint_errors import NO_LAW, along_joints, blamed, candidates, law_along_joints
+from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law_along_joints, shown_effect
 from workbench.session.state import Session
 from workbench.views.appearance.colours import AFTER, BEFORE, BLAMED, LEFT_OUT, SELECTED, css
 from workbench.views.page.html import LINE, MUTED, badge, block, heading, label, note, number
@@ -45,7 +45,7 @@ class JointsPanel(AbstractPanel):
             self._html = gui.add_html("")
 
     def show(self, session: Session) -> None:
-        rows, found, effect = session.comparison, session.diagnosis, blamed(session)
+        rows, found, effect = session.comparison, session.diagnosis, shown_effect(session)
         self._law.visible = found is not None
         labels = () if found is None else tuple(e.label for e in candidates(found))
         set_options(self._law, [NO_LAW, *labels], NO_LAW if effect is None else effect.label)
@@ -62,7 +62,7 @@ class JointsPanel(AbstractPanel):
 
 def joint_plots(session: Session, rows: Comparison) -> str:
     """All plots and their legend."""
-    robot, effect, found = session.robot.with_effects(), blamed(session), session.diagnosis
+    robot, effect, found = session.robot.with_effects(), shown_effect(session), session.diagnosis
     left = -1e3 * along_joints(robot, rows.q, rows.residuals)
     law = None if effect is None or found is None else law_along_joints(found, effect.label)
     top = _top(left, rows)

@@ -42,7 +42,7 @@ def put(node: viser.SceneNodeHandle, place: Vector3, rotation: Matrix3 | None = 
         node.wxyz = se3.matrix_to_quaternion(rotation)
 
 
-def unsettle(node: viser.SceneNodeHandle) -> None:
+def place_out_of_sight(node: viser.SceneNodeHandle) -> None:
     """Give a new node a pose that no other has, so that the next one is sent whatever it is.
 
     A page keeps the pose of an older node of the same name, and viser does not send a pose that is the

@@ -22,7 +22,7 @@ from workbench.views.appearance.shapes import cuboid_edges
 from workbench.views.drawables.drawable import Arm, Arrows, Axes, Cubes, Cuboid, Label, Line, Mesh, Points
 from workbench.views.drawables.item import AbstractSink, Item, differences, is_same
 from workbench.views.page.scene.cubes import add_cubes, cube_under
-from workbench.views.page.scene.node import Click, Node, Ray, put, ray_of, unsettle
+from workbench.views.page.scene.node import Click, Node, Ray, place_out_of_sight, put, ray_of
 
 REDRAWN = 0.25
 """Least time between two drawings of what can wait [s]."""
@@ -107,7 +107,7 @@ def _add_mesh(server: viser.ViserServer, name: str, mesh: Mesh, click: Click) ->
         receive_shadow=False,
     )
     if mesh.pose is not None:
-        unsettle(node)
+        place_out_of_sight(node)
         put(node, mesh.pose[:3, 3], mesh.pose[:3, :3])
     if (number := mesh.number) is not None:
 
@@ -135,7 +135,7 @@ def _add_arm(server: viser.ViserServer, name: str, arm: Arm, click: Click) -> No
     root = server.scene.add_frame(name, show_axes=False)
     bodies = [server.scene.add_frame(f"{name}/body{i}", show_axes=False) for i in range(len(arm.bodies))]
     for node, body in zip(bodies, arm.bodies, strict=True):
-        unsettle(node)
+        place_out_of_sight(node)
         for j, part in enumerate(_parts(arm, body)):
             _add_mesh(server, f"{node.name}/part{j}", part, click)
 
