@@ -62,7 +62,7 @@ def new(
         Path | None, option("With --for: a file of the arm's controller or driver, read in.")
     ] = None,
     form: Annotated[str | None, option("--for", "With --apply: its form, such as ur-calibration.")] = None,
-    tip: Annotated[str | None, option("Last link of the chain, for a URDF with several.")] = None,
+    tip: opt.TipOption = None,
     json: opt.JsonOption = None,
 ) -> None:
     """One's own robot: signs, offsets, units and convention found from three poses of the pendant."""
@@ -97,13 +97,10 @@ def new(
 
 def _applied(nominal, path: Path, form: str):
     """A known arm with what its controller or driver has of it."""
-    from workbench.base.files import read_bytes
-    from workbench.exports import FORMS, Job
+    from workbench.exports import Job, form_named
 
-    if form not in FORMS:
-        raise OptionError(f"there is no form '{form}'; choose {', '.join(FORMS)}")
-    text = read_bytes(path, wanted=f"a {FORMS[form].title}").decode(errors="replace")
-    arm = FORMS[form].read(text, Job(robot=nominal, nominal=nominal, source=text))
+    text = form_named(form).text_of(path)
+    arm = form_named(form).read(text, Job(robot=nominal, nominal=nominal, source=text))
     if arm is None:
         raise OptionError(
             f"a file of the form {form} can't be read in; it computes with a calibration's TOML"

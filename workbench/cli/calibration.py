@@ -124,11 +124,10 @@ def evaluate(
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
 
-    if frames not in ("given", "fit"):
-        raise OptionError(f"--frames must be given or fit, got '{frames}'")
+    fit_frames = opt.fits_frames(frames)
     arm = wb.load_robot(robot)
     opt.check_writable(json)
-    found = wb.evaluate(arm, files.read(data, arm), fit_frames=frames == "fit")
+    found = wb.evaluate(arm, files.read(data, arm), fit_frames=fit_frames)
     opt.show(table.evaluation_tables(found))
     opt.write_result(json, reports.evaluation_json(found))
 
@@ -163,12 +162,12 @@ def export(
     nominal: Annotated[
         str | None, option("The robot as its controller computes it: for --controller, some --for.")
     ] = None,
-    tip: Annotated[str | None, option("Last link of the chain, for a URDF with several.")] = None,
+    tip: opt.TipOption = None,
     json: opt.JsonOption = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or what a controller, a driver, a program loads."""
 
-    from workbench.exports import FORMS
+    from workbench.exports import FORMS, form_named
 
     if form == "list":
         for name, each in FORMS.items():
@@ -179,13 +178,12 @@ def export(
         raise OptionError("give at least one of --for NAME --out FILE, --urdf, --toml, --controller FILE")
     if (form is None) != (out is None) or (source is not None and form is None):
         raise OptionError("--for NAME and --out FILE belong together; --source goes with them")
-    if form is not None and form not in FORMS:
-        raise OptionError(f"there is no form '{form}'; choose {', '.join(FORMS)}")
+    chosen = None if form is None else form_named(form)
     if controller is not None and nominal is None:
         raise OptionError("--controller needs --nominal ROBOT, the model that the controller has")
     opt.check_writable(urdf, toml, controller, out, json)
-    if form is not None and out is not None:
-        _export_for(form, out, arm, nominal, source, json)
+    if chosen is not None and out is not None:
+        _export_for(chosen, out, arm, nominal, source, json)
     for path in (urdf, toml):
         if path is not None:
             opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
@@ -198,26 +196,20 @@ def export(
         opt.say(f"controller: {write_json(controller, {'robot': arm.name, 'controller': use.json()})}")
 
 
-def _export_for(
-    form: str, out: Path, arm, nominal: str | None, source: Path | None, json: Path | None
-) -> None:
+def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None, json: Path | None) -> None:
     """Write one form, and say what it holds."""
+    from workbench.exports import Job, export_robot
 
-    from workbench.base.files import read_bytes
-    from workbench.exports import FORMS, Job, export_robot
-
-    wanted = f"a {FORMS[form].title}"
-    text = None if source is None else read_bytes(source, wanted=wanted).decode(errors="replace")
+    text = None if source is None else form.text_of(source)
     job = Job(robot=arm, nominal=None if nominal is None else wb.load_robot(nominal), source=text)
-    done = export_robot(FORMS[form], out, job)
+    done = export_robot(form, out, job)
     opt.say(f"{arm.name}: {done.path}")
     opt.say(f"it holds: {done.verdict}")
-    for note in done.notes:
-        opt.say(f"note: {note}")
+    opt.say_notes(done.notes)
     content = {
         "schema": "workbench.export/1",
         "robot": arm.name,
-        "for": form,
+        "for": form.name,
         "file": str(done.path),
         "left": {"position_m": done.position, "rotation_rad": done.rotation, "poses": done.rows},
         "notes": list(done.notes),

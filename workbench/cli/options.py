@@ -1,7 +1,7 @@
 """Options that several commands share, and the words of the others turned into values."""
 
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
@@ -85,6 +85,10 @@ BaseMarkersOption = Annotated[
 ]
 WantedOption = Annotated[str | None, option('What every pose has to keep: "0.3mm", or "0.3mm,0.1deg".')]
 ForceOption = Annotated[bool, option("--force", "Go on though the rows are clearly those of another arm.")]
+TipOption = Annotated[str | None, option("Last link of the chain, for a URDF with several.")]
+SchedulerOption = Annotated[
+    str | None, option("Dask scheduler, such as tcp://host:8786; else this machine's cores.")
+]
 SeedOption = Annotated[int, option("Seed of the random numbers.")]
 
 
@@ -308,6 +312,13 @@ def _two(text: str, option: str, kinds, wanted: str) -> tuple[float, float]:
     return kinds[0](parts[0]), kinds[1](parts[1])
 
 
+def fits_frames(text: str) -> bool:
+    """Whether base and tool are fitted, from `given` or `fit`."""
+    if text not in ("given", "fit"):
+        raise OptionError(f"--frames must be given or fit, got '{text}'")
+    return text == "fit"
+
+
 def choice_of(kinds, text: str, option: str):
     """One of a few words."""
     try:
@@ -398,6 +409,12 @@ def check_converged(fit) -> None:
 def say(text: str) -> None:
     """One line of the answer."""
     print(text)
+
+
+def say_notes(notes: Iterable[str]) -> None:
+    """What to know of the answer, a line each."""
+    for note in notes:
+        say(f"note: {note}")
 
 
 def show(renderable) -> None:

@@ -157,9 +157,7 @@ def yield_(
         str | None, option("Judge about the orientations of this plate's targets, to compare plates.")
     ] = None,
     poses: Annotated[int, option("Poses of the region at which arms are judged.")] = 500,
-    scheduler: Annotated[
-        str | None, option("Dask scheduler, such as tcp://host:8786; else this machine's cores.")
-    ] = None,
+    scheduler: opt.SchedulerOption = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:

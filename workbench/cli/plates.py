@@ -177,8 +177,7 @@ def cluster(
         )
     opt.show(cluster_tables(found))
     made = found.plate(fixture)
-    for note in made.notes:
-        opt.say(f"note: {note}")
+    opt.say_notes(made.notes)
     if out is not None:
         opt.say(f"plate: {wb.write_plate(made, out)}")
     opt.write_result(json, cluster_json(found))
@@ -216,8 +215,7 @@ def export(
         )
     shapes = ", ".join(f"{len(shape.numbers)} × {shape.letter}" for shape in fixture.shapes)
     opt.say(f"{fixture.name}: plate and {len(fixture.blocks)} blocks ({shapes}) in {out}")
-    for note in fixture.notes:
-        opt.say(f"note: {note}")
+    opt.say_notes(fixture.notes)
     opt.say(f"drawn for {fixture.tolerances.note}")
     opt.say(f"files: {', '.join(path.name for path in files)}")
     for kind, why in missing.items():
@@ -250,6 +248,5 @@ def as_measured(
         read_measured_targets(measured, uncertainty=opt.pair_of(uncertainty, "--uncertainty")),
         frame=chosen,
     )
-    for note in found.notes:
-        opt.say(f"note: {note}")
+    opt.say_notes(found.notes)
     opt.say(f"plate: {wb.write_plate(found, out)}")

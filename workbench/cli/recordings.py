@@ -24,8 +24,7 @@ def review(
     from workbench.session.journal.reader import read_recording
 
     found = [read_recording(folder) for folder in (recording, *(others or []))]
-    for note in (note for r in found for note in r.notes):
-        opt.say(f"note: {note}")
+    opt.say_notes(note for r in found for note in r.notes)
     opt.check_writable(out, json)
     if len(found) > 1:
         _compare(found, json)
@@ -62,8 +61,7 @@ def replay(
 
     opt.check_writable(report, json)
     found = read_recording(recording, to=to)
-    for note in found.notes:
-        opt.say(f"note: {note}")
+    opt.say_notes(found.notes)
     with opt.progress_bar("replay") as progress:
         replayed = check(found, progress=progress)
     opt.say(f"{replayed.steps} steps, {replayed.compared} numbers compared: {replayed.words}")

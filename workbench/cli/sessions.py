@@ -81,8 +81,7 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
         return read_recording(session, to=step)
 
     def read():
-        for note in recorded().notes:
-            opt.say(f"note: {note}")
+        opt.say_notes(recorded().notes)
         return recorded().robot, recorded().plate
 
     def begin(robot, plate):

@@ -36,8 +36,7 @@ def verify(
     from workbench.identification.verification.certificate import write_certificate
     from workbench.identification.verification.results import verification_json
 
-    if frames not in ("given", "fit"):
-        raise OptionError(f"--frames must be given or fit, got '{frames}'")
+    fit_frames = opt.fits_frames(frames)
     arm = wb.load_robot(robot)
     pdf = report is not None and report.suffix.lower() == ".pdf"
     opt.check_writable(json, report if pdf else None, folder=None if pdf else report)
@@ -47,7 +46,7 @@ def verify(
         wanted=None if wanted is None else wanted_of(wanted),
         used=None if used is None else files.read_whole(used, arm),
         same=opt.angle(same),
-        fit_frames=frames == "fit",
+        fit_frames=fit_frames,
         facts=dict(fact_of(text) for text in fact or []),
     )
     opt.show(found.summary())
@@ -82,9 +81,7 @@ def fleet(
     workers: Annotated[
         int | None, option("Processes on this machine; as many as it has cores if not given.")
     ] = None,
-    scheduler: Annotated[
-        str | None, option("Dask scheduler, such as tcp://host:8786; else this machine's cores.")
-    ] = None,
+    scheduler: opt.SchedulerOption = None,
     json: opt.JsonOption = None,
     report: opt.ReportOption = None,
 ) -> None:

@@ -1,5 +1,6 @@
 """What a controller, a driver or a program loads of a calibration: one file a form, and one line here."""
 
+from workbench.base.errors import OptionError
 from workbench.base.registry import Registry
 from workbench.exports.compensation import CHeader, PythonModule
 from workbench.exports.form import AbstractForm, Exported, Job, export_robot
@@ -27,4 +28,12 @@ FORMS: Registry[AbstractForm] = Registry(
 )
 """The forms by what follows `--for`."""
 
-__all__ = ["FORMS", "AbstractForm", "Exported", "Job", "export_robot"]
+
+def form_named(name: str) -> AbstractForm:
+    """The form that `--for` names; another name is refused with the list of all."""
+    if name not in FORMS:
+        raise OptionError(f"there is no form '{name}'; choose {', '.join(FORMS)}")
+    return FORMS[name]
+
+
+__all__ = ["FORMS", "AbstractForm", "Exported", "Job", "export_robot", "form_named"]

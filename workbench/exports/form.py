@@ -19,7 +19,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.base.files import write_text
+from workbench.base.files import read_bytes, write_text
 from workbench.base.types import Matrix4
 from workbench.report.numbers import short
 
@@ -70,6 +70,10 @@ class AbstractForm(ABC):
     @abstractmethod
     def title(self) -> str:
         """What it is, for a list."""
+
+    def text_of(self, path: Path) -> str:
+        """Text of a file of this form."""
+        return read_bytes(path, wanted=f"a {self.title}").decode(errors="replace")
 
     @abstractmethod
     def write(self, job: Job) -> str:

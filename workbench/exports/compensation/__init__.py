@@ -67,14 +67,19 @@ def arm_data(job: Job, form: str) -> dict[str, Any]:
     }
 
 
-def _notes(robot: Robot) -> Iterable[str]:
-    apart = [str(e.name) for e in robot.effects if not e.moves_arm]
-    yield from (f"{name} is left out: it moves the measuring frame, not the arm" for name in apart)
-    yield "poses are in the robot's base, with the calibrated tool; loads are those of the arm at rest"
+class AbstractProgram(AbstractForm):
+    """A program that computes with the whole calibrated model."""
+
+    def read(self, text: str, job: Job) -> Robot | None:
+        return None
+
+    def notes(self, job: Job) -> Iterable[str]:
+        yield from comparable(job.robot, job.need_nominal(self.name))[2]
+        yield "poses are in the robot's base, with the calibrated tool; loads are those of the arm at rest"
 
 
 @final
-class PythonModule(AbstractForm):
+class PythonModule(AbstractProgram):
     """`standalone.py` with an arm in it."""
 
     name = "python-module"
@@ -87,19 +92,13 @@ class PythonModule(AbstractForm):
         lines = ",\n".join(f"    {key!r}: {_python(value)}" for key, value in data.items())
         return text.replace(EMPTY, f"ARM: dict = {{\n{lines},\n}}", 1)
 
-    def read(self, text: str, job: Job) -> Robot | None:
-        return None
-
-    def notes(self, job: Job) -> Iterable[str]:
-        return _notes(job.robot)
-
 
 def _python(value: Any) -> str:
     return repr(value).replace("inf", 'float("inf")')
 
 
 @final
-class CHeader(AbstractForm):
+class CHeader(AbstractProgram):
     """`standalone.h` with an arm in it."""
 
     name = "c-header"
@@ -109,12 +108,6 @@ class CHeader(AbstractForm):
     def write(self, job: Job) -> str:
         text = files(__package__).joinpath("standalone.h").read_text(encoding="utf-8")
         return text.replace("/*DATA*/", _c_data(arm_data(job, self.name)), 1)
-
-    def read(self, text: str, job: Job) -> Robot | None:
-        return None
-
-    def notes(self, job: Job) -> Iterable[str]:
-        return _notes(job.robot)
 
 
 def _c_data(data: dict[str, Any]) -> str:

@@ -148,8 +148,7 @@ class MeasureVirtualArm(AbstractTask):
     title = computed(lambda self: f"Measure virtual arm {self.seed}")
 
     def check(self, session: Session) -> None:
-        if not 0 <= self.seed <= MOST_SEED:
-            raise OptionError(f"the seed must be 0 to {MOST_SEED}, got {self.seed}")
+        check_seed(self.seed)
         if not 0 <= self.more <= MOST_MORE:
             raise OptionError(f"the number of extra poses must be 0 to {MOST_MORE}, got {self.more}")
         if self.instrument and self.instrument not in VIRTUAL_INSTRUMENTS:
@@ -201,6 +200,12 @@ class ForgetData(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return with_data(session, None)
+
+
+def check_seed(seed: int) -> None:
+    """Refuse what numpy's generators do not take."""
+    if not 0 <= seed <= MOST_SEED:
+        raise OptionError(f"the seed must be 0 to {MOST_SEED}, got {seed}")
 
 
 def check_measurable(session: Session) -> None:

@@ -27,8 +27,8 @@ from workbench.plate.plate import Kind
 from workbench.plate.virtual_measuring import STEERING, beside
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.data import (
-    MOST_SEED,
     check_measurable,
+    check_seed,
     instrument_of,
     observation_words,
     reached_postures,
@@ -54,10 +54,8 @@ class BeginMeasuring(AbstractTask):
     title = computed(lambda self: f"Measure virtual arm {self.seed} step by step")
 
     def check(self, session: Session) -> None:
-        if not 0 <= self.seed <= MOST_SEED:
-            raise OptionError(f"the seed must be 0 to {MOST_SEED}, got {self.seed}")
-        if session.measuring is not None:
-            raise OptionError("a guided measurement is running; use its rows or stop it first")
+        check_seed(self.seed)
+        _check_not_measuring(session)
         check_measurable(session)
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
@@ -236,6 +234,11 @@ class EndMeasuring(AbstractChange):
         return replace(session, measuring=None, focus=Focus.TARGET)
 
 
+def _check_not_measuring(session: Session) -> None:
+    if session.measuring is not None:
+        raise OptionError("a guided measurement is running; use its rows or stop it first")
+
+
 def _measurement(session: Session) -> Measuring:
     if session.measuring is None:
         raise OptionError("no guided measurement is running; begin one first")
@@ -328,8 +331,7 @@ class MeasureLive(AbstractChange):
     def check(self, session: Session) -> None:
         if not _source(session).is_open:
             raise OptionError("the live source has ended; restart it, then the page with --source")
-        if session.measuring is not None:
-            raise OptionError("a guided measurement is running; use its rows or stop it first")
+        _check_not_measuring(session)
 
     def apply(self, session: Session) -> Session:
         numbers = list(range(len(session.plate)))

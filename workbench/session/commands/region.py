@@ -11,6 +11,7 @@ from workbench.plate.cubes import CubeMap, map_cubes
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
 from workbench.session.command import AbstractChange, AbstractChore, Progress, computed
+from workbench.session.commands.data import measurements
 from workbench.session.cubes import values
 from workbench.session.score import draw_region
 from workbench.session.state import CubeView, Field, Session
@@ -77,8 +78,8 @@ class ShowCubes(AbstractChange):
     title = computed(lambda self: f"Colour the cubes by {self.view.field}")
 
     def check(self, session: Session) -> None:
-        if self.view.field is Field.MEASURED and session.comparison is None:
-            raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
+        if self.view.field is Field.MEASURED:
+            measurements(session)
         if self.view.field is Field.YIELD and values(replace(session, cube_view=self.view)) is None:
             raise DataError("no yield is known for this region; press Try this plate in the Plate tab")
 

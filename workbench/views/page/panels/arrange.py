@@ -28,7 +28,7 @@ class ImprovePanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         self._improve = self.button(
             gui,
-            "Improve this plate",
+            ImprovePlate.title,
             lambda: ImprovePlate(seed=len(self._worker.session.history)),
             viser.Icon.SPARKLES,
             "Let the program place all targets but the locked ones for the least predicted error in the "

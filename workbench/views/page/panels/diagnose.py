@@ -40,7 +40,7 @@ class DiagnosePanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         self._start = self.button(
             gui,
-            "Diagnose",
+            Diagnose.title,
             Diagnose,
             viser.Icon.STETHOSCOPE,
             "Fit the geometry, and find the physical effect that explains the remaining errors. "
@@ -50,7 +50,7 @@ class DiagnosePanel(AbstractPanel):
         self._verdict = gui.add_html("")
         self._add = self.button(
             gui,
-            "Add the effects to the model",
+            AddEffects.title,
             AddEffects,
             viser.Icon.PLUS,
             "Identify these effects together with the geometry; Identify, Compare and the saved robot "
@@ -61,7 +61,7 @@ class DiagnosePanel(AbstractPanel):
         self._details = gui.add_html("")
         self._next = self.button(
             gui,
-            "Add the suggested poses as targets",
+            TakeNextPoses.title,
             TakeNextPoses,
             viser.Icon.TARGET,
             "Add to the plate the poses where a measurement would tell most about these effects.",

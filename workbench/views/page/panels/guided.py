@@ -100,7 +100,7 @@ class GuidedPanel(AbstractPanel):
             "End here: the stored rows become the session's measurements, as if loaded from a file.",
         )
         self._stop = button(
-            "Stop measuring", EndMeasuring, icon.X, "End here and drop the rows that were stored."
+            EndMeasuring.title, EndMeasuring, icon.X, "End here and drop the rows that were stored."
         )
 
     def show(self, session: Session) -> None:

@@ -137,7 +137,7 @@ class CapturedPanel(AbstractPanel):
                 visible=False,
             )
             self._forget = self.button(
-                gui, "Clear the kept poses", ForgetPoses, viser.Icon.TRASH, "Empty the list.", visible=False
+                gui, ForgetPoses.title, ForgetPoses, viser.Icon.TRASH, "Empty the list.", visible=False
             )
 
     def show(self, session: Session) -> None:

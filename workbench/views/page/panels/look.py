@@ -75,8 +75,8 @@ class LookPanel(AbstractPanel):
             )
 
     def _keys(self, gui: viser.GuiApi) -> None:
-        self._command(gui, "Undo", Undo, "Z", "cmd/ctrl")
-        self._command(gui, "Redo", Redo, "Z", "cmd/ctrl+shift")
+        self._command(gui, Undo.title, Undo, "Z", "cmd/ctrl")
+        self._command(gui, Redo.title, Redo, "Z", "cmd/ctrl+shift")
         self._command(gui, "Back to the best plate", RestoreBest, "B", None)
         self._command(gui, "Next target", lambda: self._step(1), "N", None)
         self._command(gui, "Previous target", lambda: self._step(-1), "P", None)

@@ -52,14 +52,14 @@ class ShootingPanel(AbstractPanel):
             )
             self._use = self.button(
                 gui,
-                "Use the pictures",
+                UseShots.title,
                 UseShots,
                 viser.Icon.DATABASE,
                 "End here: the kept pictures become the session's measurements.",
                 main=True,
             )
             self._stop = self.button(
-                gui, "Stop taking pictures", EndShooting, viser.Icon.X, "End here and drop the pictures."
+                gui, EndShooting.title, EndShooting, viser.Icon.X, "End here and drop the pictures."
             )
 
     def show(self, session: Session) -> None:
