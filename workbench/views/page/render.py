@@ -160,7 +160,7 @@ def _build_panels(
     with gui.add_folder("Next"):
         for kind in STRIP:
             panels.append(kind(worker))
-            panels[-1].build(gui)
+            panels[-1].make(gui)
     opened = worker.session.opened
     tabs = Tabs(server, told, first=None if opened is None else opened.tab)
     for tab, kinds in TABS.items():
@@ -169,12 +169,12 @@ def _build_panels(
                 card.build_way_back(gui)
             for kind in kinds:
                 panels.append(kind(worker))
-                panels[-1].build(gui)
+                panels[-1].make(gui)
             if link and FilesPanel in kinds:
                 gui.add_html(_link(link))
     panels += [ResidualsPanel(worker), card]
     for panel in panels[-2:]:
-        panel.build(gui)
+        panel.make(gui)
     return panels, tabs
 
 

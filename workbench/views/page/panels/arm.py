@@ -32,7 +32,6 @@ class ArmPanel(AbstractPanel):
         )
         self._change.on_click(self._choose)
         self.upload(
-            gui,
             "Open a robot or plate",
             LoadModel,
             "A robot as TOML or URDF, or a plate as TOML; measurements go to the Measure tab.",

@@ -27,7 +27,6 @@ class ImprovePanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self._improve = self.button(
-            gui,
             ImprovePlate.title,
             lambda: ImprovePlate(seed=len(self._worker.session.history)),
             viser.Icon.SPARKLES,
@@ -61,14 +60,12 @@ class ArrangePanel(AbstractPanel):
 
     def _build_searches(self, gui: viser.GuiApi) -> None:
         self.button(
-            gui,
             "Best mix of branches",
             MixBranches,
             viser.Icon.ARROWS_SHUFFLE,
             "Choose the branches together for the least predicted error; branches chosen by hand are kept.",
         )
         self._cluster = self.button(
-            gui,
             "Search poses of equal index",
             self._search,
             viser.Icon.SEARCH,
@@ -113,7 +110,6 @@ class ArrangePanel(AbstractPanel):
             "Tilts [°]", (-150.0, -160.0), step=1.0, hint="Roll angles, assigned to the targets in turn."
         )
         self.button(
-            gui,
             "Apply the pattern",
             self._lay_out,
             viser.Icon.GRID_DOTS,
@@ -156,7 +152,6 @@ class TablePanel(AbstractPanel):
                 "extra lines add targets.",
             )
             self.button(
-                gui,
                 "Apply the coordinates",
                 self._apply,
                 viser.Icon.CHECK,

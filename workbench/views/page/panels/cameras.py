@@ -48,7 +48,6 @@ class CamerasPanel(AbstractPanel):
                 folder_field("Drop or choose a folder: pictures, joints (CSV), camera.toml and target.toml")
             )
             self.upload(
-                gui,
                 "… or an archive of it (ZIP)",
                 LoadPictures,
                 "Pictures of a board or of tags, or a table of their corners; a table of the joints with a "

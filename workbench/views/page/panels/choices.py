@@ -23,7 +23,6 @@ class ChoicesPanel(AbstractPanel):
         self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._gui = gui
         with gui.add_folder("Excluded rows", expand_by_default=False):
             self._rows = gui.add_text(
                 "Rows",

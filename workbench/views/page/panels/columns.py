@@ -33,13 +33,11 @@ class ColumnsPanel(AbstractPanel):
             on_change(self._column, lambda: self._show_meaning(file_of(self._worker.session)))
             on_change(self._is, self._choose)
             self.download(
-                gui,
                 "Save this choice (TOML)",
                 columns_toml,
                 "What every column is: for the next file of this kind, here or with --mapping.",
             )
             self.upload(
-                gui,
                 "Use a saved choice",
                 self._with_mapping,
                 "Reads the file again with the columns as they were saved.",

@@ -30,7 +30,6 @@ class DataPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Real arm"):
             self.upload(
-                gui,
                 "Load measurements",
                 LoadData,
                 "Joint positions and measured poses: a CSV, Excel or Parquet file, units in "
@@ -69,7 +68,6 @@ class DataPanel(AbstractPanel):
                 "instrument has its own, and sees poses or points only.",
             )
             self.button(
-                gui,
                 "Measure a virtual arm",
                 self._virtual,
                 viser.Icon.ROBOT,
@@ -79,7 +77,6 @@ class DataPanel(AbstractPanel):
             )
         self._preview = gui.add_html("")
         self._forget = self.button(
-            gui,
             "Remove these measurements",
             ForgetData,
             viser.Icon.TRASH,

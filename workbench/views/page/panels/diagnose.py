@@ -39,7 +39,6 @@ class DiagnosePanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self._start = self.button(
-            gui,
             Diagnose.title,
             Diagnose,
             viser.Icon.STETHOSCOPE,
@@ -49,7 +48,6 @@ class DiagnosePanel(AbstractPanel):
         )
         self._verdict = gui.add_html("")
         self._add = self.button(
-            gui,
             AddEffects.title,
             AddEffects,
             viser.Icon.PLUS,
@@ -60,7 +58,6 @@ class DiagnosePanel(AbstractPanel):
         )
         self._details = gui.add_html("")
         self._next = self.button(
-            gui,
             TakeNextPoses.title,
             TakeNextPoses,
             viser.Icon.TARGET,
@@ -68,7 +65,6 @@ class DiagnosePanel(AbstractPanel):
             visible=False,
         )
         self._save = self.download(
-            gui,
             "Save the suggested poses (CSV)",
             next_poses_csv,
             "Download their joint positions, with what each of them would tell.",

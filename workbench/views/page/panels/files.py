@@ -27,28 +27,21 @@ class FilesPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Save"):
-            self.download(gui, "Plate (TOML)", plate_toml, "The plate with its targets and its region.")
+            self.download("Plate (TOML)", plate_toml, "The plate with its targets and its region.")
             self._needs_data = [
-                self.download(gui, "Measurements (CSV)", measurements_csv, "One row per line, with units.")
+                self.download("Measurements (CSV)", measurements_csv, "One row per line, with units.")
             ]
             self._needs_fit = [
                 self.download(
-                    gui,
                     "Calibrated robot (TOML)",
                     calibrated_toml,
                     "For the command line, and for the next session.",
                 ),
                 self.download(
-                    gui,
-                    "Calibrated robot (URDF)",
-                    calibrated_urdf,
-                    "For other programs; effects are left out.",
+                    "Calibrated robot (URDF)", calibrated_urdf, "For other programs; effects are left out."
                 ),
                 self.download(
-                    gui,
-                    "Report (ZIP)",
-                    report_zip,
-                    "Tables and figures of the identification as an HTML page.",
+                    "Report (ZIP)", report_zip, "Tables and figures of the identification as an HTML page."
                 ),
             ]
             picture = gui.add_button(

@@ -52,7 +52,6 @@ class FitPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self._start = self.button(
-            gui,
             "Identify",
             self._identify,
             viser.Icon.PLAYER_PLAY,
@@ -81,7 +80,7 @@ class FitPanel(AbstractPanel):
         self._card = gui.add_html("")
         self._judging = gui.add_folder(None, visible=False)
         with self._judging:
-            self._wanted.build(gui)
+            self._wanted.make(gui)
         self._requirement = gui.add_html("", visible=False)
         self._warnings = gui.add_html("", visible=False)
         self._save = gui.add_button_group(

@@ -38,7 +38,6 @@ class GuidedPanel(AbstractPanel):
             )
             on_change(self._follow, lambda: self._worker.submit(FollowSource(bool(self._follow.value))))
             self._live = self.button(
-                gui,
                 "Measure the real arm",
                 MeasureLive,
                 viser.Icon.PLUG_CONNECTED,
@@ -55,7 +54,6 @@ class GuidedPanel(AbstractPanel):
                 hint="Seed of the virtual arm: each number gives an arm with other hidden errors.",
             )
             self._begin = self.button(
-                gui,
                 "Begin measuring",
                 lambda: BeginMeasuring(int(self._seed.value)),
                 viser.Icon.TARGET,
@@ -69,7 +67,7 @@ class GuidedPanel(AbstractPanel):
         """Buttons that are there while something is measured."""
 
         def button(label, command, icon, hint, *, main=False):
-            return self.button(gui, label, command, icon, hint, main=main, visible=False)
+            return self.button(label, command, icon, hint, main=main, visible=False)
 
         icon = viser.Icon
         self._drive = button(

@@ -66,9 +66,7 @@ class Header(AbstractPanel):
     """Below the verdict: the last message, and the long work under way."""
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._gui = gui
         self._back = self.button(
-            gui,
             "Back",
             lambda: SteerDemo(Steer.BACK),
             viser.Icon.PLAYER_SKIP_BACK,
@@ -76,7 +74,6 @@ class Header(AbstractPanel):
             visible=False,
         )
         self._pause = self.button(
-            gui,
             Steer.PAUSE,
             lambda: SteerDemo(Steer.ON if self._worker.session.is_paused else Steer.PAUSE),
             viser.Icon.PLAYER_PAUSE,
@@ -84,7 +81,6 @@ class Header(AbstractPanel):
             visible=False,
         )
         self._stop = self.button(
-            gui,
             "Stop the demo",
             lambda: SetCaption(""),
             viser.Icon.PLAYER_STOP,
@@ -92,14 +88,11 @@ class Header(AbstractPanel):
             visible=False,
         )
         self._message = gui.add_html("", visible=False)
-        self._dismiss = self.button(
-            gui, "Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=False
-        )
+        self._dismiss = self.button("Dismiss", Dismiss, viser.Icon.X, "Dismiss this message.", visible=False)
         self._chore = gui.add_html("", visible=False)
         self._work = gui.add_html("", visible=False)
         self._bar = gui.add_progress_bar(0.0, visible=False, animated=True)
         self._cancel = self.button(
-            gui,
             "Cancel",
             self._worker.cancel,
             viser.Icon.PLAYER_STOP,

@@ -31,7 +31,6 @@ class JogPanel(AbstractPanel):
         self._sliders: list[viser.GuiSliderHandle] = []
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._gui = gui
         self._folder = gui.add_folder("Joints")
 
     def parts(self, session: Session) -> tuple[Any, ...]:
@@ -93,7 +92,6 @@ class ToolPanel(AbstractPanel):
                 hint="Roll, pitch and yaw of the tool; type what they should be.",
             )
             self.button(
-                gui,
                 "Go to this pose",
                 lambda: JogTo(self._xyz.typed, self._rpy.typed),
                 viser.Icon.ARROW_RIGHT,
@@ -122,7 +120,6 @@ class CapturedPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Kept poses"):
             self.button(
-                gui,
                 "Keep this pose",
                 CapturePose,
                 viser.Icon.PLUS,
@@ -130,14 +127,13 @@ class CapturedPanel(AbstractPanel):
             )
             self._table = gui.add_html("")
             self._file = self.download(
-                gui,
                 "Save the kept poses (CSV)",
                 captured_csv,
                 "Joint positions and the tool poses of both arms, one pose per line.",
                 visible=False,
             )
             self._forget = self.button(
-                gui, ForgetPoses.title, ForgetPoses, viser.Icon.TRASH, "Empty the list.", visible=False
+                ForgetPoses.title, ForgetPoses, viser.Icon.TRASH, "Empty the list.", visible=False
             )
 
     def show(self, session: Session) -> None:

@@ -46,7 +46,6 @@ class LookPanel(AbstractPanel):
         self._is_dark: bool | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._gui = gui
         with gui.add_folder("Page"):
             self._dark = gui.add_checkbox("Dark", False, hint="Dark colours.")
             on_change(self._dark, lambda: self._worker.submit(SetDark(bool(self._dark.value))))

@@ -33,7 +33,6 @@ class OwnRobotPanel(AbstractPanel):
                 "It is", (A_FILE, *built_in_robots()), hint="A file below, or a built-in arm to be checked."
             )
             self._upload = self.upload(
-                gui,
                 "DH table, URDF, xacro",
                 self._keep,
                 "A table with columns theta, d, a, alpha (.csv), or a description of the robot.",
@@ -42,7 +41,6 @@ class OwnRobotPanel(AbstractPanel):
             )
             self._poses = gui.add_text("Poses", "", multiline=True, hint=f"Such as {EXAMPLE}")
             self.button(
-                gui,
                 "Check against these poses",
                 self._check,
                 viser.Icon.CHECKS,
@@ -50,7 +48,6 @@ class OwnRobotPanel(AbstractPanel):
                 main=True,
             )
             self.download(
-                gui,
                 "This robot (TOML)",
                 robot_toml,
                 "The robot of this session as it is now, before any calibration.",

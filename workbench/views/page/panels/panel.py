@@ -43,10 +43,17 @@ class AbstractPanel(ABC):
     """Whether controls stay as they are when a message comes. It may be a refusal: all others then go back to
     what the session has."""
 
+    _gui: viser.GuiApi
+
     def __init__(self, worker: Worker):
         self._worker = worker
         self._parts: tuple[Any, ...] = ()
         self._drawn = -math.inf
+
+    def make(self, gui: viser.GuiApi) -> None:
+        """Make the controls in the present container of this interface."""
+        self._gui = gui
+        self.build(gui)
 
     @abstractmethod
     def build(self, gui: viser.GuiApi) -> None:
@@ -72,7 +79,6 @@ class AbstractPanel(ABC):
 
     def button(
         self,
-        gui: viser.GuiApi,
         label: str,
         do: Callable[[], AbstractCommand | None],
         icon: viser.IconName,
@@ -82,7 +88,8 @@ class AbstractPanel(ABC):
         visible: bool = True,
     ) -> viser.GuiButtonHandle:
         """A button that sends the command that `do` gives, if any; coloured if it is its panel's main one."""
-        made = gui.add_button(label, icon=icon, hint=hint, color=None if main else "gray", visible=visible)
+        colour = None if main else "gray"
+        made = self._gui.add_button(label, icon=icon, hint=hint, color=colour, visible=visible)
         on_press(made, lambda: self.send(do))
         return made
 
@@ -96,22 +103,16 @@ class AbstractPanel(ABC):
             self._worker.submit(command)
 
     def download(
-        self,
-        gui: viser.GuiApi,
-        label: str,
-        make: Callable[[Session], File],
-        hint: str,
-        *,
-        visible: bool = True,
+        self, label: str, make: Callable[[Session], File], hint: str, *, visible: bool = True
     ) -> viser.GuiButtonHandle:
         """A button that saves a file on the user's machine."""
-        made = gui.add_button(label, icon=viser.Icon.DOWNLOAD, hint=hint, color="gray", visible=visible)
+        icon = viser.Icon.DOWNLOAD
+        made = self._gui.add_button(label, icon=icon, hint=hint, color="gray", visible=visible)
         made.on_click(lambda event: self.save(event, make))
         return made
 
     def upload(
         self,
-        gui: viser.GuiApi,
         label: str,
         command: Callable[[str, bytes], AbstractCommand | None],
         hint: str,
@@ -121,7 +122,7 @@ class AbstractPanel(ABC):
         main: bool = False,
     ) -> viser.GuiUploadButtonHandle:
         """A button that sends a command with a file's name and contents; a file of more bytes is refused."""
-        made = gui.add_upload_button(
+        made = self._gui.add_upload_button(
             label, icon=viser.Icon.UPLOAD, color=None if main else "gray", mime_type=endings, hint=hint
         )
 

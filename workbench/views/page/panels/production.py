@@ -18,7 +18,6 @@ class ProductionPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self._try = self.button(
-            gui,
             "Try this plate",
             lambda: TryPlate(int(self._arms.value)),
             viser.Icon.CHART_BAR,
@@ -36,7 +35,6 @@ class ProductionPanel(AbstractPanel):
             hint="How many arms are tried. More of them give a narrower interval and take longer.",
         )
         self.download(
-            gui,
             "Plate to make (ZIP)",
             fixture_zip,
             "Solids as STL and 3MF, the drawing as DXF, lists of holes and blocks, and the sheet for the "

@@ -59,7 +59,6 @@ class RegionPanel(AbstractPanel):
             on_change(control, self._view)
         self._picked = gui.add_html("")
         self._move = self.button(
-            gui,
             "Move the selected target there",
             self._move_there,
             viser.Icon.ARROW_MOVE_RIGHT,

@@ -43,7 +43,6 @@ class RezeroPanel(AbstractPanel):
                 "Replaced joints", "", hint="Such as 3, or 3, 4: the links beside them may differ too."
             )
             self._start = self.button(
-                gui,
                 "Find moved joints",
                 self._find,
                 viser.Icon.REFRESH_ALERT,
@@ -52,7 +51,7 @@ class RezeroPanel(AbstractPanel):
             )
             self._card = gui.add_html("")
             self._save = self.download(
-                gui, "Arm with these zeros (TOML)", rezeroed_toml, "The calibrated arm with the zeros found."
+                "Arm with these zeros (TOML)", rezeroed_toml, "The calibrated arm with the zeros found."
             )
 
     def parts(self, session: Session) -> tuple[Any, ...]:

@@ -57,7 +57,7 @@ class StartCard(AbstractPanel):
             self._open(event.client.gui)
 
     def _open(self, gui: viser.GuiApi) -> None:
-        icon = viser.Icon
+        icon, self._gui = viser.Icon, gui
         self._before = self._worker.session.loaded
         self._modal = gui.add_modal("What do you have?")
         with self._modal:
@@ -80,7 +80,6 @@ class StartCard(AbstractPanel):
         self._robot = gui.add_dropdown("Built in", (CHOSEN, *built_in_robots()), hint="The built-in arms.")
         on_change(self._robot, self._choose)
         self.upload(
-            gui,
             "… or your robot: URDF or TOML",
             LoadModel,
             "The nominal arm as its maker describes it.",
@@ -90,7 +89,6 @@ class StartCard(AbstractPanel):
         self._data = gui.add_folder(None)
         with self._data:
             self.upload(
-                gui,
                 "Measurements: CSV, Excel or Parquet",
                 LoadData,
                 "Joint positions and measured poses, units in brackets as in q1[deg] or x[mm].",

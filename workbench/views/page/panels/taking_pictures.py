@@ -35,7 +35,6 @@ class ShootingPanel(AbstractPanel):
                 "Device", "", hint="Number of a camera, such as 0; empty: the folder is watched."
             )
             self._begin = self.button(
-                gui,
                 "Watch",
                 self._watch,
                 viser.Icon.CAMERA,
@@ -44,14 +43,9 @@ class ShootingPanel(AbstractPanel):
             )
             self._seen = gui.add_html("")
             self._again = self.button(
-                gui,
-                "Drop the last",
-                DropShot,
-                viser.Icon.ROTATE,
-                "Drop the last kept picture and take it again.",
+                "Drop the last", DropShot, viser.Icon.ROTATE, "Drop the last kept picture and take it again."
             )
             self._use = self.button(
-                gui,
                 UseShots.title,
                 UseShots,
                 viser.Icon.DATABASE,
@@ -59,7 +53,7 @@ class ShootingPanel(AbstractPanel):
                 main=True,
             )
             self._stop = self.button(
-                gui, EndShooting.title, EndShooting, viser.Icon.X, "End here and drop the pictures."
+                EndShooting.title, EndShooting, viser.Icon.X, "End here and drop the pictures."
             )
 
     def show(self, session: Session) -> None:

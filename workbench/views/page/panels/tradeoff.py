@@ -33,7 +33,6 @@ class TradeoffPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("What does it buy me", expand_by_default=False):
             self._weigh = self.button(
-                gui,
                 "Weigh plates",
                 WeighPlates,
                 viser.Icon.SCALE,

@@ -76,7 +76,6 @@ class TrackPanel(AbstractPanel):
                 "path.",
             )
             self._plan = self.button(
-                gui,
                 "Plan it",
                 self._path,
                 viser.Icon.ROUTE,
@@ -102,7 +101,7 @@ class TrackPanel(AbstractPanel):
 
     def _build_buttons(self, gui: viser.GuiApi) -> None:
         def button(label, command, icon, hint, *, main=True):
-            return self.button(gui, label, command, icon, hint, main=main, visible=False)
+            return self.button(label, command, icon, hint, main=main, visible=False)
 
         icon = viser.Icon
         self._play = button(
