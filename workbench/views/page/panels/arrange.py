@@ -14,7 +14,7 @@ from workbench.session.commands.edit import MixBranches, RenumberTarget
 from workbench.session.commands.plate import ClusterTargets, ImprovePlate
 from workbench.session.state import Session, Units
 from workbench.views.page.panels.coordinates import NAMES, SIZES, Quantity
-from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_change, on_choice, set_value
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, set_value
 
 KINDS = {name.capitalize(): name for name in PATTERNS}
 SEPARATORS = str.maketrans({",": " ", ";": " ", "\t": " ", "−": "-"})
@@ -74,7 +74,7 @@ class ArrangePanel(AbstractPanel):
         )
 
     def _build_snap(self, gui: viser.GuiApi) -> None:
-        on_choice(
+        self.sends_one_of(
             gui.add_button_group(
                 "Snap to",
                 ("Plate", "Grid", "Cube"),
@@ -91,7 +91,7 @@ class ArrangePanel(AbstractPanel):
             step=1,
             hint="Position of the selected target in the measuring order.",
         )
-        on_change(self._number, self._renumber)
+        self.sends(self._number, self._renumber)
 
     def _build_pattern(self, gui: viser.GuiApi) -> None:
         self._pattern = gui.add_dropdown(
@@ -117,11 +117,11 @@ class ArrangePanel(AbstractPanel):
             main=True,
         )
 
-    def _snap(self, to: str) -> None:
-        self._worker.submit(SnapTarget(self._worker.session.selected, to))
+    def _snap(self, to: str) -> SnapTarget:
+        return SnapTarget(self._worker.session.selected, to)
 
-    def _renumber(self) -> None:
-        self._worker.submit(RenumberTarget(self._worker.session.selected, int(self._number.value) - 1))
+    def _renumber(self) -> RenumberTarget:
+        return RenumberTarget(self._worker.session.selected, int(self._number.value) - 1)
 
     def _search(self) -> ClusterTargets:
         session = self._worker.session

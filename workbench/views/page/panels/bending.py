@@ -14,7 +14,7 @@ from workbench.session.commands.compare import LEAST_EXAGGERATION, SetOverlay
 from workbench.session.state import Session
 from workbench.views.appearance.colours import BENT, css
 from workbench.views.page.html import MUTED, badge, block, note, table, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 GREATEST_BENDING = 500
 NOTHING = (
@@ -44,7 +44,7 @@ class BendingPanel(AbstractPanel):
             )
             self._table = gui.add_html("")
         for control in (self._bent, self._times):
-            on_change(control, self._set)
+            self.sends(control, self._set)
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         robot = bending_robot(session)
@@ -62,11 +62,9 @@ class BendingPanel(AbstractPanel):
         content = _joints(robot, bend(robot, q)) + _drawn(robot, q, session.overlay.bending)
         self._table.content = block(content, testid="bending", style="margin:4px 0")
 
-    def _set(self) -> None:
-        overlay = replace(
-            self._worker.session.overlay, bent=bool(self._bent.value), bending=float(self._times.value)
-        )
-        self._worker.submit(SetOverlay(overlay))
+    def _set(self) -> SetOverlay:
+        bent, times = bool(self._bent.value), float(self._times.value)
+        return SetOverlay(replace(self._worker.session.overlay, bent=bent, bending=times))
 
 
 def _drawn(robot: Robot, q: np.ndarray, wanted: float) -> str:

@@ -27,7 +27,7 @@ from workbench.views.page.html import (
     table,
     text,
 )
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 FOUND, MODEL, FAR = "#22c55e", "#f43f5e", "#f59e0b"
 """Colours of corners as found, as the model puts them, and of what lies between."""
@@ -58,7 +58,7 @@ class CamerasPanel(AbstractPanel):
             self._row = gui.add_slider(
                 "Picture", 1, 2, 1, 1, visible=False, hint="Step through the pictures."
             )
-            on_change(self._row, lambda: self._worker.submit(ShowRow(int(self._row.value) - 1)))
+            self.sends(self._row, lambda: ShowRow(int(self._row.value) - 1))
             self._seen = gui.add_html("")
             self._gate = gui.add_html("")
 

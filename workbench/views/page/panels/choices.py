@@ -11,7 +11,7 @@ from workbench.base.errors import OptionError
 from workbench.session.commands.identify import HoldParameter, LeaveRowsOut
 from workbench.session.state import Session
 from workbench.session.worker import Worker
-from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press, set_value
+from workbench.views.page.panels.panel import AbstractPanel, on_press, set_value
 
 
 class ChoicesPanel(AbstractPanel):
@@ -30,7 +30,7 @@ class ChoicesPanel(AbstractPanel):
                 hint="Numbers of data rows that are not fitted, such as 3, 17, 20-24. In the Compare tab a "
                 "row can be excluded while you look at it.",
             )
-            on_change(self._rows, lambda: self.send(lambda: LeaveRowsOut(read_rows(self._rows.value))))
+            self.sends(self._rows, lambda: LeaveRowsOut(read_rows(self._rows.value)))
         self._folder = gui.add_folder("Free parameters", expand_by_default=False)
         with self._folder:
             everything = gui.add_button("Free all", color="gray", hint="Tick all parameters.")
@@ -59,10 +59,10 @@ class ChoicesPanel(AbstractPanel):
                 for name in robot.default_free
             }
         for name, box in self._boxes.items():
-            on_change(box, partial(self._fix, name))
+            self.sends(box, partial(self._fix, name))
 
-    def _fix(self, name: str) -> None:
-        self._worker.submit(HoldParameter(name, not self._boxes[name].value))
+    def _fix(self, name: str) -> HoldParameter:
+        return HoldParameter(name, not self._boxes[name].value)
 
     def _free_all(self) -> None:
         for name in self._worker.session.fixed:

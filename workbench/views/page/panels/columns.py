@@ -31,7 +31,7 @@ class ColumnsPanel(AbstractPanel):
                 "is", ("-",), hint="What the column holds; choosing reads the file again. - leaves it out."
             )
             on_change(self._column, lambda: self._show_meaning(file_of(self._worker.session)))
-            on_change(self._is, self._choose)
+            self.sends(self._is, self._choose)
             self.download(
                 "Save this choice (TOML)",
                 columns_toml,
@@ -71,11 +71,12 @@ class ColumnsPanel(AbstractPanel):
         options = list(meanings(self._worker.session.robot.dof))
         set_options(self._is, options if is_now in options else [is_now, *options], is_now)
 
-    def _choose(self) -> None:
+    def _choose(self) -> LoadData | None:
         file = file_of(self._worker.session)
-        if file is not None and self._is.value != _understood(file, self._column.value):
-            mapping = with_column(mapping_text(file.preview), self._column.value, self._is.value)
-            self._worker.submit(LoadData(file.name, file.content, mapping.encode()))
+        if file is None or self._is.value == _understood(file, self._column.value):
+            return None
+        mapping = with_column(mapping_text(file.preview), self._column.value, self._is.value)
+        return LoadData(file.name, file.content, mapping.encode())
 
     def _with_mapping(self, name: str, content: bytes) -> LoadData | Tell:
         file = file_of(self._worker.session)

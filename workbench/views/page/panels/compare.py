@@ -14,7 +14,7 @@ from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, GHOST,
 from workbench.views.page.camera import aim
 from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.html import MUTED, badge, block, number, table, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, waiting
+from workbench.views.page.panels.panel import AbstractPanel, set_value, waiting
 
 SWITCHES = {
     "ghosts": ("Other branches", "Show faint arms in the other postures that reach the selected target."),
@@ -44,14 +44,14 @@ class ComparePanel(AbstractPanel):
         self._row = gui.add_slider(
             "Pose", 1, 2, 1, 1, disabled=True, hint="Step through the measured poses; the arms go there."
         )
-        on_change(self._row, lambda: self._worker.submit(ShowRow(int(self._row.value) - 1)))
+        self.sends(self._row, lambda: ShowRow(int(self._row.value) - 1))
         self._readout = gui.add_html("")
         self._leave = gui.add_checkbox(
             "Exclude this row",
             False,
             hint="Leave this row out of the next identification, because something went wrong with it.",
         )
-        on_change(self._leave, self._leave_out)
+        self.sends(self._leave, self._leave_out)
         overlay = self._worker.session.overlay
         with gui.add_folder("Shown in the scene"):
             self._switches = {
@@ -70,7 +70,7 @@ class ComparePanel(AbstractPanel):
                 for name, (label, hint) in FACTORS.items()
             )
         for control in (*self._switches.values(), self._times, self._times_after):
-            on_change(control, self._set)
+            self.sends(control, self._set)
         self._look = gui.add_button(
             "Look at all measurements",
             icon=viser.Icon.FOCUS_2,
@@ -120,19 +120,19 @@ class ComparePanel(AbstractPanel):
         if event.client is not None and session.comparison is not None:
             aim(event.client, *view_of_rows(session.robot, session.comparison))
 
-    def _leave_out(self) -> None:
+    def _leave_out(self) -> LeaveRowsOut | None:
         session = self._worker.session
         if session.comparison is None:
-            return
+            return None
         number = {int(session.comparison.number[session.row])}
         rows = session.left_out | number if self._leave.value else session.left_out - number
-        self._worker.submit(LeaveRowsOut(tuple(sorted(rows))))
+        return LeaveRowsOut(tuple(sorted(rows)))
 
-    def _set(self) -> None:
+    def _set(self) -> SetOverlay:
         switches = {name: bool(box.value) for name, box in self._switches.items()}
         factors = map(float, (self._times.value, self._times_after.value))
         chosen: dict[str, Any] = switches | dict(zip(FACTORS, factors, strict=True))
-        self._worker.submit(SetOverlay(replace(self._worker.session.overlay, **chosen)))
+        return SetOverlay(replace(self._worker.session.overlay, **chosen))
 
 
 def _readout(session: Session) -> str:

@@ -102,7 +102,7 @@ class FitPanel(AbstractPanel):
             "Shown fit", list(TITLES.values()), hint="The fit whose parameters and arm are shown and saved."
         )
         names = {title: name for name, title in TITLES.items()}
-        on_change(self._fit, lambda: self._worker.submit(ShowFit(names[self._fit.value])))
+        self.sends(self._fit, lambda: ShowFit(names[self._fit.value]))
         self._errors_of = gui.add_dropdown(
             "Errors of",
             (POSITION, ORIENTATION),

@@ -19,7 +19,7 @@ from workbench.session.commands.measure import (
 from workbench.session.loaded_measurements import Measuring
 from workbench.session.state import Session, Source
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, number, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 LIGHTS = {ArmState.STILL: GOOD, ArmState.MOVING: CAREFUL, ArmState.UNKNOWN: BAD}
 STILL_MOVES = "moves"
@@ -36,7 +36,7 @@ class GuidedPanel(AbstractPanel):
             self._follow = gui.add_checkbox(
                 "Follow the arm", True, visible=False, hint="Move the arm in the scene with the real one."
             )
-            on_change(self._follow, lambda: self._worker.submit(FollowSource(bool(self._follow.value))))
+            self.sends(self._follow, lambda: FollowSource(bool(self._follow.value)))
             self._live = self.button(
                 "Measure the real arm",
                 MeasureLive,

@@ -7,7 +7,7 @@ from workbench.session.commands.undo import GoBackTo
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.page.html import GOOD, LINE, MUTED, block, heading, label, number, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_options
+from workbench.views.page.panels.panel import AbstractPanel, set_options
 
 WIDTH, HEIGHT, LEFT, FOOT, MARGIN = 340, 78, 38, 14, 6
 SHOWN = 40
@@ -28,7 +28,7 @@ class HistoryPanel(AbstractPanel):
             visible=False,
             hint="Put the plate back to how it was after one of these steps; Undo reverts this.",
         )
-        on_change(self._back, self._go_back)
+        self.sends(self._back, self._go_back)
 
     def show(self, session: Session) -> None:
         first = max(len(session.history) - SHOWN, 0)
@@ -38,10 +38,9 @@ class HistoryPanel(AbstractPanel):
         self._back.visible = is_shown
         set_options(self._back, [HERE, *step_names(scores, first)], HERE)
 
-    def _go_back(self) -> None:
+    def _go_back(self) -> GoBackTo | None:
         name = self._back.value
-        if name != HERE:
-            self._worker.submit(GoBackTo(int(name.split()[1].rstrip(":")) - 1))
+        return None if name == HERE else GoBackTo(int(name.split()[1].rstrip(":")) - 1)
 
 
 def values_of(scores: tuple[Score, ...]) -> tuple[np.ndarray, str, str]:

@@ -14,7 +14,7 @@ from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.drawables.plate import target_colour
 from workbench.views.page.html import GOOD, MUTED, block, change, heading, number, table, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 WIDTH, HEIGHT, HEAD = 340, 46, 13
 """Size of the bars, and room for the numbers above them."""
@@ -210,7 +210,7 @@ class WantedPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         self._fields = [gui.add_number(label, 0.0, min=0.0, step=0.01, hint=hint) for label, hint in FIELDS]
         for field in self._fields:
-            on_change(field, self._want)
+            self.sends(field, self._want)
 
     def show(self, session: Session) -> None:
         wanted = session.wanted
@@ -218,13 +218,11 @@ class WantedPanel(AbstractPanel):
         angle = 0.0 if wanted is None or wanted.rotation is None else wanted.rotation
         set_value(self._fields[1], round(float(np.rad2deg(angle)), 3))
 
-    def _want(self) -> None:
+    def _want(self) -> SetWanted:
         position, rotation = (float(field.value) for field in self._fields)
         before = self._worker.session.wanted
-        self._worker.submit(
-            SetWanted(
-                1e-3 * position if position > 0.0 else None,
-                float(np.deg2rad(rotation)) if rotation > 0.0 else None,
-                before is not None and before.per_axis,
-            )
+        return SetWanted(
+            1e-3 * position if position > 0.0 else None,
+            float(np.deg2rad(rotation)) if rotation > 0.0 else None,
+            before is not None and before.per_axis,
         )

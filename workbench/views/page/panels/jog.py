@@ -17,7 +17,7 @@ from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, note, number, table
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
-from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_change, set_value
+from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, set_value
 
 
 class JogPanel(AbstractPanel):
@@ -59,16 +59,16 @@ class JogPanel(AbstractPanel):
                     float(np.clip(0.0, low, high)),
                     hint="Move this joint; the nominal and the calibrated arm follow.",
                 )
-                on_change(slider, partial(self._jog, i))
+                self.sends(slider, partial(self._jog, i))
                 self._sliders.append(slider)
 
-    def _jog(self, moved: int) -> None:
+    def _jog(self, moved: int) -> Jog:
         """The moved joint from its slider, the others as they stand."""
         session = self._worker.session
         q = drawn_joints(session).copy()
         size = shown_joints(session.robot, np.ones(len(q)))[moved]
         q[moved] = float(np.clip(self._sliders[moved].value / size, *session.robot.search_limits[moved]))
-        self._worker.submit(Jog(tuple(q.tolist())))
+        return Jog(tuple(q.tolist()))
 
 
 class ToolPanel(AbstractPanel):

@@ -15,7 +15,7 @@ from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law
 from workbench.session.state import Session
 from workbench.views.appearance.colours import AFTER, BEFORE, BLAMED, LEFT_OUT, SELECTED, css
 from workbench.views.page.html import LINE, MUTED, badge, block, heading, label, note, number
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_options
+from workbench.views.page.panels.panel import AbstractPanel, set_options
 
 COLUMNS, CELL, PLOT = 2, (190.0, 108.0), (150.0, 70.0)
 """Plots in a row, size of each with its words, and of its frame."""
@@ -41,7 +41,7 @@ class JointsPanel(AbstractPanel):
                 hint="Lay this effect's law over the errors; its joint glows on the arm. Candidates that "
                 "were not added are fitted to what the geometry leaves.",
             )
-            on_change(self._law, self._choose)
+            self.sends(self._law, self._choose)
             self._html = gui.add_html("")
 
     def show(self, session: Session) -> None:
@@ -55,9 +55,8 @@ class JointsPanel(AbstractPanel):
             return
         self._html.content = block(joint_plots(session, rows), testid="joints", style="margin:2px 0 8px")
 
-    def _choose(self) -> None:
-        overlay = replace(self._worker.session.overlay, law=str(self._law.value))
-        self._worker.submit(SetOverlay(overlay))
+    def _choose(self) -> SetOverlay:
+        return SetOverlay(replace(self._worker.session.overlay, law=str(self._law.value)))
 
 
 def joint_plots(session: Session, rows: Comparison) -> str:

@@ -9,7 +9,7 @@ from workbench.session.commands.undo import Redo, RestoreBest, Undo
 from workbench.session.state import Session, Units
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, heading, pairs
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, sheet
+from workbench.views.page.panels.panel import AbstractPanel, set_value, sheet
 
 BRAND = (37, 99, 235)
 MOUSE = (
@@ -48,13 +48,13 @@ class LookPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Page"):
             self._dark = gui.add_checkbox("Dark", False, hint="Dark colours.")
-            on_change(self._dark, lambda: self._worker.submit(SetDark(bool(self._dark.value))))
+            self.sends(self._dark, lambda: SetDark(bool(self._dark.value)))
             self._units = gui.add_dropdown(
                 "Coordinates",
                 [str(units) for units in Units],
                 hint="Units of positions and angles, shown and typed.",
             )
-            on_change(self._units, lambda: self._worker.submit(SetUnits(Units(self._units.value))))
+            self.sends(self._units, lambda: SetUnits(Units(self._units.value)))
             button = gui.add_button(
                 "Help and keys",
                 icon=viser.Icon.HELP,
@@ -85,7 +85,7 @@ class LookPanel(AbstractPanel):
 
         @command.on_trigger
         async def _(event) -> None:
-            self._worker.submit(make())
+            self.send(make)
 
     def _step(self, by: int) -> AbstractCommand:
         session = self._worker.session

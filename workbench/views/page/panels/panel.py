@@ -102,6 +102,17 @@ class AbstractPanel(ABC):
         if command is not None:
             self._worker.submit(command)
 
+    def sends(self, control: Any, make: Callable[[], AbstractCommand | None]) -> None:
+        """Send the command that `make` gives, if any, whenever a user changes the control."""
+        on_change(control, lambda: self.send(make))
+
+    def sends_one_of(self, buttons: Any, commands: dict[str, Callable[[], AbstractCommand]]) -> None:
+        """Send the command of the button that a user presses in a group."""
+
+        @buttons.on_click
+        async def _(event: viser.GuiEvent) -> None:
+            self.send(commands[event.target.value])
+
     def download(
         self, label: str, make: Callable[[Session], File], hint: str, *, visible: bool = True
     ) -> viser.GuiButtonHandle:
@@ -228,14 +239,6 @@ def set_options(control: Any, options: list[str], value: str) -> None:
     if list(control.options) != options:
         control.options = options
     set_value(control, value)
-
-
-def on_choice(buttons: Any, actions: dict[str, Callable[[], None]]) -> None:
-    """Call the action of the button that a user presses in a group."""
-
-    @buttons.on_click
-    async def _(event: viser.GuiEvent) -> None:
-        actions[event.target.value]()
 
 
 def on_change(control: Any, action: Callable[[], None]) -> None:

@@ -8,7 +8,7 @@ from workbench.session.commands.plate import MOST_ARMS, SetNoise, TryPlate
 from workbench.session.export import fixture_zip
 from workbench.session.state import Session
 from workbench.views.page.html import MUTED, block, heading, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 
 class ProductionPanel(AbstractPanel):
@@ -83,13 +83,11 @@ class NoisePanel(AbstractPanel):
                 hint="Standard deviation of the measured rotation about each axis.",
             )
         for field in (self._position, self._rotation):
-            on_change(field, self._set)
+            self.sends(field, self._noise)
 
     def show(self, session: Session) -> None:
         set_value(self._position, round(1e3 * session.noise.position, 6))
         set_value(self._rotation, round(float(np.rad2deg(session.noise.rotation)), 6))
 
-    def _set(self) -> None:
-        self._worker.submit(
-            SetNoise(1e-3 * float(self._position.value), float(np.deg2rad(self._rotation.value)))
-        )
+    def _noise(self) -> SetNoise:
+        return SetNoise(1e-3 * float(self._position.value), float(np.deg2rad(self._rotation.value)))

@@ -20,7 +20,7 @@ from workbench.session.state import CubeView, Field, Session
 from workbench.views.appearance.colours import gradient
 from workbench.views.page.html import MUTED, block, note, number, pairs
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 FIELDS = {
     "Nothing": Field.NONE,
@@ -56,7 +56,7 @@ class RegionPanel(AbstractPanel):
             "Keep [%]", 0, 100, 1, (0, 100), hint="Hide cubes below or above a part of the colour scale."
         )
         for control in (self._field, self._cut, self._layer, self._part):
-            on_change(control, self._view)
+            self.sends(control, self._view)
         self._picked = gui.add_html("")
         self._move = self.button(
             "Move the selected target there",
@@ -104,13 +104,13 @@ class RegionPanel(AbstractPanel):
             "Cube [mm]", 10, 200, 1, 50, hint="Side L of the cubes that the region is divided into."
         )
         for control in (self._least.control, self._greatest.control, self._cube):
-            on_change(control, self._set)
+            self.sends(control, self._set)
         self._corners = gui.add_checkbox(
             "Handles on two corners", False, hint="Drag the region's corners in the scene."
         )
-        on_change(self._corners, self._view)
+        self.sends(self._corners, self._view)
 
-    def _view(self) -> None:
+    def _view(self) -> ShowCubes:
         low, high = self._part.value
         view = replace(
             self._worker.session.cube_view,
@@ -121,20 +121,19 @@ class RegionPanel(AbstractPanel):
             greatest=0.01 * high,
             corners=bool(self._corners.value),
         )
-        self._worker.submit(ShowCubes(view))
+        return ShowCubes(view)
 
-    def _set(self) -> None:
-        side = 1e-3 * float(self._cube.value)
-        self._worker.submit(SetRegion(self._least.typed, self._greatest.typed, side))
+    def _set(self) -> SetRegion:
+        return SetRegion(self._least.typed, self._greatest.typed, 1e-3 * float(self._cube.value))
 
-    def _move_there(self) -> None:
+    def _move_there(self) -> MoveTarget | None:
         session = self._worker.session
         picked = session.cube_view.picked
         if picked is None or picked >= session.plate.region.cubes:
-            return
+            return None
         x, y, z = session.plate.region.centres[picked].tolist()
         roll, pitch, yaw = session.plate.targets[session.selected].rpy.tolist()
-        self._worker.submit(MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw)))
+        return MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw))
 
 
 def legend(view: CubeView, numbers: CubeValues | None, *, is_working: bool) -> str:

@@ -1,6 +1,7 @@
 """Over the scene: what the colours of the measured points mean, whose errors, and the row looked at."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -35,12 +36,12 @@ class ResidualsPanel(AbstractPanel):
             )
             self._html = gui.add_html("")
         self._window.float(x=MARGIN, y=-MARGIN, width=WIDTH)
+        self.sends_one_of(
+            self._stages, {name: partial(self._colour_by, stage) for stage, name in NAMES.items()}
+        )
 
-        @self._stages.on_click
-        async def _(event: viser.GuiEvent) -> None:
-            chosen = next(stage for stage, name in NAMES.items() if name == event.target.value)
-            overlay = replace(self._worker.session.overlay, stage=chosen)
-            self._worker.submit(SetOverlay(overlay))
+    def _colour_by(self, stage: Stage) -> SetOverlay:
+        return SetOverlay(replace(self._worker.session.overlay, stage=stage))
 
     def parts(self, session: Session) -> tuple[Any, ...]:
         return session.comparison, session.overlay, session.focus, session.row, bool(session.left_out)

@@ -13,7 +13,7 @@ from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text
 from workbench.views.page.panels.arm import MODELS
 from workbench.views.page.panels.data import FILES
-from workbench.views.page.panels.panel import AbstractPanel, on_change, on_press
+from workbench.views.page.panels.panel import AbstractPanel, on_press
 
 CHOSEN = "as said above"
 INTRODUCTION = (
@@ -78,7 +78,7 @@ class StartCard(AbstractPanel):
     def _build_asked(self, gui: viser.GuiApi) -> None:
         """The robot, and its measurements; in folders, as viser always shows a button for uploads."""
         self._robot = gui.add_dropdown("Built in", (CHOSEN, *built_in_robots()), hint="The built-in arms.")
-        on_change(self._robot, self._choose)
+        self.sends(self._robot, self._choose)
         self.upload(
             "… or your robot: URDF or TOML",
             LoadModel,
@@ -133,9 +133,8 @@ class StartCard(AbstractPanel):
         on_press(made, go)
         return made
 
-    def _choose(self) -> None:
-        if self._robot.value != CHOSEN:
-            self._worker.submit(ChooseRobot(self._robot.value))
+    def _choose(self) -> ChooseRobot | None:
+        return None if self._robot.value == CHOSEN else ChooseRobot(self._robot.value)
 
     def _ask(self, *, wants_data: bool) -> None:
         """Show what is needed for one of the first two options."""

@@ -16,7 +16,7 @@ from workbench.session.worker import Worker
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.views.page.html import MUTED, badge, block, text
 from workbench.views.page.panels.coordinates import Coordinates, Quantity
-from workbench.views.page.panels.panel import AbstractPanel, on_change, on_choice, set_options, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_options, set_value
 
 LEFT_TO_PROGRAM = "automatic"
 MARK = " · blocked"
@@ -35,7 +35,7 @@ class TargetsPanel(AbstractPanel):
             ["1"],
             hint="The target that the arm goes to; clicking a block in the scene does the same.",
         )
-        on_change(self._choice, lambda: self._worker.submit(SelectTarget(int(self._choice.value) - 1)))
+        self.sends(self._choice, lambda: SelectTarget(self._number))
         self._xyz = Coordinates(
             gui, "Position", Quantity.LENGTH, hint="x, y and z of the tool at the target, from the base."
         )
@@ -46,17 +46,17 @@ class TargetsPanel(AbstractPanel):
             hint="Roll, pitch and yaw of the tool: turned about x, then y, then z of the base.",
         )
         for field in (self._xyz, self._rpy):
-            on_change(field.control, self._typed)
+            self.sends(field.control, self._typed)
         self._branch = gui.add_dropdown(
             "Branch",
             [LEFT_TO_PROGRAM],
             hint="Which inverse-kinematics solution the arm takes; the faint arms show the others. It "
             "matters to the accuracy as much as the position does.",
         )
-        on_change(self._branch, self._choose_branch)
+        self.sends(self._branch, self._choose_branch)
         self._state = gui.add_html("")
         self._locked = gui.add_checkbox("Locked", False, hint="Keep this target fixed when others are moved.")
-        on_change(self._locked, lambda: self._worker.submit(LockTarget(self._number, self._locked.value)))
+        self.sends(self._locked, lambda: LockTarget(self._number, self._locked.value))
         self._build_buttons(gui)
 
     def parts(self, session: Session) -> tuple[Any, ...]:
@@ -92,40 +92,34 @@ class TargetsPanel(AbstractPanel):
         return int(self._choice.value) - 1
 
     def _build_buttons(self, gui: viser.GuiApi) -> None:
-        submit = self._worker.submit
-        on_choice(
+        self.sends_one_of(
             gui.add_button_group(
                 "Target",
                 ("Add", "Copy", "Delete"),
                 hint="Add a target in the middle of the region, copy the selected one, or delete it.",
             ),
             {
-                "Add": lambda: submit(AddTarget()),
-                "Copy": lambda: submit(CopyTarget(self._number)),
-                "Delete": lambda: submit(DeleteTarget(self._number)),
+                "Add": AddTarget,
+                "Copy": lambda: CopyTarget(self._number),
+                "Delete": lambda: DeleteTarget(self._number),
             },
         )
-        on_choice(
+        self.sends_one_of(
             gui.add_button_group(
                 "Steps",
                 ("Undo", "Redo", "Best", "Reset"),
                 hint="Undo or redo the last step, go back to the best plate so far (least "
                 "predicted error), or to the plate as loaded.",
             ),
-            {
-                "Undo": lambda: submit(Undo()),
-                "Redo": lambda: submit(Redo()),
-                "Best": lambda: submit(RestoreBest()),
-                "Reset": lambda: submit(ResetTargets()),
-            },
+            {"Undo": Undo, "Redo": Redo, "Best": RestoreBest, "Reset": ResetTargets},
         )
 
-    def _choose_branch(self) -> None:
+    def _choose_branch(self) -> ChooseBranch:
         names = {shown: name for name, shown in self._names.items()}
-        self._worker.submit(ChooseBranch(self._number, names[self._branch.value]))
+        return ChooseBranch(self._number, names[self._branch.value])
 
-    def _typed(self) -> None:
-        self._worker.submit(MoveTarget(self._number, self._xyz.typed, self._rpy.typed))
+    def _typed(self) -> MoveTarget:
+        return MoveTarget(self._number, self._xyz.typed, self._rpy.typed)
 
 
 def blocked_branches(session: Session) -> tuple[str, ...]:

@@ -26,7 +26,7 @@ from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import gradient
 from workbench.views.page.html import MUTED, block, bullets, label, note, number, pairs, text
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 from workbench.views.page.style import OVER, OVER_HEIGHT
 
 KINDS = {"Circle": CIRCLE, "Straight line": LINE}
@@ -84,7 +84,7 @@ class TrackPanel(AbstractPanel):
             self._pace = gui.add_slider(
                 "Speed ×", SLOWEST, QUICKEST, 0.1, 1.0, visible=False, hint="Playback speed."
             )
-            on_change(self._pace, lambda: self._worker.submit(SetPace(float(self._pace.value))))
+            self.sends(self._pace, lambda: SetPace(float(self._pace.value)))
             self._build_buttons(gui)
             self._curves = gui.add_html("")
             self._time = gui.add_slider(
@@ -96,7 +96,7 @@ class TrackPanel(AbstractPanel):
                 visible=False,
                 hint="Click or drag on the curves: the arms go there.",
             )
-            on_change(self._time, self._go)
+            self.sends(self._time, self._go)
             self._result = gui.add_html("")
 
     def _build_buttons(self, gui: viser.GuiApi) -> None:
@@ -178,10 +178,9 @@ class TrackPanel(AbstractPanel):
         place = (x, y, z), 1e-3 * float(self._radius.value), str(self._plane.value)
         return PlanTrack(KINDS[self._kind.value], duration, is_corrected, *place)
 
-    def _go(self) -> None:
-        track = self._worker.session.track
-        if track is not None:
-            self._worker.submit(PlaceTrack(float(self._time.value) * track.duration, is_shown=True))
+    def _go(self) -> PlaceTrack | None:
+        track, share = self._worker.session.track, float(self._time.value)
+        return None if track is None else PlaceTrack(share * track.duration, is_shown=True)
 
 
 def result(track: Track, times: float) -> str:
