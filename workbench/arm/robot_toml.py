@@ -354,9 +354,14 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
     return table
 
 
+def robot_text(robot: Robot) -> str:
+    """A robot's file."""
+    return tomli_w.dumps(robot_to_table(robot))
+
+
 def write_toml(robot: Robot, path: Path | str) -> Path:
     """Write a robot's file, whole or not at all."""
-    return write_text(path, tomli_w.dumps(robot_to_table(robot)))
+    return write_text(path, robot_text(robot))
 
 
 def _joint_facts(joint: Joint) -> dict[str, Any]:

@@ -16,13 +16,13 @@ from workbench.arm.joint_units import shown_joints, sliding, sliding_numbers
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.robot_toml import write_toml
+from workbench.arm.robot_toml import robot_text
 from workbench.base import se3
 from workbench.base.errors import DataError
+from workbench.data import writer
 from workbench.data.readers.mapping import mapping_text
-from workbench.data.writer import write_measurements
 from workbench.identification.record import Identification
-from workbench.plate.plate_toml import write_plate
+from workbench.plate.plate_toml import plate_text
 from workbench.session.state import Session
 
 File = tuple[str, bytes]
@@ -30,9 +30,7 @@ File = tuple[str, bytes]
 
 def plate_toml(session: Session) -> File:
     """The plate with its targets as they stand."""
-    return f"{_stem(session.plate.name)}.toml", _written(
-        lambda path: write_plate(session.plate, path), "toml"
-    )
+    return f"{_stem(session.plate.name)}.toml", plate_text(session.plate).encode()
 
 
 def measurements_csv(session: Session) -> File:
@@ -43,10 +41,8 @@ def measurements_csv(session: Session) -> File:
     """
     if session.loaded is None:
         raise DataError("there are no measurements to save; load a file or measure a virtual arm first")
-    data = session.loaded.dataset
-    lengths = sliding_numbers(session.robot)
-    content = _written(lambda path: write_measurements(data, path, prismatic=lengths), "csv")
-    return f"{_stem(Path(session.loaded.name).stem)}.csv", content
+    content = writer.measurements_csv(session.loaded.dataset, prismatic=sliding_numbers(session.robot))
+    return f"{_stem(Path(session.loaded.name).stem)}.csv", content.encode()
 
 
 def columns_toml(session: Session) -> File:
@@ -79,7 +75,7 @@ def next_poses_csv(session: Session) -> File:
 
 def robot_toml(session: Session) -> File:
     """The session's nominal robot."""
-    return f"{_stem(session.robot.name)}.toml", _written(lambda path: write_toml(session.robot, path), "toml")
+    return f"{_stem(session.robot.name)}.toml", robot_text(session.robot).encode()
 
 
 def calibrated_toml(session: Session) -> File:
@@ -88,10 +84,7 @@ def calibrated_toml(session: Session) -> File:
     Raises:
         DataError: nothing has been identified.
     """
-    robot = _calibrated(session)
-    return f"{_stem(session.robot.name)}-calibrated.toml", _written(
-        lambda path: write_toml(robot, path), "toml"
-    )
+    return f"{_stem(session.robot.name)}-calibrated.toml", robot_text(_calibrated(session)).encode()
 
 
 def calibrated_urdf(session: Session) -> File:
@@ -102,9 +95,9 @@ def calibrated_urdf(session: Session) -> File:
     """
     from workbench.arm.urdf import write_urdf
 
-    robot = _calibrated(session)
-    content = _written(lambda path: write_urdf(robot, path, leave_out_effects=True), "urdf")
-    return f"{_stem(session.robot.name)}-calibrated.urdf", content
+    with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
+        path = write_urdf(_calibrated(session), Path(folder, "file.urdf"), leave_out_effects=True)
+        return f"{_stem(session.robot.name)}-calibrated.urdf", path.read_bytes()
 
 
 def rezeroed_toml(session: Session) -> File:
@@ -116,7 +109,7 @@ def rezeroed_toml(session: Session) -> File:
     if session.rezero is None or session.rezero.doubts:
         raise DataError("no zeros have been found; press Find moved joints first")
     robot = session.rezero.robot
-    return f"{_stem(robot.name)}-zeros.toml", _written(lambda path: write_toml(robot, path), "toml")
+    return f"{_stem(robot.name)}-zeros.toml", robot_text(robot).encode()
 
 
 def captured_csv(session: Session) -> File:
@@ -171,13 +164,6 @@ def _calibrated(session: Session) -> Robot:
     if found.gate is not None and found.gate.refused:
         raise DataError(f"there is no calibrated arm to save: {found.gate.refused}")
     return found.runs[session.fit].calibrated
-
-
-def _written(write: Callable[[Path], object], ending: str) -> bytes:
-    with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-        path = Path(folder) / f"file.{ending}"
-        write(path)
-        return path.read_bytes()
 
 
 def _packed(write: Callable[[Path], object], name: str) -> bytes:

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 
 from workbench.base.types import frozen
-from workbench.session.score import score
 from workbench.session.state import Score, Session, Step, TargetState
-from workbench.session.target_steps import with_branches
+from workbench.session.target_steps import score_of, with_branches
 
 
 def recall_targets(session: Session, numbers: Mapping[str, Any]) -> Session:
@@ -28,7 +27,7 @@ def recall_targets(session: Session, numbers: Mapping[str, Any]) -> Session:
     if written is None:
         return session
     known = "position_rms" in written
-    now = _score(written, session) if known else _scored(session, Step(session.plate, session.states))
+    now = _score(written, session) if known else score_of(session, Step(session.plate, session.states))
     return replace(session, score=now)
 
 
@@ -36,16 +35,12 @@ def with_full_scores(session: Session) -> Session:
     """The session with all that is shown of its present score, and the branches of its target."""
     now, best = session.score, session.best_score
     if now.linearisation is None:
-        now = _scored(session, Step(session.plate, session.states))
+        now = score_of(session, Step(session.plate, session.states))
     if best is session.score:
         best = now
     elif best is not None and best.linearisation is None and session.best is not None:
-        best = _scored(session, session.best)
+        best = score_of(session, session.best)
     return with_branches(replace(session, score=now, best_score=best))
-
-
-def _scored(session: Session, step: Step) -> Score:
-    return score(session.robot, step.plate, step.states, noise=session.noise, region_q=session.region_q)
 
 
 def recalled_state(numbers: Mapping[str, Any]) -> TargetState:

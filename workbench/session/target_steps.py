@@ -36,12 +36,11 @@ def with_targets(
     """The session with these targets, scored; in the middle of a drag only what was moved is looked at."""
     states = with_obstacles(session.robot, plate, states, session.states)
     chosen = session.selected if selected is None else selected
-    new = score(session.robot, plate, states, noise=session.noise, region_q=session.region_q)
     return replace(
         session,
         plate=plate,
         states=states,
-        score=new,
+        score=score_of(session, Step(plate, states)),
         selected=min(max(chosen, 0), len(plate) - 1),
         focus=Focus.TARGET,
     )
@@ -82,15 +81,15 @@ def with_branches(session: Session, number: int | None = None) -> Session:
     return replace(session, branches=branches_to(session.robot, target), branches_of=target)
 
 
+def score_of(session: Session, step: Step) -> Score:
+    """What the targets of a step would tell about the session's robot."""
+    return score(session.robot, step.plate, step.states, noise=session.noise, region_q=session.region_q)
+
+
 def rescore(session: Session) -> Session:
     """The session after what the scores mean has changed: now, first and best are compared alike."""
-
-    def scored(step: Step) -> Score:
-        return score(session.robot, step.plate, step.states, noise=session.noise, region_q=session.region_q)
-
-    now = scored(Step(session.plate, session.states))
-    first = scored(Step(session.first_plate, session.first_states))
     best = Step(session.plate, session.states)
+    now, first = score_of(session, best), score_of(session, Step(session.first_plate, session.first_states))
     session = replace(session, score=now, first_score=first, best=best, best_score=now)
     return with_history(replace(session, history=(), past=()))
 

@@ -17,15 +17,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-import tomli_w
-
 from workbench.arm.robot import Robot
-from workbench.arm.robot_toml import robot_to_table
+from workbench.arm.robot_toml import write_toml
 from workbench.base.distribution import package_version
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.files import write_text
 from workbench.plate.plate import Plate
-from workbench.plate.plate_toml import plate_to_table
+from workbench.plate.plate_toml import write_plate
 from workbench.report.json import plain
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.drag import DropTarget
@@ -40,6 +38,7 @@ from workbench.session.view import AbstractKeeper
 
 ROOT = Path("recordings")
 """Where sessions go by default, below the current folder."""
+NO_MORE = "from here on the session is not recorded"
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,16 +92,14 @@ def begin(
     """
     try:
         folder = _make(folder, root, robot.name)
-        write_text(folder / ROBOT, tomli_w.dumps(robot_to_table(robot)))
-        write_text(folder / PLATE, tomli_w.dumps(plate_to_table(plate)))
+        write_toml(robot, folder / ROBOT)
+        write_plate(plate, folder / PLATE)
         session = start(*inputs(folder), is_given=is_given)
         file = Appender(folder / JOURNAL)
         file.add(json.dumps(_header(session), ensure_ascii=False))
     except (OSError, WorkbenchError) as error:
-        trouble = f"this session is not recorded: {_why(error, folder or root)}"
-        return Begun(
-            start(robot, plate, is_given=is_given), (Logbook(None, trouble=trouble),), trouble=trouble
-        )
+        session = start(robot, plate, is_given=is_given)
+        return _without_folder(session, "this session is not recorded", error, folder or root)
     return Begun(session, (Logbook(file),), folder)
 
 
@@ -120,8 +117,7 @@ def resume(recording: Recording, session: Session) -> Begun:
     try:
         file = Appender(folder / JOURNAL, length=recording.length)
     except OSError as error:
-        trouble = f"from here on the session is not recorded: {_why(error, folder)}"
-        return Begun(session, (Logbook(None, trouble=trouble),), None, recording.entries, trouble)
+        return _without_folder(session, NO_MORE, error, folder, recording.entries)
     return Begun(session, (Logbook(file),), folder, recording.entries)
 
 
@@ -145,9 +141,16 @@ def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> Begu
         write_text(folder / JOURNAL, "".join(f"{line}\n" for line in lines))
         file = Appender(folder / JOURNAL, length=(folder / JOURNAL).stat().st_size)
     except (OSError, WorkbenchError) as error:
-        trouble = f"from here on the session is not recorded: {_why(error, folder or root)}"
-        return Begun(session, (Logbook(None, trouble=trouble),), None, recording.entries, trouble)
+        return _without_folder(session, NO_MORE, error, folder or root, recording.entries)
     return Begun(session, (Logbook(file),), folder, recording.entries)
+
+
+def _without_folder(
+    session: Session, words: str, error: Exception, place: Path, entries: tuple[Entry, ...] = ()
+) -> Begun:
+    """The session all the same; its user is told."""
+    trouble = f"{words}: {_why(error, place)}"
+    return Begun(session, (Logbook(None, trouble=trouble),), None, entries, trouble)
 
 
 def _header(session: Session) -> dict[str, Any]:
