@@ -167,7 +167,6 @@ def _corrected(commanded: Commanded, state: Motion, method: Method) -> Refined:
 
 
 def _refuse_stopped(robot: Robot, new: np.ndarray, after: Refined, time: Times) -> None:
-    """Refuse corrections that a limit stops."""
     at = margins(new, robot.limits) < AT_LIMIT
     stopped = ~after.converged & at.any(1)
     if stopped.any():

@@ -92,7 +92,6 @@ def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
 
 @functools.cache
 def _readers(kind: Any) -> dict[str, Read]:
-    """How each field of a record is read."""
     hints = typing.get_type_hints(kind)
     return {f.name: _reader(hints[f.name]) for f in dataclasses.fields(kind)}
 

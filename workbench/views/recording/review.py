@@ -177,8 +177,6 @@ class FileServer(ThreadingHTTPServer):
 
 
 class _Request(BaseHTTPRequestHandler):
-    """One request."""
-
     server: FileServer
 
     def do_GET(self) -> None:

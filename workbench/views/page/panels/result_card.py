@@ -121,7 +121,6 @@ def _axis(edges: Float[np.ndarray, " n"]) -> str:
 
 
 def _steps(shares: Float[np.ndarray, " n"], title: str, colour: str) -> str:
-    """One outline."""
     width = WIDTH / BINS
     points = [f"0,{HEIGHT}"]
     for k, share in enumerate(shares):

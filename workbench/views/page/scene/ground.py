@@ -49,7 +49,6 @@ class Ground:
 
 
 def _light(server: viser.ViserServer) -> None:
-    """Three plain lights."""
     scene = server.scene
     scene.add_light_hemisphere(
         "/light/sky", sky_color=(255, 255, 255), ground_color=(95, 105, 140), intensity=2.1
