@@ -88,8 +88,9 @@ class AbstractPanel(ABC):
         visible: bool = True,
     ) -> viser.GuiButtonHandle:
         """A button that sends the command that `do` gives, if any; coloured if it is its panel's main one."""
-        colour = None if main else "gray"
-        made = self._gui.add_button(label, icon=icon, hint=hint, color=colour, visible=visible)
+        made = self._gui.add_button(
+            label, icon=icon, hint=hint, color=None if main else "gray", visible=visible
+        )
         on_press(made, lambda: self.send(do))
         return made
 
