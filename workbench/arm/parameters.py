@@ -1,8 +1,11 @@
 """Parameters of an identification: what each number is called, means, and may become."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
+
+from workbench.base.errors import OptionError
 
 MAX_ANGLE, MAX_LENGTH = 1.0, 0.1
 """Default bounds of a geometric constant about its nominal value [rad], [m]: wide enough for an arm whose
@@ -35,6 +38,30 @@ class Parameter:
     is_coefficient: bool = False
     is_inertia: bool = False
 
+    @classmethod
+    def bounded(
+        cls,
+        name: str,
+        unit: str,
+        nominal: float,
+        bounds: Mapping[str, tuple[float, float]] | None,
+        **kind: bool,
+    ) -> "Parameter":
+        """One with the bounds that were given for it; else `MAX_…` about nominal for the arm's constants.
+
+        Raises:
+            OptionError: the nominal value lies outside.
+        """
+        free = cls(name, unit, nominal, **kind)
+        width = (MAX_ANGLE if unit == "rad" else MAX_LENGTH) if free.is_geometry else np.inf
+        lower, upper = (bounds or {}).get(name) or (nominal - width, nominal + width)
+        if not lower <= nominal <= upper:
+            raise OptionError(
+                f"the bounds [{lower:g}, {upper:g}] of {name} leave its nominal value {nominal:g} out; widen "
+                "them"
+            )
+        return replace(free, lower=lower, upper=upper)
+
     @property
     def words(self) -> str:
         """The name as people say it: frames without the dot."""
@@ -57,11 +84,3 @@ class Parameter:
     def is_instrument(self) -> bool:
         """True for the place of an anchor, a contact, a marker, a camera or its target."""
         return self.name.startswith(INSTRUMENT)
-
-
-def default_bounds(name: str, unit: str, nominal: float) -> tuple[float, float]:
-    """Bounds of a parameter that nobody bounded: none for frames, `MAX_…` about nominal for the arm."""
-    if not Parameter(name, unit, nominal).is_geometry:
-        return (-np.inf, np.inf)
-    width = MAX_ANGLE if unit == "rad" else MAX_LENGTH
-    return (nominal - width, nominal + width)

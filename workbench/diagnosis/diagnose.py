@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -130,16 +130,15 @@ def _search(
     robot: Robot, ready: Prepared, rng: np.random.Generator, report: Report, on_step: OnStep | None
 ) -> _Search:
     """Fit the geometry, then look for effects; what then explains next to nothing is the wrong robot's."""
-    steps: dict[str, Any] = {"known": ready.places, "on_step": on_step}
     report(0.3, "fitting the geometry, setting outliers apart")
-    first = geometry_first(ready.problem, **steps)
+    first = geometry_first(ready.problem, on_step=on_step)
     short = too_few_rows(first.fitted.fit)
-    found = rounds(first, rng, search=short is None, tell=lambda text: report(0.5, text), **steps)
+    found = rounds(first, rng, search=short is None, tell=lambda text: report(0.5, text), on_step=on_step)
     report(0.8, "judging what was found")
     nominal = _nominal(ready)
     before, after = _validated(ready, first), _validated(ready, found[-1].stage)
     if explains_little(nominal.train, after.errors.train, robot.reach):
-        found, after = rounds(first, rng, search=False, **steps), before
+        found, after = rounds(first, rng, search=False, on_step=on_step), before
     return _Search(first, found, short, before, after, nominal)
 
 
@@ -302,8 +301,7 @@ def _validated(ready: Prepared, stage: Stage) -> _Judged:
     """Errors on the fitted rows, outliers left out, and on the held-out rows."""
     fit = stage.fitted.fit
     arm = fit.calibrated
-    found = {p.name: v for p, v in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
-    train, held = replace(ready, problem=fit.problem).errors(arm, found)
+    train, held = replace(ready, problem=fit.problem).errors(arm, fit.problem.instrument(fit.x))
     return _Judged(Validation(Errors.of(train), held.summary), (train, held))
 
 
@@ -312,8 +310,7 @@ class Trial:
 
     def __init__(self, ready: Prepared, searched: Searched):
         fitted = searched.stage.fitted
-        pairs = zip(fitted.problem.parameters, fitted.fit.x.tolist(), strict=True)
-        self._found = {p.name: value for p, value in pairs if p.is_instrument}
+        self._found = fitted.problem.instrument(fitted.fit.x)
         self._searched = searched
         self._ready = ready
         self._data = ready.held if len(ready.held) else fitted.problem.data
@@ -355,7 +352,7 @@ def _accepted(
         before_mm: Mean error of the geometry alone on the rows that judge [mm].
         after_mm: Mean error of the whole model on them [mm].
     """
-    std = dict(zip(final.problem.names, final.std.tolist(), strict=True))
+    std = final.problem.named(final.std)
     sized = {e.names: e for e in final.calibrated.effects}
     order = sorted(range(len(last.found.model)), key=lambda k: -last.found.offers[k].gain)
     model = tuple(last.found.model[k] for k in order)

@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float, Int
 from scipy.spatial import cKDTree
 
 from workbench.diagnosis.outliers import limits, row_sizes
-from workbench.diagnosis.refit import Fitted, refit
+from workbench.diagnosis.refit import refit
 from workbench.diagnosis.rounds import Searched, Stage
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.fit import Fit
@@ -41,22 +41,18 @@ def suspects(ready: Prepared, first: Stage, last: Stage) -> Bool[np.ndarray, " r
     if not len(held):
         return np.zeros(0, bool)
     fit = last.fitted.fit
-    found = _found(last.fitted)
+    found, geometry = (s.fitted.problem.named(s.fitted.fit.x) for s in (last, first))
     home = ready.at_home(fit.calibrated, held)
-    places = instrument_places(home, held, known={**ready.places, **found})
-    there = Problem.build(
-        ready.at_home(fit.problem.robot, held),
-        held,
-        free=[p.name for p in fit.parameters if p.is_geometry],
-        frames=fit.problem.frames,
-        noise=fit.problem.noise,
+    places = instrument_places(home, held, known={**fit.problem.known, **found})
+    there = fit.problem.again(
+        robot=ready.at_home(fit.problem.robot, held),
+        data=held,
         known={name: value for name, value in places.items() if name not in found},
-        effects=[p.name for p in fit.parameters if p.is_coefficient],
+        inertia=False,
     )
     nobody = np.zeros(len(held), bool)
     after, *others = (
-        row_sizes(there, _at(there, known), nobody, root=_root(there, fit))
-        for known in (found, _found(first.fitted), {})
+        row_sizes(there, there.at(known), nobody, root=_root(there, fit)) for known in (found, geometry, {})
     )
     own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), root=fit.factor.root)
     most = limits(np.concatenate([own, after]))
@@ -88,8 +84,7 @@ def fitted_on_all(
         last.grams,
         last.found.model,
         data=rows,
-        known=ready.places,
-        begin=_found(stage.fitted),
+        begin=before.problem.named(before.x),
         on_step=on_step,
     ).fit
     if before.outcome.ok and not found.outcome.ok:
@@ -113,16 +108,6 @@ def suspect_words(rows: Sequence[int], errors: Errors) -> str:
         f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}. "
         f"With {it} the mean held-out error is {mean:.3g} mm, the median {median:.3g} mm"
     )
-
-
-def _found(fitted: Fitted) -> dict[str, float]:
-    """Unknowns of a fit by name."""
-    return dict(zip(fitted.problem.names, fitted.fit.x.tolist(), strict=True))
-
-
-def _at(problem: Problem, known: dict[str, float]) -> np.ndarray:
-    """A problem's unknowns where they are known, else where its search would begin."""
-    return np.array([known.get(p.name, p.nominal) for p in problem.parameters])
 
 
 def _root(problem: Problem, fit: Fit) -> np.ndarray:

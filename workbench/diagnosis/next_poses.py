@@ -84,7 +84,8 @@ def next_poses(
     if not len(pool.q):
         return pool.q, ()
     asked = carriers(effects)
-    now, new = (_columns(problem, x, p, asked) for p in (problem, _like(problem, x, pool)))
+    unmeasured = problem.again(data=pool, noise=problem.typical_noise, inertia=False)
+    now, new = (_columns(problem, x, p, asked) for p in (problem, unmeasured))
     scale = np.maximum(np.linalg.norm(now, axis=0), 1e-12)
     information = (now / scale).T @ (now / scale)
     information[np.diag_indices(len(information))] += WEAK
@@ -192,8 +193,7 @@ def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[A
 
     Rows of one session see nothing of the frames of others: zeros stand there.
     """
-    found = dict(zip(problem.names, x.tolist(), strict=True))
-    here = np.array([found.get(p.name, p.nominal) for p in rows.parameters])
+    here = rows.at(problem.named(x))
     plain = [p.name for p in problem.parameters if p.is_plain]
     seen = [i for i, name in enumerate(plain) if name in rows.names]
     geometry = np.zeros((rows.size, len(plain)))
@@ -201,18 +201,6 @@ def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[A
     geometry[:, seen] = rows.evaluate(here).jacobian[: rows.size, mine]
     parts = [columns for _, columns in candidate_columns(rows, here, effects)]
     return np.concatenate([geometry, np.concatenate(parts)], axis=1)
-
-
-def _like(problem: Problem, x: np.ndarray, pool: Dataset) -> Problem:
-    """The same problem on poses that were not measured yet."""
-    return Problem.build(
-        problem.robot,
-        pool,
-        free=[p.name for p in problem.parameters if p.is_geometry],
-        frames=problem.frames,
-        noise=problem.typical_noise,
-        effects=[p.name for p in problem.parameters if p.is_coefficient],
-    )
 
 
 def _pool(

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from scipy import linalg
@@ -58,7 +57,6 @@ def refit(
     model: Model,
     *,
     data: Dataset | None = None,
-    known: Mapping[str, float] | None = None,
     begin: Mapping[str, float] | None = None,
     on_step: OnStep | None = None,
 ) -> Fitted:
@@ -69,30 +67,21 @@ def refit(
         grams: Inner products from which the model's precisions come; None for no effects.
         model: Accepted effects.
         data: Other rows than the problem's.
-        known: Known places of anchors or contacts [m].
         begin: Where unknowns were found by an earlier fit [SI]; the others begin at their nominal values.
         on_step: Called after every step; True cancels.
     """
-    rows = problem.data if data is None else data
     own = problem.robot.effects
     robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
     names = [n for t in model for n in t.candidate.names]
-    told: dict[str, Any] = {
-        "free": [p.name for p in problem.parameters if p.is_geometry],
-        "frames": problem.frames,
-        "noise": problem.noise,
-        "known": known,
-        "effects": names,
-    }
-    built = Problem.build(robot, rows, **told, inertia=needs_inertia(robot))
+    built = problem.again(robot=robot, data=data, effects=names, inertia=needs_inertia(robot))
     if large(built):
-        built = Problem.build(robot, rows, **told)
+        built = built.again(inertia=False)
     constants = [p for p in built.parameters if p.is_geometry]
     values = np.array([p.nominal for p in constants])
     built = built.with_prior([p.name for p in constants], values, np.eye(len(constants)) / LIKELY)
     if grams is not None and any(t.candidate.shrunk for t in model):
         built = _shrinking(built, grams, model)
-    here = np.array([(begin or {}).get(p.name, p.nominal) for p in built.parameters])
+    here = built.at(begin or {})
     algorithm = Opt2(limit=STEPS)
     if grams is not None and large(built):
         search = _chord(built, here, grams, model, on_step)

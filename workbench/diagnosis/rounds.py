@@ -4,7 +4,7 @@ A stage is everything that holds after a fit. Rounds end when a search finds wha
 earlier one has found already: then the fit that says most with least is kept.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -72,22 +72,19 @@ class Searched:
     found: Found
 
 
-def geometry_first(
-    problem: Problem, *, known: Mapping[str, float] | None = None, on_step: OnStep | None = None
-) -> Stage:
+def geometry_first(problem: Problem, *, on_step: OnStep | None = None) -> Stage:
     """The geometry alone, with outliers set apart.
 
     Args:
         problem: Geometry, on all rows to fit.
-        known: Known places of anchors or contacts [m].
         on_step: Called after every step; True cancels.
     """
     rows = problem.data
-    fitted = refit(problem, None, (), known=known, on_step=on_step)
+    fitted = refit(problem, None, (), on_step=on_step)
     everything = np.ones(len(rows), bool)
     out = find_outliers(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
     stage = Stage(rows, ~out, problem, fitted)
-    return _without_outliers(_fit(stage, None, (), known, on_step), None, known, on_step)
+    return _without_outliers(_fit(stage, None, (), on_step), None, on_step)
 
 
 def rounds(
@@ -95,7 +92,6 @@ def rounds(
     rng: np.random.Generator,
     *,
     search: bool = True,
-    known: Mapping[str, float] | None = None,
     tell: Tell | None = None,
     on_step: OnStep | None = None,
 ) -> tuple[Searched, ...]:
@@ -104,7 +100,6 @@ def rounds(
     Args:
         stage: The geometry alone.
         search: Whether the rows can tell anything of effects; if not, nothing is tried.
-        known: Known places of anchors or contacts [m].
         tell: Called with what is being done.
         on_step: Called after every step; True cancels.
 
@@ -128,19 +123,19 @@ def rounds(
         seen.add(key)
         if over or is_last:
             done[-1] = _as_fitted(min(done, key=_description_length) if again else last)
-            shorter = None if over else _without_superfluous(done[-1], known, on_step)
+            shorter = None if over else _without_superfluous(done[-1], on_step)
             if shorter is None:
                 break
             stage = shorter
             continue
         if tell is not None:
             tell(f"round {number + 1}: fitting geometry and {len(last.found.model)} effects")
-        stage = _fit(stage, last.grams, last.found.model, known, on_step)
-        stage = _without_outliers(stage, last.grams, known, on_step)
+        stage = _fit(stage, last.grams, last.found.model, on_step)
+        stage = _without_outliers(stage, last.grams, on_step)
     return tuple(done)
 
 
-def _without_superfluous(searched: Searched, known, on_step) -> Stage | None:
+def _without_superfluous(searched: Searched, on_step) -> Stage | None:
     """The stage without one effect that geometry can stand for, fitted anew from the nominal arm; None if
     each is needed.
 
@@ -159,7 +154,7 @@ def _without_superfluous(searched: Searched, known, on_step) -> Stage | None:
         if np.abs(there - here).max(initial=0.0) < NONLINEAR:
             continue
         rows = stage.rows.take(stage.keep)
-        without = refit(stage.geometric, grams, rest, data=rows, known=known, begin=begin, on_step=on_step)
+        without = refit(stage.geometric, grams, rest, data=rows, begin=begin, on_step=on_step)
         ratio = without.fit.history[-1] / stage.fitted.fit.history[-1]
         charge = len(term.candidate.names) * np.log(problem.count)
         if without.fit.outcome.ok and problem.count * np.log(ratio) < charge:
@@ -220,30 +215,30 @@ def _unsearched(stage: Stage, fold: np.ndarray) -> Searched:
     return Searched(stage, Catalogue((), ()), grams, as_found(grams, ()))
 
 
-def _fit(stage: Stage, grams: Grams | None, model: Model, known, on_step) -> Stage:
+def _fit(stage: Stage, grams: Grams | None, model: Model, on_step) -> Stage:
     """The stage with another model, or other rows, fitted; from what the last fit says of it."""
-    begin = dict(zip(stage.fitted.problem.names, stage.fitted.fit.x.tolist(), strict=True))
+    begin = stage.fitted.problem.named(stage.fitted.fit.x)
     if grams is not None and not _same(model, stage.fitted.model):
         begin = linear_answer(stage.fitted, grams, model)
     rows = stage.rows.take(stage.keep)
-    fitted = refit(stage.geometric, grams, model, data=rows, known=known, begin=begin, on_step=on_step)
+    fitted = refit(stage.geometric, grams, model, data=rows, begin=begin, on_step=on_step)
     return replace(stage, fitted=fitted)
 
 
-def _without_outliers(stage: Stage, grams: Grams | None, known, on_step) -> Stage:
+def _without_outliers(stage: Stage, grams: Grams | None, on_step) -> Stage:
     """Set outliers apart until the rows stand still, then weigh by what the fit leaves."""
     for _ in range(1 if large(stage.fitted.problem) else OUTLIER_ROUNDS):
-        whole = _on_all_rows(stage, known)
+        whole = _on_all_rows(stage)
         keep = ~find_outliers(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor)
         if (keep == stage.keep).all():
             break
-        stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model, known, on_step)
+        stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model, on_step)
     before = stage.geometric.typical_noise
     stage = replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric))
     if large(stage.fitted.problem):
         return stage
     model = rescaled(stage.fitted.model, _variance_ratio(before, stage.geometric.typical_noise))
-    return _fit(stage, grams, model, known, on_step)
+    return _fit(stage, grams, model, on_step)
 
 
 def _variance_ratio(before: Noise, after: Noise) -> float:
@@ -252,21 +247,12 @@ def _variance_ratio(before: Noise, after: Noise) -> float:
     return float(ratio[np.isfinite(ratio)][0])
 
 
-def _on_all_rows(stage: Stage, known) -> Problem:
+def _on_all_rows(stage: Stage) -> Problem:
     """The fitted problem on all rows, outliers among them."""
     problem = stage.fitted.problem
     if stage.keep.all():
         return problem
-    return Problem.build(
-        problem.robot,
-        stage.rows,
-        free=[p.name for p in problem.parameters if p.is_geometry],
-        frames=problem.frames,
-        noise=stage.geometric.noise,
-        known=known,
-        effects=[p.name for p in problem.parameters if p.is_coefficient],
-        inertia=any(p.is_inertia for p in problem.parameters),
-    )
+    return problem.again(data=stage.rows, noise=stage.geometric.noise)
 
 
 def _key(candidate: Candidate) -> str:

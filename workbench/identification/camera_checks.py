@@ -38,8 +38,7 @@ class Fit:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """Answer by name."""
-        return dict(zip(self.problem.names, self.x.tolist(), strict=True))
+        return self.problem.named(self.x)
 
     @cached_property
     def pixel(self) -> float:

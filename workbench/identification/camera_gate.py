@@ -294,7 +294,7 @@ def _step(name: str, at: Fitted, before: Fitted, bends: Considered | None = None
     covariance, left_out, pixel = _left_out(problem, x)
     if bends is not None:
         covariance += bends.covariance(problem.names, x, factor_at(problem, x).root)
-    earlier = dict(zip(before.problem.names, before.x, strict=True))
+    earlier = before.problem.named(before.x)
     change = x[arm] - np.array([earlier.get(problem.names[k], problem.start[k]) for k in arm], float)
     if before is at:
         change = 0.0 * change

@@ -88,8 +88,7 @@ def identify(
         fit = _fit(ready.problem, algorithm, loss, cancel)
         if (gate := ready.gate) is not None:
             fit = replace(fit, actual=gate.actual, considered=gate.considered)
-        pairs = zip(fit.problem.parameters, fit.x.tolist(), strict=True)
-        train, held = ready.errors(fit.calibrated, {p.name: value for p, value in pairs if p.is_instrument})
+        train, held = ready.errors(fit.calibrated, fit.problem.instrument(fit.x))
         if ready.gate is not None:
             step = ready.gate.step
             train, held = (errors.widened(step.uncertainty, step.turned) for errors in (train, held))

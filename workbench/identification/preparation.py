@@ -53,7 +53,6 @@ class Prepared:
         excluded: Rows that are kept out altogether, with the reason.
         aligned: The nominal arm with the best base and tool wherever those are free.
         problem: Of the rows to fit, whitened.
-        places: Known places of anchors or contacts [m].
         new_sessions: Held-out sessions that no fitted row has; their base is found from their own rows.
         gate: What of the arm pictures may identify; None for other instruments.
     """
@@ -65,7 +64,6 @@ class Prepared:
     excluded: tuple[tuple[int, str], ...]
     aligned: Robot
     problem: Problem
-    places: Mapping[str, float]
     new_sessions: tuple[str, ...]
     notes: tuple[str, ...]
     gate: Gate | None = None
@@ -84,13 +82,13 @@ class Prepared:
         """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
         if not len(rows):
             return RowErrors(np.zeros(0), np.zeros(0))
-        return row_errors(self.at_home(robot, rows), rows, known={**self.places, **instrument})
+        return row_errors(self.at_home(robot, rows), rows, known={**self.problem.known, **instrument})
 
     @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
         """Errors of the aligned nominal arm: fitted rows, held-out rows."""
         return self.errors(
-            self.aligned, instrument_places(self.aligned, self.problem.data, known=self.places)
+            self.aligned, instrument_places(self.aligned, self.problem.data, known=self.problem.known)
         )
 
     @property
@@ -211,7 +209,6 @@ def prepare(
         excluded=tuple(excluded),
         aligned=choice.robot,
         problem=problem,
-        places=places,
         new_sessions=new_sessions,
         notes=tuple(notes),
         gate=gate,
@@ -323,8 +320,7 @@ def _picture_words(noise: Noise) -> str:
 
 
 def _noise_words(noise: Noise, turned: bool) -> str:
-    rotation = f", {np.rad2deg(noise.rotation):.2g}°" if turned else ""
-    return f"{1e3 * noise.position:.3g} mm{rotation}"
+    return (noise if turned else noise._replace(rotation=np.nan)).words
 
 
 def on_step(cancel: Cancel | None):

@@ -9,12 +9,12 @@ of the frames (per session where they differ), and of the instrument (anchors, c
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.parameters import Parameter, default_bounds
+from workbench.arm.parameters import Parameter
 from workbench.arm.robot import FRAME_PARTS, Frame, Robot, SessionFrames
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.errors import OptionError
@@ -65,6 +65,7 @@ class Problem:
         prior_centre: Where that knowledge says the unknowns are.
         row_weights: Factors of each row's residuals, from a robust loss.
         facts: What is known of the instrument's unknowns.
+        known: Values of the instrument's unknowns that are known, such as `anchor[A].x` [m].
     """
 
     robot: Robot
@@ -78,6 +79,7 @@ class Problem:
     prior_centre: Float[np.ndarray, " p"] | None = None
     row_weights: Float[np.ndarray, " rows"] | None = None
     facts: Mapping[str, Unknown] = field(default_factory=dict)
+    known: Mapping[str, float] = field(default_factory=dict)
 
     @classmethod
     def build(
@@ -101,7 +103,7 @@ class Problem:
             frames: What of base and tool is unknown; nothing if None.
             noise: Standard deviations [m], [rad] on top of those that rows bring themselves.
             bounds: Least and greatest value by name, for bounded algorithms.
-            known: Values of instrument unknowns that are known, such as `anchor[A].x` [m].
+            known: Values of the instrument's unknowns that are known, such as `anchor[A].x` [m].
             effects: Coefficients of the robot's effects that are unknown, such as `joint3.compliance`; the
                 others act as they are.
             inertia: Whether the links' masses and centres are unknowns too, known as well as the robot says.
@@ -112,7 +114,7 @@ class Problem:
         """
         robot.check_joints(data.q, data.source)
         frames = frames or FrameFreedom()
-        noise = noise or Noise()
+        noise, known = noise or Noise(), dict(known or {})
         names = tuple(robot.default_free if free is None else free)
         arm = {e.name: e for e in robot.elements}
         if missing := [n for n in names if n not in arm]:
@@ -126,24 +128,20 @@ class Problem:
                 f"{', '.join(robot.coefficients) or 'no effects'}"
             )
         kinds = observed_kinds(data)
-        parameters = [_parameter(n, arm[n].unit, arm[n].value, bounds) for n in names]
-        parameters += [
-            _parameter(n, robot.coefficient_units[n], robot.coefficients[n], bounds, effect=True)
-            for n in effects
-        ]
+        parameters = [Parameter.bounded(n, arm[n].unit, arm[n].value, bounds) for n in names]
+        units, sizes = robot.coefficient_units, robot.coefficients
+        parameters += [Parameter.bounded(n, units[n], sizes[n], bounds, is_coefficient=True) for n in effects]
         weighing = tuple(robot.inertia) if inertia else ()
         parameters += [_inertial(robot, n) for n in weighing]
         parameters += _frame_parameters(robot, data.sessions, frames, bounds)
         unknown_start, facts = instrument_start(robot, data, kinds, frames)
         parameters += [
-            _parameter(n, facts[n].unit, v, bounds)
-            for n, v in unknown_start.items()
-            if n not in (known or {})
+            Parameter.bounded(n, facts[n].unit, v, bounds) for n, v in unknown_start.items() if n not in known
         ]
         if bounds and (stray := set(bounds) - {p.name for p in parameters}):
             raise OptionError(f"bounds name '{sorted(stray)[0]}', which is not identified here")
         index = {p.name: i for i, p in enumerate(parameters)}
-        values = {**unknown_start, **(known or {})}
+        values = unknown_start | known
         blocks = build_blocks(robot, data, kinds, names, effects, weighing, frames, noise, index, values)
         problem = cls(
             robot=robot,
@@ -154,6 +152,7 @@ class Problem:
             blocks=blocks,
             bounded=frozenset(bounds or ()),
             facts=facts,
+            known=known,
         )
         spread = {n: robot.inertia_tolerance[n] for n in weighing}
         spread |= {p.name: s for p in parameters if (s := facts.get(p.name, Unknown()).sigma)}
@@ -161,14 +160,28 @@ class Problem:
         width = np.diag(1.0 / np.array(list(spread.values())))
         return problem.with_prior(tuple(spread), centre, width) if spread else problem
 
+    def again(self, *, robot: Robot | None = None, data: Dataset | None = None, **choices: Any) -> "Problem":
+        """The same unknowns for another arm or other rows, or with other arguments of `build`.
+
+        Bounds, prior knowledge and weights of rows are not taken over.
+        """
+        own: dict[str, Any] = {
+            "free": [p.name for p in self.parameters if p.is_geometry],
+            "frames": self.frames,
+            "noise": self.noise,
+            "known": self.known,
+            "effects": [p.name for p in self.parameters if p.is_coefficient],
+            "inertia": any(p.is_inertia for p in self.parameters),
+        }
+        rows = self.data if data is None else data
+        return Problem.build(robot or self.robot, rows, **own | choices)
+
     @cached_property
     def start(self) -> Float[np.ndarray, " p"]:
-        """Nominal values, where every search begins."""
         return frozen(np.array([p.nominal for p in self.parameters]))
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
-        """Least and greatest values."""
         return (
             frozen(np.array([p.lower for p in self.parameters])),
             frozen(np.array([p.upper for p in self.parameters])),
@@ -178,6 +191,19 @@ class Problem:
     def names(self) -> tuple[str, ...]:
         """Names of the unknowns, in the order of x."""
         return tuple(p.name for p in self.parameters)
+
+    def named(self, x: Float[np.ndarray, " p"]) -> dict[str, float]:
+        """The unknowns at x, or what x holds of each of them, by name."""
+        return dict(zip(self.names, x.tolist(), strict=True))
+
+    def instrument(self, x: Float[np.ndarray, " p"]) -> dict[str, float]:
+        """The places of anchors, contacts, markers or cameras at x by name."""
+        values = self.named(x)
+        return {p.name: values[p.name] for p in self.parameters if p.is_instrument}
+
+    def at(self, found: Mapping[str, float]) -> Float[np.ndarray, " p"]:
+        """The unknowns where they were found, else where the search begins."""
+        return np.array([found.get(p.name, p.nominal) for p in self.parameters])
 
     @cached_property
     def units(self) -> Float[np.ndarray, " p"]:
@@ -198,7 +224,6 @@ class Problem:
 
     @property
     def size(self) -> int:
-        """Number of measured residual components."""
         return self.blocks[-1].stop if self.blocks else 0
 
     @cached_property
@@ -251,7 +276,6 @@ class Problem:
         return frozen(np.concatenate([o.ravel() for o in own]))
 
     def evaluate(self, x: Float[np.ndarray, " p"]) -> Evaluation:
-        """Whitened residual and Jacobian."""
         extra = 0 if self.prior is None else len(self.prior)
         residual = np.empty(self.size + extra)
         jacobian = np.zeros((self.size + extra, len(x)))
@@ -277,7 +301,6 @@ class Problem:
             yield None, Evaluation(-self.prior @ (x - self.prior_centre), self.prior)
 
     def _fill(self, block: Block, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> None:
-        """Write a block's rows."""
         poses, twists = block.twists(x)
         part = block.observation.see(poses, self.unknown(block, x))
         residual[:] = self.whiten(block, part.residual).ravel()
@@ -308,7 +331,6 @@ class Problem:
         return cost, gradient
 
     def residual(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " m"]:
-        """Whitened residual alone."""
         parts = []
         for block in self.blocks:
             part = block.observation.see(block.poses(x), self.unknown(block, x))
@@ -318,7 +340,6 @@ class Problem:
         return np.concatenate(parts)
 
     def jacobian(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, "m p"]:
-        """Whitened identification Jacobian alone."""
         return self.evaluate(x).jacobian
 
     def physical(self, whitened: Float[np.ndarray, " _"]) -> Float[np.ndarray, " m"]:
@@ -396,23 +417,6 @@ class Problem:
         return out
 
 
-def _parameter(
-    name: str,
-    unit: str,
-    nominal: float,
-    bounds: Mapping[str, tuple[float, float]] | None,
-    *,
-    effect: bool = False,
-) -> Parameter:
-    default = (-np.inf, np.inf) if effect else default_bounds(name, unit, nominal)
-    lower, upper = (bounds or {}).get(name) or default
-    if not lower <= nominal <= upper:
-        raise OptionError(
-            f"the bounds [{lower:g}, {upper:g}] of {name} leave its nominal value {nominal:g} out; widen them"
-        )
-    return Parameter(name, unit, nominal, lower, upper, is_coefficient=effect)
-
-
 def _inertial(robot: Robot, name: str) -> Parameter:
     """A link's mass, or a coordinate of its centre."""
     unit = "kg" if name.endswith(".mass") else "m"
@@ -433,7 +437,7 @@ def _frame_parameters(
                 place = FRAME_PARTS.index(part)
                 nominal, unit = (float(frame.xyz[place]), "m") if place < 3 else (0.0, "rad")
                 name = f"{frame_name(kind, own, session)}.{part}"
-                parameters.append(_parameter(name, unit, nominal, bounds))
+                parameters.append(Parameter.bounded(name, unit, nominal, bounds))
     return parameters
 
 

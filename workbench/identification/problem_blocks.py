@@ -53,6 +53,16 @@ class Noise(NamedTuple):
     joints: tuple[float, ...] = ()
     pixel: float = 0.3
 
+    @property
+    def words(self) -> str:
+        """Of positions, and of orientations where it is known."""
+        turned = f", {np.rad2deg(self.rotation):.2g}°" if np.isfinite(self.rotation) else ""
+        return f"{1e3 * self.position:.3g} mm{turned}"
+
+    def json(self) -> dict[str, float]:
+        """Of positions and orientations as files have it."""
+        return {"position_mm": 1e3 * self.position, "orientation_deg": np.rad2deg(self.rotation)}
+
 
 @dataclass(frozen=True, eq=False)
 class FrameFreedom:

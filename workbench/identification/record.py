@@ -1,5 +1,6 @@
 """Records of a whole identification or evaluation: what was used, decided and found, and how good it is."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
@@ -129,6 +130,11 @@ class Identification(AbstractShown):
     nominal_rows: tuple[RowErrors, RowErrors]
     runs: dict[str, Run]
     gate: Gate | None = None
+
+    @property
+    def models(self) -> list[tuple[str, Validation | Run]]:
+        """Title and errors of every algorithm's arm."""
+        return [(run.fit.title, run) for run in self.runs.values()]
 
     @property
     def best(self) -> Run:
@@ -290,6 +296,16 @@ class Evaluation(AbstractShown):
         from workbench.report.figures import on_white
 
         return on_white(errors_of_rows(self))
+
+
+def error_rows(models: Iterable[tuple[str, Validation | Run]]) -> list[tuple[str, str, Errors]]:
+    """Lines of a table of models: its title on the first one, which rows, and their errors."""
+    return [
+        (title if rows == "fitted" else "", rows, errors)
+        for title, validated in models
+        for rows, errors in (("fitted", validated.train), ("held out", validated.held_out))
+        if errors is not None
+    ]
 
 
 def judged(errors: Validation | Run) -> Errors:

@@ -194,4 +194,4 @@ def instrument_places(
     alike = None if data.rig is None else Noise(0.0, 0.0)
     problem = Problem.build(robot, data, free=(), known=known, noise=alike)
     found = Opt2(limit=60).search(problem).x
-    return known | dict(zip(problem.names, found.tolist(), strict=True))
+    return known | problem.named(found)

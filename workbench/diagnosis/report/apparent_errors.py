@@ -44,7 +44,7 @@ class Rows:
     def of(cls, result: Diagnosis) -> "Rows":
         """Those of a diagnosis."""
         fit = result.after_fit
-        places = {p.name: x for p, x in zip(fit.parameters, fit.x.tolist(), strict=True) if p.is_instrument}
+        places = fit.problem.instrument(fit.x)
         held = judged_rows(result)
         parts = [fit.problem.data] + ([held] if len(held) else [])
         problems = tuple(_closed(fit.calibrated, data, fit.problem, places) for data in parts)

@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from workbench.arm.effects.axes import turns
 from workbench.base.files import check_folder
 from workbench.base.progress import Report
 from workbench.diagnosis.causes import Cause
@@ -15,11 +14,14 @@ from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import (
     alternatives,
     chance,
+    joint_headings,
     joint_noise_words,
     lines,
+    next_rows,
     odds_words,
     outlier_words,
 )
+from workbench.identification.record import error_rows
 from workbench.identification.report.html_report import error_cards
 from workbench.report.figures import Drawing, png, svg
 from workbench.report.html import write_page
@@ -71,21 +73,18 @@ def _words(result: Diagnosis) -> dict[str, Any]:
         "held_out": result.after.held_out is not None,
         "cards": error_cards(judged(result.before), judged(result.after)),
         "facts": _facts(result),
-        "errors": [
-            (title if rows == "fitted" else "", rows, found)
-            for title, validation in (
+        "errors": error_rows(
+            [
                 ("Nominal", result.nominal),
                 ("Geometry alone", result.before),
                 ("With the effects", result.after),
-            )
-            for rows, found in (("fitted", validation.train), ("held out", validation.held_out))
-            if found is not None
-        ],
+            ]
+        ),
         "turned": result.after.train.orientation_deg is not None,
         "alternatives": alternatives(result),
         "outliers": outlier_words(result) if len(result.outliers) else "",
-        "next_headings": _next_headings(result),
-        "next_rows": _next_rows(result),
+        "next_headings": [*joint_headings(result), *(["what it tells"] if result.next_reasons else [])],
+        "next_rows": next_rows(result),
         "notes": result.notes,
     }
 
@@ -119,31 +118,10 @@ def _facts(result: Diagnosis) -> list[tuple[str, str]]:
         ("Robot", f"{result.robot.name} ({result.robot.convention}, {result.robot.dof} joints)"),
         ("Measurements", result.data.source),
         ("Rows", f"{rows}, {len(result.excluded)} excluded"),
-        ("Remaining error", f"{_noise_words(result.noise)} per axis"),
+        ("Remaining error", f"{result.noise.words} per axis"),
     ]
     if result.floor is not None:
-        facts.append(("Known noise", f"{_noise_words(result.floor)} per axis"))
+        facts.append(("Known noise", f"{result.floor.words} per axis"))
     if result.joint_noise is not None:
         facts.append(("Noise of joint readings", joint_noise_words(result)))
     return facts
-
-
-def _noise_words(noise) -> str:
-    turned = f", {np.rad2deg(noise.rotation):.2g}°" if np.isfinite(noise.rotation) else ""
-    return f"{1e3 * noise.position:.3g} mm{turned}"
-
-
-def _next_headings(result: Diagnosis) -> list[str]:
-    chain = result.calibrated.chain
-    joints = [f"q{j + 1} [{'°' if turns(chain, j) else 'mm'}]" for j in range(chain.dof)]
-    return [*joints, *(["what it tells"] if result.next_reasons else [])]
-
-
-def _next_rows(result: Diagnosis) -> list[list[str]]:
-    chain = result.calibrated.chain
-    scale = [float(np.rad2deg(1.0)) if turns(chain, j) else 1e3 for j in range(chain.dof)]
-    reasons = [[reason.sentence] for reason in result.next_reasons] or [[]] * len(result.measure_next)
-    return [
-        [*(f"{v:.1f}".replace("-", "−") for v in q * scale), *why]
-        for q, why in zip(result.measure_next, reasons, strict=True)
-    ]

@@ -32,8 +32,8 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "causes": [_cause(c) for c in result.causes],
             "map": None if result.residual_map is None else _map(result.residual_map),
             "after": validation_json(result.after),
-            "noise": _noise(result.noise),
-            "noise_floor": None if result.floor is None else _noise(result.floor),
+            "noise": result.noise.json(),
+            "noise_floor": None if result.floor is None else result.floor.json(),
             **_joint_noise(result),
             "not_identifiable": [_undetectable(u, result) for u in result.undetectable],
             "suspects": result.held_out_data.row[result.suspects],
@@ -46,10 +46,6 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "seconds": result.seconds,
         }
     )
-
-
-def _noise(noise) -> Json:
-    return {"position_mm": 1e3 * noise.position, "orientation_deg": np.rad2deg(noise.rotation)}
 
 
 def _joint_noise(result: Diagnosis) -> dict[str, object]:

@@ -8,16 +8,16 @@ from dataclasses import dataclass
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
-from rich.table import Table
+from rich.table import Column, Table
 from rich.text import Text
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
 from workbench.diagnosis.record import Accepted, Diagnosis, Verdict, judged
-from workbench.identification.report.table import error_cells, error_columns
+from workbench.identification.report.table import models_table
 from workbench.report.numbers import readable_unit, short
-from workbench.report.tables import line, new_table
+from workbench.report.tables import folded, line, new_table, unbroken
 
 STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NONE: "bold", Verdict.PARTLY: "bold yellow"}
 NAMED = 15
@@ -104,26 +104,16 @@ def heading(result: Diagnosis) -> str:
 
 def errors_table(result: Diagnosis) -> Table:
     """Nominal arm, geometry alone, and with the effects, on fitted and held-out rows."""
-    turned = result.after.train.orientation_deg is not None
-    table = error_columns(turned)
     models = [("nominal", result.nominal), ("geometry", result.before)]
     if result.effects:
         models.append(("with effects", result.after))
-    for title, validation in models:
-        for rows, errors in (("fitted", validation.train), ("held out", validation.held_out)):
-            if errors is not None:
-                table.add_row(title if rows == "fitted" else "", rows, *error_cells(errors, turned))
-        table.add_section()
-    return table
+    return models_table(models, turned=result.after.train.orientation_deg is not None)
 
 
 def causes_table(result: Diagnosis) -> Table:
     """What is claimed, how surely, and what it explains."""
-    table = new_table("Causes, and what each explains on rows that took no part in its fit")
-    table.add_column("cause", overflow="fold")
-    table.add_column("is", no_wrap=True)
-    table.add_column("odds", justify="right", no_wrap=True)
-    table.add_column("explains\n\\[mm]", justify="right", no_wrap=True)
+    title = "Causes, and what each explains on rows that took no part in its fit"
+    table = new_table(title, folded("cause"), unbroken("is"), "odds", "explains\n[mm]")
     for cause in result.causes:
         explained = short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–"
         table.add_row(cause.label, str(cause.confidence), odds_words(cause.odds), explained)
@@ -138,12 +128,10 @@ def odds_words(odds: float) -> str:
 def effects_table(result: Diagnosis) -> Table:
     """What was added, with coefficients ± standard errors, and the mean error before and after each."""
     rows = "held-out" if result.after.held_out is not None else "fitted"
-    table = new_table(f"Effects that were added; mean error of {rows} rows")
-    table.add_column("effect", overflow="fold")
-    table.add_column("coefficients", overflow="fold")
-    for name in ("before\n[mm]", "after\n[mm]"):
-        table.add_column(escape(name), justify="right", no_wrap=True)
-    table.add_column("chance", justify="right", no_wrap=True)
+    title = f"Effects that were added; mean error of {rows} rows"
+    table = new_table(
+        title, folded("effect"), folded("coefficients"), "before\n[mm]", "after\n[mm]", "chance"
+    )
     for found in result.effects:
         sizes = lines(found.effect, found.std, result.calibrated.chain)
         words = "\n".join(f"{name.partition('.')[2] if '.' in name else name} {size}" for name, size in sizes)
@@ -184,19 +172,28 @@ def outlier_words(result: Diagnosis) -> str:
 
 def next_table(result: Diagnosis) -> Table:
     """Joint positions of poses to measure next."""
-    chain = result.calibrated.chain
-    table = new_table("Measure next")
-    table.add_column("pose", no_wrap=True)
-    turning = [turns(chain, j) for j in range(chain.dof)]
-    for j, turn in enumerate(turning):
-        table.add_column(escape(f"q{j + 1} [{'°' if turn else 'mm'}]"), justify="right", no_wrap=True)
-    if result.next_reasons:
-        table.add_column("what it tells")
-    for k, q in enumerate(result.measure_next):
-        cells = [f"{np.rad2deg(v) if turn else 1e3 * v:.1f}" for v, turn in zip(q, turning, strict=True)]
-        why = [r.sentence for r in result.next_reasons[k : k + 1]]
-        table.add_row(str(k + 1), *(c.replace("-", "−") for c in cells), *map(escape, why))
+    told = [Column("what it tells")] if result.next_reasons else []
+    table = new_table("Measure next", unbroken("pose"), *joint_headings(result), *told)
+    for k, cells in enumerate(next_rows(result), 1):
+        table.add_row(str(k), *map(escape, cells))
     return table
+
+
+def joint_headings(result: Diagnosis) -> list[str]:
+    """Headings of joint positions in degrees or mm."""
+    chain = result.calibrated.chain
+    return [f"q{j + 1} [{'°' if turns(chain, j) else 'mm'}]" for j in range(chain.dof)]
+
+
+def next_rows(result: Diagnosis) -> list[list[str]]:
+    """Joint positions of poses to measure next, and what each tells."""
+    chain = result.calibrated.chain
+    scale = [float(np.rad2deg(1.0)) if turns(chain, j) else 1e3 for j in range(chain.dof)]
+    reasons = [[reason.sentence] for reason in result.next_reasons] or [[]] * len(result.measure_next)
+    return [
+        [*(f"{v:.1f}".replace("-", "−") for v in q * scale), *why]
+        for q, why in zip(result.measure_next, reasons, strict=True)
+    ]
 
 
 @dataclass(frozen=True)

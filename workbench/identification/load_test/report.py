@@ -39,9 +39,8 @@ LACKING = {
 
 def load_test_table(found: LoadTest) -> RenderableType:
     """What was found of every joint, with standard errors, beside what the virtual arm hides."""
-    table = new_table(f"{found.robot.name}: inclinometers in {len(found.plan.q)} postures")
-    for heading in ("joint", "", *(p[2] for p in PARTS), STIFF):
-        table.add_column(heading.replace(" [", "\n\\["), justify="right", no_wrap=True)
+    headings = [heading.replace(" [", "\n[") for heading in ("joint", "", *(p[2] for p in PARTS), STIFF)]
+    table = new_table(f"{found.robot.name}: inclinometers in {len(found.plan.q)} postures", *headings)
     hidden = {j.joint: j for j in found.hidden}
     for joint in found.joints:
         table.add_row(str(joint.joint + 1), "found", *_cells(joint, errors=True))

@@ -154,9 +154,7 @@ def fit_tilting(
     considered = None
     if known:
         constants = [n for n in known if n in robot.chain.index]
-        wide = Problem.build(
-            bent, data, noise=noise, free=constants, frames=frames, effects=names, inertia=inertia
-        )
+        wide = problem.again(free=constants)
         left = [0.0 if n in problem.names else known[n] for n in wide.names]
         considered = Considered(wide, np.array(left))
     algorithm = Opt2(limit=STEPS)

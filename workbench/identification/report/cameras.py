@@ -96,11 +96,7 @@ def camera_json(result: Identification) -> Json:
             "refused": gate.refused,
             "measure_next": gate.advice,
             "steps": steps,
-            "noise": {
-                "pixel_px": noise.pixel,
-                "position_mm": 1e3 * noise.position,
-                "orientation_deg": np.rad2deg(noise.rotation),
-            },
+            "noise": {"pixel_px": noise.pixel, **noise.json()},
             "poses": _poses(fit),
             "zeros": [
                 {"joint": z.joint, "unit": z.unit, "change": z.change, "std": z.std, "moved": z.moved}
@@ -115,7 +111,7 @@ def _poses(fit: Fit) -> Json:
     """Pose of every camera and of the target in what carries it, standard errors about that one's axes."""
     rig, names = fit.problem.data.rig, fit.problem.names
     assert rig is not None, "pictures were fitted"
-    values = dict(zip(names, fit.x.tolist(), strict=True))
+    values = fit.problem.named(fit.x)
     found: Json = {}
     carriers = {f"camera[{c.name}]": c.mounted for c in rig.cameras} | {
         target.owner: rig.mounted for target in rig.targets

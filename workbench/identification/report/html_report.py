@@ -13,7 +13,7 @@ from workbench.base.files import check_folder
 from workbench.base.progress import Report
 from workbench.data.accuracy_requirement import Wanted, WantedCheck
 from workbench.identification.pass_or_fail import Judged, judge
-from workbench.identification.record import Identification, Run, Validation
+from workbench.identification.record import Identification, Run, error_rows
 from workbench.identification.report.figures import NAMES, all_figures
 from workbench.identification.report.how_to_apply import Use, controller_use
 from workbench.identification.report.parameters import LEGEND, Cell, ParameterTable, State, parameter_table
@@ -73,7 +73,7 @@ def _words(result: Identification, *, judged: Judged | None, use: Use) -> dict[s
         "best": best.fit.title,
         "held_out": best.held_out is not None,
         "cards": error_cards(before, after),
-        "errors": _errors_rows(result),
+        "errors": error_rows([("Nominal", result.nominal), *result.models]),
         "turned": after.orientation_deg is not None,
         "judged": judged,
         "check_axes": [] if judged is None else _axes(judged.check),
@@ -128,10 +128,8 @@ def _facts(result: Identification) -> list[tuple[str, str]]:
     ]
     if len(data.sessions) > 1:
         facts.append(("Sessions", f"{len(data.sessions)}: {', '.join(data.sessions)}"))
-    noise = f"{1e3 * result.noise.position:.3g} mm"
-    if data.rotation is not None:
-        noise += f", {np.rad2deg(result.noise.rotation):.2g}°"
-    facts.append(("Noise that weighed the rows", noise))
+    noise = result.noise if data.rotation is not None else result.noise._replace(rotation=np.nan)
+    facts.append(("Noise that weighed the rows", noise.words))
     facts.append(("Parameters", f"{len(result.best.fit.problem.names)} identified together"))
     return facts
 
@@ -152,17 +150,6 @@ def error_cards(before: Errors, after: Errors) -> list[dict[str, str]]:
                 {"label": label, "unit": unit, "before": short(a), "after": short(b), "factor": factor(a, b)}
             )
     return cards
-
-
-def _errors_rows(result: Identification) -> list[tuple[str, str, Errors]]:
-    models: list[tuple[str, Validation | Run]] = [("Nominal", result.nominal)]
-    models += [(run.fit.title, run) for run in result.runs.values()]
-    return [
-        (title if rows == "fitted" else "", rows, errors)
-        for title, validated in models
-        for rows, errors in (("fitted", validated.train), ("held out", validated.held_out))
-        if errors is not None
-    ]
 
 
 def _axes(check: WantedCheck) -> list[dict[str, Any]]:

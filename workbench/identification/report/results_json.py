@@ -38,10 +38,7 @@ def identification_json(result: Identification) -> Json:
             "unidentifiable": list(result.unidentifiable),
             "warnings": list(result.warnings),
             "notes": list(result.notes),
-            "noise": {
-                "position_mm": 1e3 * result.noise.position,
-                "orientation_deg": np.rad2deg(result.noise.rotation),
-            },
+            "noise": result.noise.json(),
         }
         | camera_json(result)
         | prior_json(result.best.fit)

@@ -5,19 +5,21 @@ Functions return what `rich` can print:
     rich.print(identification_tables(result))
 """
 
+from collections.abc import Sequence
+
 from rich.console import Group, RenderableType
 from rich.markup import escape
-from rich.table import Table, box
+from rich.table import Table
 from rich.text import Text
 
 from workbench.identification.controller_numbers import ControllerNumbers
 from workbench.identification.fit import Fit
-from workbench.identification.record import Evaluation, Identification, Run, Validation
+from workbench.identification.record import Evaluation, Identification, Run, Validation, error_rows
 from workbench.identification.report.cameras import camera_words
 from workbench.identification.report.parameters import LEGEND, Cell, State, parameter_table
 from workbench.identification.row_errors import Errors
 from workbench.report.numbers import short, signed, standard_error
-from workbench.report.tables import line, new_table
+from workbench.report.tables import folded, line, new_table, unbroken
 
 STYLES = {State.IDENTIFIED: "", State.HELD: "dim", State.SHARED: "yellow", State.UNSEEN: "dim"}
 AXES = ("x", "y", "z")
@@ -46,20 +48,20 @@ def heading(result: Identification) -> str:
 
 def errors_table(result: Identification) -> Table:
     """Nominal arm and every algorithm on training and held-out rows, in mm and degrees."""
-    models: list[tuple[str, Validation | Run]] = [("nominal", result.nominal)]
-    models += [(run.fit.title, run) for run in result.runs.values()]
-    turned = any(
-        errors is not None and errors.orientation_deg is not None
-        for _, validated in models
-        for errors in (validated.train, validated.held_out)
-    )
-    pixels = result.nominal.train.pixel_px is not None
+    models = [("nominal", result.nominal), *result.models]
+    turned = any(errors.orientation_deg is not None for *_, errors in error_rows(models))
+    return models_table(models, turned=turned, pixels=result.nominal.train.pixel_px is not None)
+
+
+def models_table(
+    models: Sequence[tuple[str, Validation | Run]], *, turned: bool, pixels: bool = False
+) -> Table:
+    """Errors of some models on fitted and held-out rows."""
     table = error_columns(turned, pixels)
-    for title, validated in models:
-        for rows, errors in (("fitted", validated.train), ("held out", validated.held_out)):
-            if errors is not None:
-                table.add_row(title if rows == "fitted" else "", rows, *error_cells(errors, turned))
-        table.add_section()
+    for title, rows, errors in error_rows(models):
+        if title:
+            table.add_section()
+        table.add_row(title, rows, *error_cells(errors, turned))
     return table
 
 
@@ -79,11 +81,8 @@ def parameters_tables(fit: Fit) -> RenderableType:
     parts: list[RenderableType] = []
     if content.rows:
         digits = 6 if len(content.columns) < 6 else 5
-        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0), title=f"{fit.title}: arm")
-        table.add_column("joint", no_wrap=True)
-        table.add_column("", no_wrap=True)
-        for name in content.headings:
-            table.add_column(escape(name), justify="right", no_wrap=True)
+        table = new_table(f"{fit.title}: arm", unbroken("joint"), unbroken(""), *content.headings)
+        table.padding = (0, 1, 0, 0)
         for joint, cells in content.rows:
             label = joint.removeprefix("joint")
             for k, which in enumerate(("nominal", "found", "±")):
@@ -91,11 +90,8 @@ def parameters_tables(fit: Fit) -> RenderableType:
                 table.add_row(escape(label) if k == 0 else "", which, *row, end_section=k == 2)
         parts.append(table)
     if content.others:
-        table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=f"{fit.title}: frames and instrument")
-        table.add_column("parameter", overflow="fold")
-        for name in ("nominal", "found", "±"):
-            table.add_column(name, justify="right", no_wrap=True)
-        table.add_column("", no_wrap=True)
+        headings = (folded("parameter"), "nominal", "found", "±", unbroken(""))
+        table = new_table(f"{fit.title}: frames and instrument", *headings)
         for cell in content.others:
             values = [_cell_line(cell, which, 6) for which in ("nominal", "found", "±")]
             table.add_row(escape(cell.name), *values, cell.unit)
@@ -111,20 +107,17 @@ def use_tables(
     numbers: ControllerNumbers,
 ) -> RenderableType:
     """What to enter into a controller, and what that leaves; the arguments are parts of `Use`."""
-    left = new_table("What remains, against the whole calibrated model")
-    left.add_column("entered", overflow="fold")
-    for name in ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]"):
-        left.add_column(escape(name), justify="right", no_wrap=True)
+    errors = ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]")
+    left = new_table("What remains, against the whole calibrated model", folded("entered"), *errors)
     for words, values in remaining:
         left.add_row(words, *values)
-    added = new_table("Added to each joint's reading")
-    for name in ("joint", "with tool and base", "offsets only"):
-        added.add_column(name, justify="left" if name == "joint" else "right", no_wrap=True)
+    added = new_table(
+        "Added to each joint's reading", unbroken("joint"), "with tool and base", "offsets only"
+    )
     for row in offsets:
         added.add_row(*row)
-    placed = new_table("Tool and base with them: xyz [mm], roll pitch yaw [°]")
-    for name in ("frame", "x", "y", "z", "roll", "pitch", "yaw"):
-        placed.add_column(name, justify="left" if name == "frame" else "right", no_wrap=True)
+    parts = ("x", "y", "z", "roll", "pitch", "yaw")
+    placed = new_table("Tool and base with them: xyz [mm], roll pitch yaw [°]", unbroken("frame"), *parts)
     for name, values in frames:
         placed.add_row(name, *values)
     lines = [Text(f"compared at {numbers.rows} joint positions", style="dim")]
@@ -148,15 +141,9 @@ def messages(result: Identification) -> list[RenderableType]:
 
 def error_columns(turned: bool, pixels: bool = False) -> Table:
     """An empty table of errors in mm, degrees where orientations were measured, px where pictures were."""
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("model", no_wrap=True)
-    table.add_column("rows", no_wrap=True)
-    for unit in ("mm", "°") if turned else ("mm",):
-        for name in ("mean", "rms", "max"):
-            table.add_column(f"{name}\n{escape(f'[{unit}]')}", justify="right", no_wrap=True)
-    if pixels:
-        table.add_column(escape("rms\n[px]"), justify="right", no_wrap=True)
-    return table
+    units = ("mm", "°") if turned else ("mm",)
+    errors = [f"{name}\n[{unit}]" for unit in units for name in ("mean", "rms", "max")]
+    return new_table("", unbroken("model"), unbroken("rows"), *errors, *(["rms\n[px]"] if pixels else []))
 
 
 def error_cells(errors: Errors, turned: bool) -> list[str]:

@@ -75,14 +75,12 @@ class Fitted:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """The unknowns by name."""
-        return dict(zip(self.problem.names, self.x.tolist(), strict=True))
+        return self.problem.named(self.x)
 
     @cached_property
     def std(self) -> dict[str, float]:
         """Their standard deviations [rad or m]."""
-        variance = np.maximum(np.diag(self.factor.covariance()), 0.0)
-        return dict(zip(self.problem.names, np.sqrt(variance).tolist(), strict=True))
+        return self.problem.named(np.sqrt(np.maximum(np.diag(self.factor.covariance()), 0.0)))
 
     def quantile(self, level: float) -> float:
         """Standard deviations within which an unknown lies; Student's where the fit gives the noise."""

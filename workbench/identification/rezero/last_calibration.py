@@ -2,15 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
-from workbench.data.dataset import Dataset
 from workbench.identification.prior import Prior
-from workbench.identification.problem import FrameFreedom, Problem
+from workbench.identification.problem import Problem
 
 REPLACED = 10.0
 """Times the tolerance by which the geometry next to a replaced joint may differ."""
@@ -93,29 +93,17 @@ class Knowledge:
         return Prior(names, values, information)
 
     def problem(
-        self,
-        like: Problem,
-        x: Float[np.ndarray, " p"],
-        places: Mapping[str, float],
-        loose: Sequence[str],
-        *,
-        rows: Dataset | None = None,
-        frames: FrameFreedom | None = None,
+        self, like: Problem, x: Float[np.ndarray, " p"], loose: Sequence[str], **choices: Any
     ) -> Problem:
         """A problem like another one, from its answer on, with the knowledge but that of some constants.
 
         Args:
-            like: Has robot, rows, frames and noise, unless other ones are given.
+            like: Has robot, rows, frames and noise.
             x: Its answer.
-            places: Known places of anchors or contacts [m].
             loose: Constants of which nothing is known.
-            rows: Other rows.
-            frames: Another freedom of base and tool.
+            **choices: Other rows (`data`) or frames, as `Problem.again` takes them.
         """
-        data, freedom = rows or like.data, frames or like.frames
-        free, arm = self.names, like.robot_at(x)
-        fresh = Problem.build(arm, data, free=free, frames=freedom, noise=like.noise, known=places)
-        return self.without(*loose).on(fresh)
+        return self.without(*loose).on(like.again(robot=like.robot_at(x), free=self.names, **choices))
 
 
 def link_constants(robot: Robot, joint: int) -> tuple[str, ...]:

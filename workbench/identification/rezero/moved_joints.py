@@ -79,29 +79,29 @@ def rezero(
             raise OptionError(f"--replaced must be 1–{robot.dof}, got {joint}")
     if not min(tolerance) > 0.0:
         raise OptionError(f"the tolerance must be positive, got {tolerance[0]:g} m, {tolerance[1]:g} rad")
-    zeros, places = robot.joint_offsets, dict(known or {})
+    zeros = robot.joint_offsets
     check_enough(robot, data.take(data.included), zeros)
     begin = _near(robot, data)
     knowledge = Knowledge.of(robot, begin, prior, tolerance, [joint - 1 for joint in replaced])
     pictures = data.rig is not None  # whose gate lets zeros alone through; knowledge comes afterwards
     free = zeros if pictures else knowledge.names
     choices = FitChoices(
-        held_out=0.0, frames=frames, free=free, exclude=exclude or {}, noise=noise, known=places
+        held_out=0.0, frames=frames, free=free, exclude=exclude or {}, noise=noise, known=known or {}
     )
     ready = prepare(begin, data, choices, prior=None if pictures else knowledge.without(*zeros))
     measured = noise is not None or noises.from_repeats(ready.problem.data) is not None
     problem = ready.problem
-    problem = knowledge.problem(problem, problem.start, places, zeros) if pictures else problem
+    problem = knowledge.problem(problem, problem.start, zeros) if pictures else problem
     everything = Fitted.of(problem, measured=measured)
-    moved, best = _moved(knowledge, everything, zeros, places)
+    moved, best = _moved(knowledge, everything, zeros)
     own = {s.name: s for s in _shifts(robot, best)}
     shifts = tuple(
         replace(own[s.name], moved=True) if s.name in moved else s for s in _shifts(robot, everything)
     )
     written = {n: v for n, v in best.values.items() if n in moved or n in knowledge.renewed}
     kept = {n: knowledge.value(n) for n in knowledge.names}
-    found = _aligned(ready, best, best.problem.robot_at(best.x).with_values(kept | written))
-    reasons = doubts(knowledge, everything, places, measured=measured)
+    found = _aligned(best, best.problem.robot_at(best.x).with_values(kept | written))
+    reasons = doubts(knowledge, everything, measured=measured)
     if not reasons and (lost := [s for s in shifts if s.moved and not s.determined]):
         left = 1e3 * float(np.sqrt(best.mean_square)) * best.problem.noise.position
         reasons = (
@@ -115,7 +115,7 @@ def rezero(
         doubts=reasons,
         ambiguous=_ambiguous(knowledge, ready, shifts),
         renewed=tuple((n, best.values[n] - kept[n], best.std[n]) for n in knowledge.renewed),
-        error=BeforeAfter(_errors(ready, best, _aligned(ready, best, robot)), _errors(ready, best, found)),
+        error=BeforeAfter(_errors(ready, best, _aligned(best, robot)), _errors(ready, best, found)),
         noise=best.problem.noise,
         rows=len(ready.problem.data),
         excluded=ready.excluded,
@@ -159,7 +159,7 @@ def _shifts(robot: Robot, fit: Fitted) -> tuple[JointShift, ...]:
 
 
 def _moved(
-    knowledge: Knowledge, everything: Fitted, zeros: tuple[str, ...], places: Mapping[str, float]
+    knowledge: Knowledge, everything: Fitted, zeros: tuple[str, ...]
 ) -> tuple[tuple[str, ...], Fitted]:
     """Zeros that moved by more than chance, and the fit in which the others are held to the calibration.
 
@@ -167,7 +167,7 @@ def _moved(
     """
 
     def with_free(*names: str) -> Fitted:
-        own = knowledge.problem(everything.problem, everything.x, places, names)
+        own = knowledge.problem(everything.problem, everything.x, names)
         return Fitted.of(own, measured=everything.measured, noise=everything.problem.noise)
 
     limit = everything.quantile(1.0 - CHANCE / len(zeros))
@@ -185,30 +185,23 @@ def _moved(
     return moved, held
 
 
-def _aligned(ready: Prepared, fit: Fitted, robot: Robot) -> Robot:
+def _aligned(fit: Fitted, robot: Robot) -> Robot:
     """An arm on the base and with the tool that suit the rows best, wherever these are free."""
     problem = fit.problem
-    return align(robot, problem.data, problem.frames, noise=problem.noise, known=ready.places)
+    return align(robot, problem.data, problem.frames, noise=problem.noise, known=problem.known)
 
 
 def _errors(ready: Prepared, fit: Fitted, robot: Robot) -> Errors:
     """Errors of an arm on the rows."""
-    rows = fit.problem.data
-    return Errors.of(ready.errors_on(rows, robot, instrument_places(robot, rows, known=ready.places)))
+    rows, known = fit.problem.data, fit.problem.known
+    return Errors.of(ready.errors_on(rows, robot, instrument_places(robot, rows, known=known)))
 
 
 def _ambiguous(knowledge: Knowledge, ready: Prepared, shifts: tuple[JointShift, ...]) -> tuple[str, ...]:
     """Sentences on zeros that a base or tool elsewhere, or other zeros, would show alike."""
-    rows, taken = ready.problem.data, ready.problem.frames
-    freedom = FrameFreedom(*visible_parts(rows, ready.places))
-    problem = Problem.build(
-        ready.aligned,
-        rows,
-        free=knowledge.names,
-        frames=freedom,
-        noise=ready.problem.noise,
-        known=ready.places,
-    )
+    taken = ready.problem.frames
+    freedom = FrameFreedom(*visible_parts(ready.problem.data, ready.problem.known))
+    problem = ready.problem.again(robot=ready.aligned, free=knowledge.names, frames=freedom)
     problem = knowledge.prior.keep(lambda name: name not in knowledge.robot.joint_offsets).on(problem)
     factor = noises.factor_at(problem, problem.start)
     unseen = np.concatenate([factor.null_space, factor.hardly], axis=1)

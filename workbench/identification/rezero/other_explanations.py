@@ -5,7 +5,7 @@ would only make up for it where it was measured. Where both links of a joint lea
 them alone, or anything else, the joint itself seems to be another one.
 """
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -50,26 +50,23 @@ class _Cause(NamedTuple):
     shown: tuple[str, ...] = ()
 
 
-def doubts(
-    knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float], *, measured: bool
-) -> tuple[str, ...]:
+def doubts(knowledge: Knowledge, zeros: Fitted, *, measured: bool) -> tuple[str, ...]:
     """Sentences on what explains the rows far better than any zeros do.
 
     Args:
         knowledge: What is known of the arm.
         zeros: The fit of all zeros.
-        places: Known places of anchors or contacts [m].
         measured: Whether the noise is known.
     """
     found = []
-    for cause in _causes(knowledge, zeros, places):
+    for cause in _causes(knowledge, zeros):
         fit = Fitted.of(cause.problem, measured=measured)
         chance, ratio = fit.against(zeros, cause.further)
         if chance < STRANGE and ratio > FAR:
             found.append((ratio, cause, fit))
     found.sort(key=lambda entry: -entry[0])
     best = (found[0][2], found[0][1].further) if found else (zeros, 0)
-    if (other := _other_joint(knowledge, zeros, places, *best, measured=measured)) is not None:
+    if (other := _other_joint(knowledge, zeros, *best, measured=measured)) is not None:
         return (other,)
     sentences = [
         _sentence(knowledge, cause, fit, ratio) for ratio, cause, fit in found if ALIKE * ratio >= found[0][0]
@@ -82,7 +79,7 @@ def doubts(
     return tuple(sentences)
 
 
-def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) -> Iterator[_Cause]:
+def _causes(knowledge: Knowledge, zeros: Fitted) -> Iterator[_Cause]:
     problem, robot, offsets = zeros.problem, knowledge.robot, knowledge.robot.joint_offsets
     for joint in range(-1, robot.dof):
         loose = [n for n in link_constants(robot, joint) if n not in knowledge.renewed]
@@ -90,11 +87,11 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
             yield _Cause(
                 f"{f'link {joint + 1}' if joint >= 0 else 'the foot'} is not as calibrated",
                 "look whether it is bent, then calibrate again with 'workbench identify'",
-                knowledge.problem(problem, zeros.x, places, (*offsets, *loose)),
+                knowledge.problem(problem, zeros.x, (*offsets, *loose)),
                 len(loose),
                 tuple(loose),
             )
-    base, tool = visible_parts(problem.data, places)
+    base, tool = visible_parts(problem.data, problem.known)
     for frame, parts in (("base", base), ("tool", tool)):
         if parts and not getattr(problem.frames, frame):
             freed: dict[str, Any] = {frame: parts}
@@ -102,7 +99,7 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
             yield _Cause(
                 f"the {frame} is not where the file has it",
                 f"set [{frame}] free = true in the robot's file",
-                knowledge.problem(problem, zeros.x, places, offsets, frames=freer),
+                knowledge.problem(problem, zeros.x, offsets, frames=freer),
                 len(parts),
             )
     if len(problem.data) < ENOUGH:
@@ -110,7 +107,7 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
     square = np.bincount(problem.component_rows, problem.residual(zeros.x)[: problem.size] ** 2)
     for row in np.argsort(-square)[:WORST]:
         others = problem.data.take(np.delete(np.arange(len(problem.data)), row))
-        less = knowledge.problem(problem, zeros.x, places, offsets, rows=others)
+        less = knowledge.problem(problem, zeros.x, offsets, data=others)
         number = int(problem.data.row[row])
         yield _Cause(
             f"row {number} does not fit the others",
@@ -121,13 +118,7 @@ def _causes(knowledge: Knowledge, zeros: Fitted, places: Mapping[str, float]) ->
 
 
 def _other_joint(
-    knowledge: Knowledge,
-    zeros: Fitted,
-    places: Mapping[str, float],
-    best: Fitted,
-    freed: int,
-    *,
-    measured: bool,
+    knowledge: Knowledge, zeros: Fitted, best: Fitted, freed: int, *, measured: bool
 ) -> str | None:
     """A sentence on the joint that was replaced, if both its links leave far less than the best cause."""
     robot, found = knowledge.robot, []
@@ -137,7 +128,7 @@ def _other_joint(
         ]
         if len(links) <= freed:
             continue
-        freer = knowledge.problem(zeros.problem, zeros.x, places, (*robot.joint_offsets, *links))
+        freer = knowledge.problem(zeros.problem, zeros.x, (*robot.joint_offsets, *links))
         fit = Fitted.of(freer, measured=measured)
         chance, ratio = fit.against(best, len(links) - freed)
         if chance < STRANGE and ratio > FAR:
