@@ -13,7 +13,7 @@ from rich.text import Text
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.axes import turns
+from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.diagnosis.record import Accepted, Diagnosis, Verdict, judged
 from workbench.identification.report.table import models_table
 from workbench.report.numbers import readable_unit, short
@@ -181,18 +181,15 @@ def next_table(result: Diagnosis) -> Table:
 
 def joint_headings(result: Diagnosis) -> list[str]:
     """Headings of joint positions in degrees or mm."""
-    chain = result.calibrated.chain
-    return [f"q{j + 1} [{'°' if turns(chain, j) else 'mm'}]" for j in range(chain.dof)]
+    return [f"q{j} [{unit.strip()}]" for j, unit in enumerate(shown_units(result.calibrated), 1)]
 
 
 def next_rows(result: Diagnosis) -> list[list[str]]:
     """Joint positions of poses to measure next, and what each tells."""
-    chain = result.calibrated.chain
-    scale = [float(np.rad2deg(1.0)) if turns(chain, j) else 1e3 for j in range(chain.dof)]
     reasons = [[reason.sentence] for reason in result.next_reasons] or [[]] * len(result.measure_next)
     return [
-        [*(f"{v:.1f}".replace("-", "−") for v in q * scale), *why]
-        for q, why in zip(result.measure_next, reasons, strict=True)
+        [*(f"{v:.1f}".replace("-", "−") for v in q), *why]
+        for q, why in zip(shown_joints(result.calibrated, result.measure_next), reasons, strict=True)
     ]
 
 

@@ -6,7 +6,7 @@ parameter that no row shows) is null.
 
 import numpy as np
 
-from workbench.arm.robot import JointKind
+from workbench.arm.joint_units import sliding
 from workbench.identification.controller_numbers import ControllerNumbers, PoseErrors
 from workbench.identification.fit import Fit
 from workbench.identification.prior import prior_json
@@ -73,7 +73,7 @@ def controller_json(numbers: ControllerNumbers) -> Json:
             "schema": CONTROLLER,
             "robot": numbers.robot.name,
             "takes": [str(p) for p in numbers.parts],
-            "units": ["m" if j.kind is JointKind.PRISMATIC else "rad" for j in numbers.robot.moving],
+            "units": ["m" if slides else "rad" for slides in sliding(numbers.robot)],
             "offsets": numbers.offsets,
             "tool": {"xyz": numbers.tool.xyz, "rpy": numbers.tool.rpy},
             "base": {"xyz": numbers.base.xyz, "rpy": numbers.base.rpy},
