@@ -38,6 +38,7 @@ class Fit:
 
     @cached_property
     def values(self) -> dict[str, float]:
+        """Answer by name."""
         return self.problem.named(self.x)
 
     @cached_property

@@ -21,7 +21,7 @@ from workbench.base.errors import OptionError
 from workbench.base.threads import in_order
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations import Channel, Unknown
+from workbench.data.observations import Unknown
 from workbench.identification.problem_blocks import (
     Block,
     FrameFreedom,
@@ -132,7 +132,10 @@ class Problem:
         units, sizes = robot.coefficient_units, robot.coefficients
         parameters += [Parameter.bounded(n, units[n], sizes[n], bounds, is_coefficient=True) for n in effects]
         weighing = tuple(robot.inertia) if inertia else ()
-        parameters += [_inertial(robot, n) for n in weighing]
+        parameters += [
+            Parameter(n, "kg" if n.endswith(".mass") else "m", robot.inertia[n], is_inertia=True)
+            for n in weighing
+        ]
         parameters += _frame_parameters(robot, data.sessions, frames, bounds)
         unknown_start, facts = instrument_start(robot, data, kinds, frames)
         parameters += [
@@ -178,10 +181,12 @@ class Problem:
 
     @cached_property
     def start(self) -> Float[np.ndarray, " p"]:
+        """Nominal values, where every search begins."""
         return frozen(np.array([p.nominal for p in self.parameters]))
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
+        """Least and greatest values."""
         return (
             frozen(np.array([p.lower for p in self.parameters])),
             frozen(np.array([p.upper for p in self.parameters])),
@@ -224,6 +229,7 @@ class Problem:
 
     @property
     def size(self) -> int:
+        """Number of measured residual components."""
         return self.blocks[-1].stop if self.blocks else 0
 
     @cached_property
@@ -239,14 +245,7 @@ class Problem:
     @cached_property
     def component_channels(self) -> np.ndarray:
         """True for rotation components, false for positions."""
-        return frozen(
-            np.concatenate(
-                [
-                    np.tile([c is Channel.ROTATION for c in b.observation.channels], len(b.rows))
-                    for b in self.blocks
-                ]
-            )
-        )
+        return frozen(np.concatenate([np.tile(b.observation.is_rotation, len(b.rows)) for b in self.blocks]))
 
     @cached_property
     def inverse_sigma(self) -> Float[np.ndarray, " m"]:
@@ -276,6 +275,7 @@ class Problem:
         return frozen(np.concatenate([o.ravel() for o in own]))
 
     def evaluate(self, x: Float[np.ndarray, " p"]) -> Evaluation:
+        """Whitened residual and Jacobian."""
         extra = 0 if self.prior is None else len(self.prior)
         residual = np.empty(self.size + extra)
         jacobian = np.zeros((self.size + extra, len(x)))
@@ -331,6 +331,7 @@ class Problem:
         return cost, gradient
 
     def residual(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " m"]:
+        """Whitened residual alone."""
         parts = []
         for block in self.blocks:
             part = block.observation.see(block.poses(x), self.unknown(block, x))
@@ -340,6 +341,7 @@ class Problem:
         return np.concatenate(parts)
 
     def jacobian(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, "m p"]:
+        """Whitened identification Jacobian alone."""
         return self.evaluate(x).jacobian
 
     def physical(self, whitened: Float[np.ndarray, " _"]) -> Float[np.ndarray, " m"]:
@@ -415,12 +417,6 @@ class Problem:
         if self.row_weights is not None:
             out *= self.row_weights[block.rows].reshape(-1, *(1,) * (table.ndim - 1))
         return out
-
-
-def _inertial(robot: Robot, name: str) -> Parameter:
-    """A link's mass, or a coordinate of its centre."""
-    unit = "kg" if name.endswith(".mass") else "m"
-    return Parameter(name, unit, robot.inertia[name], is_inertia=True)
 
 
 def _frame_parameters(

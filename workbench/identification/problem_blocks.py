@@ -399,7 +399,7 @@ def own_sigma_of(data: Dataset, observation: AbstractObservation) -> np.ndarray:
 
     Positions go axis by axis, a distance has the mean of all three.
     """
-    rotation = _rotations(observation)
+    rotation = observation.is_rotation
     if data.sigma is None or Channel.PIXEL in observation.channels:
         return np.zeros((len(data), len(rotation)))
     sigma = np.nan_to_num(data.sigma, nan=0.0)
@@ -409,8 +409,3 @@ def own_sigma_of(data: Dataset, observation: AbstractObservation) -> np.ndarray:
     place = np.cumsum(~rotation) - 1
     columns = [3 + i - positions if turned else place[i] % 3 for i, turned in enumerate(rotation)]
     return sigma[:, columns]
-
-
-def _rotations(observation: AbstractObservation) -> np.ndarray:
-    """Whether each component of an observation is one of orientation."""
-    return np.array([channel is Channel.ROTATION for channel in observation.channels])

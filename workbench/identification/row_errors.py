@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from workbench.arm.robot import Robot
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations import AbstractObservation, Channel, PixelObservation
+from workbench.data.observations import AbstractObservation, PixelObservation
 from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.pixel_noise import of_residuals
@@ -144,7 +144,7 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
         unknown = np.array([places[name] for name in observation.unknowns], float)
         residual = observation.see(poses, unknown).residual
         seen = np.broadcast_to(observation.seen, residual.shape)
-        turns = np.array([channel is Channel.ROTATION for channel in observation.channels])
+        turns = observation.is_rotation
         for i, chosen in enumerate((~turns, turns)):
             square[i, rows] += (np.where(seen, residual, 0.0)[:, chosen] ** 2).sum(1)
             components[i, rows] += seen[:, chosen].sum(1)

@@ -101,6 +101,11 @@ class AbstractObservation(ABC):
         """Meaning of each of the m residual components."""
 
     @property
+    def is_rotation(self) -> Bool[np.ndarray, " m"]:
+        """Which components are of orientation."""
+        return np.array([channel is Channel.ROTATION for channel in self.channels])
+
+    @property
     def seen(self) -> Bool[np.ndarray, "..."]:
         """Which components of which rows were measured; all of them, unless some can be missing."""
         return np.ones((1, len(self.channels)), bool)

@@ -75,6 +75,7 @@ class Fitted:
 
     @cached_property
     def values(self) -> dict[str, float]:
+        """The unknowns by name."""
         return self.problem.named(self.x)
 
     @cached_property
