@@ -13,10 +13,11 @@ import numpy as np
 from jaxtyping import Float
 from rigid_body import rigid_body
 
+from workbench.arm.chain import NO_SHIFT
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.wrenches import own_axis
+from workbench.arm.statics.wrenches import motion_wrenches, own_axis
 from workbench.base import se3
 from workbench.base.types import JointRows
 
@@ -104,6 +105,14 @@ def check_jacobian(
             f"column {column} of the Jacobian is off by {error[column]:.3g} of its size > {tolerance:g}"
         )
     return float(error[column])
+
+
+def joint_wrenches(
+    robot: Robot, q: JointRows, *, payload_com=None, values=None, shift=NO_SHIFT, weights=None, **rows
+):
+    """`motion_wrenches` of joint positions; further rows, such as payload or wrench, as `Motion` has them."""
+    how = {"payload_com": payload_com, "values": values, "shift": shift, "weights": weights}
+    return motion_wrenches(robot, Motion(q, **rows), **how)
 
 
 def holding(wrenches, robot):

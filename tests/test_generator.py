@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from checks import joint_wrenches
 from generator import ARMS, VirtualArm, aria, katana, move, rotation, seven, three_parallel, turn
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.statics.wrenches import joint_wrenches
 
 BUILT_IN = {"aria": "aria", "aria-table3": "aria-table3", "aria-table4": "aria-table4", "katana": "katana450"}
 

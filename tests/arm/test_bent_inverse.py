@@ -108,10 +108,8 @@ def test_a_load_that_turns_within_the_play_is_said(arms):
 
 def _balanced(robot):
     """Joint positions where the links behind joint 2 stand upright over it."""
-    from checks import holding
+    from checks import holding, joint_wrenches
     from scipy.optimize import brentq
-
-    from workbench.arm.statics.wrenches import joint_wrenches
 
     q = np.array([0.2, 0.0, 0.4, 0.3, -0.6, 0.1])
 

@@ -6,6 +6,7 @@ import checks
 import generator
 import numpy as np
 import pytest
+from checks import joint_wrenches
 from rigid_body import rigid_body
 
 from workbench.arm.built_in_arms import load_robot
@@ -17,7 +18,6 @@ from workbench.arm.robot import FRAME_PARTS, Frame, Robot
 from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import deflect, shift_of
 from workbench.arm.statics.load_derivatives import wrench_derivative
-from workbench.arm.statics.wrenches import joint_wrenches
 from workbench.arm.urdf import read_urdf, write_urdf
 from workbench.base.errors import DataError, OptionError, RobotError, ShapeError
 

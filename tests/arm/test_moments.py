@@ -4,6 +4,7 @@ import generator
 import numpy as np
 import pinocchio as pin
 import pytest
+from checks import joint_wrenches
 from rigid_body import rigid_body
 
 from workbench.arm.built_in_arms import load_robot
@@ -11,7 +12,6 @@ from workbench.arm.effects import EFFECTS
 from workbench.arm.motion import Motion
 from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.moments import joint_moments
-from workbench.arm.statics.wrenches import joint_wrenches
 from workbench.base.errors import ShapeError
 
 ROWS = 12

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from checks import holding
+from checks import holding, joint_wrenches
 from rigid_body import rigid_body
 
 from workbench.arm.built_in_arms import load_robot
@@ -14,7 +14,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame
 from workbench.arm.statics import wrenches
 from workbench.arm.statics.load_derivatives import _derivatives, wrench_derivative
-from workbench.arm.statics.wrenches import _wrenches, inertia_regressor, joint_wrenches, masses, own_axis
+from workbench.arm.statics.wrenches import _wrenches, inertia_regressor, masses, own_axis
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import RobotError, ShapeError

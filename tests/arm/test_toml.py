@@ -4,6 +4,7 @@ import contextlib
 
 import numpy as np
 import pytest
+from checks import joint_wrenches
 from generator import ARMS
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -13,7 +14,6 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, JointKind, Robot, SessionFrames
 from workbench.arm.robot_toml import _Reader, read_toml, robot_from_table, write_toml
-from workbench.arm.statics.wrenches import joint_wrenches
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pinocchio as pin
 import pytest
-from checks import check_forward, holding
+from checks import check_forward, holding, joint_wrenches
 from generator import rotation
 
 from workbench.arm.built_in_arms import load_robot
@@ -17,7 +17,6 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame, JointKind
 from workbench.arm.robot_toml import read_toml, write_toml
-from workbench.arm.statics.wrenches import joint_wrenches
 from workbench.arm.urdf import read_urdf, write_urdf
 from workbench.base import se3
 from workbench.base.assets import built_in_robots

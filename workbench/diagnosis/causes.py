@@ -246,7 +246,8 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
         effects = tuple(sized[t.candidate.names] for t in group)
         fall = validated(searched.grams, drop(searched.found.model, group)) - after
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
-        if _is_map(group[0]) or size < least or fall.mean() <= standard_error(fall):
+        is_map = group[0].candidate.shrunk and group[0].candidate.effect.maps_joint
+        if is_map or size < least or fall.mean() <= standard_error(fall):
             continue
         if any(most[e.names] >= POSSIBLE for e in effects) or _drowned(effects, most, scatter):
             continue
@@ -270,11 +271,6 @@ def _noise(left: float, known: Noise, floor: Noise | None) -> float:
         return left
     ratios = np.array(floor[:2]) / np.array(known[:2])
     return min(left, float(np.nanmin(ratios))) if np.isfinite(ratios).any() else left
-
-
-def _is_map(term: Term) -> bool:
-    """Whether it is a smooth error of a joint, of many coefficients, which names nothing physical."""
-    return term.candidate.shrunk and term.candidate.effect.maps_joint
 
 
 def _groups(model: Model) -> list[Model]:

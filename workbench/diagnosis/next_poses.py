@@ -174,7 +174,7 @@ def _reason(
 def _gain(covariance: np.ndarray, per_pose: np.ndarray) -> np.ndarray:
     """What every pose adds to the log determinant of the information."""
     seen = per_pose @ covariance @ per_pose.transpose(0, 2, 1)
-    return _log_det(np.eye(per_pose.shape[1]) + seen)
+    return np.linalg.slogdet(np.eye(per_pose.shape[1]) + seen)[1]
 
 
 def _covariance(information: np.ndarray) -> np.ndarray:
@@ -182,10 +182,6 @@ def _covariance(information: np.ndarray) -> np.ndarray:
     root = np.linalg.cholesky(information)
     half = linalg.solve_triangular(root, np.eye(len(root)), lower=True, check_finite=False)
     return half.T @ half
-
-
-def _log_det(matrices: np.ndarray) -> np.ndarray:
-    return np.linalg.slogdet(matrices)[1]
 
 
 def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[AbstractEffect]) -> np.ndarray:

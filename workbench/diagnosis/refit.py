@@ -1,12 +1,11 @@
 """Geometry and accepted effects fitted together, nothing linearised."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg
 
-from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
@@ -123,7 +122,7 @@ def robot_with(fitted: Fitted, grams: Grams, model: Model) -> Robot:
     arm = problem.robot_at(np.array([answer.get(name, 0.0) for name in problem.names]))
     gone = {p.name for p in problem.parameters if p.is_coefficient}
     own = [e for e in arm.effects if not gone & set(e.names)]
-    return arm.with_effects(*own, *(_sized(t.candidate.effect, answer) for t in model))
+    return arm.with_effects(*own, *(t.candidate.effect.sized(answer) for t in model))
 
 
 def _chord(problem: Problem, x: np.ndarray, grams: Grams, model: Model, on_step: OnStep | None) -> Search:
@@ -153,10 +152,6 @@ def _chord(problem: Problem, x: np.ndarray, grams: Grams, model: Model, on_step:
         x, cost, gradient = x + shorter * (into @ step), new, slope
         history.append(cost)
     return Search(x, Outcome.CONVERGED, tuple(history))
-
-
-def _sized(effect: AbstractEffect, found: Mapping[str, float]) -> AbstractEffect:
-    return replace(effect, coefficients=tuple(found[n] for n in effect.names))
 
 
 def _shrinking(problem: Problem, grams: Grams, model: Model) -> Problem:

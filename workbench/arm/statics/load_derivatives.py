@@ -45,7 +45,7 @@ def wrench_derivative(
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
     weights: Masses | None = None,
 ) -> Float[np.ndarray, "rows m p"]:
-    """Derivative of some components of `joint_wrenches` in the values of some elements.
+    """Derivative of some components of `motion_wrenches`, at rest, in the values of some elements.
 
     Args:
         robot: Geometry with masses; n joints.
@@ -53,7 +53,7 @@ def wrench_derivative(
         columns: Elements of the full chain, each once.
         components: Joint (column of q), and component of [f; τ] in the joint's own axes.
         payload: Mass at the tool, one number a row [kg].
-        wrench: What pulls at the tool, as `joint_wrenches` takes it.
+        wrench: What pulls at the tool, as `Motion` has it.
         values: Constants of the chain to use instead of the robot's own.
         shift: What effects add to each element's value.
         weights: Masses to use instead of the robot's own.

@@ -32,7 +32,7 @@ from workbench.arm.effects.axes import Insertion
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import RobotError
-from workbench.base.types import JointRows, Vector3, frozen
+from workbench.base.types import Vector3, frozen
 
 NO_PULL = np.zeros((0, 6))
 
@@ -91,15 +91,11 @@ def mounts(robot: Robot) -> Int[np.ndarray, " n"]:
     return frozen(out)
 
 
-def joint_wrenches(
+def motion_wrenches(
     robot: Robot,
-    q: JointRows,
+    motion: Motion,
     *,
-    payload: Float[np.ndarray, " _"] | None = None,
     payload_com: Vector3 | None = None,
-    wrench: Float[np.ndarray, "_ 6"] | None = None,
-    velocity: Float[np.ndarray, "_ _"] | None = None,
-    acceleration: Float[np.ndarray, "_ _"] | None = None,
     values: Float[np.ndarray, " k"] | None = None,
     shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
     weights: Masses | None = None,
@@ -108,13 +104,8 @@ def joint_wrenches(
 
     Args:
         robot: Geometry with masses; K elements in the full chain, n joints.
-        q: Joint positions [rad or m].
-        payload: Mass at the tool, one number a row [kg].
-        payload_com: Its centre in the tool frame [m]; the tool's origin if None.
-        wrench: What pulls at the tool from outside, one [f; τ] a row at the tool's origin, in the axes in
-            which gravity is given [N, N m]; nothing if None.
-        velocity: Joint velocities, shaped as q [rad/s or m/s]; at rest if None.
-        acceleration: Joint accelerations, shaped as q [rad/s² or m/s²]; none if None.
+        motion: Rows with all that they know of: payload, wrench at the tool, how they move.
+        payload_com: Centre of the payload in the tool frame [m]; the tool's origin if None.
         values: Constants of the chain to use instead of the robot's own.
         shift: What effects add to each element's value; an empty array for nothing.
         weights: Masses to use instead of the robot's own.
@@ -125,22 +116,8 @@ def joint_wrenches(
 
     Raises:
         RobotError: a moving joint's link has no mass, or a joint drives several elements.
-        ShapeError: q, velocity, acceleration, payload or wrench has another number of joints or rows.
+        ShapeError: the rows have another number of joints than the robot.
     """
-    moved = Motion(q, payload=payload, wrench=wrench, velocity=velocity, acceleration=acceleration)
-    return motion_wrenches(robot, moved, payload_com=payload_com, values=values, shift=shift, weights=weights)
-
-
-def motion_wrenches(
-    robot: Robot,
-    motion: Motion,
-    *,
-    payload_com: Vector3 | None = None,
-    values: Float[np.ndarray, " k"] | None = None,
-    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
-    weights: Masses | None = None,
-) -> Float[np.ndarray, "rows n 6"]:
-    """`joint_wrenches` of rows with all that they know of: payload, wrench at the tool, how they move."""
     weights = masses(robot) if weights is None else weights
     return _summed(robot, motion, weights, payload_com=payload_com, values=values, shift=shift)[:, 0]
 

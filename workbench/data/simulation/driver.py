@@ -78,7 +78,8 @@ def drive(
         rng: Source of the noise.
         instrument: What sees the tool all the while; None: nothing does, and samples have no pose.
         pace: How it moves; unhurried if None.
-        start: Where it stands at first [rad or m]; at rest if None.
+        start: Where it stands at first [rad or m]; with all joints at zero, or as near as their limits allow,
+            if None.
         clock: Time of the first sample [s].
 
     Yields:
@@ -95,14 +96,14 @@ def drive(
             f"instrument '{instrument.name}' sees no pose and no point of the tool; "
             "choose one that does, such as tracker-6d or laser-tracker"
         )
-    start = _rest(actual) if start is None else start
+    start = np.clip(0.0, *actual.search_limits.T) if start is None else start
     return _samples(actual, targets, rng, instrument, pace, start, clock)
 
 
 def _samples(actual, targets, rng, instrument, pace, here, clock) -> Iterator[Sample]:
-    count = 0
+    count, dwell = 0, max(int(np.ceil(pace.dwell * pace.rate)), 1)
     for target in targets:
-        path = np.concatenate([_approach(actual, here, target, pace), _dwell(target, pace)])
+        path = np.concatenate([_approach(actual, here, target, pace), np.tile(target, (dwell, 1))])
         poses = None if instrument is None else tool_poses(actual, Motion(path))
         for k, q in enumerate(path):
             position, rotation = _seen(None if poses is None else poses[k], instrument, rng)
@@ -117,11 +118,6 @@ def _samples(actual, targets, rng, instrument, pace, here, clock) -> Iterator[Sa
         here = target
 
 
-def _rest(actual: Robot) -> np.ndarray:
-    """Where the arm starts: all joints at zero, or as near as the limits allow."""
-    return np.clip(0.0, *actual.search_limits.T)
-
-
 def _approach(actual: Robot, start: np.ndarray, end: np.ndarray, pace: Pace) -> np.ndarray:
     fastest = np.array(
         [pace.sliding if j.kind is JointKind.PRISMATIC else pace.turning for j in actual.moving]
@@ -129,10 +125,6 @@ def _approach(actual: Robot, start: np.ndarray, end: np.ndarray, pace: Pace) -> 
     lasts = max(PEAK * float((np.abs(end - start) / fastest).max()), SHORTEST)
     s = np.arange(1, int(np.ceil(lasts * pace.rate)) + 1) / np.ceil(lasts * pace.rate)
     return start + (end - start) * (s**3 * (10.0 - 15.0 * s + 6.0 * s**2))[:, None]
-
-
-def _dwell(target: np.ndarray, pace: Pace) -> np.ndarray:
-    return np.tile(target, (max(int(np.ceil(pace.dwell * pace.rate)), 1), 1))
 
 
 def _seen(pose, instrument, rng) -> tuple[np.ndarray | None, np.ndarray | None]:

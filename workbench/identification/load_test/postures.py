@@ -163,7 +163,7 @@ def plan_load_test(
         raise OptionError(bad if added_mass < 0.0 else f"--pairs must be at least 1, got {each}")
     q, base = _moves(robot, rng)
     moves, heavy = (_loaded(robot, q, base, mass) for mass in (0.0, added_mass))
-    unturned = _unturned(heavy.moments[0])
+    unturned = tuple(np.flatnonzero(np.abs(heavy.moments[0].about).max(axis=0) < FIRM).tolist())
     pairs: list[PosturePair] = []
     missing: list[tuple[int, Purpose]] = []
     for joint in _asked(robot, joints, unturned):
@@ -235,10 +235,6 @@ def _loaded(robot: Robot, q: np.ndarray, base: np.ndarray, mass: float) -> _Move
     load = np.full(q.shape[1], mass)
     first, second = (joint_moments(robot, Motion(rows, payload=load)) for rows in q)
     return _Moves(q, base, mass, (first, second))
-
-
-def _unturned(moments: JointMoments) -> tuple[int, ...]:
-    return tuple(np.flatnonzero(np.abs(moments.about).max(axis=0) < FIRM).tolist())
 
 
 def _asked(robot: Robot, joints: Sequence[int] | None, unturned: tuple[int, ...]) -> tuple[int, ...]:
