@@ -251,3 +251,11 @@ def test_what_can_not_be_tried(job):
     katana = load_robot("katana450")
     with pytest.raises(DataError, match="can't sit in a seat"):
         try_production(replace(job, robot=katana), arms=10)
+
+
+def test_a_place_in_the_plane_of_a_ball_bar_s_anchors_has_a_weight():
+    """No distance shows the direction across that plane: little weight there, the usual one elsewhere."""
+    plane = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-0.6, -0.8, 0.0]])
+    errors = replace(QUIET, seat_position=5e-6, away=np.stack([plane, np.eye(3)]))
+    assert np.allclose(errors.assumed[0, :3] / 5e-6, [0.9, 0.8, 1e3], rtol=0.1)
+    assert np.allclose(errors.assumed[1, :3], 5e-6, rtol=1e-5)

@@ -95,7 +95,7 @@ def _actual_targets(job: Job, arms: int, rng: np.random.Generator) -> Float[np.n
         anchors = errors.anchor * rng.normal(size=(arms, *errors.away.shape[1:]))
         lengths = np.einsum("tki,aki->atk", errors.away, anchors)
         lengths += errors.seat_position * rng.normal(size=lengths.shape)
-        position += np.einsum("tik,atk->ati", np.linalg.pinv(errors.away), lengths)
+        position += np.einsum("tij,tkj,atk->ati", errors.spread, errors.away, lengths, optimize=True)
     rotation += rng.normal(size=shape) * errors.seat_rotation
     turned = se3.rotvec_to_matrix(rotation) @ job.poses[:, :3, :3]
     return se3.pose(turned, job.poses[:, :3, 3] + position)

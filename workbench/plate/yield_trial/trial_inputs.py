@@ -16,6 +16,8 @@ from workbench.data.accuracy_requirement import Requirement, Wanted
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.yield_trial.reach_targets import bent, branches_by_distance
 
+ACROSS = 1e3
+"""Least well known direction of a place read by distances, in deviations of a distance."""
 LEAST = 1e-9
 """Standard deviation by which exact readings are weighted [m or rad]."""
 TESTS = 48
@@ -90,12 +92,20 @@ class Errors:
         return np.zeros((len(self.target_position), 2)) if self.play is None else self.play
 
     @property
+    def spread(self) -> Float[np.ndarray, "targets 3 3"]:
+        """Covariance of a place that is read by its distances from a ball-bar's anchors, per one of a distance.
+
+        In the anchors' plane no distance shows the direction across it: there `ACROSS` is taken.
+        """
+        assert self.away is not None
+        return np.linalg.inv(np.swapaxes(self.away, 1, 2) @ self.away + np.eye(3) / ACROSS**2)
+
+    @property
     def assumed(self) -> Float[np.ndarray, "targets 6"]:
         """Deviations by which the identification weights its rows: seat, play and target together."""
         position = np.hypot(np.hypot(self.seat_position, self.target_position), self.played[:, 0])
         if self.away is not None:
-            spread = np.linalg.inv(np.swapaxes(self.away, 1, 2) @ self.away)
-            along = np.sqrt(np.diagonal(spread, axis1=1, axis2=2)) * self.seat_position
+            along = np.sqrt(np.diagonal(self.spread, axis1=1, axis2=2)) * self.seat_position
             return np.maximum(np.column_stack([along, np.ones_like(along)]), LEAST)
         rotation = np.hypot(np.hypot(self.seat_rotation, self.target_rotation), self.played[:, 1])
         return np.maximum(np.repeat(np.column_stack([position, rotation]), 3, axis=1), LEAST)
