@@ -93,9 +93,9 @@ class Errors:
 
     @property
     def spread(self) -> Float[np.ndarray, "targets 3 3"]:
-        """Covariance of a place that is read by its distances from a ball-bar's anchors, per one of a distance.
+        """Covariance of a place read by its distances from a ball-bar's anchors, in variances of a distance.
 
-        In the anchors' plane no distance shows the direction across it: there `ACROSS` is taken.
+        In the anchors' plane no distance shows the direction across it: `ACROSS` is taken.
         """
         assert self.away is not None
         return np.linalg.inv(np.swapaxes(self.away, 1, 2) @ self.away + np.eye(3) / ACROSS**2)
