@@ -1,5 +1,7 @@
 """What several tests share."""
 
+import fcntl
+import gc
 import os
 import sys
 from collections.abc import Callable
@@ -17,6 +19,27 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # process of its own, would compile the whole package and rewrite all assertions again, seconds each time.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
+# What collection makes stays to the end: to look through it for garbage takes a fifth of its time.
+gc.disable()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """What one worker compiles, others read: in a fresh checkout all would compile the same, a minute each."""
+    if not hasattr(config, "workerinput"):
+        return
+    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.dispatcher import Dispatcher
+
+    alone = Dispatcher.compile
+
+    def compile_in_turn(self: Dispatcher, sig: Any) -> Any:
+        if global_compiler_lock.is_locked():  # a function that one being compiled calls
+            return alone(self, sig)
+        with global_compiler_lock, open(self.py_func.__code__.co_filename) as source:
+            fcntl.flock(source, fcntl.LOCK_EX)
+            return alone(self, sig)
+
+    Dispatcher.compile = compile_in_turn
 
 
 SHARING = ("/test_browser", "studies/test_", "identification/report/")
@@ -37,6 +60,12 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
     ranks = {path: min(map(rank, group)) for path, group in groupby(items, key=lambda item: item.path)}
     items.sort(key=lambda item: ranks[item.path])
+
+
+def pytest_collection_finish() -> None:
+    """Garbage is searched for again, but not in what has been collected."""
+    gc.freeze()
+    gc.enable()
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import SIZE
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.motion import Motion
@@ -298,6 +297,7 @@ def test_a_page_is_as_dark_as_its_system_until_somebody_chooses(app, look):
 
 def test_in_narrow_windows_no_part_of_the_scene_is_below_the_panel(look):
     page = look().page
+    before = page.viewport_size
     page.set_viewport_size({"width": 390, "height": 844})
     page.wait_for_function("() => document.querySelector('canvas').getBoundingClientRect().height < 400")
     box = page.locator("canvas").first.bounding_box()
@@ -306,7 +306,7 @@ def test_in_narrow_windows_no_part_of_the_scene_is_below_the_panel(look):
     page.wait_for_function("() => document.querySelector('canvas').getBoundingClientRect().height > 600")
     box = page.locator("canvas").first.bounding_box()
     assert box["x"] + box["width"] <= page.locator('[data-testid="hint"]').bounding_box()["x"]
-    page.set_viewport_size(SIZE)
+    page.set_viewport_size(before)
 
 
 def test_the_first_card_can_be_opened_again(app, look):

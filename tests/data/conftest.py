@@ -1,0 +1,25 @@
+"""Files of binary formats are read in a child each; the same bytes in one test, in one."""
+
+import pytest
+
+from workbench.base.bounded_process import ChildError
+from workbench.data import binary_tables
+
+
+@pytest.fixture(autouse=True)
+def read_once(monkeypatch):
+    """What a child answered, kept for as long as a test: many read a file and preview it as well."""
+    read, known = binary_tables.in_child, {}
+
+    def once(function, data, *, seconds, memory, **others):
+        key = function, data, seconds, memory
+        if key not in known:
+            try:
+                known[key] = read(function, data, seconds=seconds, memory=memory, **others)
+            except ChildError as error:
+                known[key] = error
+        if isinstance(known[key], ChildError):
+            raise known[key]
+        return known[key]
+
+    monkeypatch.setattr(binary_tables, "in_child", once)
