@@ -24,7 +24,7 @@ gc.disable()
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """What one worker compiles, others read: in a fresh checkout all would compile the same, a minute each."""
+    """What one worker compiles, the others read: in a fresh checkout each compiles for half a minute."""
     if not hasattr(config, "workerinput"):
         return
     from numba.core.compiler_lock import global_compiler_lock
