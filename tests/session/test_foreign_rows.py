@@ -110,3 +110,27 @@ def test_another_robot_has_its_own_plate_and_undo_brings_everything_back(do):
     assert again.robot is other.robot
     assert do(ChooseRobot("aria")).plate.name == "Table 2"
     assert np.array_equal(do(Undo()).plate.poses, other.plate.poses)
+
+
+def test_rows_of_an_arm_with_more_joints_offer_that_arm_too(do):
+    """A stranger's way: the arm that is open at first has six joints, the file seven."""
+    arm = load_robot("panda")
+    q = np.random.default_rng(1).uniform(*arm.limits.T, (30, 7))
+    rows = [",".join(f"q{i}[rad]" for i in range(1, 8)) + ",x[m],y[m],z[m]"]
+    rows += [",".join(f"{v:.9f}" for v in (*a, *p)) for a, p in zip(q, arm.predict(q)[:, :3, 3], strict=True)]
+    loaded = do(LoadData("seven.csv", "\n".join(rows).encode()))
+    assert loaded.loaded is None
+    step = guide(loaded)
+    assert (
+        "7 joints in the file, 6 in the arm: these rows are not ARIA's; Franka Emika Panda" in step.sentence
+    )
+    assert step.tone is Tone.BAD
+    assert step.next.command == ChooseRobot("panda", keep=True)  # not the FR3, outside whose limits some are
+    changed = do(step.next.command)
+    assert changed.robot.name == arm.name
+    assert len(changed.loaded.dataset) == 30
+    assert changed.unread is None
+    assert guide(changed).next.label == "Identify the geometry"
+    own = do(ChooseRobot("aria"), MeasureVirtualArm(1), LoadData("seven.csv", "\n".join(rows).encode()))
+    assert own.loaded.virtual  # what is there stays, and so does the way on from it
+    assert guide(own).next.label == "Identify the geometry"

@@ -210,6 +210,15 @@ STATES = [
         "Identify the geometry",
     ),
     ("added", lambda s: s, " → ", Tone.GOOD, "Take the arm away", Tab.IDENTIFY, "Compare"),
+    (
+        "added",
+        lambda s: told(s, verdict=Verdict.PARTLY),
+        "No known effect explains what is left",
+        Tone.GOOD,
+        "Take the arm away",
+        Tab.IDENTIFY,
+        "Compare",
+    ),
 ]
 
 
@@ -225,6 +234,13 @@ def test_every_state_says_where_it_stands_and_what_is_next(
     assert (step.next and step.next.label) == label
     assert tab is None or step.next.tab is tab
     assert (step.other and step.other.label) == other
+
+
+def test_taking_the_arm_away_says_where_it_is_saved_even_where_that_tab_is_open(walked):
+    step = guide(walked["added"])
+    said = done(walked["added"], step.next.command)
+    assert said.messages[-1].text.startswith("Save the calibrated arm below: TOML")
+    assert guide(said) == step
 
 
 def test_what_its_buttons_do_makes_sense_there(walked):

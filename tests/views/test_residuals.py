@@ -25,7 +25,7 @@ from workbench.views.drawables.measured import error_scale, looked_at, measured
 from workbench.views.page.camera import FAR
 from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.panels.residuals import arrow_factors, colour_bar, row_errors, stage_means
-from workbench.views.page.scene.viser_sink import nearest_to_ray
+from workbench.views.page.scene.picking import nearest_to_ray
 
 ERRORS = 1e-3 * np.array([[1.0, 0.3, 0.1], [2.0, 0.2, 0.1], [4.0, 0.4, 0.2], [3.0, 0.3, 0.1]])
 

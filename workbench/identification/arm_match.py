@@ -34,6 +34,8 @@ SLACK = 0.05
 """How far beyond a limit a joint may be [rad or m]."""
 STEPS = 10
 """Steps to the frames of another arm, from closed forms, which leave little where it is the right one."""
+ALIKE = 1e-3
+"""Relative difference of what two arms of the same geometry leave."""
 BETTER = 5.0
 """A rival, or other zeros of the joints, must leave so many times less."""
 
@@ -44,12 +46,14 @@ class ArmMatch:
 
     Args:
         robot: Name of the arm.
-        error: Median distance of measured from predicted points with the best base and tool [m]; or NaN.
+        error: Median distance of measured from predicted points with the best base and tool [m]; NaN where
+            too few tell, infinite for rows of an arm with another number of joints.
         outside: Share of the rows in which a joint is beyond its limits.
         rival: Built-in arm that fits far better, as `load_robot` takes it; empty if there is none.
         rival_name: What that arm is called.
         rival_error: What it leaves [m].
         is_foreign: Whether these are clearly not the arm's rows.
+        joints: Joints of the rows and of the arm.
     """
 
     robot: str
@@ -59,11 +63,15 @@ class ArmMatch:
     rival_name: str = ""
     rival_error: float = np.nan
     is_foreign: bool = False
+    joints: tuple[int, int] = (0, 0)
 
     @property
     def words(self) -> str:
         """The finding as a sentence."""
+        rows, arm = self.joints
         found = [f"{in_mm(self.error)} off after the best base and tool"]
+        if rows != arm:
+            found = [f"{rows} joints in the file, {arm} in the arm"]
         if self.outside >= 0.005:
             found.append(f"{100 * self.outside:.0f} % of the rows outside the joint limits")
         own = "these rows are not" if self.is_foreign else "these rows may be"
@@ -77,11 +85,11 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     """Compare rows with the arm that they are said to be of; quick, unless something is wrong.
 
     Args:
-        data: Rows with as many joints.
+        data: Rows; of another number of joints it is asked only which built-in arm they fit.
     """
-    low, high = robot.limits.T
-    q = data.q[data.included]
-    outside = float(((q < low - SLACK) | (q > high + SLACK)).any(1).mean()) if len(q) else 0.0
+    if data.joints != robot.dof:
+        return _with_other_joints(robot, data)
+    outside = _outside(robot, data)
     seen = _some(data)
     if seen is None:
         return ArmMatch(robot=robot.name, error=np.nan, outside=outside)
@@ -90,9 +98,25 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     found = ArmMatch(robot=robot.name, error=error, outside=outside)
     if error < SOME * robot.reach:
         return found
-    found = _with_rival(found, robot, seen)
+    found = _with_rival(found, data, seen)
     much = error > MUCH * robot.reach or (outside > OUTSIDE and error > 0.5 * MUCH * robot.reach)
     return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(aligned, seen, error)))
+
+
+def _with_other_joints(robot: Robot, data: Dataset) -> ArmMatch:
+    found = ArmMatch(
+        robot=robot.name, error=np.inf, outside=0.0, is_foreign=True, joints=(data.joints, robot.dof)
+    )
+    seen = _some(data)
+    best = found if seen is None else _with_rival(found, data, seen)
+    return best if best.rival and best.rival_error < SOME * load_robot(best.rival).reach else found
+
+
+def _outside(robot: Robot, data: Dataset) -> float:
+    """Share of the rows in which a joint is beyond its limits."""
+    low, high = robot.limits.T
+    q = data.q[data.included]
+    return float(((q < low - SLACK) | (q > high + SLACK)).any(1).mean()) if len(q) else 0.0
 
 
 def _some(data: Dataset) -> Dataset | None:
@@ -120,17 +144,24 @@ def _left(robot: Robot, seen: Dataset) -> float:
     return float(np.median(np.linalg.norm(predict(robot, seen)[:, :3, 3] - seen.position, axis=1)))
 
 
-def _with_rival(found: ArmMatch, robot: Robot, seen: Dataset) -> ArmMatch:
-    """The match with the built-in arm of as many joints that fits best, if it does so far better."""
+def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
+    """The match with the built-in arm of the rows' joints that fits best, if it does so far better.
+
+    Of arms alike but for joint limits, as FR3 and Panda, it is the one within whose limits more rows are.
+    """
+    beyond = 0.0
     for name in built_in_robots():
         rival = load_robot(name)
-        if rival.dof != robot.dof or rival.name == robot.name:
+        if rival.dof != seen.joints or rival.name == found.robot:
             continue
         roughly = starts(_bare(rival), seen, FrameFreedom(*visible_parts(seen)))
         if min(_left(start, seen) for start in roughly) > found.error:
             continue
         error = _left(_aligned(rival, seen, STEPS), seen)
-        if error < found.error / BETTER and not error >= found.rival_error:
+        outside = _outside(rival, data)
+        is_alike = np.isclose(error, found.rival_error, rtol=ALIKE) and outside < beyond
+        if error < found.error / BETTER and (is_alike or not error >= found.rival_error):
+            beyond = outside
             found = replace(found, rival=name, rival_name=rival.name, rival_error=error)
     return found
 

@@ -26,7 +26,7 @@ from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of
 from workbench.plate.observability import AbstractIndex, O
-from workbench.plate.obstruction import hits
+from workbench.plate.obstruction import exclusive, hits
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.d_optimal import greedy_choice
 from workbench.plate.poses.exchange import exchange
@@ -246,13 +246,21 @@ def _first_of_each_cube(pool: _Pool, band: np.ndarray) -> np.ndarray:
 
 
 def _best_of_band(pool: _Pool, band: np.ndarray, number: int) -> np.ndarray:
-    """The candidates of a band, one a cube, whose index as a set is best."""
+    """The candidates of a band, one a cube, whose index as a set is best.
+
+    Where a plate's blocks would stand in the arm's way, none that does so is chosen, if enough are left.
+    """
     size = len(pool.linearisation.names)
     cubes = _first_of_each_cube(pool, band)
     band = np.union1d(cubes, band[:: max(len(band) // MOST, 1)])
     blocks = pool.linearisation.scaled.reshape(len(pool.q), -1, size)[band]
-    clash = pool.cubes[band][:, None] == pool.cubes[band]
+    clash = together = pool.cubes[band][:, None] == pool.cubes[band]
+    if (solid := pool.limits.solid) is not None:
+        clash = together | exclusive(pool.robot, solid, pool.q[band])
     start = greedy_choice(blocks, number, clash=clash)
+    if len(start) < number:
+        clash = together
+        start = greedy_choice(blocks, number, clash=clash)
     found = exchange(
         blocks.transpose(0, 2, 1) @ blocks,
         np.ones((number, len(band)), bool),

@@ -101,6 +101,22 @@ def has_room(
     return fine
 
 
+def exclusive(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, "rows rows"]:
+    """Which postures can't both be targets of the plate, as the arm runs in one into the block of the other.
+
+    Args:
+        plate: Its solid; whatever targets it has don't matter.
+        q: Postures [rad or m].
+    """
+    if plate.size is None or plate.anchors is not None:
+        return np.zeros((len(q), len(q)), bool)
+    shape, poses = shape_of(robot), se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q))
+    blocks = block_hulls(_bare(plate.xyz.tobytes(), plate.rpy.tobytes()), poses)
+    met = touches(shape, shape.placements(q), blocks)
+    np.fill_diagonal(met, False)
+    return np.asarray(met | met.T)
+
+
 def touches(shape: CapsuleArm, at: Placements, hulls: Sequence[Hull]) -> Bool[np.ndarray, "rows hulls"]:
     """Which bodies that stand still each posture runs into."""
     rows, count = len(at), len(hulls)

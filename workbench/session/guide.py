@@ -21,9 +21,10 @@ from workbench.session.commands.diagnose import LEAST_ROWS, AddEffects, Diagnose
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import UseRows
+from workbench.session.commands.messages import Tell
 from workbench.session.commands.plate import ImprovePlate, TryPlate
 from workbench.session.export import File, fixture_zip
-from workbench.session.state import Focus, Session, Tab
+from workbench.session.state import Focus, Session, Severity, Tab
 
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 """Mean length of a position error of three normal components of unit deviation."""
@@ -85,8 +86,13 @@ CAUSE = Action("Find the cause", Tab.DIAGNOSE, Diagnose())
 ADD = Action("Add what was found", Tab.IDENTIFY, AddEffects())
 TRY = Action("Try it on virtual arms", Tab.PLATE, TryPlate())
 COMPARE = Action("Compare", Tab.COMPARE)
-TAKE = Action("Take the arm away", Tab.IDENTIFY)
+SAVED = (
+    "Save the calibrated arm below: TOML for this program, effects and all; URDF for others, its geometry "
+    "alone; or the report"
+)
+TAKE = Action("Take the arm away", Tab.IDENTIFY, Tell(SAVED, Severity.INFO))
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
+OTHER_ARM = Action("Choose the robot", Tab.MORE)
 POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
 
 
@@ -109,6 +115,9 @@ def guide(session: Session) -> Step:
         return Step(
             "The solid arm moves as commanded, the amber one as the calibrated arm does.", next=COMPARE
         )
+    file = session.unread
+    if session.loaded is None and file is not None and file.match is not None and file.match.rival:
+        return _foreign(file.match)
     if session.loaded is None or _takes_next_poses(session):
         return _design(session)
     if session.identification is None:
@@ -117,7 +126,9 @@ def guide(session: Session) -> Step:
             return _foreign(session.loaded.match)
         return Step(f"{rows} rows of {session.loaded.name} are loaded.", next=FIT, other=LOAD)
     if session.accepted:
-        return Step(f"{stages_in_words(session)} mm. This is the arm as it is.", Tone.GOOD, TAKE, COMPARE)
+        is_all = session.diagnosis is None or session.diagnosis.verdict is not Verdict.PARTLY
+        left = "This is the arm as it is" if is_all else "No known effect explains what is left"
+        return Step(f"{stages_in_words(session)} mm. {left}.", Tone.GOOD, TAKE, COMPARE)
     if session.diagnosis is not None:
         return _diagnosed(session.diagnosis)
     return _identified(session, session.identification)
@@ -125,8 +136,10 @@ def guide(session: Session) -> Step:
 
 def _foreign(match: ArmMatch) -> Step:
     """Rows of another arm: change to that one, if it is known."""
-    anyway = Action("Identify all the same", Tab.IDENTIFY, Identify(anyway=True))
-    change = Action("Choose the robot", Tab.MORE)
+    anyway = OTHER_ARM
+    if match.joints[0] == match.joints[1]:
+        anyway = Action("Identify all the same", Tab.IDENTIFY, Identify(anyway=True))
+    change = OTHER_ARM
     if match.rival:
         change = Action(f"Change to {match.rival_name}", Tab.IDENTIFY, ChooseRobot(match.rival, keep=True))
     return Step(f"{capital(match.words)}.", Tone.BAD, change, anyway)

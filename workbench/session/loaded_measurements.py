@@ -23,12 +23,14 @@ class MeasurementFile:
         content: Its bytes.
         preview: What was understood.
         mapping: What its columns were said to be (TOML); empty: as its headings say.
+        match: Which arm its rows are of, where they have another number of joints than the session's.
     """
 
     name: str
     content: bytes
     preview: Preview
     mapping: bytes = b""
+    match: ArmMatch | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,8 +53,9 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
         assert page.locator('[data-testid="start"]').count() == 0
         press("Identify the geometry")
         says("something is not geometry")
-        judged = page.locator('[data-testid="requirement"]').inner_text()  # nothing is wanted of this arm
-        assert judged.startswith("Give the error that you want")
+        shown = page.locator('[data-testid="unjudged"]:visible').inner_text()
+        assert shown.startswith("0 mm: no error is wanted, so nothing is judged.")
+        assert page.locator('[data-testid="requirement"]').count() == 0
         press("Find the cause")
         says(name)
         opened(Tab.DIAGNOSE)

@@ -1,11 +1,16 @@
 """The demo in a real Chromium: a hidden effect is found and added, and the numbers fall."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from conftest import StartAgain
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.plate.obstruction import hits
 from workbench.plate.plate_toml import load_plate
 from workbench.session.commands.drag import SelectTarget
+from workbench.session.reach import place
 from workbench.views.page.app import App
 from workbench.views.page.demo import END, Demo
 
@@ -50,11 +55,25 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
     screen.tab("Diagnose")
     screen.wait_text("verdict", "part of the model")
     screen.shoot("diagnosed")
-    number = len(session.plate)
-    screen.press("Add the suggested poses as targets")
-    screen.tab("Plate")
-    session = screen.until(lambda now: len(now.plate) > number or "clear of the arm" in now.messages[-1].text)
-    screen.wait_text("rank", f"{session.score.measurable} targets")
+    suggested_poses_that_are_blocked_become_no_targets(screen, found)
+
+
+def suggested_poses_that_are_blocked_become_no_targets(screen, found):
+    """Neither where the diagnosis suggests one, as it looked at another plate, nor in what counts."""
+    session = screen.app.worker.session
+    named = replace(session.plate.targets[2], branch="shoulder right, elbow down, wrist flip")
+    blocked = place(session.robot, named, session.states[2].q).q
+    assert hits(session.robot, session.plate, [2], blocked[None])[0]
+    asked = np.vstack([blocked, found.measure_next])
+    told = replace(found, measure_next=asked, next_reasons=("blocked", *found.next_reasons))
+    screen.app.worker.submit(StartAgain(replace(session, diagnosis=told, accepted=())))
+    screen.press("Make the next poses targets")
+    before, number = len(session.plate), len(told.measure_next)
+    session = screen.until(lambda now: f"of {number} suggested poses" in now.messages[-1].text)
+    added = len(session.plate) - before
+    assert 0 < added < number
+    assert all(state.measurable for state in session.states)
+    screen.wait_text("rank", f"{before + added} targets")
     screen.shoot("next")
 
 

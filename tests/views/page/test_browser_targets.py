@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from workbench.session.commands.drag import MoveTarget, SelectTarget
+
 pytestmark = pytest.mark.browser
 
 
@@ -74,3 +76,35 @@ def a_blocked_branch_counts_nowhere(screen):
     screen.until(lambda session: session.plate is before.plate)
     screen.choose("Target", str(before.selected + 1))
     screen.until(lambda session: session.selected == before.selected)
+
+
+def test_a_handle_behind_another_block_is_grabbed(app, look):
+    screen = look()
+    arrow, eye = app.view.gizmo.handles["arrows"], screen.client.camera.position
+    tip = np.array(arrow.position) + 0.9 * arrow.scale * np.eye(3)[1]
+    before = tip + 0.25 * (eye - tip) / np.linalg.norm(eye - tip)
+    app.worker.submit(MoveTarget(1, tuple(before.tolist()), (np.pi, 0.0, 0.0)))
+    app.worker.submit(SelectTarget(0))
+    screen.until(lambda session: session.selected == 0)
+    screen.wait_node("/handles/arrows", np.array(arrow.position))
+    screen.page.wait_for_timeout(500)
+    at, metre = screen.grab(1)
+    screen.shoot("handle-behind-a-block")
+    screen.page.mouse.move(*(at - 0.02 * metre), steps=4)
+    assert screen.until(lambda session: session.drag is not None).drag.target == 0
+    screen.page.mouse.up()
+    screen.until(lambda session: session.drag is None)
+    screen.page.mouse.click(
+        *screen.pixel(before - 0.02 * np.eye(3)[2])
+    )  # the block in front is still clicked
+    screen.until(lambda session: session.selected == 1)
+
+
+def test_poses_of_equal_index_are_targets_that_can_be_measured(app, look, untouched):
+    screen = look()
+    screen.page.get_by_text("Other searches", exact=True).click()
+    screen.press("Search poses of equal index")
+    session = screen.until(lambda session: session.plate is not untouched.plate, timeout=120.0)
+    assert [state.obstacle for state in session.states] == [""] * 10
+    screen.wait_text("rank", "10 targets")
+    screen.shoot("searched")

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from workbench.plate.region import Region
+from workbench.views.appearance.shapes import box
 from workbench.views.drawables.drawable import Cubes
 from workbench.views.page.scene.cubes import NORMALS, TURNS, cube_under, outer_faces
+from workbench.views.page.scene.picking import distance_to
 
 REGION = Region(min=np.zeros(3), max=np.array([0.6, 0.5, 0.4]), cube=0.1)
 
@@ -47,3 +49,14 @@ def test_a_ray_meets_the_nearest_drawn_face_and_passes_between_cubes():
     assert cube_under(cubes, REGION.centres[top] + above + [0.05, 0.0, 0.0], down) is None  # between two
     assert cube_under(cubes, REGION.centres[top] + above, above) is None
     assert cube_under(cubes, np.array([0.25, 0.15, 0.2]), down) is None  # from inside, faces look away
+
+
+def test_a_ray_meets_a_solid_where_it_is_nearest_even_through_an_edge_of_its_triangles():
+    solid = box(np.array([0.2, 0.4, 0.6]))
+    top, middle = solid.vertices[:, 2].max(), 0.5 * (solid.vertices.min(0) + solid.vertices.max(0))
+    down = np.array([0.0, 0.0, -1.0])
+    for aside in ([0.0, 0.0], [0.05, -0.15]):  # the first is on the diagonal of the upper face
+        over = np.array([*(middle[:2] + aside), top + 0.5])
+        assert distance_to(solid, over, down) == pytest.approx(0.5)
+        assert distance_to(solid, over, -down) is None
+    assert distance_to(solid, np.array([middle[0] + 0.11, middle[1], top + 0.5]), down) is None

@@ -144,7 +144,7 @@ def test_what_is_put_off_in_a_drag_comes_once_the_hand_is_still(app):
 def test_a_click_means_a_target_before_its_measured_points_and_a_cube_before_the_target(app):
     session, scene = app.worker.session, app.view._scene
     place, down = session.plate.targets[3].xyz, np.array([0.0, 0.0, -1.0])
-    ray = (place - down, down)
+    ray = SimpleNamespace(ray_origin=place - down, ray_direction=down)
     point = Points(
         places=place[None] + [0.0, 0.0, 5e-5],
         colours=np.zeros((1, 3), np.uint8),
@@ -153,8 +153,7 @@ def test_a_click_means_a_target_before_its_measured_points_and_a_cube_before_the
     )
     with scene._lock:
         scene._sink.update([Item("measured/fitted", lambda: point, ())])
-        scene._clicked("plate/targets/4", 3, ray)
-        scene._clicked_anywhere(SimpleNamespace(ray_origin=ray[0], ray_direction=ray[1]))
+    scene._clicked(ray)
     app.worker.wait()
     assert app.worker.session.focus is Focus.TARGET
     assert app.worker.session.selected == 3
@@ -163,9 +162,9 @@ def test_a_click_means_a_target_before_its_measured_points_and_a_cube_before_the
     cube = Cubes(region=region, shown=one, known=one, colours=np.zeros((1, 3), np.uint8), picked=None)
     with scene._lock:
         scene._sink.update([Item("region/cubes", lambda: cube, ())])
-        scene._clicked("plate/targets/3", 2, ray)
+    scene._clicked(ray)
     app.worker.wait()
-    assert app.worker.session.selected == 3
+    assert app.worker.session.cube_view.picked == 0
 
 
 def test_no_selector_makes_a_browser_search_the_page_at_every_change():

@@ -20,7 +20,7 @@ from workbench.base.progress import Cancel
 from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
-from workbench.session.commands.data import matched_to_arm, safe_name, with_data
+from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
 from workbench.session.start import is_untouched, own_plate, start
 from workbench.session.state import Focus, Session, Severity, Step
 
@@ -50,12 +50,17 @@ class ChooseRobot(AbstractTask):
 
     def check(self, session: Session) -> None:
         _check_quiet(session)
-        if self.keep and (session.loaded is None or session.loaded.read is None):
+        kept = session.unread if session.loaded is None else session.loaded.read
+        if self.keep and kept is None:
             raise OptionError("there are no measurements of a file to keep")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         progress(0.2, "working out how it reaches the targets")
         robot = _robot_that_gives(self.name, self.poses) if self.poses else load_robot(self.name)
+        if self.keep and session.loaded is None and (file := session.unread) is not None:
+            begun = start_with(robot, session, cancel=cancel)
+            again = LoadData(file.name, file.content, file.mapping)
+            return again.finish(begun, again.compute(begun, progress=progress, cancel=cancel))
         loaded = matched_to_arm(robot, session.loaded) if self.keep and session.loaded is not None else None
         begun = start_with(robot, session, cancel=cancel)
         return begun if loaded is None else with_data(begun, loaded)

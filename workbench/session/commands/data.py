@@ -19,7 +19,7 @@ from workbench.data.readers.preview import Preview
 from workbench.data.simulation.hidden_effects import surprise
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.identification.arm_match import arm_match
+from workbench.identification.arm_match import ArmMatch, arm_match
 from workbench.plate.region import Region
 from workbench.plate.region_poses import nearby_poses
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
@@ -33,7 +33,7 @@ LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
 OPTION = " (--columns)"
 """How a problem names what its words are given to; the page has no such option."""
-HERE = "or choose what it is under 'Columns of the file'"
+HERE = "or choose what it is in the Measure tab, under 'Columns of the file'"
 ELSEWHERE = "give them to 'workbench identify --columns', or load a CSV here"
 CHECKS = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
@@ -79,10 +79,10 @@ class LoadData(AbstractTask):
             path = Path(folder) / safe_name(self.name)
             path.write_bytes(self.content)
             try:
-                understood = self._understood(path, session.robot, cancel)
+                understood = self._understood(path, session.robot, cancel, session.robot.dof)
                 file = MeasurementFile(path.name, self.content, understood, self.mapping)
                 if understood.dataset is None and understood.columns and understood.layout == "plain":
-                    return file
+                    return replace(file, match=self._other_arm(path, session.robot, understood, cancel))
                 if understood.dataset is None:
                     problem = understood.problems[0]
                     raise DataError(_on_page(problem, ELSEWHERE) if OPTION in problem else problem)
@@ -96,7 +96,14 @@ class LoadData(AbstractTask):
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "")) from error
 
-    def _understood(self, path: Path, robot: Robot, cancel: Cancel) -> Preview:
+    def _other_arm(self, path: Path, robot: Robot, understood: Preview, cancel: Cancel) -> ArmMatch | None:
+        """Which built-in arm rows are of that can't be the session's, by their number of joints."""
+        if understood.joints in (0, robot.dof):
+            return None
+        rows = self._understood(path, robot, cancel, None).dataset
+        return None if rows is None else arm_match(robot, rows)
+
+    def _understood(self, path: Path, robot: Robot, cancel: Cancel, joints: int | None) -> Preview:
         from workbench.data.readers import preview
         from workbench.data.readers.mapping import ColumnMapping, read_mapping
 
@@ -110,7 +117,7 @@ class LoadData(AbstractTask):
             columns=stored.columns,
             layout=stored.layout,
             sheet=stored.sheet,
-            joints=robot.dof,
+            joints=joints,
             base=robot.base.pose,
             cancel=cancel,
         )
@@ -120,6 +127,8 @@ class LoadData(AbstractTask):
     def finish(self, session: Session, result: Any) -> Session:
         if isinstance(result, MeasurementFile):
             session = replace(session, unread=result)
+            if result.match is not None and result.match.rival:
+                return session.tell(Severity.WARNING, f"{result.name}: {result.match.words}")
             return session.tell(Severity.ERROR, _on_page(result.preview.problems[0], HERE))
         session = with_data(session, result)
         words = f"{len(result.dataset)} rows read from {result.name}"

@@ -184,7 +184,8 @@ def story(session: Callable[[], Session]) -> Iterator[Scene]:
     )
     found = session().diagnosis
     if found is not None and found.effects:
-        yield Scene(f"Found: {found.message}", seconds=8.0, tab=Tab.DIAGNOSE)
+        causes = "; ".join(cause.sentence for cause in found.causes) or found.message.rstrip(".")
+        yield Scene(f"Found: {causes}.", seconds=8.0, tab=Tab.DIAGNOSE)
         yield Scene(
             "What was found joins the model, and the error falls. The violet arm shows, exaggerated, how it "
             "bends.",

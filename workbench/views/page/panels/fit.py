@@ -19,7 +19,6 @@ from workbench.views.page.html import (
     block,
     bullets,
     heading,
-    note,
     number,
     table,
     text,
@@ -186,8 +185,7 @@ def _cells(validation) -> tuple[str, str, str]:
 def _requirement(found: Identification, session: Session) -> str:
     """Pass or fail of the shown fit by what the user wants, on held-out rows where there are any."""
     if session.wanted is None:
-        words = "Give the error that you want above, and the poses are judged by it."
-        return note(words, "requirement")
+        return ""
     column = columns_of(found)[1 + list(found.runs).index(session.fit)]
     rows, kind = (column.held_out, "held-out") if len(column.held_out) else (column.train, "fitted")
     judged = int(rows.has_position.sum())

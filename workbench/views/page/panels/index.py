@@ -13,7 +13,7 @@ from workbench.session.commands.identify import SetWanted
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.drawables.plate import target_colour
-from workbench.views.page.html import GOOD, MUTED, block, change, heading, number, table, text
+from workbench.views.page.html import GOOD, MUTED, block, change, heading, note, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 WIDTH, HEIGHT, HEAD = 340, 46, 13
@@ -197,9 +197,11 @@ def _rank(now: Score) -> str:
 
 
 FIELDS = (
-    ("Wanted [mm]", "Greatest position error that you want the calibrated arm to have; 0: not judged."),
-    ("Wanted [°]", "Greatest orientation error that you want it to have; 0: not judged."),
+    ("Wanted [mm]", "Greatest position error that you want the calibrated arm to have; 0: none is wanted."),
+    ("Wanted [°]", "Greatest orientation error that you want it to have; 0: none is wanted."),
 )
+NOTHING = "0 mm: no error is wanted, so nothing is judged. Give one, and plate and arm are judged by it."
+NO_ANGLE = "0°: orientations are not judged."
 
 
 class WantedPanel(AbstractPanel):
@@ -211,12 +213,16 @@ class WantedPanel(AbstractPanel):
         self._fields = [gui.add_number(label, 0.0, min=0.0, step=0.01, hint=hint) for label, hint in FIELDS]
         for field in self._fields:
             self.sends(field, self._want)
+        self._unjudged = gui.add_html("", visible=False)
 
     def show(self, session: Session) -> None:
         wanted = session.wanted
         set_value(self._fields[0], 0.0 if wanted is None else 1e3 * wanted.position)
         angle = 0.0 if wanted is None or wanted.rotation is None else wanted.rotation
         set_value(self._fields[1], round(float(np.rad2deg(angle)), 3))
+        words = NOTHING if wanted is None else NO_ANGLE if wanted.rotation is None else ""
+        self._unjudged.content = note(words, "unjudged", margin="0 0 4px")
+        self._unjudged.visible = bool(words)
 
     def _want(self) -> SetWanted:
         position, rotation = (float(field.value) for field in self._fields)

@@ -8,6 +8,7 @@ from workbench.base.assets import built_in_robots
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.data import LARGEST_FILE, LoadData
 from workbench.session.commands.messages import OpenTab
+from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.state import Session, Severity, Tab
 from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text
@@ -32,7 +33,7 @@ class StartCard(AbstractPanel):
         is_open: Whether it is there at first.
     """
 
-    depends = ("robot", "loaded", "is_idle")
+    depends = ("robot", "loaded", "unread", "is_idle")
 
     def __init__(self, worker: Worker, show_demo: Callable[[], None], *, is_open: bool = True):
         super().__init__(worker)
@@ -100,7 +101,8 @@ class StartCard(AbstractPanel):
     def show(self, session: Session) -> None:
         if self._modal is None:
             return
-        if session.loaded not in (None, self._before) or session.measuring is not None:
+        is_read = session.loaded not in (None, self._before)
+        if is_read or session.measuring is not None or _is_of_a_known_arm(session.unread):
             self._leave(Tab.IDENTIFY)
             return
         newest = session.messages[-1] if session.messages else None
@@ -156,3 +158,8 @@ class StartCard(AbstractPanel):
             modal, self._modal = self._modal, None
             modal.close()
             self._worker.submit(OpenTab(tab))
+
+
+def _is_of_a_known_arm(file: MeasurementFile | None) -> bool:
+    """Whether a file that can't be read for this arm is a built-in one's: the strip offers that."""
+    return file is not None and file.match is not None and bool(file.match.rival)

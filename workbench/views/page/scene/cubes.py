@@ -14,7 +14,7 @@ from workbench.plate.region import Region
 from workbench.views.appearance.colours import linear
 from workbench.views.drawables.drawable import Cubes
 from workbench.views.drawables.item import differences
-from workbench.views.page.scene.node import Click, Node
+from workbench.views.page.scene.node import Node
 
 FILL = 0.6
 """Edge of a drawn cube, as a share of the room that it has: one sees the arm between them."""
@@ -30,12 +30,8 @@ TURNS = np.stack([ACROSS, np.cross(NORMALS, ACROSS), NORMALS], axis=-1)
 """Rotation that takes the square to each face."""
 
 
-def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes, click: Click) -> Node:
-    """The outer faces of cubes; `cube_under` finds what is clicked.
-
-    They don't answer to the pointer themselves: a page would look at each of them wherever it moves, and a
-    handle behind one could not be grabbed.
-    """
+def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
+    """The outer faces of cubes; `cube_under` finds what is clicked."""
     numbers, side = outer_faces(cubes.region, cubes.shown).T
     mesh = server.scene.add_batched_meshes_simple(
         name,

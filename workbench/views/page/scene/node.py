@@ -12,7 +12,6 @@ from workbench.base.types import Matrix3, Vector3
 
 Ray = tuple[Vector3, Vector3]
 """Where the camera is, and the direction from there through the pointer."""
-Click = Callable[[int, Ray], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,7 +28,7 @@ class Node:
     change: Callable[[Any, Any], bool] = lambda old, new: False
 
 
-def ray_of(event: viser.SceneClickEvent | viser.SceneNodePointerEvent) -> Ray:
+def ray_of(event: viser.SceneClickEvent) -> Ray:
     """The ray of a click."""
     return np.array(event.ray_origin), np.array(event.ray_direction)
 

@@ -11,13 +11,12 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.region import ShowCubes
 from workbench.session.state import Session
 from workbench.session.worker import Worker
-from workbench.views.drawables.drawable import Cubes
 from workbench.views.drawables.subjects import in_motion, on_page
 from workbench.views.page.camera import aim_all
 from workbench.views.page.first_view import first_view
 from workbench.views.page.scene.first_picture import FirstPicture
 from workbench.views.page.scene.gizmo import Corners, Gizmo
-from workbench.views.page.scene.node import Ray, ray_of
+from workbench.views.page.scene.node import ray_of
 from workbench.views.page.scene.player import Player, Run
 
 
@@ -44,7 +43,6 @@ class Scene:
     ):
         self._server, self._worker = server, worker
         self._lock = threading.Lock()
-        self._was_told = False
         self.moved: Callable[[float], None] = lambda share: None
         self._player = Player(server, worker, self._frame)
         self._session = session
@@ -55,7 +53,7 @@ class Scene:
         self._look(session)
         self.show(session)
         server.on_client_disconnect(lambda client: self.gizmo.left(client))
-        server.scene.on_click()(self._clicked_anywhere)
+        server.scene.on_click()(self._clicked)
 
     @property
     def is_behind(self) -> bool:
@@ -80,7 +78,6 @@ class Scene:
 
     def _build(self, session: Session, drawn: FirstPicture) -> None:
         self._ground, self._sink = drawn.ground, drawn.sink
-        self._sink.on_click = self._clicked
         self._corners = Corners(self._server, self._worker, session)
         self.gizmo = Gizmo(self._server, self._worker, session)
 
@@ -95,25 +92,19 @@ class Scene:
                 self._sink.update(in_motion(_at(self._session, run.at)))
                 self.moved(run.at / run.end)
 
-    def _clicked_anywhere(self, event: viser.SceneClickEvent) -> None:
-        """A click on a point or cube, unless it meant a target: that is told first."""
-        was_told, self._was_told = self._was_told, False
-        if was_told or (found := self._sink.picked(ray_of(event))) is None:
+    def _clicked(self, event: viser.SceneClickEvent) -> None:
+        """A click on a target, a measured point or a cube."""
+        with self._lock:
+            found = self._sink.picked(ray_of(event))
+        if found is None:
             return
-        _, path, number = found
+        path, number = found
         if path == "region/cubes":
             self._worker.submit(ShowCubes(replace(self._worker.session.cube_view, picked=number)))
+        elif path.startswith("plate/targets/"):
+            self._worker.submit(SelectTarget(number))
         else:
             self._worker.submit(ShowRow(number))
-
-    def _clicked(self, path: str, number: int, ray: Ray) -> None:
-        """A click on a target, unless a cube stands before it; points measured at a target lie around it."""
-        if path.startswith("plate/targets/") and number < len(self._session.plate):
-            away = float((self._session.plate.targets[number].xyz - ray[0]) @ ray[1])
-            before = self._sink.picked(ray, kinds=(Cubes,))
-            self._was_told = before is None or before[0] > away
-            if self._was_told:
-                self._worker.submit(SelectTarget(number))
 
 
 def _has_other_rows(before: Session, now: Session) -> bool:

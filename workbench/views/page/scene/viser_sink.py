@@ -12,22 +12,19 @@ from typing import Any
 
 import numpy as np
 import viser
-from jaxtyping import Float
 
 from workbench.base import se3
-from workbench.base.types import Vector3
 from workbench.views.appearance.bodies import Body
 from workbench.views.appearance.colours import linear
 from workbench.views.appearance.shapes import cuboid_edges
 from workbench.views.drawables.drawable import Arm, Arrows, Axes, Cubes, Cuboid, Label, Line, Mesh, Points
 from workbench.views.drawables.item import AbstractSink, Item, differences, is_same
-from workbench.views.page.scene.cubes import add_cubes, cube_under
-from workbench.views.page.scene.node import Click, Node, Ray, place_out_of_sight, put, ray_of
+from workbench.views.page.scene.cubes import add_cubes
+from workbench.views.page.scene.node import Node, Ray, place_out_of_sight, put
+from workbench.views.page.scene.picking import picked
 
 REDRAWN = 0.25
 """Least time between two drawings of what can wait [s]."""
-POINTER = 0.008
-"""Angle about the pointer in which points are clicked [rad]."""
 
 
 class PageSink(AbstractSink):
@@ -35,15 +32,11 @@ class PageSink(AbstractSink):
 
     Args:
         server: Where.
-
-    Attributes:
-        on_click: Told path and number of what was clicked, and the ray of the click.
     """
 
     def __init__(self, server: viser.ViserServer):
         super().__init__()
         self._server = server
-        self.on_click: Callable[[str, int, Ray], None] = lambda path, number, ray: None
         self._nodes: dict[str, Node] = {}
         self._hidden: set[str] = set()
         self._drawn_at: dict[str, float] = {}
@@ -73,29 +66,18 @@ class PageSink(AbstractSink):
             new, Points | Cubes
         ):  # under one name, a page would go on with the old numbers of instances
             name += f"/{next(self._count)}"
-        self._nodes[item.path] = ADD[type(new)](
-            self._server, name, new, lambda number, ray: self.on_click(item.path, number, ray)
-        )
+        self._nodes[item.path] = ADD[type(new)](self._server, name, new)
 
-    def picked(self, ray: Ray, *, kinds: tuple[type, ...] = (Points, Cubes)) -> tuple[float, str, int] | None:
-        """Distance [m], path and number of the point or cube that a click means; None if there is none."""
-        found = []
-        for path in self._nodes.keys() - self._hidden:
-            drawn = self._drawn[path][1]
-            if not isinstance(drawn, kinds):
-                continue
-            if isinstance(drawn, Points) and (hit := nearest_to_ray(drawn.places, *ray)):
-                found.append((hit[0], path, int(drawn.numbers[hit[1]])))
-            elif isinstance(drawn, Cubes) and (hit := cube_under(drawn, *ray)):
-                found.append((hit[0], path, hit[1]))
-        return min(found, default=None)
+    def picked(self, ray: Ray) -> tuple[str, int] | None:
+        """Path and number of what a click means; None if nothing is there."""
+        return picked(((path, self._drawn[path][1]) for path in self._nodes.keys() - self._hidden), ray)
 
     def remove(self, path: str) -> None:
         self._nodes.pop(path).root.remove()
         self._hidden.discard(path)
 
 
-def _add_mesh(server: viser.ViserServer, name: str, mesh: Mesh, click: Click) -> Node:
+def _add_mesh(server: viser.ViserServer, name: str, mesh: Mesh) -> Node:
     node = server.scene.add_mesh_simple(
         name,
         mesh.solid.vertices,
@@ -109,11 +91,6 @@ def _add_mesh(server: viser.ViserServer, name: str, mesh: Mesh, click: Click) ->
     if mesh.pose is not None:
         place_out_of_sight(node)
         put(node, mesh.pose[:3, 3], mesh.pose[:3, :3])
-    if (number := mesh.number) is not None:
-
-        @node.on_click
-        async def _(event: viser.SceneNodePointerEvent) -> None:
-            click(number, ray_of(event))
 
     def change(old: Mesh, new: Mesh) -> bool:
         changed = differences(old, new)
@@ -130,14 +107,14 @@ def _add_mesh(server: viser.ViserServer, name: str, mesh: Mesh, click: Click) ->
     return Node(node, change)
 
 
-def _add_arm(server: viser.ViserServer, name: str, arm: Arm, click: Click) -> Node:
+def _add_arm(server: viser.ViserServer, name: str, arm: Arm) -> Node:
     """A frame for every body."""
     root = server.scene.add_frame(name, show_axes=False)
     bodies = [server.scene.add_frame(f"{name}/body{i}", show_axes=False) for i in range(len(arm.bodies))]
     for node, body in zip(bodies, arm.bodies, strict=True):
         place_out_of_sight(node)
         for j, part in enumerate(_parts(arm, body)):
-            _add_mesh(server, f"{node.name}/part{j}", part, click)
+            _add_mesh(server, f"{node.name}/part{j}", part)
 
     def move(old: np.ndarray, new: np.ndarray) -> None:
         """Only bodies that are elsewhere."""
@@ -179,8 +156,8 @@ def _parts(arm: Arm, body: Body) -> list[Mesh]:
     return [] if body.solid is None else [Mesh(solid=body.solid, colour=arm.ghost, opacity=arm.opacity)]
 
 
-def _add_points(server: viser.ViserServer, name: str, points: Points, click: Click) -> Node:
-    """As one cloud, whose every point costs next to nothing; `PageSink.picked` finds what is clicked."""
+def _add_points(server: viser.ViserServer, name: str, points: Points) -> Node:
+    """As one cloud, whose every point costs next to nothing."""
     node = server.scene.add_point_cloud(
         name,
         points.places,
@@ -199,30 +176,7 @@ def _add_points(server: viser.ViserServer, name: str, points: Points, click: Cli
     return Node(node, change)
 
 
-def nearest_to_ray(
-    places: Float[np.ndarray, "points 3"], origin: Vector3, direction: Vector3
-) -> tuple[float, int] | None:
-    """The place that a click on the page means, the nearest to the camera of those under the pointer.
-
-    Args:
-        places: Of which one was clicked [m].
-        origin: Where the camera is [m].
-        direction: From there through the pointer, of unit length.
-
-    Returns:
-        Its distance from the camera [m] and its number; None if there is none.
-    """
-    off = places - origin
-    along = off @ direction
-    aside = np.linalg.norm(off - along[:, None] * direction, axis=1)
-    under = np.flatnonzero((along > 0.0) & (aside <= POINTER * along))
-    if not len(under):
-        return None
-    first = int(under[np.argmin(along[under] + aside[under] / POINTER)])
-    return float(along[first]), first
-
-
-def _add_arrows(server: viser.ViserServer, name: str, arrows: Arrows, click: Click) -> Node:
+def _add_arrows(server: viser.ViserServer, name: str, arrows: Arrows) -> Node:
     ends = np.stack([arrows.starts, arrows.ends], 1)
     return Node(
         server.scene.add_arrows(
@@ -231,7 +185,7 @@ def _add_arrows(server: viser.ViserServer, name: str, arrows: Arrows, click: Cli
     )
 
 
-def _add_line(server: viser.ViserServer, name: str, line: Line, click: Click) -> Node:
+def _add_line(server: viser.ViserServer, name: str, line: Line) -> Node:
     one = line.colours[0]
     each = linear(line.colours)
     colours = one if len(line.colours) == 1 else np.stack([each[:-1], each[1:]], axis=1)
@@ -239,7 +193,7 @@ def _add_line(server: viser.ViserServer, name: str, line: Line, click: Click) ->
     return _segments(server, name, ends, colours, line.pixels)
 
 
-def _add_cuboid(server: viser.ViserServer, name: str, cuboid: Cuboid, click: Click) -> Node:
+def _add_cuboid(server: viser.ViserServer, name: str, cuboid: Cuboid) -> Node:
     return _segments(server, name, cuboid_edges(cuboid.low, cuboid.high), np.array(cuboid.colour), 1.6)
 
 
@@ -251,14 +205,14 @@ def _segments(
     return Node(add(name, ends, colors=colours, thickness=pixels, thickness_units="screen"))
 
 
-def _add_axes(server: viser.ViserServer, name: str, axes: Axes, click: Click) -> Node:
+def _add_axes(server: viser.ViserServer, name: str, axes: Axes) -> Node:
     turns = se3.matrix_to_quaternion(axes.rotations)
     return Node(
         server.scene.add_batched_axes(name, turns, axes.places, axes_length=0.035, axes_radius=0.0016)
     )
 
 
-def _add_label(server: viser.ViserServer, name: str, label: Label, click: Click) -> Node:
+def _add_label(server: viser.ViserServer, name: str, label: Label) -> Node:
     node = server.scene.add_label(
         name, label.text, position=label.place, anchor="bottom-center", font_screen_scale=0.85
     )
@@ -272,7 +226,7 @@ def _add_label(server: viser.ViserServer, name: str, label: Label, click: Click)
     return Node(node, change)
 
 
-ADD: dict[type, Callable[[viser.ViserServer, str, Any, Click], Node]] = {
+ADD: dict[type, Callable[[viser.ViserServer, str, Any], Node]] = {
     Mesh: _add_mesh,
     Arm: _add_arm,
     Points: _add_points,
