@@ -10,6 +10,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.plate.obstruction import hits
 from workbench.plate.plate_toml import load_plate
 from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.messages import SetCaption
 from workbench.session.reach import place
 from workbench.views.page.app import App
 from workbench.views.page.demo import END, Demo
@@ -46,6 +47,8 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
     assert any(words and words.count("→") == 2 for words in seen)  # nominal, geometry, causes
     app.demo.join(10.0)
     assert app.demo.is_finished
+    captions = [e.command.text for e in app.worker.journal if isinstance(e.command, SetCaption)]
+    assert max(map(len, captions)) < 150  # three lines that are read while they stand
     session = app.worker.session
     hidden = session.loaded.actual.effects[0]
     assert [(e.name, e.joints) for e in session.accepted] == [(hidden.name, hidden.joints)]
@@ -65,7 +68,7 @@ def suggested_poses_that_are_blocked_become_no_targets(screen, found):
     blocked = place(session.robot, named, session.states[2].q).q
     assert hits(session.robot, session.plate, [2], blocked[None])[0]
     asked = np.vstack([blocked, found.measure_next])
-    told = replace(found, measure_next=asked, next_reasons=("blocked", *found.next_reasons))
+    told = replace(found, measure_next=asked, next_reasons=(found.next_reasons[0], *found.next_reasons))
     screen.app.worker.submit(StartAgain(replace(session, diagnosis=told, accepted=())))
     screen.press("Make the next poses targets")
     before, number = len(session.plate), len(told.measure_next)

@@ -30,10 +30,10 @@ SWITCHES = {
 
 FACTORS = {
     "exaggeration": (
-        "Nominal errors ×",
+        "Nominal ×",
         "Exaggeration of the nominal arm's error arrows, and of errors along a trajectory.",
     ),
-    "exaggeration_after": ("Calibrated errors ×", "Exaggeration of the calibrated arm's error arrows."),
+    "exaggeration_after": ("Calibrated ×", "Exaggeration of the calibrated arm's error arrows."),
 }
 
 
