@@ -32,7 +32,8 @@ def picked(drawn: Iterable[tuple[str, Any]], ray: Ray) -> tuple[str, int] | None
         drawn: Paths and drawables that are shown.
         ray: Of the click.
     """
-    solid, points = [], []
+    solid: list[tuple[float, int, str, type]] = []
+    points: list[tuple[float, int, str, type]] = []
     for path, drawable in drawn:
         if (find := FINDERS.get(type(drawable))) and (hit := find(drawable, *ray)):
             (points if isinstance(drawable, Points) else solid).append((*hit, path, type(drawable)))
