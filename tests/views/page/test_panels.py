@@ -390,7 +390,7 @@ def test_a_refused_entry_goes_back_and_a_typed_table_stays(app):
     before = place.value
     place.value, table.value = (1e6, 0.0, 0.0), "1 2 3"
     targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
-    targets._typed()
+    targets.send(targets._typed)
     assert app.worker.wait(60.0)
     assert app.worker.session.messages[-1].severity is Severity.ERROR
     assert place.value == before
