@@ -48,6 +48,18 @@ def test_an_opened_plate_is_scored_as_it_is_made_and_read(first):
     assert again.position == pytest.approx(first.score.position)
 
 
+def test_another_instrument_than_the_plate_was_weighed_with_is_said(weighed):
+    """A ball-bar of 5 µm opened under the page's 0.1 mm: five times the error of its row, without a word."""
+    choice = weighed.tradeoff.choices[0]
+    assert OpenChoice(0).apply(weighed).messages == weighed.messages
+    anchors = np.array([[-0.2, -0.2, 0.05], [0.2, -0.2, 0.05], [0.0, 0.2, 0.05]])
+    bar = replace(choice.design, plate=replace(choice.design.plate, anchors=anchors))
+    other = replace(weighed, tradeoff=Tradeoff(choices=(replace(choice, design=bar),)))
+    said = OpenChoice(0).apply(other).messages[-1].text
+    assert "0.005 mm" in said
+    assert "0.1 mm" in said
+
+
 def options(session):
     return {"noise": session.noise, "region_q": session.region_q}
 

@@ -10,6 +10,7 @@ from workbench.base.progress import Cancel
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import AUTO
+from workbench.plate.readings import usual_sigma
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.arrange import place_targets
 from workbench.session.reach import place_all
@@ -240,4 +241,11 @@ class OpenChoice(AbstractChange):
         plate = replace(choice.design.plate, name=choice.name, region=session.plate.region)
         rng = np.random.default_rng(0)
         states = place_all(session.robot, plate, region_q=session.region_q, rng=rng)
-        return move_targets(session, plate, states, selected=0)
+        opened, weighed = move_targets(session, plate, states, selected=0), usual_sigma(plate)[0]
+        if np.isclose(weighed, session.noise.position):
+            return opened
+        return opened.tell(
+            Severity.INFO,
+            f"this plate was weighed with an instrument of {1e3 * weighed:g} mm; predicted is with yours, "
+            f"{1e3 * session.noise.position:g} mm: set its noise to see the same error",
+        )

@@ -70,7 +70,7 @@ class TradeoffPanel(AbstractPanel):
 def row_words(i: int, choice: "Choice") -> str:
     """A plate in one line."""
     error = f"{number(1e3 * choice.design.cost)} mm, {choice.price:.0f} €"
-    return f"{i + 1}: {choice.manner}, {len(choice.design.plate)} targets, {choice.shapes} shapes: {error}"
+    return f"{i + 1}: {choice.name}: {error}"
 
 
 def plot(found: "Tradeoff", links: tuple[str, ...] = ()) -> str:
