@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
+from pendant import counted, pendant
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml, robot_to_table, write_toml
+from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.urdf import write_urdf
 from workbench.base import se3
 from workbench.plate.plate_toml import write_plate
@@ -28,23 +29,13 @@ def test_another_robot_gets_a_plate_that_it_reaches(do):
 
 
 def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_path):
-    """Table in mm and degrees; joint 2 counts the other way, joint 4 from −90°."""
     arm = load_robot("ur10e")
-    rows = robot_to_table(arm)["joint"]
-    cells = [[np.rad2deg(r["theta"]), 1e3 * r["d"], 1e3 * r["a"], np.rad2deg(r["alpha"])] for r in rows]
-    table = "theta,d,a,alpha\n" + "\n".join(",".join(f"{v:.4f}" for v in row) for row in cells)
-    shown = np.random.default_rng(3).uniform(-2.0, 2.0, (4, 6))
-    poses = tool_poses(arm, Motion(shown * [1, -1, 1, 1, 1, 1] + np.deg2rad([0, 0, 0, 90, 0, 0])))
-    angles = np.rad2deg(se3.matrix_to_rpy(poses[:, :3, :3]))
-    typed = tuple(
-        " = ".join(", ".join(f"{v:.3f}" for v in part) for part in (np.rad2deg(q), [*(1e3 * p[:3, 3]), *a]))
-        for q, p, a in zip(shown, poses, angles, strict=True)
-    )
+    table, typed, shown = pendant(arm, 4)
     session = do(LoadModel("mine.csv", table.encode(), typed[:3]))
     assert "standard DH" in session.messages[-1].text
     assert "joint 2 counts the other way" in session.messages[-1].text
     found = tool_poses(session.robot, Motion(shown))
-    assert np.abs(found[:, :3, 3] - poses[:, :3, 3]).max() < 1e-4
+    assert np.abs(found[:, :3, 3] - tool_poses(arm, Motion(counted(shown)))[:, :3, 3]).max() < 1e-4
     name, content = robot_toml(session)
     (tmp_path / name).write_bytes(content)
     np.testing.assert_allclose(tool_poses(read_toml(tmp_path / name), Motion(shown)), found, atol=1e-9)

@@ -30,7 +30,7 @@ OUT_OF_LINE, FAR_OFF = 6.0, 2e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class PictureFit:
     """Pictures with some of what was given let go, all corners weighed alike; `x` is the answer."""
 
     problem: Problem
@@ -102,21 +102,21 @@ class Doubts:
         return Considered(problem, off + deviations)
 
     @classmethod
-    def of(cls, words: Iterable[str], given: Fit, better: Fit, *more: str) -> "Doubts":
+    def of(cls, words: Iterable[str], given: PictureFit, better: PictureFit, *more: str) -> "Doubts":
         """From the fit as given and the one that suits; `more` are doubted though both have them."""
         off = dict(zip(better.problem.names, better.x - better.problem.start, strict=True))
         fixed = set(off) - set(given.problem.names) | set(more)
         return cls(tuple(words), better.problem.data, {name: off[name] for name in fixed})
 
     @classmethod
-    def of_lens(cls, given: Fit, lens: Fit) -> "Doubts":
+    def of_lens(cls, given: PictureFit, lens: PictureFit) -> "Doubts":
         """Against fixed intrinsics, from fits with them and with free ones."""
         rig = given.problem.data.rig
         assert rig is not None, "pictures were fitted"
         return cls.of([_against_lens(given, lens, rig)], given, lens)
 
 
-def find_doubts(fitted: Callable[[Dataset], Fit], data: Dataset) -> Doubts:
+def find_doubts(fitted: Callable[[Dataset], PictureFit], data: Dataset) -> Doubts:
     """What the pictures contradict of camera and target.
 
     The pictures are fitted as given, with free intrinsics in place of fixed ones, and with a target of any
@@ -140,11 +140,11 @@ def find_doubts(fitted: Callable[[Dataset], Fit], data: Dataset) -> Doubts:
     return Doubts.of(words, given, size, *(f"{t.owner}.scale" for t in rig.targets))
 
 
-def _suits(fit: Fit, least: float) -> bool:
+def _suits(fit: PictureFit, least: float) -> bool:
     return BETTER * fit.pixel <= least or fit.pixel - least <= LEAST_PIXEL
 
 
-def _sentences(rig: Rig, given: Fit, lens: Fit, size: Fit) -> Iterator[str]:
+def _sentences(rig: Rig, given: PictureFit, lens: PictureFit, size: PictureFit) -> Iterator[str]:
     """The doubts in words, from the fits as given, with free intrinsics and with a target of any size."""
     suits = partial(_suits, least=min(given.pixel, lens.pixel, size.pixel))
     is_suited, is_size = suits(given), given.is_strange_size(rig)
@@ -180,14 +180,14 @@ def _sentences(rig: Rig, given: Fit, lens: Fit, size: Fit) -> Iterator[str]:
         )
 
 
-def _against_lens(given: Fit, lens: Fit, rig: Rig) -> str:
+def _against_lens(given: PictureFit, lens: PictureFit, rig: Rig) -> str:
     return (
         f"the given intrinsics do not suit the pictures: corners {given.pixel:.2f} px off with them, "
         f'{_by_lens(lens, rig)}; set free = "auto" or calibrate the camera'
     )
 
 
-def _by_lens(lens: Fit, rig: Rig) -> str:
+def _by_lens(lens: PictureFit, rig: Rig) -> str:
     """What free intrinsics leave, and what they are of a fixed camera."""
     name = next((c.name for c in rig.cameras if c.free is Freedom.FIXED), rig.cameras[0].name)
     found = {k: lens.values.get(f"camera[{name}].{k}") for k in ("fx", "fy", "cx", "cy", "k1")}
@@ -195,7 +195,7 @@ def _by_lens(lens: Fit, rig: Rig) -> str:
     return f"{lens.pixel:.2f} px with free intrinsics (camera {name}: {intrinsics})"
 
 
-def _larger(fit: Fit, rig: Rig, verb: str = "") -> str:
+def _larger(fit: PictureFit, rig: Rig, verb: str = "") -> str:
     """How much larger or smaller a board is than stated, and its squares; all boards that seem to be."""
     off = [t for t in rig.targets if fit.strangeness(t) > OUTSIDE] or [max(rig.targets, key=fit.strangeness)]
     return " and ".join(_size(t, fit.scale(t), verb) for t in off)

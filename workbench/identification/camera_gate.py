@@ -31,7 +31,7 @@ from workbench.base.types import Freedom
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.camera_checks import Doubts, Fit, find_doubts
+from workbench.identification.camera_checks import Doubts, PictureFit, find_doubts
 from workbench.identification.camera_steps import (
     BENT,
     EFFECTS,
@@ -109,9 +109,9 @@ def pass_gate(
     hidden = _confounded(build(robot, data, free=tuple(zeros), noise=noise)) if zeros else set()
     seen = tuple(n for n in zeros if n not in hidden)
 
-    def fitted(other: Dataset) -> Fit:
+    def fitted(other: Dataset) -> PictureFit:
         again = _alike(build(robot, other, free=seen))
-        return Fit(again.problem, again.x)
+        return PictureFit(again.problem, again.x)
 
     doubted = find_doubts(fitted, data)
     rest = chosen if set(chosen) - set(zeros) else []
@@ -126,7 +126,7 @@ def pass_gate(
         let_go = replace(data, rig=data.rig.with_intrinsics(Freedom.AUTO))
         problem, other = _free(build, robot, let_go, mine, zeros, noise)
         if _is_clearly_better(other, fits[GEOMETRY]):
-            doubted = Doubts.of_lens(*(Fit(each.problem, each.x) for each in (fits[GEOMETRY], other)))
+            doubted = Doubts.of_lens(*(PictureFit(each.problem, each.x) for each in (fits[GEOMETRY], other)))
             last, fits[GEOMETRY] = problem, other
     for name, at in fits.items():
         bends = None

@@ -2,33 +2,18 @@
 
 import numpy as np
 import pytest
+from pendant import counted, pendant
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml, robot_to_table
-from workbench.base import se3
+from workbench.arm.robot_toml import read_toml
 from workbench.data.readers.mapping import read_mapping
 from workbench.data.readers.preview import preview
 from workbench.data.writer import write_measurements
 from workbench.plate.virtual_measuring import measure_poses
 
 pytestmark = pytest.mark.browser
-
-
-def pendant(arm) -> tuple[str, str, np.ndarray]:
-    """A table in mm and degrees, and three poses: joint 2 counts the other way, joint 4 from −90°."""
-    rows = robot_to_table(arm)["joint"]
-    cells = [[np.rad2deg(r["theta"]), 1e3 * r["d"], 1e3 * r["a"], np.rad2deg(r["alpha"])] for r in rows]
-    table = "theta,d,a,alpha\n" + "\n".join(",".join(f"{v:.4f}" for v in row) for row in cells)
-    shown = np.random.default_rng(3).uniform(-2.0, 2.0, (3, 6))
-    poses = tool_poses(arm, Motion(shown * [1, -1, 1, 1, 1, 1] + np.deg2rad([0, 0, 0, 90, 0, 0])))
-    angles = np.rad2deg(se3.matrix_to_rpy(poses[:, :3, :3]))
-    lines = [
-        " = ".join(", ".join(f"{v:.3f}" for v in part) for part in (np.rad2deg(q), [*(1e3 * p[:3, 3]), *a]))
-        for q, p, a in zip(shown, poses, angles, strict=True)
-    ]
-    return table, "\n".join(lines), shown
 
 
 def give(screen, button: str, path) -> None:
@@ -73,21 +58,21 @@ def test_rows_of_another_arm_are_refused_and_undo_brings_an_arm_back(app, look, 
 
 def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     arm = load_robot("ur10e")
-    table, lines, shown = pendant(arm)
+    table, typed, shown = pendant(arm, 3)
     (tmp_path / "mine.csv").write_text(table)
     screen = look()
     screen.tab("More")
     screen.page.get_by_text("Your own robot", exact=True).click()
     give(screen, "DH table, URDF, xacro", tmp_path / "mine.csv")
     screen.page.get_by_role("button", name="mine.csv", exact=True).wait_for()
-    screen.page.locator("textarea:visible").fill(lines)
+    screen.page.locator("textarea:visible").fill("\n".join(typed))
     screen.shoot("own-robot-typed")
     screen.press("Check against these poses")
     screen.until(lambda session: session.robot.name != "ARIA", timeout=120.0)
     screen.page.get_by_text("joint 2 counts the other way").first.wait_for()
     screen.shoot("own-robot-checked")
     found = tool_poses(read_toml(saved(screen, "This robot (TOML)", tmp_path / "mine.toml")), Motion(shown))
-    wanted = tool_poses(arm, Motion(shown * [1, -1, 1, 1, 1, 1] + np.deg2rad([0, 0, 0, 90, 0, 0])))
+    wanted = tool_poses(arm, Motion(counted(shown)))
     assert np.abs(found - wanted)[:, :3, 3].max() < 1e-4
 
     q = np.random.default_rng(4).uniform(-2.0, 2.0, (30, 6))

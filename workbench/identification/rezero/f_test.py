@@ -25,7 +25,7 @@ ROUNDS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class Optimum:
     """A problem at its optimum.
 
     Args:
@@ -41,7 +41,7 @@ class Fitted:
     measured: bool
 
     @classmethod
-    def of(cls, problem: Problem, *, measured: bool, noise: Noise | None = None) -> "Fitted":
+    def of(cls, problem: Problem, *, measured: bool, noise: Noise | None = None) -> "Optimum":
         """The optimum of a problem, with the noise that it leaves unless that is given or was measured."""
         problem = problem if noise is None else problem.with_noise(noise)
         x = problem.start
@@ -89,7 +89,7 @@ class Fitted:
         tail = 0.5 + 0.5 * level
         return float(special.ndtri(tail) if known else special.stdtrit(self.spare, tail))
 
-    def against(self, other: "Fitted", further: int) -> tuple[float, float]:
+    def against(self, other: "Optimum", further: int) -> tuple[float, float]:
         """How this freer model stands against another.
 
         Args:
@@ -100,7 +100,7 @@ class Fitted:
             Probability that chance alone makes this one so much better; and how many times as much the other
             leaves.
         """
-        same = Fitted.of(other.problem, measured=True, noise=self.problem.noise)
+        same = Optimum.of(other.problem, measured=True, noise=self.problem.noise)
         gained = max(same.square - self.square, 0.0) / further
         least = max(self.mean_square, 1e-300)
         chance = float(special.fdtrc(further, self.spare, gained / least))

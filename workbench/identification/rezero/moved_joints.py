@@ -28,7 +28,7 @@ from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.record import BeforeAfter
-from workbench.identification.rezero.f_test import Fitted
+from workbench.identification.rezero.f_test import Optimum
 from workbench.identification.rezero.last_calibration import UNKNOWN, Knowledge
 from workbench.identification.rezero.other_explanations import doubts
 from workbench.identification.rezero.record import JointShift, Rezero
@@ -92,7 +92,7 @@ def rezero(
     measured = noise is not None or noises.from_repeats(ready.problem.data) is not None
     problem = ready.problem
     problem = knowledge.problem(problem, problem.start, zeros) if pictures else problem
-    everything = Fitted.of(problem, measured=measured)
+    everything = Optimum.of(problem, measured=measured)
     moved, best = _moved(knowledge, everything, zeros)
     own = {s.name: s for s in _shifts(robot, best)}
     shifts = tuple(
@@ -141,7 +141,7 @@ def _near(robot: Robot, data: Dataset) -> Robot:
     return problem.robot_at(search.x) if near and np.isfinite(search.x).all() else robot
 
 
-def _shifts(robot: Robot, fit: Fitted) -> tuple[JointShift, ...]:
+def _shifts(robot: Robot, fit: Optimum) -> tuple[JointShift, ...]:
     """How far each zero is from where the calibration had it."""
     wide, chain = fit.quantile(0.95), robot.chain
     return tuple(
@@ -159,16 +159,16 @@ def _shifts(robot: Robot, fit: Fitted) -> tuple[JointShift, ...]:
 
 
 def _moved(
-    knowledge: Knowledge, everything: Fitted, zeros: tuple[str, ...]
-) -> tuple[tuple[str, ...], Fitted]:
+    knowledge: Knowledge, everything: Optimum, zeros: tuple[str, ...]
+) -> tuple[tuple[str, ...], Optimum]:
     """Zeros that moved by more than chance, and the fit in which the others are held to the calibration.
 
     Where the rows show that something moved but not which joint, it is the one that explains them best alone.
     """
 
-    def with_free(*names: str) -> Fitted:
+    def with_free(*names: str) -> Optimum:
         own = knowledge.problem(everything.problem, everything.x, names)
-        return Fitted.of(own, measured=everything.measured, noise=everything.problem.noise)
+        return Optimum.of(own, measured=everything.measured, noise=everything.problem.noise)
 
     limit = everything.quantile(1.0 - CHANCE / len(zeros))
     told = [s for s in _shifts(knowledge.robot, everything) if s.determined]
@@ -185,13 +185,13 @@ def _moved(
     return moved, held
 
 
-def _aligned(fit: Fitted, robot: Robot) -> Robot:
+def _aligned(fit: Optimum, robot: Robot) -> Robot:
     """An arm on the base and with the tool that suit the rows best, wherever these are free."""
     problem = fit.problem
     return align(robot, problem.data, problem.frames, noise=problem.noise, known=problem.known)
 
 
-def _errors(ready: Prepared, fit: Fitted, robot: Robot) -> Errors:
+def _errors(ready: Prepared, fit: Optimum, robot: Robot) -> Errors:
     """Errors of an arm on the rows."""
     rows, known = fit.problem.data, fit.problem.known
     return Errors.of(ready.errors_on(rows, robot, instrument_places(robot, rows, known=known)))

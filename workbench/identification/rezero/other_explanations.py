@@ -14,7 +14,7 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
-from workbench.identification.rezero.f_test import Fitted
+from workbench.identification.rezero.f_test import Optimum
 from workbench.identification.rezero.last_calibration import Knowledge, link_constants
 from workbench.identification.rezero.record import readable
 
@@ -50,7 +50,7 @@ class _Cause(NamedTuple):
     shown: tuple[str, ...] = ()
 
 
-def doubts(knowledge: Knowledge, zeros: Fitted, *, measured: bool) -> tuple[str, ...]:
+def doubts(knowledge: Knowledge, zeros: Optimum, *, measured: bool) -> tuple[str, ...]:
     """Sentences on what explains the rows far better than any zeros do.
 
     Args:
@@ -60,7 +60,7 @@ def doubts(knowledge: Knowledge, zeros: Fitted, *, measured: bool) -> tuple[str,
     """
     found = []
     for cause in _causes(knowledge, zeros):
-        fit = Fitted.of(cause.problem, measured=measured)
+        fit = Optimum.of(cause.problem, measured=measured)
         chance, ratio = fit.against(zeros, cause.further)
         if chance < STRANGE and ratio > FAR:
             found.append((ratio, cause, fit))
@@ -79,7 +79,7 @@ def doubts(knowledge: Knowledge, zeros: Fitted, *, measured: bool) -> tuple[str,
     return tuple(sentences)
 
 
-def _causes(knowledge: Knowledge, zeros: Fitted) -> Iterator[_Cause]:
+def _causes(knowledge: Knowledge, zeros: Optimum) -> Iterator[_Cause]:
     problem, robot, offsets = zeros.problem, knowledge.robot, knowledge.robot.joint_offsets
     for joint in range(-1, robot.dof):
         loose = [n for n in link_constants(robot, joint) if n not in knowledge.renewed]
@@ -118,7 +118,7 @@ def _causes(knowledge: Knowledge, zeros: Fitted) -> Iterator[_Cause]:
 
 
 def _other_joint(
-    knowledge: Knowledge, zeros: Fitted, best: Fitted, freed: int, *, measured: bool
+    knowledge: Knowledge, zeros: Optimum, best: Optimum, freed: int, *, measured: bool
 ) -> str | None:
     """A sentence on the joint that was replaced, if both its links leave far less than the best cause."""
     robot, found = knowledge.robot, []
@@ -129,7 +129,7 @@ def _other_joint(
         if len(links) <= freed:
             continue
         freer = knowledge.problem(zeros.problem, zeros.x, (*robot.joint_offsets, *links))
-        fit = Fitted.of(freer, measured=measured)
+        fit = Optimum.of(freer, measured=measured)
         chance, ratio = fit.against(best, len(links) - freed)
         if chance < STRANGE and ratio > FAR:
             found.append((ratio, joint, links, fit))
@@ -147,7 +147,7 @@ def _other_joint(
     return _sentence(knowledge, cause, fit, fit.against(zeros, len(links))[1])
 
 
-def _sentence(knowledge: Knowledge, cause: _Cause, fit: Fitted, ratio: float) -> str:
+def _sentence(knowledge: Knowledge, cause: _Cause, fit: Optimum, ratio: float) -> str:
     off = {n: fit.values[n] - knowledge.value(n) for n in cause.shown}
     sure = [n for n in off if abs(off[n]) > CERTAIN * fit.std[n]]
     sure.sort(key=lambda n: -abs(off[n]) / fit.std[n])
