@@ -238,3 +238,20 @@ def test_few_problems_are_set_up(monkeypatch):
     count[0] = 0
     diagnose(robot, data)
     assert count[0] <= 15
+
+
+@pytest.mark.parametrize("kind", ["PoseObservation", "DistanceObservation"])
+def test_a_problem_made_again_for_other_rows_keeps_what_is_free_and_what_is_known(kind):
+    robot = load_robot("aria")
+    data = measured(robot, np.random.default_rng(5), kind)
+    known = {f"anchor[A].{axis}": value for axis, value in zip("xyz", (0.5, 0.1, 0.2), strict=True)}
+    options = {"free": robot.joint_offsets, "frames": FrameFreedom(tool=FRAME_PARTS[:3]), "known": known}
+    problem = Problem.build(robot, data, noise=Noise(2e-4), **options)
+    some = data.take(np.arange(6))
+    again, whole = problem.again(data=some), Problem.build(robot, some, noise=Noise(2e-4), **options)
+    assert again.names == whole.names == problem.names
+    x = again.at(problem.named(problem.start + 0.01))
+    np.testing.assert_array_equal(x, problem.start + 0.01)
+    np.testing.assert_array_equal(again.residual(x), whole.residual(x))
+    np.testing.assert_array_equal(again.jacobian(x), whole.jacobian(x))
+    assert problem.again(free=()).names == tuple(n for n in problem.names if "joint" not in n)
