@@ -212,6 +212,15 @@ STATES = [
     ("added", lambda s: s, " → ", Tone.GOOD, "Take the arm away", Tab.IDENTIFY, "Compare"),
     (
         "added",
+        lambda s: told(s, causes=()),
+        "A residual map predicts it; no cause is named",
+        Tone.GOOD,
+        "Take the arm away",
+        Tab.IDENTIFY,
+        "Compare",
+    ),
+    (
+        "added",
         lambda s: told(s, verdict=Verdict.PARTLY),
         "No known effect explains what is left",
         Tone.GOOD,

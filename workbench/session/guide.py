@@ -126,8 +126,11 @@ def guide(session: Session) -> Step:
             return _foreign(session.loaded.match)
         return Step(f"{rows} rows of {session.loaded.name} are loaded.", next=FIT, other=LOAD)
     if session.accepted:
-        is_all = session.diagnosis is None or session.diagnosis.verdict is not Verdict.PARTLY
-        left = "This is the arm as it is" if is_all else "No known effect explains what is left"
+        found, left = session.diagnosis, "This is the arm as it is"
+        if found is not None and not found.causes:
+            left = "A residual map predicts it; no cause is named"
+        elif found is not None and found.verdict is Verdict.PARTLY:
+            left = "No known effect explains what is left"
         return Step(f"{stages_in_words(session)} mm. {left}.", Tone.GOOD, TAKE, COMPARE)
     if session.diagnosis is not None:
         return _diagnosed(session.diagnosis)
