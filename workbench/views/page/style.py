@@ -79,7 +79,7 @@ ENDED = (
 """Shown while the page has no connection."""
 
 
-COARSE = 0.5
+COARSE = 0.4
 """Pixels that are drawn for one of the page's while a hand moves something and the processor draws."""
 SLOW = "llvmpipe|swiftshader|softpipe|software"
 """In the names of renderers without a graphics card."""
@@ -104,7 +104,7 @@ const end = () => {{
 }};
 for (const name of ["pointerup", "pointercancel", "blur"]) addEventListener(name, end, true);
 """
-"""While a hand moves the scene or a handle, a page without a graphics card draws a quarter of its pixels."""
+"""While a hand moves the scene or a handle, a page without a graphics card draws a sixth of its pixels."""
 
 
 def furnish(server: viser.ViserServer) -> None:
