@@ -46,6 +46,7 @@ def diagnosed():
     return case, diagnose(case.robot, case.data, held_out=0.0)
 
 
+@pytest.mark.slow
 def test_clearance_and_backlash_are_found_blind_from_poses(diagnosed):
     """Joints 2 to 5 within 15 % of Table 4.3, and within four standard errors."""
     case, result = diagnosed
@@ -63,6 +64,7 @@ def test_clearance_and_backlash_are_found_blind_from_poses(diagnosed):
         assert std < 0.1 * case.sizes[name]
 
 
+@pytest.mark.slow
 def test_what_gravity_cannot_show_is_named(diagnosed):
     """Joint 1 stands upright; the stiffness of the last joint bends it by less than the noise."""
     case, result = diagnosed
@@ -79,6 +81,7 @@ def test_what_gravity_cannot_show_is_named(diagnosed):
     assert not named & set(missing)
 
 
+@pytest.mark.slow
 def test_what_is_lost_in_the_noise_widens_the_errors_of_its_joint(diagnosed):
     """The compliance of joint 4, which is not seen, lies in its backlash; others keep their errors."""
     _, result = diagnosed
