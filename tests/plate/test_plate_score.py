@@ -1,6 +1,7 @@
 """The score of the Table 2 plate against the paper's formulas written out anew, and what freedom costs."""
 
 from dataclasses import replace
+from html import unescape
 
 import numpy as np
 import pytest
@@ -9,11 +10,15 @@ from workbench.arm.linearisation import linearise
 from workbench.base.errors import DataError
 from workbench.plate.design import planned_joints, try_plate
 from workbench.plate.free_constants import identified_names, visible, visible_basis
+from workbench.plate.parts.fixture import fixture_of
+from workbench.plate.parts.sheet import PlateSheet
 from workbench.plate.plate import Kind, Target
 from workbench.plate.predicted_error import predicted_error
 from workbench.plate.readings import SIGMAS, linearise_reading, linearise_targets, reading_named, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
+from workbench.plate.report.plates import score_json
 from workbench.plate.score import score_plate
+from workbench.plate.target_branches import measurable
 
 # theta, d, a, alpha, beta of ARIA Table 1; beta of joint 2 is free instead of d, as axes 2 and 3 are parallel
 TABLE_1 = np.array(
@@ -156,9 +161,24 @@ def test_plates_that_nothing_can_be_measured_on(aria, plate):
     far = replace(plate.region, min=plate.region.min + 3.0, max=plate.region.max + 3.0)
     with pytest.raises(DataError, match="outside the reach"):
         score_plate(aria, replace(plate, region=far))
-    away = (*plate.targets, Target(np.array([2.0, 0.0, 0.0])))
-    with pytest.raises(DataError, match=r"target 11 .* not reachable"):
-        score_plate(aria, replace(plate, targets=away))
+    away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])),))
+    with pytest.raises(DataError, match="at no target of plate 'Table 2': target 1 is out of reach: "):
+        measurable(aria, away)
+
+
+def test_a_target_out_of_reach_is_counted_out_and_told(aria, plate, score):
+    away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])), *plate.targets))
+    found = score_plate(aria, away, matter=plate_region_poses(aria, plate))
+    assert found.measured.error.position_rms == pytest.approx(score.measured.error.position_rms, rel=1e-6)
+    assert np.isnan(found.measured.per_target[0])
+    said = "1 of 11 targets of Table 2 can't be measured (target 1 is out of reach: "
+    assert found.left_out.startswith(said)
+    assert found.left_out.endswith("; the figures are of the other 10")
+    for shown in (repr(found), PlateSheet(fixture=fixture_of(plate), score=found).html()):
+        assert "can't be measured (target 1 is out of reach" in " ".join(unescape(shown).split())
+    assert score_json(found)["targets"][0]["out_of_reach"] == found.can.away[0] != ""
+    with pytest.raises(DataError, match=r"target 1 is out of reach: .*; move it, then try the plate"):
+        planned_joints(aria, away, SIGMAS["seat"])
 
 
 CORNERS = np.array([[-0.24, -0.24, 0.05], [0.24, -0.24, 0.05], [0.0, 0.24, 0.05]])

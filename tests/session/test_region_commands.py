@@ -12,10 +12,9 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.plate.cubes import map_cubes
 from workbench.plate.predicted_error import predicted_error
-from workbench.plate.readings import usual_sigma
+from workbench.plate.readings import assumptions, usual_sigma
 from workbench.plate.region import Region
 from workbench.plate.region_poses import plate_region_poses
-from workbench.plate.report.plates import assumptions
 from workbench.plate.score import score_plate
 from workbench.session import Worker
 from workbench.session.command import AbstractChore

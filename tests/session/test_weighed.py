@@ -6,13 +6,16 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import OptionError
+from workbench.identification.problem_blocks import Noise
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Kind
+from workbench.plate.score import score_plate
 from workbench.plate.tolerances import Making
 from workbench.plate.tradeoff import Choice, Tradeoff
 from workbench.session.commands.plate import OpenChoice
 from workbench.session.commands.undo import Undo
 from workbench.session.score import score
+from workbench.session.start import start
 from workbench.views.page.panels.tradeoff import plot, row_words
 
 
@@ -33,6 +36,24 @@ def test_a_weighed_plate_opens_and_undo_brings_the_old_one_back(first, weighed):
     assert opened.plate.region is first.plate.region
     assert opened.score.position > first.score.position
     assert Undo().apply(opened).plate is first.plate
+
+
+def test_an_opened_plate_is_read_as_its_targets_are_unless_an_instrument_was_chosen(first, weighed):
+    """A plate of sockets or for a ball-bar was scored with the noise of seats, unlike in `plate score`."""
+    choice = weighed.tradeoff.choices[0]
+    sockets = tuple(replace(target, kind=Kind.SOCKET) for target in choice.design.plate.targets)
+    read = replace(choice, design=replace(choice.design, plate=replace(choice.design.plate, targets=sockets)))
+    session = replace(weighed, tradeoff=Tradeoff(choices=(read,)))
+    opened = OpenChoice(0).apply(session)
+    assert opened.noise == Noise(5e-5, first.noise.rotation)
+    q = np.stack([state.q for state in opened.states])
+    found = score_plate(
+        first.robot, opened.plate.with_joints(q, opened.plate.branches), matter=first.region_q
+    )
+    assert opened.score.position == pytest.approx(found.measured.error.position_rms)
+    assert start(first.robot, opened.plate, states=opened.states).noise == opened.noise
+    chosen = Noise(2e-4, 1e-3)
+    assert OpenChoice(0).apply(replace(session, noise=chosen)).noise == chosen
 
 
 def test_an_opened_plate_is_scored_as_it_is_made_and_read(first):

@@ -9,8 +9,9 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
-from workbench.session.state import CubeView, Drag, Field, Trial
+from workbench.session.state import CubeView, Drag, Field, Focus, Trial
 from workbench.views.drawables.item import AbstractSink, Item, is_same
+from workbench.views.drawables.plate import plate
 from workbench.views.drawables.subjects import in_motion, on_page
 
 
@@ -41,6 +42,17 @@ class Notebook(AbstractSink):
 @pytest.fixture(scope="module")
 def session():
     return start(load_robot("aria"), load_plate("table2"))
+
+
+def test_a_plate_that_was_given_is_drawn_beside_measured_rows(session):
+    """As `wb.show(robot, data, plate)` shows them; a plate that nobody gave stays out of the way."""
+    looking = {"loaded": SimpleNamespace(virtual=False), "focus": Focus.ROW}
+    for is_given in (True, False):
+        shown = {
+            item.path: item.shown for item in plate(replace(session, is_plate_given=is_given, **looking))
+        }
+        assert shown["plate/solid"] is shown["plate/targets/1"] is is_given
+    assert all(item.shown for item in plate(session))
 
 
 def moved(session, number, by):

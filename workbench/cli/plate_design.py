@@ -7,7 +7,15 @@ from typing import Annotated
 import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.options import option
-from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, making_of, manner_name, plates
+from workbench.cli.plates import (
+    PlateArgument,
+    PlayOption,
+    ToleranceOption,
+    making_of,
+    manner_name,
+    plates,
+    sigma_of,
+)
 
 
 @dataclass(frozen=True)
@@ -71,7 +79,8 @@ def optimise(
     targets: Annotated[int | None, option("How many; as many as the plate has if not given.")] = None,
     branches: Annotated[str, option("mixed, or single: one branch for all targets.")] = "mixed",
     reading: Annotated[
-        str | None, option("What is read: seat (if not given), socket, point, contacts, ball-bar.")
+        str | None,
+        option("What is read: seat, socket, point, contacts, ball-bar; as in the plate if not given."),
     ] = None,
     shapes: Annotated[
         int | None,
@@ -98,16 +107,17 @@ def optimise(
     from workbench.plate import design as plate_design
     from workbench.plate.optimiser.manufacturing import MANNERS
     from workbench.plate.optimiser.optimise import Postures, Wish
+    from workbench.plate.readings import usual_reading
     from workbench.plate.report.design import design_json, design_tables
 
     opt.check_writable(out, json)
     base, tool = opt.unknown_frames(unknown)
     arm, given = wb.load_robot(robot), wb.load_plate(plate)
     manner = None if made is None else MANNERS[manner_name(made)]
-    reading = reading or ("seat" if manner is None else manner.reading)
+    reading = reading or (usual_reading(given) if manner is None else manner.reading)
     if manner is not None and tolerance is None:
         given = replace(given, making=manner.making)
-    making = making_of(given, tolerance, play or ("pins" if reading == "seat" else "none"))
+    given = replace(given, making=making_of(given, tolerance, play))
     blocks = block_options.of(reading)
     wish = Wish(
         number=targets,
@@ -115,7 +125,7 @@ def optimise(
         blocks=blocks if manner is None else manner.blocks(blocks),
         shapes=shapes,
         constraints=margins.constraints(),
-        making=making,
+        making=None if play is None else given.making,
         places=places,
     )
     with opt.progress_bar("optimise") as progress:
@@ -124,7 +134,7 @@ def optimise(
             given,
             wish=wish,
             reading=reading,
-            sigma=None if noise is None else tuple(opt.noise_of(noise)),
+            sigma=sigma_of(noise),
             visits=visits,
             seed=seed,
             progress=lambda part: progress(part, "looking for better targets"),
@@ -143,7 +153,9 @@ def yield_(
     plate: PlateArgument,
     robot: opt.RobotOption,
     arms: Annotated[int, option("How many virtual arms.")] = 10_000,
-    noise: Annotated[str, option('How well a seat returns and is read: "0.1mm,0.02deg".')] = "0.1mm,0.02deg",
+    noise: Annotated[
+        str | None, option('How well a target returns and is read: "0.1mm,0.02deg"; usual ones if not given.')
+    ] = None,
     joint_noise: Annotated[str, option("Of the joint readings.")] = "0deg",
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
@@ -174,7 +186,7 @@ def yield_(
             wb.load_robot(robot),
             fixture,
             arms=arms,
-            sigma=tuple(opt.noise_of(noise)),
+            sigma=sigma_of(noise),
             joint_sigma=opt.angle(joint_noise),
             making=making_of(fixture, tolerance, play),
             undeclared=() if effects_of is None else wb.load_robot(effects_of).effects,

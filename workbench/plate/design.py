@@ -25,9 +25,10 @@ from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
+from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import ANCHOR_SIGMA, Plate
 from workbench.plate.poses.sampling import in_base
-from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, Reading, reading_named
+from workbench.plate.readings import Reading, assumptions, reading_named, usual_reading, usual_sigma
 from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
 from workbench.plate.target_branches import choose_branches, measurable
@@ -51,7 +52,8 @@ def optimise_plate(
     plate: Plate,
     *,
     wish: Wish | None = None,
-    reading: str | Reading = "seat",
+    making: Making | None = None,
+    reading: str | Reading | None = None,
     sigma: tuple[float, float | None] | None = None,
     visits: int = 1,
     base: bool | None = None,
@@ -67,7 +69,9 @@ def optimise_plate(
         plate: Where the plate lies, how large it is, its region; its targets are one of the starts.
         wish: Number of targets, branches, blocks, constraints, tolerances; the usual ones if None, with
             narrower margins (and a note) where the usual margins leave no plate.
-        reading: What is read at a target: seat, socket, point, contacts or ball-bar.
+        making: Tolerances of the making where the wish has none; as `plate_making` says if None.
+        reading: What is read at a target: seat, socket, point, contacts or ball-bar; as the given plate's
+            targets are if None.
         sigma: Standard deviations of one visit [m], [rad]; those of the reading if None.
         visits: How often each target is visited.
         base: Whether the base is identified too; as the robot says if None.
@@ -80,8 +84,9 @@ def optimise_plate(
         OptionError: a plate without size or inside the robot's base, more targets than fit.
         DataError: a region out of reach, or constraints that conflict; names the two.
     """
-    if isinstance(reading, str):
-        reading = reading_named(reading, robot, plate, sigma=sigma, visits=visits)
+    if not isinstance(reading, Reading):
+        reading = reading_named(reading or usual_reading(plate), robot, plate, sigma=sigma, visits=visits)
+    making = making or plate_making(plate, reading.name)
 
     def search(wish: Wish) -> PlateDesign:
         return optimise.optimise_plate(
@@ -90,7 +95,7 @@ def optimise_plate(
             reading=reading,
             goal=goal,
             rng=np.random.default_rng(seed),
-            wish=wish,
+            wish=replace(wish, making=wish.making or making),
             names=names,
             progress=progress,
             cancel=cancel,
@@ -98,7 +103,7 @@ def optimise_plate(
 
     goal, names = goal_poses(robot, plate), identified_names(robot, base=base, tool=tool)
     if wish is not None:
-        return search(wish) if wish.shapes is None else _few_shapes(search, wish)
+        return _priced(search, wish)
     try:
         return search(Wish())
     except DataError as error:
@@ -108,15 +113,47 @@ def optimise_plate(
         )
 
 
-def _few_shapes(search: Callable[[Wish], PlateDesign], wish: Wish) -> PlateDesign:
-    """The best plate of few different blocks, and what that costs against blocks at will.
+def plate_making(plate: Plate, reading: str) -> Making:
+    """How a plate that is designed is made: as its file says; seats of which it tells no play have that of
+    the drawn pins."""
+    if reading != "seat":
+        return replace(plate.making, play=(0.0, 0.0))
+    return plate.making if any(plate.making.play) else replace(plate.making, play=Stock().play)
+
+
+def _priced(search: Callable[[Wish], PlateDesign], wish: Wish) -> PlateDesign:
+    """The best plate, with what few tilts and few shapes of its blocks cost against those at will.
+
+    Blocks that are bought, at the heights and on the grid that there are, have no others to compare with.
+    """
+    found, blocks, words = search(wish), wish.blocks, []
+    if blocks.tilts and not blocks.levels:
+        free = search(replace(wish, blocks=replace(blocks, tilts=())))
+        tilts = ", ".join(f"{np.rad2deg(tilt):g}°" for tilt in blocks.tilts)
+        words.append(_price(f"blocks of {tilts} alone", found, free, "any tilt"))
+    if wish.shapes is not None and found.plate_shapes > wish.shapes:
+        few = _few_shapes(search, wish, found)
+        different = f"{found.plate_shapes} different ones"
+        words.insert(0, _price(f"{wish.shapes} shapes of block", few, found, different))
+        found = few
+    return replace(found, notes=(*words, *found.notes))
+
+
+def _price(what: str, found: PlateDesign, free: PlateDesign, others: str) -> str:
+    """What a restriction costs, in words."""
+    extra = found.cost - free.cost
+    price = f"{1e3 * extra:.3f} mm ({100 * extra / free.cost:.0f} %)" if extra >= 5e-7 else "no accuracy"
+    return f"{what} cost {price}: {1e3 * found.cost:.3f} mm instead of {1e3 * free.cost:.3f} mm with {others}"
+
+
+def _few_shapes(search: Callable[[Wish], PlateDesign], wish: Wish, free: PlateDesign) -> PlateDesign:
+    """The best plate of few different blocks.
 
     The shapes are those from which the other ones are least unlike: of the free optimum, then of the best
     plate with twice as many.
     """
     assert wish.shapes is not None
-    free = source = search(wish)
-    best: PlateDesign | None = None
+    source, best = free, free
     for more in (True, False):
         if source.plate_shapes <= wish.shapes:
             break
@@ -126,17 +163,9 @@ def _few_shapes(search: Callable[[Wish], PlateDesign], wish: Wish) -> PlateDesig
             for number in (wish.shapes, 2 * wish.shapes)
         )
         found = search(few)
-        best = found if best is None or found.cost < best.cost else best
+        best = found if best is free or found.cost < best.cost else best
         source = search(twice) if more else source
-    if best is None:
-        return free
-    extra = best.cost - free.cost
-    price = f"{1e3 * extra:.3f} mm ({100 * extra / free.cost:.0f} %)" if extra >= 5e-7 else "no accuracy"
-    words = (
-        f"{wish.shapes} shapes of block cost {price}: {1e3 * best.cost:.3f} mm instead of "
-        f"{1e3 * free.cost:.3f} mm with {free.plate_shapes} different ones"
-    )
-    return replace(best, notes=(words, *best.notes))
+    return best
 
 
 def goal_poses(robot: Robot, plate: Plate) -> np.ndarray:
@@ -153,7 +182,7 @@ def try_plate(
     plate: Plate,
     *,
     arms: int = ARMS,
-    sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION),
+    sigma: tuple[float, float] | None = None,
     joint_sigma: float = 0.0,
     making: Making | None = None,
     undeclared: tuple[AbstractEffect, ...] = (),
@@ -173,7 +202,8 @@ def try_plate(
         robot: Nominal arm with limits.
         plate: Targets and region; targets without joint positions take the branches that tell most.
         arms: How many virtual arms.
-        sigma: How well a seat returns and is read: standard deviations [m], [rad].
+        sigma: How well a target returns and is read: standard deviations [m], [rad]; usual ones of what is
+            read at the targets if None.
         joint_sigma: Of the joint readings [rad or m].
         making: Tolerances of the making; as the plate says if None. Targets that say how well they are known
             keep that.
@@ -191,6 +221,7 @@ def try_plate(
     """
     check_number(arms)
     plate = plate if making is None else replace(plate, making=making)
+    sigma = sigma or usual_sigma(plate)
     q = planned_joints(robot, plate, sigma)
     asked = plate if towards is None else replace(towards, region=plate.region)
     bank = plate_region_poses(robot, asked, poses)
@@ -219,7 +250,12 @@ def try_plate(
         cells=plate.region.cells(in_base(robot, tool_poses(robot, Motion(bank)))[:, :3, 3]),
         wanted=wanted or Requirement().wanted,
     )
-    return try_production(job, arms=arms, seed=seed, scheduler=scheduler, progress=progress, cancel=cancel)
+    found = try_production(job, arms=arms, seed=seed, scheduler=scheduler, progress=progress, cancel=cancel)
+    held = [assumptions(plate, sigma)]
+    if joint_sigma:
+        held.append(f"joint readings {np.rad2deg(joint_sigma):.2g}°")
+    held += [f"undeclared {effect.phrase}" for effect in undeclared]
+    return replace(found, assumptions="; ".join(held))
 
 
 def planned_joints(robot: Robot, plate: Plate, sigma: tuple[float, float]) -> np.ndarray:
@@ -228,9 +264,9 @@ def planned_joints(robot: Robot, plate: Plate, sigma: tuple[float, float]) -> np
     if own and len(own) == len(plate):
         return np.stack(own)
     can = measurable(robot, plate)
-    if len(can.rows) < len(plate):
-        number = next(i for i, hit in enumerate(can.hits) if hit)
-        raise DataError(f"target {number + 1} is blocked ({can.hits[number]}); move it, then try the plate")
+    if can.lacking:
+        number, why = next(iter(can.lacking.items()))
+        raise DataError(f"target {number + 1} is {why}; move it, then try the plate")
     rng = np.random.default_rng(0)
     goal = plate_region_poses(robot, plate)
     return choose_branches(

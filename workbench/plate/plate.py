@@ -113,6 +113,11 @@ class Plate:
         return tuple(Target(frozen(place), rpy, kind=Kind.SOCKET) for place in places)
 
     @cached_property
+    def has_seats(self) -> bool:
+        """Whether any target constrains the tool's orientation."""
+        return any(target.kind is Kind.SEAT for target in self.targets)
+
+    @cached_property
     def from_anchors(self) -> Float[np.ndarray, "targets anchors 3"]:
         """Unit vectors from a ball-bar's anchors to the targets, in the robot's base."""
         assert self.anchors is not None
@@ -158,13 +163,17 @@ class Plate:
         if self.anchors is not None:
             return f"{len(self.anchors)} anchors known to {1e3 * ANCHOR_SIGMA:.2g} mm (one σ)"
         measured = [t.sigma for t in self.targets if t.sigma is not None]
+        made, played = self.making.words
+        words = [made, played] if self.has_seats else [made]
         if not measured:
-            return self.making.words
+            return ", ".join(words)
         position, rotation = np.sqrt(np.mean(np.square(measured), axis=0))
         count = "targets" if len(measured) == len(self) else f"{len(measured)} of {len(self)} targets"
-        others = self.making if len(measured) < len(self) else replace(self.making, position=0.0, angle=0.0)
-        words = f"{count} known to {1e3 * position:.2g} mm, {np.rad2deg(rotation):.2g}° (one σ)"
-        return f"{words}; {others.words.removeprefix('targets made exactly, ')}"
+        turns = f", {np.rad2deg(rotation):.2g}°" if self.has_seats else ""
+        is_said = len(measured) < len(self) and (self.making.position or self.making.angle)
+        known = f"{count} known to {1e3 * position:.2g} mm{turns} (one σ)"
+        others = ", ".join(words if is_said else words[1:])
+        return f"{known}; {others}" if others else known
 
     def made(self, making: Making) -> "Plate":
         """The same plate made like this, whatever is known of its targets."""

@@ -304,11 +304,21 @@ def _rows(poses: np.ndarray, **columns: Any) -> Dataset:
     return Dataset(q=np.zeros((len(poses), 1)), row=np.arange(len(poses)), **columns)
 
 
-def usual_sigma(plate: Plate) -> tuple[float, float]:
-    """Usual standard deviations of what is read at the targets [m], [rad]; a seat's where they differ."""
+def usual_reading(plate: Plate) -> str:
+    """What is read at the targets where nothing else is said; a seat's pose where they differ."""
     kinds = {target.kind for target in plate.targets}
-    name = "ball-bar" if plate.anchors is not None else next(iter(kinds)) if len(kinds) == 1 else "seat"
-    return SIGMAS[name][0], float(SIGMAS["seat"][1] or 0.0)
+    return "ball-bar" if plate.anchors is not None else str(next(iter(kinds))) if len(kinds) == 1 else "seat"
+
+
+def usual_sigma(plate: Plate) -> tuple[float, float]:
+    """Usual standard deviations of what is read at the targets [m], [rad]."""
+    return SIGMAS[usual_reading(plate)][0], float(SIGMAS["seat"][1] or 0.0)
+
+
+def assumptions(plate: Plate, sigma: tuple[float, float]) -> str:
+    """What a predicted error holds, for people: instrument, making, and play in the seats."""
+    turns = f", {np.rad2deg(sigma[1]):.2g}°" if plate.has_seats else ""
+    return f"instrument {1e3 * sigma[0]:.3g} mm{turns}; {plate.assumptions}"
 
 
 SIGMA_POSITION = 1e-4

@@ -1,8 +1,8 @@
 """The score of a plate: what its targets tell about the arm, each measured once, and what that is worth.
 
 Two things are scored: the targets in the branches that are to be measured (those that the plate names, or
-the mix that makes the predicted error smallest), and in the best single branch for all of them. A target at
-which the arm would run into plate or blocks can't be measured and does not count.
+the mix that makes the predicted error smallest), and in the best single branch for all of them. A target
+that the arm can't reach, or at which it would run into plate or blocks, can't be measured and does not count.
 """
 
 from collections.abc import Sequence
@@ -29,7 +29,7 @@ from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import PredictedError, position_weight, predicted_error
 from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
-from workbench.plate.target_branches import choose_branches, measurable, single_branches
+from workbench.plate.target_branches import Measurable, choose_branches, measurable, single_branches
 from workbench.plate.tolerances import EXACT, Making
 from workbench.report.result_display import AbstractShown
 
@@ -45,7 +45,7 @@ class SetScore:
     """What a set of measurements at a plate's targets is worth.
 
     Args:
-        q: Joint positions at the targets [rad or m]; NaN where the arm is blocked, as below.
+        q: Joint positions at the targets [rad or m]; NaN where they can't be measured, as below.
         branches: Name of each target's branch; empty there.
         per_target: O of each target alone, ARIA eq. (17).
         shares: What each target gives to the index I: the part of it that would be lost without the target.
@@ -84,7 +84,7 @@ class PlateScore(AbstractShown):
         sigma: Standard deviations of the instrument [m], [rad]; they whiten the rows for all indices but O.
         length: Length at which an angle counts as an arc, for all indices but O [m].
         region_rows: For how many joint positions in the region the error is predicted.
-        hits: What the arm would run into at each target; empty where it is measurable.
+        can: The targets that can be measured, and why others can't.
         outcome: How the choice of branches ended.
     """
 
@@ -95,8 +95,23 @@ class PlateScore(AbstractShown):
     sigma: tuple[float, float]
     length: float
     region_rows: int
-    hits: tuple[str, ...]
+    can: Measurable
     outcome: Outcome
+
+    @property
+    def hits(self) -> tuple[str, ...]:
+        """What the arm would run into at each target; empty where it is clear."""
+        return self.can.hits
+
+    @property
+    def left_out(self) -> str:
+        """Which targets can't be measured and don't count, in a sentence; empty where all can."""
+        lacking, count = self.can.lacking, len(self.plate)
+        if not lacking:
+            return ""
+        why = "; ".join(f"target {i + 1} is {words}" for i, words in lacking.items())
+        many = f"{len(lacking)} of {count} targets of {self.plate.name} can't be measured"
+        return f"{many} ({why}); the figures are of the other {count - len(lacking)}"
 
     @property
     def single_branch(self) -> str:
@@ -218,8 +233,8 @@ def score_plate(
         cancel: Asked now and then whether to stop with the best branches so far.
 
     Raises:
-        DataError: a plate without targets or inside the robot's base, a target out of reach, or a region; no
-            target at which the arm keeps clear.
+        DataError: a plate without targets or inside the robot's base, a region out of reach, or no target
+            that can be measured.
     """
     check_place(robot, plate)
     sigma = sigma or usual_sigma(plate)
@@ -251,7 +266,7 @@ def score_plate(
         sigma=sigma,
         length=robot.reach,
         region_rows=len(q_region),
-        hits=can.hits,
+        can=can,
         outcome=choice.outcome,
     )
 

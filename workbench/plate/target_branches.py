@@ -68,16 +68,27 @@ def plate_solutions(robot: Robot, plate: Plate) -> tuple[tuple[Branch, ...], ...
     Raises:
         DataError: a target can't be reached; says which and why.
     """
+    solutions, away = _solutions(robot, plate)
+    for number, why in enumerate(away, start=1):
+        if why:
+            raise DataError(f"target {number} of plate '{plate.name}' is not reachable: {why}")
+    return solutions
+
+
+def _solutions(robot: Robot, plate: Plate) -> tuple[tuple[tuple[Branch, ...], ...], tuple[str, ...]]:
+    """The solutions of every target, and why it is out of reach; empty where it is not."""
     poses = robot.base.pose @ plate.poses
     solutions: list[tuple[Branch, ...]] = [()] * len(plate)
+    away = [""] * len(plate)
     for task, rows in _by_task(robot, plate).items():
         for row, result in zip(rows, inverse.solve_many(robot, poses[rows], task=task), strict=True):
             if not result.reachable:
-                raise DataError(f"target {row + 1} of plate '{plate.name}' is not reachable: {result.reason}")
+                away[row] = result.reason
+                continue
             given = plate.targets[row].q
             meant = None if given is None else inverse.choose(result, branch=given)
             solutions[row] = result.within_limits if meant is None else (meant,)
-    return tuple(solutions)
+    return tuple(solutions), tuple(away)
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,38 +100,49 @@ class Measurable:
         plate: With these targets alone.
         solutions: Solutions of each in which the arm runs into nothing.
         hits: What it would run into at each target of the whole plate; empty for those that it can stand at.
+        away: Why it can't reach each target; empty for those that it can.
     """
 
     rows: Int[np.ndarray, " measurable"]
     plate: Plate
     solutions: tuple[tuple[Branch, ...], ...]
     hits: tuple[str, ...]
+    away: tuple[str, ...]
+
+    @property
+    def lacking(self) -> dict[int, str]:
+        """The targets that it can't stand at, counted from 0, with the reason in words."""
+        both = enumerate(zip(self.hits, self.away, strict=True))
+        return {
+            i: f"blocked: {hit}" if hit else f"out of reach: {away}" for i, (hit, away) in both if hit or away
+        }
 
 
 def measurable(robot: Robot, plate: Plate) -> Measurable:
-    """The targets at which the arm keeps clear of plate and blocks, in a branch that the target means.
+    """The targets that the arm reaches clear of plate and blocks, in a branch that the target means.
 
     Raises:
-        DataError: a target can't be reached, or the arm can stand at none; says which and why.
+        DataError: the arm can stand at none; says why at the first.
     """
-    every = plate_solutions(robot, plate)
+    every, away = _solutions(robot, plate)
     meant = [
         tuple(b for b in found if target.branch in (AUTO, b.name) or target.q is not None) or found
         for target, found in zip(plate.targets, every, strict=True)
     ]
     clear = [clear_of(robot, plate, i, found) for i, found in enumerate(meant)]
     hit = tuple(
-        "" if free else hits(robot, plate, [i], found[0].q[None])[0]
+        "" if free or not found else hits(robot, plate, [i], found[0].q[None])[0]
         for i, (free, found) in enumerate(zip(clear, meant, strict=True))
     )
     rows = [i for i, free in enumerate(clear) if free]
+    part = replace(plate, targets=tuple(plate.targets[i] for i in rows))
+    can = Measurable(np.array(rows, int), part, tuple(clear[i] for i in rows), hit, away)
     if not rows:
         raise DataError(
-            f"the arm can stand at no target of plate '{plate.name}': at target 1 {hit[0]}; move the plate, "
-            "or choose other branches"
+            f"the arm can stand at no target of plate '{plate.name}': target 1 is {can.lacking[0]}; move the "
+            "plate, or choose other branches"
         )
-    part = replace(plate, targets=tuple(plate.targets[i] for i in rows))
-    return Measurable(np.array(rows), part, tuple(clear[i] for i in rows), hit)
+    return can
 
 
 def _by_task(robot: Robot, plate: Plate) -> dict[Task | None, list[int]]:

@@ -100,12 +100,12 @@ class Making:
         return np.array([np.sqrt(2.0) * shift / 3.0, turn / 3.0])
 
     @property
-    def words(self) -> str:
-        """For people: what was assumed of the making."""
+    def words(self) -> tuple[str, str]:
+        """For people: what was assumed of the making, and of the play in the seats."""
         made = "targets made exactly"
         if self.position or self.angle:
             made = f"targets made within {_bounds(self.position, self.angle)}"
-        return f"{made}, {f'seat play {_bounds(*self.play)}' if any(self.play) else 'no play in the seats'}"
+        return made, f"seat play {_bounds(*self.play)}" if any(self.play) else "no play in the seats"
 
 
 def _bounds(length: float, angle: float) -> str:

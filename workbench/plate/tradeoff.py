@@ -23,8 +23,8 @@ from workbench.plate.optimiser.manufacturing import MANNERS, Manner
 from workbench.plate.optimiser.optimise import Wish
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
-from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Plate
+from workbench.plate.yield_trial.trial import Yield
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_white
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import new_table
@@ -44,13 +44,18 @@ class Choice:
         manner: Name of the way to make it.
         design: The plate with its predicted error.
         price: Order of magnitude [€].
-        share: Share of virtual arms that meet the requirement; None if not tried.
+        tried: How virtual arms did on it; None if not tried.
     """
 
     manner: str
     design: PlateDesign
     price: float
-    share: float | None = None
+    tried: Yield | None = None
+
+    @property
+    def share(self) -> float | None:
+        """Share of virtual arms that meet the requirement; None if not tried."""
+        return None if self.tried is None else self.tried.share
 
     @property
     def shapes(self) -> int:
@@ -92,7 +97,7 @@ class Tradeoff(AbstractShown):
             "What does it buy me", "no., plate", "about [€]", "rms [mm]", "rms [°]", "yield [%]", "front"
         )
         for number, choice in enumerate(self.choices, start=1):
-            share = "–" if choice.share is None else f"{100 * choice.share:.0f}"
+            share = "–" if choice.tried is None else _share(choice.tried)
             turned = np.rad2deg(choice.design.rotation)
             errors = (f"{1e3 * choice.design.cost:.3f}", f"{turned:.3f}" if np.isfinite(turned) else "open")
             cells = (f"{choice.price:.0f}", *errors, share)
@@ -181,7 +186,7 @@ def weigh_choices(
             continue
         if arms:
             found = try_plate(robot, choice.design.plate, arms=arms, wanted=wanted, towards=plate, seed=seed)
-            choice = replace(choice, share=found.share)
+            choice = replace(choice, tried=found)
         choices.append(choice)
         if progress is not None:
             progress((done + 1) / len(tried))
@@ -192,13 +197,16 @@ def weigh_choices(
 
 def _choice(robot: Robot, plate: Plate, name: str, wish: Wish, seed: int) -> Choice:
     manner = MANNERS[name]
-    making = manner.making
-    if manner.reading == "seat":
-        making = replace(making, play=Stock().play)
-    asked = replace(wish, making=making, blocks=manner.blocks(Blocks()))
-    design = optimise_plate(robot, plate, wish=asked, reading=manner.reading, seed=seed)
+    asked, given = replace(wish, blocks=manner.blocks(Blocks())), replace(plate, making=manner.making)
+    design = optimise_plate(robot, given, wish=asked, reading=manner.reading, seed=seed)
     choice = Choice(manner=name, design=design, price=0.0)
     return replace(choice, price=_price(manner, len(design.plate), choice.shapes))
+
+
+def _share(tried: Yield) -> str:
+    """The yield and its 95 % interval [%]."""
+    low, high = tried.interval
+    return f"{100 * tried.share:.0f} ({100 * low:.0f}–{100 * high:.0f})"
 
 
 def _price(manner: Manner, targets: int, shapes: int) -> float:

@@ -23,6 +23,7 @@ from workbench.plate.obstruction import clear_of
 from workbench.plate.patterns import CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
+from workbench.plate.readings import usual_sigma
 from workbench.session.reach import place_all
 from workbench.session.score import draw_region, score
 from workbench.session.state import Session, TargetState
@@ -48,7 +49,7 @@ def start(
         robot: Nominal robot.
         plate: Fixture with at least one target.
         is_given: Whether the plate is the user's, not one made for the arm.
-        noise: The instrument; 0.1 mm and 0.02° if None.
+        noise: The instrument; the usual one of the plate if None.
         seed: Of the mixes of branches that are tried.
         states: How the arm stands at every target; in the branches that tell most if empty.
         cancel: Asked at each target whether to stop.
@@ -59,7 +60,7 @@ def start(
     """
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets; give at least one [[target]]")
-    noise = noise or Noise()
+    noise = noise or Noise(*usual_sigma(plate))
     is_quick = robot.dof >= int(Task.POSE)
     region_q = draw_region(robot, plate) if is_quick else frozen(np.zeros((0, robot.dof)))
     rng = np.random.default_rng(seed)

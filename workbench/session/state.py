@@ -23,6 +23,7 @@ from workbench.identification.record import Identification, Run
 from workbench.identification.rezero.record import Rezero
 from workbench.plate.cubes import CubeMap
 from workbench.plate.plate import Plate, Target
+from workbench.plate.readings import usual_sigma
 from workbench.plate.region import Region
 from workbench.plate.yield_trial.trial import Yield
 from workbench.session.comparison import Comparison, Overlay
@@ -402,9 +403,15 @@ class Session:
         return trial.found if trial is not None and (trial.plate, trial.noise, trial.wanted) == now else None
 
     @property
+    def chosen_noise(self) -> Noise | None:
+        """The instrument, if it is another than the usual one of the plate."""
+        return None if self.noise == Noise(*usual_sigma(self.plate)) else self.noise
+
+    @property
     def shows_plate(self) -> bool:
-        """Whether the plate is in the scene: not while rows are looked at that were measured without it."""
-        return self.loaded is None or self.loaded.virtual or self.focus is not Focus.ROW
+        """Whether the plate is in the scene: not while rows are looked at, unless it is the user's."""
+        is_seen = self.loaded is None or self.loaded.virtual or self.focus is not Focus.ROW
+        return is_seen or self.is_plate_given
 
     @property
     def is_idle(self) -> bool:

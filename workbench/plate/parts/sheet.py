@@ -16,9 +16,10 @@ from matplotlib.layout_engine import ConstrainedLayoutEngine
 from matplotlib.patches import Polygon
 
 from workbench.base import se3
+from workbench.base.wording import capital
 from workbench.plate.parts.parts import Block, BlockShape, Bore, Fixture
 from workbench.plate.plate import SQUARE
-from workbench.plate.report.plates import assumptions
+from workbench.plate.readings import assumptions
 from workbench.plate.score import PlateScore
 from workbench.report.figures import COLOURS, INK, look, new_figure, svg
 from workbench.report.html import page_template
@@ -219,6 +220,8 @@ class PlateSheet:
             f"This includes: {assumptions(self.score.plate, self.score.sigma)}; effects that the model lacks "
             "come on top."
         )
+        if self.score.left_out:
+            first += f" {capital(self.score.left_out)}."
         second = (
             f"The targets determine {measured.rank} of {measured.visible} combinations of constants that "
             f"measurements can show; observability index O {measured.indices['O']:.3g} (ARIA eq. 17)."

@@ -46,18 +46,18 @@ def _design_words(design: PlateDesign) -> list[str]:
     error = f"{1e3 * design.cost:.3f} mm, {turned}"
     words = [
         "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear of anything; joints to limits",
-        f"predicted error in the region, root mean square: {error}",
+        f"predicted error in the region, about the given plate's orientations, root mean square: {error}",
         f"it includes: {design.assumptions}",
     ]
     shapes, blocks = design.plate_shapes, len(design.plate)
     if any(target.kind is not Kind.POINT for target in design.plate.targets):
         words.append(f"{shapes} different blocks for {blocks} targets")
         if shapes > max(3, blocks // 3):
-            words[-1] += "; --shapes 3 makes them cheaper and says what that costs, --angles 0deg,30deg "
-            words[-1] += "allows these tilts alone"
+            words[-1] += "; --shapes 3 makes them cheaper, --angles 0deg,30deg allows these tilts alone, and "
+            words[-1] += "each says what it costs"
     if np.isfinite(design.start_cost):
         given = f"{1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as much"
-        words.append(f"the given plate, made alike, in its best branches: {given}")
+        words.append(f"the given plate, made alike, in its best branches, blocked or not: {given}")
     if not design.outcome.ok:
         words.append(f"the search was {design.outcome}; this is the best so far")
     return [*words, *design.notes]
@@ -113,6 +113,7 @@ def tradeoff_json(found: "Tradeoff") -> Json:
                 "position_rms_mm": 1e3 * choice.design.cost,
                 "holds": choice.design.assumptions,
                 "share": choice.share,
+                "share_95": None if choice.tried is None else list(choice.tried.interval),
                 "front": choice in found.front,
             }
             for choice in found.choices
@@ -143,7 +144,7 @@ def yield_tables(found: Yield) -> RenderableType:
 
 
 def _yield_words(found: Yield) -> list[str]:
-    words = []
+    words = [f"errors include: {found.assumptions}"] if found.assumptions else []
     if found.blame is not None:
         words.append(f"the {found.blame} matters most")
     if len(found.cells):
@@ -174,6 +175,7 @@ def yield_json(found: Yield) -> Json:
         "schema": YIELD,
         "outcome": str(found.outcome),
         "arms": found.arms,
+        "holds": found.assumptions,
         "requirement": found.wanted.json(),
         "share": found.share,
         "share_95": [low, high],

@@ -13,7 +13,7 @@ from workbench.arm.parameters import Parameter
 from workbench.arm.unidentifiable import combinations
 from workbench.plate.clustering import Cluster, Clustering
 from workbench.plate.observability import INDICES, I
-from workbench.plate.plate import Kind, Plate
+from workbench.plate.readings import assumptions
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.plate.score import PlateScore, SetScore
 from workbench.report.tables import new_table
@@ -33,9 +33,9 @@ def score_tables(score: PlateScore) -> RenderableType:
         f"{score.plate.name} for {score.robot.name}", "target", "branch", "O", "share of I [%]"
     )
     chosen = score.measured
-    for k, (branch, hit) in enumerate(zip(chosen.branches, score.hits, strict=True)):
-        if hit:
-            targets.add_row(str(k + 1), f"blocked: {hit}", "–", "–")
+    for k, branch in enumerate(chosen.branches):
+        if why := score.can.lacking.get(k):
+            targets.add_row(str(k + 1), escape(why), "–", "–")
             continue
         targets.add_row(
             str(k + 1), escape(branch), f"{chosen.per_target[k]:.4f}", f"{100 * chosen.shares[k]:.1f}"
@@ -51,18 +51,11 @@ def score_tables(score: PlateScore) -> RenderableType:
         "σmin/σmax unscaled, as in the paper",
         "one branch: " + (escape(score.single_branch) if score.single else "none reaches all targets"),
     ]
-    if blocked := sum(map(bool, score.hits)):
-        count = len(score.hits)
-        words.insert(0, f"{count - blocked} of {count} targets measurable; the blocked ones don't count")
+    if score.left_out:
+        words.insert(0, score.left_out)
     if chosen.rank < chosen.visible:
         words.append(f"not told apart: {'; '.join(_open_words(chosen))}; vary targets or branches")
     return Group(targets, sets, Text("\n".join(words)))
-
-
-def assumptions(plate: Plate, sigma: tuple[float, float]) -> str:
-    """What a predicted error holds: instrument, making, and play in the seats."""
-    turns = f", {np.rad2deg(sigma[1]):.2g}°" if any(t.kind is Kind.SEAT for t in plate.targets) else ""
-    return f"instrument {1e3 * sigma[0]:.3g} mm{turns}; {plate.assumptions}"
 
 
 def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> RenderableType:
@@ -79,7 +72,8 @@ def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore])
     single = [_cell(s.single, lambda one: 1e3 * one.error.position_rms) for s in scores]
     table.add_row(escape("position error with one branch, rms [mm]"), *single)
     words = [
-        f"all include: {assumptions(scores[0].plate, scores[0].sigma)}",
+        *_included(scores),
+        *(s.left_out for s in scores if s.left_out),
         f"errors are predicted in the region of {scores[0].plate.name}, about its orientations",
         f"smallest predicted position error: {_best(scores)}",
     ]
@@ -89,8 +83,18 @@ def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore])
         for what, cells in _set_rows([s.measured for s in stated])[:3]:
             own.add_row(escape(what), *cells)
         tables.append(own)
-        words += [f"{s.plate.name} includes: {assumptions(s.plate, s.sigma)}" for s in stated]
+        words += _each_includes(stated)
     return Group(*tables, Text("\n".join(words)))
+
+
+def _included(scores: Sequence[PlateScore]) -> list[str]:
+    """What errors include, once where it is the same for all plates."""
+    held = {assumptions(s.plate, s.sigma) for s in scores}
+    return [f"all include: {held.pop()}"] if len(held) == 1 else _each_includes(scores, ", made alike,")
+
+
+def _each_includes(scores: Sequence[PlateScore], how: str = "") -> list[str]:
+    return [f"{s.plate.name}{how} includes: {assumptions(s.plate, s.sigma)}" for s in scores]
 
 
 def _best(scores: Sequence[PlateScore]) -> str:
@@ -158,10 +162,12 @@ def _plate_json(score: PlateScore) -> Json:
         "plate": score.plate.name,
         "noise": {"position_mm": 1e3 * score.sigma[0], "orientation_deg": np.rad2deg(score.sigma[1])},
         "holds": assumptions(score.plate, score.sigma),
+        "left_out": score.left_out,
         "scaling_length_m": score.length,
         "targets": [
             {"target": k + 1, "branch": branch, "q": score.measured.q[k], "O": o, "share": share}
-            | ({"blocked": score.hits[k]} if score.hits[k] else {})
+            | ({"blocked": score.can.hits[k]} if score.can.hits[k] else {})
+            | ({"out_of_reach": score.can.away[k]} if score.can.away[k] else {})
             for k, (branch, o, share) in enumerate(
                 zip(score.measured.branches, score.measured.per_target, score.measured.shares, strict=True)
             )

@@ -44,6 +44,7 @@ class Yield:
         samples: How many errors stand behind each cube.
         sources: Root mean square position [m] and rotation error [rad] with each source of error alone.
         outcome: Whether all arms were tried.
+        assumptions: What goes wrong at the targets: instrument, making, play; the arms' errors beside them.
         notes: What limits the trial, one sentence each.
     """
 
@@ -60,6 +61,7 @@ class Yield:
     samples: Int[np.ndarray, " cubes"]
     sources: Mapping[str, tuple[float, float]]
     outcome: Outcome = Outcome.CONVERGED
+    assumptions: str = ""
     notes: tuple[str, ...] = ()
 
     @property

@@ -82,6 +82,7 @@ class ImprovePlate(AbstractTask):
         found = optimise_plate(
             session.robot,
             session.plate,
+            making=session.plate.making,
             sigma=(noise.position, noise.rotation),
             seed=self.seed,
             progress=lambda share: progress(share, "placing targets"),
@@ -241,11 +242,14 @@ class OpenChoice(AbstractChange):
         plate = replace(choice.design.plate, name=choice.name, region=session.plate.region)
         rng = np.random.default_rng(0)
         states = place_all(session.robot, plate, region_q=session.region_q, rng=rng)
-        opened, weighed = move_targets(session, plate, states, selected=0), usual_sigma(plate)[0]
-        if np.isclose(weighed, session.noise.position):
+        weighed = Noise(*usual_sigma(plate))
+        noise = session.chosen_noise or weighed
+        opened = move_targets(replace(session, noise=noise), plate, states, selected=0)
+        opened = opened if noise == session.noise else rescore(opened)
+        if np.isclose(weighed.position, noise.position):
             return opened
         return opened.tell(
             Severity.INFO,
-            f"this plate was weighed with an instrument of {1e3 * weighed:g} mm; predicted is with yours, "
-            f"{1e3 * session.noise.position:g} mm: set its noise to see the same error",
+            f"this plate was weighed with an instrument of {1e3 * weighed.position:g} mm; predicted is with "
+            f"yours, {1e3 * noise.position:g} mm: set its noise to see the same error",
         )

@@ -7,8 +7,8 @@ import viser
 
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.observability import INDICES
+from workbench.plate.readings import assumptions
 from workbench.plate.region_poses import PLATE_CONE
-from workbench.plate.report.plates import assumptions
 from workbench.session.commands.identify import SetWanted
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css

@@ -1,0 +1,185 @@
+"""The same plate under the same assumptions, from wherever its figure is asked, and said there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.base import se3
+from workbench.plate import design, tradeoff
+from workbench.plate.design import optimise_plate, try_plate
+from workbench.plate.optimiser import optimise
+from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.result import PlateDesign
+from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
+from workbench.plate.parts.stock import Stock
+from workbench.plate.plate import Kind, Target
+from workbench.plate.plate_toml import write_plate
+from workbench.plate.readings import SIGMAS
+from workbench.plate.report.design import design_tables, tradeoff_json
+from workbench.plate.report.plates import comparison_table
+from workbench.plate.score import alike, score_plates
+from workbench.plate.tolerances import EXACT, Making
+from workbench.plate.tradeoff import Choice, Tradeoff, weigh_choices
+from workbench.plate.yield_trial.trial import Yield
+from workbench.report.result_display import AbstractShown
+from workbench.session.commands.plate import ImprovePlate
+from workbench.session.start import start
+
+PINS = Stock().play
+OWN = Making(position=5e-5, angle=1e-3, play=(2e-5, 2e-3))
+
+
+def of_kind(plate, kind):
+    return replace(plate, targets=tuple(replace(t, kind=kind) for t in plate.targets))
+
+
+@pytest.fixture
+def searched(monkeypatch):
+    """What each search was asked for: how the plate is made, and what is read."""
+    seen = []
+
+    def search(robot, plate, *, reading, wish, **_):
+        seen.append((wish.making, reading.name))
+        return PlateDesign(plate=plate, cost=1e-4, rotation=1e-4, start_cost=2e-4)
+
+    monkeypatch.setattr(optimise, "optimise_plate", search)
+    monkeypatch.setattr(design, "goal_poses", lambda robot, plate: np.zeros((1, robot.dof)))
+    return seen
+
+
+def test_a_search_assumes_the_same_making_from_python_and_as_a_command(searched, run, aria, plate, tmp_path):
+    """From Python the drawn pins had no play; the command overruled the play that a plate's file states."""
+    plates = (
+        (plate, (replace(EXACT, play=PINS), "seat")),
+        (replace(plate, making=OWN), (OWN, "seat")),
+        (replace(of_kind(plate, Kind.SOCKET), making=OWN), (replace(OWN, play=(0.0, 0.0)), "socket")),
+    )
+    for given, asked in plates:
+        optimise_plate(aria, given)
+        path = write_plate(given, tmp_path / "given.toml")
+        assert run("plate", "optimise", path, "--robot", "aria", "--out", "best.toml")[0] == 0
+        assert searched == [asked, asked]
+        searched.clear()
+    machined = replace(tradeoff.MANNERS["machined"].making, play=PINS)
+    words = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml")
+    assert run(*words, "--play", "none", "--tolerance", "0.1mm,0deg")[0] == 0
+    assert run(*words, "--made", "machined")[0] == 0
+    weigh_choices(aria, plate, numbers=(8,), manners=("machined",))
+    assert searched == [(Making(position=1e-4), "seat")] + [(machined, "seat")] * (len(searched) - 1)
+    assert len(searched) > 3
+
+
+def test_the_page_searches_for_what_its_own_figure_holds(searched, aria, plate):
+    session = start(aria, plate)
+    ImprovePlate().compute(session, progress=lambda *_: None, cancel=lambda: False)
+    assert searched == [(EXACT, "seat")]
+
+
+def test_virtual_arms_read_what_the_targets_are(monkeypatch, aria, plate, solutions):
+    """Sockets and ball-bars were tried with the noise of seats: 0.25 mm where 0.04 mm was predicted."""
+    jobs = []
+
+    def tried(job, **_):
+        jobs.append(job)
+        return yield_of(1, 1)
+
+    monkeypatch.setattr(design, "try_production", tried)
+    fixed = plate.with_joints(np.stack([found[0].q for found in solutions]), plate.branches)
+    for kind in (Kind.SEAT, Kind.SOCKET):
+        found = try_plate(aria, of_kind(fixed, kind), joint_sigma=1e-4, poses=10)
+        assert jobs[-1].errors.seat_position == SIGMAS[str(kind)][0]
+        assert f"instrument {1e3 * SIGMAS[str(kind)][0]:g} mm" in found.assumptions
+        assert found.assumptions.endswith("joint readings 0.0057°")
+
+
+def test_only_seats_have_play_and_orientations(plate):
+    sockets = replace(of_kind(plate, Kind.SOCKET), making=OWN)
+    assert sockets.assumptions == "targets made within ±0.05 mm, ±0.057°"
+    known = replace(sockets, targets=tuple(replace(t, sigma=(5e-5, 1.0)) for t in sockets.targets))
+    assert known.assumptions == "targets known to 0.05 mm (one σ)"
+    assert replace(plate, making=OWN).assumptions.endswith("seat play ±0.02 mm, ±0.11°")
+
+
+def test_plates_that_differ_in_what_they_include_are_told_apart(aria, plate, solutions):
+    fixed = plate.with_joints(np.stack([found[0].q for found in solutions]), plate.branches)
+    other = replace(of_kind(fixed, Kind.SOCKET), name="Cones")
+    scores = score_plates(aria, alike([replace(fixed, making=OWN), other]), sigma=SIGMAS["seat"])
+    out = " ".join(_text(comparison_table(scores, scores)).split())
+    assert "all include" not in out
+    assert "Table 2, made alike, includes: instrument 0.1 mm, 0.02°; " in out
+    assert "Cones, made alike, includes: instrument 0.1 mm; targets made within ±0.05 mm, ±0.057° " in out
+
+
+def _text(shown):
+    class Shown(AbstractShown):
+        def summary(self):
+            return shown
+
+    return repr(Shown())
+
+
+def test_few_angles_say_what_they_cost(searched, monkeypatch, aria, plate):
+    """Like few shapes; blocks that are bought have no others to compare with."""
+    costs = {(): 1.5e-4, (0.0, np.deg2rad(30.0)): 1.56e-4}
+
+    def search(robot, given, *, wish, **_):
+        return PlateDesign(plate=given, cost=costs[wish.blocks.tilts], rotation=1e-4, start_cost=2e-4)
+
+    monkeypatch.setattr(optimise, "optimise_plate", search)
+    wish = Wish(blocks=Blocks(tilts=(0.0, float(np.deg2rad(30.0)))))
+    found = optimise_plate(aria, plate, wish=wish)
+    said = "blocks of 0°, 30° alone cost 0.006 mm (4 %): 0.156 mm instead of 0.150 mm with any tilt"
+    assert found.notes == (said,)
+    assert said in " ".join(_text(design_tables(found)).split())
+    bought = replace(wish, blocks=replace(wish.blocks, levels=(0.05, 0.1)))
+    assert optimise_plate(aria, plate, wish=bought).notes == ()
+
+
+def test_few_angles_and_few_shapes_each_say_what_they_cost(searched, monkeypatch, aria, plate):
+    """The price of the shapes is that at these angles."""
+    places = np.tile([0.0, 0.0, 0.05, 0.0, 0.0, 0.0], (4, 1))
+    places[:, 3] = np.arange(4) / 10.0
+
+    def search(robot, given, *, wish, **_):
+        count = len(wish.blocks.shapes) or 4
+        poses = tool_poses_at(given, places[[*range(count), *[0] * (4 - count)]])
+        targets = tuple(Target(pose[:3, 3], se3.matrix_to_rpy(pose[:3, :3])) for pose in poses)
+        cost = 1e-4 + 1e-5 * bool(wish.blocks.tilts) + 1e-6 * (4 - count)
+        return PlateDesign(plate=replace(given, targets=targets), cost=cost, rotation=1e-4, start_cost=2e-4)
+
+    monkeypatch.setattr(optimise, "optimise_plate", search)
+    found = optimise_plate(aria, plate, wish=Wish(shapes=2, blocks=Blocks(tilts=(0.0,))))
+    assert found.notes == (
+        "2 shapes of block cost 0.002 mm (2 %): 0.112 mm instead of 0.110 mm with 4 different ones",
+        "blocks of 0° alone cost 0.010 mm (10 %): 0.110 mm instead of 0.100 mm with any tilt",
+    )
+
+
+def yield_of(good, arms):
+    """A trial of so many arms of which some were good."""
+    few, none = np.arange(arms) < good, np.zeros((0, 2))
+    return Yield(
+        wanted=None,
+        reached=np.ones(arms, bool),
+        planned=np.ones(arms, bool),
+        position=np.ones(arms),
+        rotation=np.ones(arms),
+        worst=np.ones((arms, 2)),
+        within=few.astype(float),
+        cells=np.zeros(0, int),
+        predicted=none,
+        observed=none,
+        samples=np.zeros(0, int),
+        sources={},
+    )
+
+
+def test_the_yield_of_a_choice_is_told_with_its_interval(plate):
+    made = PlateDesign(plate=plate, cost=1e-4, rotation=1e-4, start_cost=2e-4)
+    choice = Choice(manner="machined", design=made, price=1500.0, tried=yield_of(45, 50))
+    found = Tradeoff(choices=(choice,))
+    assert choice.share == pytest.approx(0.9)
+    assert "90 (78–97)" in repr(found)
+    low, high = tradeoff_json(found)["choices"][0]["share_95"]
+    assert (low, high) == pytest.approx((0.782, 0.967), abs=1e-3)  # Clopper and Pearson, 45 of 50
