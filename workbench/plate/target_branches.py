@@ -83,7 +83,7 @@ def _solutions(robot: Robot, plate: Plate) -> tuple[tuple[tuple[Branch, ...], ..
     for task, rows in _by_task(robot, plate).items():
         for row, result in zip(rows, inverse.solve_many(robot, poses[rows], task=task), strict=True):
             if not result.reachable:
-                away[row] = result.reason
+                away[row] = result.reason or "no solution"
                 continue
             given = plate.targets[row].q
             meant = None if given is None else inverse.choose(result, branch=given)
