@@ -15,6 +15,7 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
     assert status == 0, err
     assert "no gravity acts about joint 1" in out
     assert "3 kg were hung onto the tool" in out
+    assert "of their centres, one σ of 2 mm along each axis" in " ".join(out.split())
     result = json.loads((tmp_path / "r.json").read_text())
     assert result["schema"] == "workbench.loading/1"
     assert result["unturned"] == [1]
@@ -45,6 +46,8 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
         (("katana450", "--added-mass", "-1"), "added mass must be at least 0 kg, got -1"),
         (("katana450", "--repeats", "0"), "--repeats must be at least 1, got 0"),
         (("katana450", "--force", "0.001"), "pull harder"),
+        (("katana450", "--centre-tolerance", "-1mm"), "--centre-tolerance must be at least 0 mm, got -1 mm"),
+        (("katana450", "--centre-tolerance", "40mm", "--joints", "2"), "or add mass at the tool"),
         (("iiwa14",), "mass"),
     ],
 )

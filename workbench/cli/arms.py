@@ -129,6 +129,9 @@ def loading(
     pairs: Annotated[int, option("Pairs of postures for every joint and purpose.")] = 4,
     repeats: Annotated[int, option("Readings of every posture.")] = 10,
     force: Annotated[float, option("Greatest side pull at the tool [N].")] = 40.0,
+    centre_tolerance: Annotated[
+        str, option("How well the links' centres of mass are known (one σ along each axis).")
+    ] = "2mm",
     out: Annotated[Path | None, option("Write postures, readings and a picture into this folder.")] = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
@@ -146,6 +149,7 @@ def loading(
         each=pairs,
         repeats=repeats,
         force=force,
+        centre_tolerance=opt.length(centre_tolerance),
         seed=seed,
     )
     opt.show(load_test_table(found))

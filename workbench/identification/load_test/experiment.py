@@ -17,6 +17,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.threads import one_thread
+from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate, virtual_arm
@@ -37,7 +38,13 @@ from workbench.identification.load_test.tilting import (
     tilting_effects,
     unknown_sizes,
 )
-from workbench.identification.load_test.tolerance import ANGLE, LENGTH, clear_of_reversals, constants_known
+from workbench.identification.load_test.tolerance import (
+    ANGLE,
+    CENTRE,
+    LENGTH,
+    clear_of_reversals,
+    constants_known,
+)
 from workbench.identification.problem import Noise
 
 REPEATS = 10
@@ -94,6 +101,7 @@ def run_load_test(
     each: int = 4,
     repeats: int = REPEATS,
     force: float = FORCE,
+    centre_tolerance: float = CENTRE,
     seed: int = 0,
 ) -> LoadTest:
     """Plan the load test of a robot, and simulate it on a virtual arm with hidden sizes.
@@ -105,6 +113,8 @@ def run_load_test(
         each: Pairs of postures for every joint and purpose.
         repeats: Readings of every posture.
         force: Greatest sideways pull at the tool for joints that gravity does not turn [N].
+        centre_tolerance: How well the links' centres of mass are known along each axis [m]; their masses as
+            the robot says. More than a few mm take an added mass, else the sides of the loads are in doubt.
         seed: Of postures, hidden arm and noise.
 
     Raises:
@@ -113,8 +123,12 @@ def run_load_test(
     """
     if repeats < 1:
         raise OptionError(f"--repeats must be at least 1, got {repeats}")
+    if centre_tolerance < 0.0:
+        raise OptionError(f"--centre-tolerance must be at least 0 mm, got {1e3 * centre_tolerance:g} mm")
     rng = np.random.default_rng(seed)
-    robot = robot.with_effects()
+    robot = replace(
+        robot.with_effects(), joints=tuple(replace(j, com_tolerance=centre_tolerance) for j in robot.joints)
+    )
     plan = plan_load_test(robot, joints=joints, added_mass=added_mass, each=each, rng=rng)
     pulled_at = [j for j in plan.unturned if joints is None and pullable(robot, j, rng=rng)]
     side = tuple(side_loads(robot, j, force=force, rng=rng) for j in pulled_at)
@@ -149,8 +163,8 @@ def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: I
     Of joints that gravity does not turn, but tips, they show the clearance. No axis stands quite upright, so
     that its play lets the arm turn downhill, the way that its clearance tips it: 0.05° about an axis that is
     0.1° off tips by 0.0001°. A `robot` with the play that pulls showed leaves it out of the clearance.
-    Lengths stay nominal; errors up to `LENGTH` enter the standard errors. The links' masses are fitted too,
-    known as well as the robot says; their centres are taken as given.
+    Lengths stay nominal; errors up to `LENGTH` enter the standard errors. The links' masses and centres are
+    fitted too, known as well as the robot says.
     Postures in which the side of a moment is in doubt are left out.
 
     Raises:
@@ -161,9 +175,8 @@ def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: I
     noise, known = Noise(rotation=turn or Noise().rotation), constants_known(robot)
     asked = sizes_shown(plan)
     rows = np.flatnonzero(_certain(robot, data, asked, known))
-    weighed = replace(robot, joints=tuple(replace(j, com_tolerance=0.0) for j in robot.joints))
     tilting = fit_tilting(
-        weighed, data.take(rows), asked=asked, noise=noise, free=angles, known=known, inertia=True
+        robot, data.take(rows), asked=asked, noise=noise, free=angles, known=known, inertia=True
     )
     _check(tilting.fit, rows)
     return tilting
@@ -236,12 +249,14 @@ def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random
 
 
 def with_other_masses(robot: Robot, rng: np.random.Generator) -> Robot:
-    """The arm with links that weigh as much more or less as their tolerances say, a tenth of it at least."""
-    joints = (
-        replace(j, mass=j.mass * max(1.0 + j.mass_tolerance * rng.normal(), LEAST_MASS)) if j.mass else j
-        for j in robot.joints
-    )
-    return replace(robot, joints=tuple(joints))
+    """The arm with links whose masses, a tenth at least, and centres are off as their tolerances say."""
+    heavy = [j for j in robot.joints if j.mass]
+    sizes = [j.mass * max(1.0 + j.mass_tolerance * rng.normal(), LEAST_MASS) for j in heavy if j.mass]
+    others = {
+        j.name: replace(j, mass=mass, com=frozen(j.com + j.com_tolerance * rng.normal(size=3)))
+        for j, mass in zip(heavy, sizes, strict=True)
+    }
+    return replace(robot, joints=tuple(others.get(j.name, j) for j in robot.joints))
 
 
 def draw_joints(asked: Sequence[JointTilting], rng: np.random.Generator) -> tuple[JointTilting, ...]:

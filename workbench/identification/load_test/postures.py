@@ -257,46 +257,56 @@ def _pairs(
     robot: Robot, moves: _Moves, heavy: _Moves, joint: int, purpose: Purpose, each: int
 ) -> list[PosturePair]:
     """The best pairs for one joint and purpose, of several sizes and from different postures."""
-    if purpose is Purpose.SIZE and heavy.mass > 0.0 and _weak(moves, joint):
-        chosen = _hung(moves, heavy)
-    else:
-        light = _worth(moves, joint, purpose)
-        chosen = heavy if light.max() < FIRM else moves
-    worth = _worth(chosen, joint, purpose)
-    if worth.max() < FIRM:
+    first = _hung(moves, heavy) if purpose is Purpose.SIZE and heavy.mass and _weak(moves, joint) else moves
+    offered = [chosen for chosen in (first, heavy) if _worth(chosen, joint, purpose).max() >= FIRM]
+    if not offered:
+        most = max(_worth(chosen, joint, purpose).max() for chosen in (first, heavy))
         raise DataError(
             f"no posture that robot '{robot.name}' reaches loads joint {joint + 1} as '{purpose}' asks "
-            f"({worth.max():.2g} N·m of {FIRM:g} N·m are reached); widen its limits, or add mass at the tool"
+            f"({most:.2g} N·m of {FIRM:g} N·m are reached); widen its limits, or add mass at the tool"
         )
+    for chosen in offered:  # the mass settles the side of a load that errors of the links leave in doubt
+        if picked := _picked(robot, chosen, heavy, joint, purpose, each):
+            return picked
+    raise DataError(
+        f"every posture that robot '{robot.name}' reaches to load joint {joint + 1} as '{purpose}' asks "
+        "leaves some joint's load so near to changing sides that small errors of the arm decide which; "
+        "widen its limits, or add mass at the tool"
+    )
+
+
+def _picked(
+    robot: Robot, chosen: _Moves, heavy: _Moves, joint: int, purpose: Purpose, each: int
+) -> list[PosturePair]:
+    """The best of some pairs for one joint and purpose, all of them surely loaded from one side."""
+    worth = _worth(chosen, joint, purpose)
     rank = worth / worth.max() - SIDE_EFFECT_COST * _side_effects(chosen, joint)
+    rank[worth < FIRM] = -np.inf
+    apart = [np.abs(rank - rank.max() * size) for size in SIZES]
+    near = np.unique([np.argsort(gaps, kind="stable")[: TRIES // len(SIZES)] for gaps in apart])
+    pairs = {int(k): _pair(chosen, heavy, joint, purpose, int(k)) for k in near if worth[k] >= FIRM}
+    free = [
+        k
+        for k, is_certain in zip(pairs, _certain(robot, [*pairs.values()], chosen), strict=True)
+        if is_certain
+    ]
     picked: list[PosturePair] = []
-    taken = worth < FIRM
-    for _ in range(TRIES):
-        if len(picked) == each or taken.all():
-            break
-        wanted = np.abs(rank - rank.max() * SIZES[len(picked) % len(SIZES)])
-        best = int(np.argmin(np.where(taken, np.inf, wanted)))
-        taken[best] = True
-        pair = _pair(chosen, heavy, joint, purpose, best)
-        if _certain(robot, pair, chosen):
-            picked.append(pair)
-            taken |= chosen.base == chosen.base[best]
-    if not picked:
-        raise DataError(
-            f"every posture that robot '{robot.name}' reaches to load joint {joint + 1} as '{purpose}' asks "
-            "leaves some joint's load so near to changing sides that small errors of the arm decide which; "
-            "widen its limits"
-        )
+    while free and len(picked) < each:
+        best = free[int(np.argmin(apart[len(picked) % len(SIZES)][free]))]
+        picked.append(pairs[best])
+        free = [k for k in free if chosen.base[k] != chosen.base[best]]
     return picked
 
 
-def _certain(robot: Robot, pair: PosturePair, moves: _Moves) -> bool:
-    """Whether in both postures every joint is surely loaded from the side that the model says."""
-    sides = clear_of_reversals(robot, Motion(pair.q, payload=pair.added), constants_known(robot))
-    return all(
-        clear[:, (np.abs(sizes) >= FIRM).any(axis=0)].all()
+def _certain(robot: Robot, pairs: list[PosturePair], moves: _Moves) -> Bool[np.ndarray, " pairs"]:
+    """Whether in both postures of a pair every joint is surely loaded from the side that the model says."""
+    q, added = (np.concatenate([getattr(pair, part) for pair in pairs]) for part in ("q", "added"))
+    sides = clear_of_reversals(robot, Motion(q, payload=added), constants_known(robot))
+    is_clear = [
+        clear[:, (np.abs(sizes) >= FIRM).any(axis=0)].all(axis=1)
         for clear, sizes in zip(sides, (moves.moments[0].about, moves.moments[0].tipping), strict=True)
-    )
+    ]
+    return np.logical_and(*is_clear).reshape(-1, 2).all(axis=1)
 
 
 def _hung(moves: _Moves, heavy: _Moves) -> _Moves:

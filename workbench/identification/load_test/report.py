@@ -61,12 +61,14 @@ def notes(found: LoadTest) -> list[str]:
         out.append(words + (", poses under sideways pulls how it turns" if pulled else " and nothing else"))
     for joint, purpose in found.plan.missing:
         out.append(f"no posture loads joint {joint + 1} so that it {LACKING[purpose]}")
+    centre = max(j.com_tolerance for j in found.robot.joints)
     left_out = len(found.plan.q) - len(found.tilting.fit.problem.data)
     if left_out:
         out.append(f"{left_out} postures are left out, in which small errors of the arm decide a load's side")
     out.append(
-        f"standard errors include errors of lengths up to {1e3 * LENGTH:g} mm and of the links' masses as "
-        "the arm's file states them (10 % if not); centres of mass are taken as given"
+        f"standard errors include errors of lengths up to {1e3 * LENGTH:g} mm, of the links' masses as the "
+        "arm's file states them (10 % if not), and of their centres, one σ of "
+        f"{1e3 * centre:g} mm along each axis (--centre-tolerance)"
     )
     return out
 

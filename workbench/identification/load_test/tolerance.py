@@ -19,16 +19,17 @@ LENGTH = 5e-5
 """Greatest error of a length [m]."""
 ANGLE = float(np.deg2rad(0.1))
 """Greatest error of an angle [rad]."""
+CENTRE = 2e-3
+"""Standard deviation of a link's centre of mass along each axis, as drawings or a balance give it [m]."""
 CLEAR = 4.0
 """Standard deviations of a moment that leave no doubt about its side."""
 
 
 def constants_known(robot: Robot, *, length: float = LENGTH, angle: float = ANGLE) -> dict[str, float]:
-    """Standard deviations of constants, whose errors are even up to a greatest one, and of masses [SI]."""
+    """Standard deviations of constants, even up to a greatest error, and of masses and their centres [SI]."""
     elements, index = robot.chain.elements, robot.chain.index
     greatest = {n: angle if elements[index[n]].axis.turns else length for n in robot.default_free}
-    masses = {n: std for n, std in robot.inertia_tolerance.items() if n.endswith(".mass")}
-    return {n: size / np.sqrt(3.0) for n, size in greatest.items()} | masses
+    return {n: size / np.sqrt(3.0) for n, size in greatest.items()} | robot.inertia_tolerance
 
 
 def clear_of_reversals(
