@@ -301,12 +301,10 @@ def _picked(
 def _certain(robot: Robot, pairs: list[PosturePair], moves: _Moves) -> Bool[np.ndarray, " pairs"]:
     """Whether in both postures of a pair every joint is surely loaded from the side that the model says."""
     q, added = (np.concatenate([getattr(pair, part) for pair in pairs]) for part in ("q", "added"))
-    sides = clear_of_reversals(robot, Motion(q, payload=added), constants_known(robot))
-    is_clear = [
-        clear[:, (np.abs(sizes) >= FIRM).any(axis=0)].all(axis=1)
-        for clear, sizes in zip(sides, (moves.moments[0].about, moves.moments[0].tipping), strict=True)
-    ]
-    return np.logical_and(*is_clear).reshape(-1, 2).all(axis=1)
+    about, across = clear_of_reversals(robot, Motion(q, payload=added), constants_known(robot))
+    loads = moves.moments[0]
+    turned, tipped = ((np.abs(sizes) >= FIRM).any(axis=0) for sizes in (loads.about, loads.tipping))
+    return np.hstack([about[:, turned], across[:, tipped]]).all(axis=1).reshape(-1, 2).all(axis=1)
 
 
 def _hung(moves: _Moves, heavy: _Moves) -> _Moves:
