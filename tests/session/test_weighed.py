@@ -76,9 +76,11 @@ def test_another_instrument_than_the_plate_was_weighed_with_is_said(weighed):
     anchors = np.array([[-0.2, -0.2, 0.05], [0.2, -0.2, 0.05], [0.0, 0.2, 0.05]])
     bar = replace(choice.design, plate=replace(choice.design.plate, anchors=anchors))
     other = replace(weighed, tradeoff=Tradeoff(choices=(replace(choice, design=bar),)))
-    said = OpenChoice(0).apply(other).messages[-1].text
+    opened = OpenChoice(0).apply(other)  # nobody chose the 0.1 mm
+    assert (opened.messages, opened.noise.position) == (weighed.messages, 5e-6)
+    said = OpenChoice(0).apply(replace(other, noise=Noise(2e-4, 1e-3))).messages[-1].text
     assert "0.005 mm" in said
-    assert "0.1 mm" in said
+    assert "0.2 mm" in said
 
 
 def options(session):
