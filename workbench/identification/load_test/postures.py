@@ -304,7 +304,8 @@ def _certain(robot: Robot, pairs: list[PosturePair], moves: _Moves) -> Bool[np.n
     about, across = clear_of_reversals(robot, Motion(q, payload=added), constants_known(robot))
     loads = moves.moments[0]
     turned, tipped = ((np.abs(sizes) >= FIRM).any(axis=0) for sizes in (loads.about, loads.tipping))
-    return np.hstack([about[:, turned], across[:, tipped]]).all(axis=1).reshape(-1, 2).all(axis=1)
+    sides = np.hstack([about[:, turned], across[:, tipped]])
+    return np.asarray(sides.reshape(len(pairs), -1).all(axis=1))
 
 
 def _hung(moves: _Moves, heavy: _Moves) -> _Moves:
