@@ -23,7 +23,6 @@ from workbench.identification.record import Identification, Run
 from workbench.identification.rezero.record import Rezero
 from workbench.plate.cubes import CubeMap
 from workbench.plate.plate import Plate, Target
-from workbench.plate.readings import usual_sigma
 from workbench.plate.region import Region
 from workbench.plate.yield_trial.trial import Yield
 from workbench.session.comparison import Comparison, Overlay
@@ -401,11 +400,6 @@ class Session:
         """The yield of the plate as it stands, if it was tried."""
         trial, now = self.trial, (self.plate, self.noise, self.wanted)
         return trial.found if trial is not None and (trial.plate, trial.noise, trial.wanted) == now else None
-
-    @property
-    def chosen_noise(self) -> Noise | None:
-        """The instrument, if it is another than the usual one of the plate."""
-        return None if self.noise == Noise(*usual_sigma(self.plate)) else self.noise
 
     @property
     def shows_plate(self) -> bool:

@@ -21,7 +21,7 @@ from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
-from workbench.session.start import is_untouched, own_plate, start
+from workbench.session.start import chosen_noise, is_untouched, own_plate, start
 from workbench.session.state import Focus, Session, Severity, Step
 
 LOADED = ("loaded", "left_out", "fixed", "wanted", "captured", "source", "overlay")
@@ -101,7 +101,7 @@ class LoadModel(AbstractTask):
             path.write_bytes(self.content)
             if b"[[target]]" in self.content:
                 given = start(
-                    session.robot, read_plate(path), is_given=True, noise=session.chosen_noise, cancel=cancel
+                    session.robot, read_plate(path), is_given=True, noise=chosen_noise(session), cancel=cancel
                 )
                 # measurements of the same arm, and what was found from them, stay
                 return with_parts_of(given, session, LOADED + FOUND)
@@ -194,12 +194,12 @@ def _robot_that_gives(source: Path | str, poses: tuple[str, ...]) -> Robot:
 def start_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
     """A session with another robot: on its own plate, or on the user's if it can stand at half of it."""
     if is_untouched(session):
-        return start(robot, own_plate(robot), noise=session.chosen_noise, cancel=cancel)
+        return start(robot, own_plate(robot), noise=chosen_noise(session), cancel=cancel)
     given = session.is_plate_given
-    begun = start(robot, session.plate, is_given=given, noise=session.chosen_noise, cancel=cancel)
+    begun = start(robot, session.plate, is_given=given, noise=chosen_noise(session), cancel=cancel)
     if 2 * begun.score.measurable >= len(session.plate):
         return begun
-    return start(robot, own_plate(robot), noise=session.chosen_noise, cancel=cancel)
+    return start(robot, own_plate(robot), noise=chosen_noise(session), cancel=cancel)
 
 
 def with_parts_of(into: Session, session: Session, names: Iterable[str]) -> Session:

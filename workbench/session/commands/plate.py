@@ -14,6 +14,7 @@ from workbench.plate.readings import usual_sigma
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.arrange import place_targets
 from workbench.session.reach import place_all
+from workbench.session.start import chosen_noise
 from workbench.session.state import Session, Severity, Trial
 from workbench.session.target_steps import check_free, is_better, move_targets, rescore
 
@@ -243,7 +244,7 @@ class OpenChoice(AbstractChange):
         rng = np.random.default_rng(0)
         states = place_all(session.robot, plate, region_q=session.region_q, rng=rng)
         weighed = Noise(*usual_sigma(plate))
-        noise = session.chosen_noise or weighed
+        noise = chosen_noise(session) or weighed
         opened = move_targets(replace(session, noise=noise), plate, states, selected=0)
         opened = opened if noise == session.noise else rescore(opened)
         if np.isclose(weighed.position, noise.position):
