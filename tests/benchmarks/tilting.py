@@ -27,6 +27,7 @@ from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.factorisation import factorise
 from workbench.identification.load_test.experiment import tilting_of
 from workbench.identification.load_test.postures import plan_load_test
+from workbench.identification.load_test.tolerance import with_centres_known
 from workbench.identification.problem import Noise, Problem
 
 
@@ -59,9 +60,10 @@ def bounds(case):
 def from_tilts(seed, mass):
     """The same from inclinometers with a mass at the tool."""
     case, rng = make_katana(seed), np.random.default_rng(seed)
-    plan = plan_load_test(case.robot, added_mass=mass, rng=rng)
+    robot = with_centres_known(case.robot)
+    plan = plan_load_test(robot, added_mass=mass, rng=rng)
     data = inclined(case.actual, case.hidden, plan, rng)
-    joints = tilting_of(case.robot, plan, data, instrument=METER).joints
+    joints = tilting_of(robot, plan, data, instrument=METER).joints
     found = {
         f"joint{j.joint + 1}.{part}": (getattr(j, part), getattr(j, f"{part}_std"))
         for j in joints

@@ -27,6 +27,7 @@ from workbench.identification.load_test.experiment import (
 )
 from workbench.identification.load_test.postures import plan_load_test
 from workbench.identification.load_test.tilting import fit_tilting, tilting_effects, unknown_sizes
+from workbench.identification.load_test.tolerance import with_centres_known
 from workbench.identification.problem import Noise
 from workbench.identification.row_errors import row_errors
 from workbench.plate.poses.iso_cube import iso_cube_poses, largest_cube
@@ -96,7 +97,7 @@ def order_study(
         progress: Called with the share of the work done.
     """
     rng = np.random.default_rng(seed)
-    robot = robot.with_effects()
+    robot = with_centres_known(robot.with_effects())
     plan, cube = plan_load_test(robot, rng=rng), largest_cube(robot, rng=rng)
     meter, (sigma, turn) = INSTRUMENTS["inclinometer"], TRACKER.deviations
     noise = Noise(sigma, float(turn or 1.0))

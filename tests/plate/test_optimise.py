@@ -235,7 +235,9 @@ def test_few_shapes_of_block_and_their_price(aria, plate):
     assert len(shapes_of(places_of(design.plate, design.plate.poses))) <= 3
     assert len(fixture_of(design.plate).shapes) <= 3
     free = plate_design(aria, plate, wish=replace(wish, shapes=None))
-    assert f"3 shapes of block cost {1e3 * (design.cost - free.cost):.3f} mm" in design.notes[0]
+    extra = design.cost - free.cost  # a search that ends early may find the few shapes the better ones
+    price = f"{1e3 * extra:.3f} mm" if extra > 0.0 else "no accuracy"
+    assert design.notes[0].startswith(f"3 shapes of block cost {price}")
     assert design.cost < 1.5 * free.cost
     with pytest.raises(OptionError, match="at least 1, got 0"):
         Wish(shapes=0)

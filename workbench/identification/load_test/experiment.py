@@ -44,6 +44,7 @@ from workbench.identification.load_test.tolerance import (
     LENGTH,
     clear_of_reversals,
     constants_known,
+    with_centres_known,
 )
 from workbench.identification.problem import Noise
 
@@ -126,9 +127,7 @@ def run_load_test(
     if centre_tolerance < 0.0:
         raise OptionError(f"--centre-tolerance must be at least 0 mm, got {1e3 * centre_tolerance:g} mm")
     rng = np.random.default_rng(seed)
-    robot = replace(
-        robot.with_effects(), joints=tuple(replace(j, com_tolerance=centre_tolerance) for j in robot.joints)
-    )
+    robot = with_centres_known(robot.with_effects(), centre_tolerance)
     plan = plan_load_test(robot, joints=joints, added_mass=added_mass, each=each, rng=rng)
     pulled_at = [j for j in plan.unturned if joints is None and pullable(robot, j, rng=rng)]
     side = tuple(side_loads(robot, j, force=force, rng=rng) for j in pulled_at)

@@ -6,6 +6,7 @@ other side than the arm does, and errs by the whole play. No standard error tell
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool
@@ -23,6 +24,11 @@ CENTRE = 2e-3
 """Standard deviation of a link's centre of mass along each axis, as drawings or a balance give it [m]."""
 CLEAR = 4.0
 """Standard deviations of a moment that leave no doubt about its side."""
+
+
+def with_centres_known(robot: Robot, std: float = CENTRE) -> Robot:
+    """The arm with its links' centres of mass known so well along each axis [m]."""
+    return replace(robot, joints=tuple(replace(j, com_tolerance=std) for j in robot.joints))
 
 
 def constants_known(robot: Robot, *, length: float = LENGTH, angle: float = ANGLE) -> dict[str, float]:
