@@ -13,7 +13,7 @@ from workbench.plate.score import score_plate
 from workbench.plate.tolerances import Making
 from workbench.plate.tradeoff import Choice, Tradeoff
 from workbench.session.commands.plate import OpenChoice
-from workbench.session.commands.undo import Undo
+from workbench.session.commands.undo import Redo, Undo
 from workbench.session.score import score
 from workbench.session.start import start
 from workbench.views.page.panels.tradeoff import plot, row_words
@@ -52,6 +52,10 @@ def test_an_opened_plate_is_read_as_its_targets_are_unless_an_instrument_was_cho
     )
     assert opened.score.position == pytest.approx(found.measured.error.position_rms)
     assert start(first.robot, opened.plate, states=opened.states).noise == opened.noise
+    assert opened.first_score.position == pytest.approx(first.score.position)
+    back = Undo().apply(opened)  # the seats kept the sockets' instrument
+    assert (back.noise, back.score.position) == (first.noise, pytest.approx(first.score.position))
+    assert Redo().apply(back).noise == opened.noise
     chosen = Noise(2e-4, 1e-3)
     assert OpenChoice(0).apply(replace(session, noise=chosen)).noise == chosen
 

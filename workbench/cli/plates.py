@@ -25,7 +25,7 @@ PlayOption = Annotated[
     str | None,
     option(
         'Play of the probe in a seat, ±: "0.012mm,0.08deg"; pins: that of the drawn g6 pins; none. '
-        "As the plate says if not given, but that optimise takes pins where it says none."
+        "As the plate says if not given; optimise assumes pins where it states none."
     ),
 ]
 

@@ -53,7 +53,7 @@ class ArmMatch:
         rival_name: What that arm is called.
         rival_error: What it leaves [m].
         is_foreign: Whether these are clearly not the arm's rows.
-        joints: Joints of the rows and of the arm.
+        joints: Joints of the rows and of the arm, where they differ.
     """
 
     robot: str
@@ -159,8 +159,9 @@ def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
             continue
         error = _left(_aligned(rival, seen, STEPS), seen)
         outside = _outside(rival, data)
-        is_alike = np.isclose(error, found.rival_error, rtol=ALIKE) and outside < beyond
-        if error < found.error / BETTER and (is_alike or not error >= found.rival_error):
+        is_alike = np.isclose(error, found.rival_error, rtol=ALIKE)
+        is_better = outside < beyond if is_alike else not error >= found.rival_error
+        if error < found.error / BETTER and is_better:
             beyond = outside
             found = replace(found, rival=name, rival_name=rival.name, rival_error=error)
     return found

@@ -85,11 +85,6 @@ def start(
     )
 
 
-def chosen_noise(session: Session) -> Noise | None:
-    """The instrument, if it is another than the usual one of the plate."""
-    return None if session.noise == Noise(*usual_sigma(session.plate)) else session.noise
-
-
 ARIA, TABLE_2, TABLE_2_NAME = "ARIA", "table2", "Table 2"
 """The paper's arm and its plate, as it is loaded and called."""
 TURNS = 6

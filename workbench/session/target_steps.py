@@ -5,7 +5,9 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.base.errors import OptionError
+from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate
+from workbench.plate.readings import usual_sigma
 from workbench.session.reach import branches_to, with_clear_branches, with_obstacles
 from workbench.session.score import score
 from workbench.session.state import UNDO_STEPS, Focus, Score, Session, Step, TargetState
@@ -40,6 +42,7 @@ def with_targets(
         session,
         plate=plate,
         states=states,
+        noise=instrument_for(session, plate),
         score=score_of(session, Step(plate, states)),
         selected=min(max(chosen, 0), len(plate) - 1),
         focus=Focus.TARGET,
@@ -81,9 +84,16 @@ def with_branches(session: Session, number: int | None = None) -> Session:
     return replace(session, branches=branches_to(session.robot, target), branches_of=target)
 
 
+def instrument_for(session: Session, plate: Plate) -> Noise:
+    """The session's instrument at another plate; the usual one there, if it is the usual one of its own."""
+    own, other = (Noise(*usual_sigma(each)) for each in (session.plate, plate))
+    return other if session.noise == own != other else session.noise
+
+
 def score_of(session: Session, step: Step) -> Score:
     """What the targets of a step would tell about the session's robot."""
-    return score(session.robot, step.plate, step.states, noise=session.noise, region_q=session.region_q)
+    noise = instrument_for(session, step.plate)
+    return score(session.robot, step.plate, step.states, noise=noise, region_q=session.region_q)
 
 
 def rescore(session: Session) -> Session:

@@ -5,9 +5,9 @@ import pytest
 
 from workbench.plate.region import Region
 from workbench.views.appearance.shapes import box
-from workbench.views.drawables.drawable import Cubes
+from workbench.views.drawables.drawable import Cubes, Mesh, Points
 from workbench.views.page.scene.cubes import NORMALS, TURNS, cube_under, outer_faces
-from workbench.views.page.scene.picking import distance_to
+from workbench.views.page.scene.picking import distance_to, picked
 
 REGION = Region(min=np.zeros(3), max=np.array([0.6, 0.5, 0.4]), cube=0.1)
 
@@ -60,3 +60,15 @@ def test_a_ray_meets_a_solid_where_it_is_nearest_even_through_an_edge_of_its_tri
         assert distance_to(solid, over, down) == pytest.approx(0.5)
         assert distance_to(solid, over, -down) is None
     assert distance_to(solid, np.array([middle[0] + 0.11, middle[1], top + 0.5]), down) is None
+
+
+@pytest.mark.parametrize(("height", "first"), [(0.001, "measured"), (-0.001, "measured"), (-0.1, "target")])
+def test_a_click_means_a_row_before_its_target_while_rows_are_looked_at(height, first):
+    """With a plate that is the user's drawn beside the rows that were measured at its targets."""
+    block = box(np.array([0.05, 0.05, 0.1]))
+    place = np.array([[0.0, 0.0, block.vertices[:, 2].max() + height]])
+    point = Points(places=place, colours=np.zeros((1, 3), np.uint8), numbers=np.array([7]), radius=0.01)
+    drawn = (("target", Mesh(solid=block, colour=(0, 0, 0), number=2)), ("measured", point))
+    ray = np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0])
+    assert picked(drawn, ray) == ("target", 2)
+    assert picked(drawn, ray, points_first=True)[0] == first

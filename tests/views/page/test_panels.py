@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import zipfile
+from dataclasses import replace
 from time import monotonic, sleep
 from types import SimpleNamespace
 
@@ -19,7 +20,9 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.data.readers import read_measurements
+from workbench.data.readers.preview import Preview
 from workbench.identification.algorithms import ALGORITHMS
+from workbench.identification.arm_match import ArmMatch
 from workbench.plate.plate_toml import read_plate
 from workbench.plate.region import Region
 from workbench.session.commands.arm import ChooseRobot, drawn_joints
@@ -38,7 +41,8 @@ from workbench.session.export import (
     report_zip,
 )
 from workbench.session.guide import guide
-from workbench.session.state import Focus, Severity, Units
+from workbench.session.loaded_measurements import MeasurementFile
+from workbench.session.state import Focus, Severity, Tab, Units
 from workbench.session.worker import Worker
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import SKY
@@ -52,6 +56,7 @@ from workbench.views.page.panels.choices import read_rows
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.header import Header
+from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.render import BrowserView
 from workbench.views.page.style import RULES
@@ -246,6 +251,19 @@ def test_row_numbers_are_read_as_people_write_them():
     assert read_rows("") == ()
     with pytest.raises(OptionError, match="seven"):
         read_rows("seven")
+
+
+def test_the_card_opens_again_beside_a_file_of_another_arm_and_closes_at_the_next(app):
+    """It closed at once while such a file was there: its button seemed dead."""
+    match = ArmMatch(robot="ARIA", error=np.inf, outside=0.0, rival="panda", is_foreign=True, joints=(7, 6))
+    file, sent = MeasurementFile("seven.csv", b"", Preview(path="seven.csv"), match=match), []
+    session = replace(app.worker.session, unread=file)
+    card = StartCard(SimpleNamespace(session=session, submit=sent.append), lambda: None)
+    card._open(app.server.gui)
+    card.show(replace(session, message_count=session.message_count + 1))
+    assert not sent
+    card.show(replace(session, unread=replace(file, name="eight.csv")))
+    assert [command.tab for command in sent] == [Tab.IDENTIFY]
 
 
 def test_what_needs_data_is_off_until_there_are_some(app):

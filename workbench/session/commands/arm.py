@@ -21,8 +21,9 @@ from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
-from workbench.session.start import chosen_noise, is_untouched, own_plate, start
+from workbench.session.start import is_untouched, own_plate, start
 from workbench.session.state import Focus, Session, Severity, Step
+from workbench.session.target_steps import instrument_for
 
 LOADED = ("loaded", "left_out", "fixed", "wanted", "captured", "source", "overlay")
 FOUND = ("identification", "fit", "diagnosis", "accepted", "rezero", "comparison", "row")
@@ -100,9 +101,9 @@ class LoadModel(AbstractTask):
         try:
             path.write_bytes(self.content)
             if b"[[target]]" in self.content:
-                given = start(
-                    session.robot, read_plate(path), is_given=True, noise=chosen_noise(session), cancel=cancel
-                )
+                plate = read_plate(path)
+                noise = instrument_for(session, plate)
+                given = start(session.robot, plate, is_given=True, noise=noise, cancel=cancel)
                 # measurements of the same arm, and what was found from them, stay
                 return with_parts_of(given, session, LOADED + FOUND)
             robot = _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
@@ -193,13 +194,13 @@ def _robot_that_gives(source: Path | str, poses: tuple[str, ...]) -> Robot:
 
 def start_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
     """A session with another robot: on its own plate, or on the user's if it can stand at half of it."""
-    if is_untouched(session):
-        return start(robot, own_plate(robot), noise=chosen_noise(session), cancel=cancel)
-    given = session.is_plate_given
-    begun = start(robot, session.plate, is_given=given, noise=chosen_noise(session), cancel=cancel)
-    if 2 * begun.score.measurable >= len(session.plate):
-        return begun
-    return start(robot, own_plate(robot), noise=chosen_noise(session), cancel=cancel)
+    if not is_untouched(session):
+        given = session.is_plate_given
+        begun = start(robot, session.plate, is_given=given, noise=session.noise, cancel=cancel)
+        if 2 * begun.score.measurable >= len(session.plate):
+            return begun
+    plate = own_plate(robot)
+    return start(robot, plate, noise=instrument_for(session, plate), cancel=cancel)
 
 
 def with_parts_of(into: Session, session: Session, names: Iterable[str]) -> Session:

@@ -14,7 +14,6 @@ from workbench.plate.readings import usual_sigma
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.arrange import place_targets
 from workbench.session.reach import place_all
-from workbench.session.start import chosen_noise
 from workbench.session.state import Session, Severity, Trial
 from workbench.session.target_steps import check_free, is_better, move_targets, rescore
 
@@ -243,14 +242,11 @@ class OpenChoice(AbstractChange):
         plate = replace(choice.design.plate, name=choice.name, region=session.plate.region)
         rng = np.random.default_rng(0)
         states = place_all(session.robot, plate, region_q=session.region_q, rng=rng)
-        weighed = Noise(*usual_sigma(plate))
-        noise = chosen_noise(session) or weighed
-        opened = move_targets(replace(session, noise=noise), plate, states, selected=0)
-        opened = opened if noise == session.noise else rescore(opened)
-        if np.isclose(weighed.position, noise.position):
+        opened, weighed = move_targets(session, plate, states, selected=0), usual_sigma(plate)[0]
+        if np.isclose(weighed, opened.noise.position):
             return opened
         return opened.tell(
             Severity.INFO,
-            f"this plate was weighed with an instrument of {1e3 * weighed.position:g} mm; predicted is with "
-            f"yours, {1e3 * noise.position:g} mm: set its noise to see the same error",
+            f"this plate was weighed with an instrument of {1e3 * weighed:g} mm; predicted is with "
+            f"yours, {1e3 * opened.noise.position:g} mm: set its noise to see the same error",
         )

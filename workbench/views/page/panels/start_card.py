@@ -59,7 +59,7 @@ class StartCard(AbstractPanel):
 
     def _open(self, gui: viser.GuiApi) -> None:
         icon, self._gui = viser.Icon, gui
-        self._before = self._worker.session.loaded
+        self._before = self._worker.session.loaded, self._worker.session.unread
         self._modal = gui.add_modal("What do you have?")
         with self._modal:
             self._words = gui.add_html("")
@@ -101,8 +101,10 @@ class StartCard(AbstractPanel):
     def show(self, session: Session) -> None:
         if self._modal is None:
             return
-        is_read = session.loaded not in (None, self._before)
-        if is_read or session.measuring is not None or _is_of_a_known_arm(session.unread):
+        loaded, unread = self._before
+        is_read = session.loaded not in (None, loaded)
+        is_foreign = session.unread is not unread and _is_of_a_known_arm(session.unread)
+        if is_read or is_foreign or session.measuring is not None:
             self._leave(Tab.IDENTIFY)
             return
         newest = session.messages[-1] if session.messages else None

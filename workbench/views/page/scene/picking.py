@@ -19,18 +19,23 @@ from workbench.views.page.scene.node import Ray
 
 POINTER = 0.008
 """Angle about the pointer in which points are clicked [rad]."""
+AROUND = 0.02
+"""How far behind a target's face the points at it may lie [m]."""
 EDGE = 1e-9
 """How far beyond its edges a triangle is still met, as a share: no ray passes between two of them."""
 Hit = tuple[float, int]
 """Distance from the camera [m], and the number of what is there."""
 
 
-def picked(drawn: Iterable[tuple[str, Any]], ray: Ray) -> tuple[str, int] | None:
+def picked(
+    drawn: Iterable[tuple[str, Any]], ray: Ray, *, points_first: bool = False
+) -> tuple[str, int] | None:
     """Path and number of what a click means, the nearest; a target rather than the points around it.
 
     Args:
         drawn: Paths and drawables that are shown.
         ray: Of the click.
+        points_first: Whether it means the points at a target, as while rows are looked at.
     """
     solid: list[tuple[float, int, str, type]] = []
     points: list[tuple[float, int, str, type]] = []
@@ -40,6 +45,9 @@ def picked(drawn: Iterable[tuple[str, Any]], ray: Ray) -> tuple[str, int] | None
     nearest = min(solid, default=None, key=itemgetter(0))
     if nearest is None or nearest[-1] is not Mesh:
         nearest = min((*solid, *points), default=None, key=itemgetter(0))
+    elif points_first:
+        seen = [point for point in points if point[0] < nearest[0] + AROUND]
+        nearest = min(seen, default=nearest, key=itemgetter(0))
     return None if nearest is None else (nearest[2], nearest[1])
 
 

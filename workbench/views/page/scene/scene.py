@@ -9,7 +9,7 @@ import viser
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.region import ShowCubes
-from workbench.session.state import Session
+from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
 from workbench.views.drawables.subjects import in_motion, on_page
 from workbench.views.page.camera import aim_all
@@ -95,7 +95,8 @@ class Scene:
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         """A click on a target, a measured point or a cube."""
         with self._lock:
-            found = self._sink.picked(ray_of(event))
+            is_of_rows = self._session.focus is Focus.ROW  # those of a given plate lie at its targets
+            found = self._sink.picked(ray_of(event), points_first=is_of_rows)
         if found is None:
             return
         path, number = found

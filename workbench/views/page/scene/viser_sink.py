@@ -68,9 +68,10 @@ class PageSink(AbstractSink):
             name += f"/{next(self._count)}"
         self._nodes[item.path] = ADD[type(new)](self._server, name, new)
 
-    def picked(self, ray: Ray) -> tuple[str, int] | None:
+    def picked(self, ray: Ray, *, points_first: bool) -> tuple[str, int] | None:
         """Path and number of what a click means; None if nothing is there."""
-        return picked(((path, self._drawn[path][1]) for path in self._nodes.keys() - self._hidden), ray)
+        shown = ((path, self._drawn[path][1]) for path in self._nodes.keys() - self._hidden)
+        return picked(shown, ray, points_first=points_first)
 
     def remove(self, path: str) -> None:
         self._nodes.pop(path).root.remove()
