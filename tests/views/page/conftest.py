@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import viser
 import viser.transforms as vtf
-from playwright.sync_api import Browser, Page, sync_playwright
+from playwright.sync_api import Browser, FilePayload, Page, sync_playwright
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
@@ -140,6 +140,12 @@ class Screen:
 
     def press(self, name: str) -> None:
         self.page.get_by_role("button", name=name, exact=True).click()
+
+    def give(self, button: str, file: Path | FilePayload) -> None:
+        """Press a button that asks for a file, and choose this one."""
+        with self.page.expect_file_chooser() as chooser:
+            self.press(button)
+        chooser.value.set_files(file)
 
     def choose(self, label: str, option: str) -> None:
         """Choose in a drop-down list."""

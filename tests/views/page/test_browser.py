@@ -124,9 +124,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     screen.tab("Identify")
     assert "Needs measurements" in screen.text("result")
     screen.tab("Measure")
-    with page.expect_file_chooser() as chooser:
-        screen.press("Load measurements")
-    chooser.value.set_files(path)
+    screen.give("Load measurements", path)
     screen.wait_text("preview", "60")
     assert "full pose" in screen.text("preview")
     screen.shoot("loaded")
@@ -209,11 +207,10 @@ def test_bad_file_is_a_message_and_all_stays(app, look):
     screen = look()
     before = app.worker.session
     screen.tab("Measure")
-    with screen.page.expect_file_chooser() as chooser:
-        screen.press("Load measurements")
     content = b"%PDF-1.4 <script>alert(1)</script>"
-    chooser.value.set_files(
-        {"name": "<img src=x onerror=alert(1)>.csv", "mimeType": "text/csv", "buffer": content}
+    screen.give(
+        "Load measurements",
+        {"name": "<img src=x onerror=alert(1)>.csv", "mimeType": "text/csv", "buffer": content},
     )
     screen.page.wait_for_selector('[data-testid="message"][data-severity="error"]')
     screen.shoot("message")

@@ -19,9 +19,7 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path, driver):
     screen = look()
     path, name = driven_file(driver, tmp_path)
     screen.tab("Measure")
-    with screen.page.expect_file_chooser() as chooser:
-        screen.press("Load measurements")
-    chooser.value.set_files(path)
+    screen.give("Load measurements", path)
     screen.wait_text("preview", path.name)
     screen.tab("Identify")
     screen.press("Identify")

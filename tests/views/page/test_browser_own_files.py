@@ -16,12 +16,6 @@ from workbench.plate.virtual_measuring import measure_poses
 pytestmark = pytest.mark.browser
 
 
-def give(screen, button: str, path) -> None:
-    with screen.page.expect_file_chooser() as chooser:
-        screen.press(button)
-    chooser.value.set_files(path)
-
-
 def saved(screen, button: str, path):
     with screen.page.expect_download(timeout=60_000) as download:
         screen.press(button)
@@ -33,7 +27,7 @@ def test_rows_of_another_arm_are_refused_and_undo_brings_an_arm_back(app, look, 
     rows = measure_poses(load_robot("ur5"), 40, seed=2)[1]
     screen = look()
     screen.tab("Measure")
-    give(screen, "Load measurements", write_measurements(rows, tmp_path / "rows.csv"))
+    screen.give("Load measurements", write_measurements(rows, tmp_path / "rows.csv"))
     screen.wait_text("hint", "these rows are not ARIA's; UR5 (CB3) fits to")
     aria = screen.until(lambda session: session.loaded is not None)
     screen.tab("Identify")
@@ -63,7 +57,7 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     screen = look()
     screen.tab("More")
     screen.page.get_by_text("Your own robot", exact=True).click()
-    give(screen, "DH table, URDF, xacro", tmp_path / "mine.csv")
+    screen.give("DH table, URDF, xacro", tmp_path / "mine.csv")
     screen.page.get_by_role("button", name="mine.csv", exact=True).wait_for()
     screen.page.locator("textarea:visible").fill("\n".join(typed))
     screen.shoot("own-robot-typed")
@@ -81,7 +75,7 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     rows += [",".join(f"{v:.5f}" for v in (*np.rad2deg(a), *p, 0.3)) for a, p in zip(q, place, strict=True)]
     (tmp_path / "log.csv").write_text("\n".join(rows))
     screen.tab("Measure")
-    give(screen, "Load measurements", tmp_path / "log.csv")
+    screen.give("Load measurements", tmp_path / "log.csv")
     screen.until(lambda session: session.unread is not None)
     screen.page.locator('[data-testid="columns"]', has_text="hall").wait_for()
     screen.shoot("columns-doubtful")

@@ -20,9 +20,7 @@ def test_the_card_names_the_joint_that_moved(app, look, tmp_path, aria):
     path = write_measurements(rows, tmp_path / "knock.csv")
     screen = look()
     screen.tab("Measure")
-    with screen.page.expect_file_chooser() as chooser:
-        screen.press("Load measurements")
-    chooser.value.set_files(path)
+    screen.give("Load measurements", path)
     screen.wait_text("preview", path.name)
     screen.tab("Identify")
     screen.page.get_by_text("Joint zeros after a knock").click()
