@@ -1,9 +1,7 @@
 """What is distributed: its name, its licence, and what texts tell people to install."""
 
-import ast
 import re
 import shlex
-import sys
 import tomllib
 from pathlib import Path
 
@@ -112,41 +110,3 @@ def test_the_workflow_says_that_it_has_no_measured_arms():
     """Tests on them would fail there: `CI` is set, and nothing lies beside the checkout."""
     named = [(ROOT / place).read_text() for place in (".github/workflows/ci.yml", "tests/conftest.py")]
     assert all("WORKBENCH_WITHOUT_DATA" in text for text in named)
-
-
-IMPORTED_AS = {
-    "coal": "pin",
-    "pinocchio": "pin",
-    "PIL": "pillow",
-    "rerun": "rerun-sdk",
-    "tomli_w": "tomli-w",
-    "cv2": "opencv-python-headless",
-    "OCP": "cadquery-ocp-novtk",
-}
-"""Distributions that are called otherwise than what is imported of them."""
-
-
-def names(requirements) -> set[str]:
-    """Of distributions, without their versions."""
-    return {re.match(r"[\w.-]+", text)[0].lower() for text in requirements}
-
-
-def test_the_package_imports_what_it_declares():
-    """Always what a plain installation has; inside functions what an extra brings as well."""
-    base = names(PROJECT["dependencies"])
-    kinds = {k: v for k, v in PROJECT["optional-dependencies"].items() if k not in ("test", "docs", "dev")}
-    extras = base | {name for extra in kinds.values() for name in names(extra)}
-    strangers = set()
-    for path in sorted((ROOT / "workbench").rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Import):
-                modules = [alias.name for alias in node.names]
-            elif isinstance(node, ast.ImportFrom) and not node.level:
-                modules = [node.module or ""]
-            else:
-                continue
-            for module in {name.split(".")[0] for name in modules} - set(sys.stdlib_module_names):
-                declared = extras if node.col_offset else base
-                if IMPORTED_AS.get(module, module).lower() not in declared | {"workbench"}:
-                    strangers.add((path.relative_to(ROOT).as_posix(), module))
-    assert strangers == {("workbench/cli/studies.py", "studies")}  # the checkout's own folder

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -72,10 +73,16 @@ def quoted(text: str) -> list[str]:
     return [line.replace("\\|", "|") for line in [*found, *commands(text)] if "workbench " in line]
 
 
+@cache
+def built() -> Any:
+    """The commands as typer builds them."""
+    return typer.main.get_command(app)
+
+
 def unknown(line: str) -> str:
     """What of a command line no command has; empty if it could be run."""
     words = [w for w in line.partition("workbench ")[2].partition("  #")[0].split() if w not in "…·|&&"]
-    known: typer.core.TyperGroup | Any = typer.main.get_command(app)
+    known: typer.core.TyperGroup | Any = built()
     while words and hasattr(known, "commands"):
         if re.search(r"\.(urdf|csv|toml|xacro)$", words[0]):  # a file in the place of a command
             return ""
@@ -124,7 +131,7 @@ def listed(path: Path) -> Iterator[list[str]]:
 
 def test_every_command_and_option_that_a_text_names_is_run_by_a_test():
     texts = [*PAGES.values(), README.read_text(encoding="utf-8")]
-    known = leaves(typer.main.get_command(app))
+    known = leaves(built())
     named = {(command, "") for command in known}
     for line in (
         line for text in texts for line in [*quoted(text), *re.findall(r"^ *workbench .*", text, re.M)]

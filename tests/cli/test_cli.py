@@ -1,5 +1,6 @@
 """The commands from end to end, and what they say to bad input: one sentence, and nothing written."""
 
+import io
 import json
 import os
 import re
@@ -171,11 +172,14 @@ def test_a_trajectory_is_corrected(run):
 
 def test_a_driven_arm_is_captured_and_identified(run):
     """The line of the README: drive | capture, then identify, with real processes for the pipe."""
-    program = [sys.executable, "-c", "from workbench.cli import main; main()"]
+    program = [sys.executable, "-m", "workbench"]
     where = ["--robot", "aria", "--plate", "table2"]
     environment = os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[2])}
     driver = subprocess.Popen(
-        [*program, "drive", *where, "--speed", "0", "--rate", "20"], stdout=subprocess.PIPE, env=environment
+        [*program, "drive", *where, "--speed", "0", "--rate", "20"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        env=environment,
     )
     taken = subprocess.run(
         [*program, "capture", *where, "--from", "-", "--out", "d.csv"],
@@ -187,6 +191,8 @@ def test_a_driven_arm_is_captured_and_identified(run):
         start_new_session=True,  # no terminal: only the source's own requests store
     )
     driver.stdout.close()
+    with driver.stderr as said:
+        assert said.read() == b""
     assert (taken.returncode, driver.wait(10)) == (0, 0), taken.stderr
     assert taken.stderr.splitlines()[1] == "target 1 stored"
     assert len(read_measurements("d.csv", joints=6)) == 10
@@ -196,19 +202,11 @@ def test_a_driven_arm_is_captured_and_identified(run):
 
 
 def test_an_incomplete_capture_says_so_by_its_status(run, monkeypatch):
-    program = [sys.executable, "-c", "from workbench.cli import main; main()"]
     line = '{"time": 0.0, "q": [0, 0, 0, 0, 0, 0], "xyz": [0.1, 0.2, 0.3], "capture": true}\n'
-    taken = subprocess.run(
-        [*program, "capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv"],
-        input=line,
-        capture_output=True,
-        text=True,
-        env=os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[2])},
-        timeout=120,
-        start_new_session=True,
-    )
-    assert taken.returncode == 2
-    assert taken.stdout.startswith("1 of 10 targets")
+    monkeypatch.setattr(sys, "stdin", io.StringIO(line))
+    status, out, _ = run("capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv")
+    assert status == 2
+    assert out.startswith("1 of 10 targets")
     assert len(read_measurements("d.csv", joints=6)) == 1
 
 

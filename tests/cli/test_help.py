@@ -46,18 +46,6 @@ def test_start_and_help_load_nothing_heavy():
     assert done.stdout.splitlines()[-1] == "[]"
 
 
-def test_an_arm_loads_no_splines_to_identify_no_statistics_and_a_diagnosis_no_meshes():
-    unneeded = (
-        ("wb.load_robot('aria')", "scipy.interpolate"),
-        ("wb.identify", "scipy.stats"),
-        ("wb.diagnose", "coal"),
-    )
-    code = "; ".join(f"{verb}; print({part!r} in sys.modules)" for verb, part in unneeded)
-    command = [sys.executable, "-c", f"import sys, workbench as wb; {code}"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.split() == ["False"] * len(unneeded)
-
-
 def test_a_browser_is_opened_where_there_is_a_screen(monkeypatch):
     for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
         monkeypatch.delenv(name, raising=False)

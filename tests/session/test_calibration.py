@@ -8,14 +8,12 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
-from workbench.base import se3
-from workbench.base.assets import built_in_robots
 from workbench.data.readers.mapping import mapping_text, read_mapping, with_column
 from workbench.data.readers.preview import preview
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.data.writer import write_measurements
-from workbench.session import replay, start
+from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowFit, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
@@ -195,14 +193,3 @@ def test_too_few_rows_are_said(do, file):
 def test_nothing_to_save_yet(first):
     with pytest.raises(Exception, match="identified"):
         calibrated_toml(first)
-
-
-@pytest.mark.parametrize("name", [n for n in built_in_robots() if not n.startswith("aria")])
-def test_every_built_in_arm_starts(first, name):
-    """Whether or not it reaches the plate: each target is reached or has a reason."""
-    session = start(load_robot(name), first.plate)
-    for target, state in zip(session.plate.targets, session.states, strict=True):
-        if state.reached and session.robot.dof >= 6:
-            tool = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, Motion(state.q[None]))[0]
-            assert np.abs(se3.pose_error(target.pose, tool)).max() < 1e-7
-        assert state.reached or state.reason

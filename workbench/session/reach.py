@@ -10,6 +10,7 @@ yields to one that keeps clear, if any does.
 
 from collections.abc import Collection
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
@@ -33,7 +34,7 @@ def place_all(
     plate: Plate,
     *,
     region_q: Float[np.ndarray, "poses n"],
-    rng: np.random.Generator,
+    seed: int = 0,
     cancel: Cancel = never,
 ) -> tuple[TargetState, ...]:
     """The arm at every target, in the mix of branches that tells most about the region.
@@ -42,7 +43,7 @@ def place_all(
         robot: The arm.
         plate: Its targets; those that name a branch or joint positions keep them.
         region_q: Poses that matter [rad or m]; without any, each target takes its best branch.
-        rng: Source of the mixes that are tried.
+        seed: Of the mixes that are tried.
         cancel: Asked at each target whether to stop.
 
     Raises:
@@ -60,6 +61,7 @@ def place_all(
         pairs = zip(open_, solutions, strict=True)
         targets = (_with_known_branch(plate.targets[i], branches) for i, branches in pairs)
         part = replace(plate, targets=tuple(targets))
+        rng = np.random.default_rng(seed)
         choice = choose_branches(robot, part, solutions, goal=region_q, rng=rng, starts=STARTS)
         for i, q, name in zip(open_, choice.q, choice.branches, strict=True):
             states[i] = _reached(frozen(q.copy()), name)
@@ -170,7 +172,9 @@ def _with_known_branch(target: Target, branches: tuple[Branch, ...]) -> Target:
     return target if known else replace(target, branch=AUTO)
 
 
+@lru_cache(maxsize=256)
 def _solve(robot: Robot, target: Target) -> InverseResult:
+    """Asked for again whenever a plate is placed anew of which one target has moved."""
     return solve(robot, _in_measuring_frame(robot, target), task=_task(robot, target))
 
 

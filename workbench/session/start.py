@@ -6,6 +6,7 @@ arm meets it well clear of limits and plate, and then has the orientation that t
 """
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -30,13 +31,13 @@ from workbench.session.state import Session, TargetState
 from workbench.session.target_steps import commit_step
 
 
+@lru_cache(maxsize=8)
 def start(
     robot: Robot,
     plate: Plate,
     *,
     is_given: bool = False,
     noise: Noise | None = None,
-    seed: int = 0,
     states: tuple[TargetState, ...] = (),
     cancel: Cancel = never,
 ) -> Session:
@@ -50,7 +51,6 @@ def start(
         plate: Fixture with at least one target.
         is_given: Whether the plate is the user's, not one made for the arm.
         noise: The instrument; the usual one of the plate if None.
-        seed: Of the mixes of branches that are tried.
         states: How the arm stands at every target; in the branches that tell most if empty.
         cancel: Asked at each target whether to stop.
 
@@ -63,9 +63,8 @@ def start(
     noise = noise or Noise(*usual_sigma(plate))
     is_quick = robot.dof >= int(Task.POSE)
     region_q = draw_region(robot, plate) if is_quick else frozen(np.zeros((0, robot.dof)))
-    rng = np.random.default_rng(seed)
     if len(states) != len(plate):
-        states = place_all(robot, plate, region_q=region_q, rng=rng, cancel=cancel)
+        states = place_all(robot, plate, region_q=region_q, cancel=cancel)
     first = score(robot, plate, states, noise=noise, region_q=region_q)
     return commit_step(
         Session(
@@ -103,6 +102,7 @@ def is_untouched(session: Session) -> bool:
     return session.plate.name == CIRCLE or (session.robot.name == ARIA and session.plate.name == TABLE_2_NAME)
 
 
+@lru_cache(maxsize=16)
 def suited_plate(robot: Robot) -> Plate:
     """The circle before an arm; above the floor that it stands on."""
     plate = circle_before(robot)

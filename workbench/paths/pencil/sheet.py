@@ -106,14 +106,20 @@ def scan(
     angle = np.unwrap(np.arctan2(drawn.points[:, 1], drawn.points[:, 0]))
     way = np.linalg.norm(drawn.points, axis=1)
     order = np.argsort(angle)
-    here = sense * np.arctan2(y, x)
+    reach = np.hypot(x, y)
+    near = (reach > way.min() - STROKE - INCH / dpi) & (reach < way.max() + STROKE + INCH / dpi)
+    here = sense * np.arctan2(y[near], x[near])
     turn = 2.0 * np.pi
     here = here + turn * np.ceil((angle.min() - here) / turn)
     line = np.interp(here, angle[order], way[order])
-    stroke = _edge(0.5 * STROKE - np.abs(np.hypot(x, y) - line), dpi) * (here <= angle.max())
-    dark = stroke * (1.0 - GRAPHITE) * np.clip(1.0 + GRAIN * rng.standard_normal(x.shape), 0.0, 1.3)
-    seen = paper * (1.0 - np.clip(dark, 0.0, 0.95))[..., None]
-    return _shown(seen + GLOW * rng.standard_normal(seen.shape))
+    stroke = _edge(0.5 * STROKE - np.abs(reach[near] - line), dpi) * (here <= angle.max())
+    grain = 1.0 + GRAIN * rng.standard_normal(x.shape)[near]
+    dark = stroke * (1.0 - GRAPHITE) * np.clip(grain, 0.0, 1.3)
+    paper[near] *= (1.0 - np.clip(dark, 0.0, 0.95))[:, None]
+    noise = rng.standard_normal(paper.shape)
+    noise *= GLOW
+    noise += paper
+    return _shown(noise)
 
 
 def _places(
@@ -129,12 +135,19 @@ def _places(
 
 def _print(x: np.ndarray, y: np.ndarray, radius: float, dpi: float) -> np.ndarray:
     """Reflectance of the printed sheet."""
-    out = np.hypot(x, y) - radius
-    ink = _edge(0.5 * PRINT - np.abs(out), dpi)
+    ink = np.zeros(x.shape)
+    ring = np.abs(np.hypot(x, y) - radius)
+    near = ring < 0.5 * PRINT + INCH / dpi
+    ink[near] = _edge(0.5 * PRINT - ring[near], dpi)
     for along, beside, end in ((x, y, LONG), (y, x, MARK[1]), (-x, y, MARK[1]), (-y, x, MARK[1])):
+        near = (np.abs(beside) < 0.5 * PRINT + INCH / dpi) & (along > 0.5 * radius)
+        along, beside = along[near], beside[near]
         inside = np.minimum(along - radius * (1.0 + MARK[0]), radius * (1.0 + end) - along)
-        ink = np.maximum(ink, _edge(np.minimum(0.5 * PRINT - np.abs(beside), inside), dpi))
-    return PAPER * (1.0 - ink[..., None] * (1.0 - RED))
+        ink[near] = np.maximum(ink[near], _edge(np.minimum(0.5 * PRINT - np.abs(beside), inside), dpi))
+    paper = np.full((*x.shape, 3), PAPER)
+    inked = ink > 0.0
+    paper[inked] = PAPER * (1.0 - ink[inked][:, None] * (1.0 - RED))
+    return paper
 
 
 def _edge(inside: np.ndarray, dpi: float) -> np.ndarray:
@@ -143,4 +156,7 @@ def _edge(inside: np.ndarray, dpi: float) -> np.ndarray:
 
 
 def _shown(reflectance: np.ndarray) -> Image:
-    return np.clip(255.0 * reflectance + 0.5, 0, 255).astype(np.uint8)
+    """A picture of these reflectances, which are used up."""
+    reflectance *= 255.0
+    reflectance += 0.5
+    return np.clip(reflectance, 0, 255, out=reflectance).astype(np.uint8)

@@ -122,10 +122,13 @@ class ApplyPattern(AbstractChange):
 
 def place_targets(session: Session, targets: tuple[Target, ...]) -> Session:
     """The session with these targets, the arm in the best mix of branches."""
-    plate = replace(session.plate, targets=targets)
-    rng = np.random.default_rng(0)
-    states = place_all(session.robot, plate, region_q=session.region_q, rng=rng)
-    return move_targets(session, plate, states)
+    return place_plate(session, replace(session.plate, targets=targets))
+
+
+def place_plate(session: Session, plate: Plate, *, selected: int | None = None, seed: int = 0) -> Session:
+    """The session with this plate, the arm in the best of the mixes of branches that are tried."""
+    states = place_all(session.robot, plate, region_q=session.region_q, seed=seed)
+    return move_targets(session, plate, states, selected=selected)
 
 
 def snapped(plate: Plate, xyz: Vector3, to: Snap) -> Vector3:

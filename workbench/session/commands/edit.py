@@ -9,7 +9,8 @@ from workbench.base.types import Vector3, frozen
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import AUTO, Target
 from workbench.session.command import AbstractChange, computed
-from workbench.session.reach import place, place_all
+from workbench.session.commands.arrange import place_plate
+from workbench.session.reach import place
 from workbench.session.state import Session
 from workbench.session.target_steps import check_free, check_unlocked, move_targets, with_item
 
@@ -166,6 +167,4 @@ class MixBranches(AbstractChange):
         check_free(session)
 
     def apply(self, session: Session) -> Session:
-        rng = np.random.default_rng(len(session.history))
-        states = place_all(session.robot, session.plate, region_q=session.region_q, rng=rng)
-        return move_targets(session, session.plate, states)
+        return place_plate(session, session.plate, seed=len(session.history))

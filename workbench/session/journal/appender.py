@@ -46,11 +46,6 @@ class Appender:
         for folder in (path.parent, path.parent.absolute().parent):
             sync_folder(folder)
 
-    @property
-    def waiting(self) -> int:
-        """Lines that could not be written so far."""
-        return len(self._waiting)
-
     def add(self, line: str, files: Mapping[str, bytes] | None = None, *, instead: bool = False) -> None:
         """Write a line after the files that it speaks of, and what has been waiting before it.
 
