@@ -64,12 +64,12 @@ def in_python(robot: Robot, nominal: Robot, folder):
 class InC:
     """The header, compiled with every warning as an error."""
 
-    def __init__(self, robot: Robot, nominal: Robot, folder):
+    def __init__(self, robot: Robot, nominal: Robot, folder, optimised="-Og"):
         export_robot(FORMS["c-header"], folder / "arm.h", Job(robot=robot, nominal=nominal))
         (folder / "glue.c").write_text(GLUE)
         compiler = shutil.which("cc") or shutil.which("gcc")
         assert compiler, "this test needs a C compiler: install gcc"
-        flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-O2", "-shared", "-fPIC"]
+        flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", optimised, "-shared", "-fPIC"]
         out = folder / "arm.so"
         subprocess.run([compiler, *flags, "-o", out, folder / "glue.c", "-lm"], check=True)
         self.library = ctypes.CDLL(str(out))
@@ -182,7 +182,7 @@ def check(name: str, rows: int, folder, effects) -> None:
     found, left = in_python(robot, nominal, folder).correct(q, direction=direction, **STATE)
     np.testing.assert_allclose(found, wanted.q, atol=1e-9, rtol=0.0)
     np.testing.assert_allclose(left[:, 0], wanted.after.position, atol=1e-11)
-    found, left, bad = InC(robot, nominal, folder).correct(q, direction)
+    found, left, bad = InC(robot, nominal, folder, "-O2").correct(q, direction)
     np.testing.assert_allclose(found, wanted.q, atol=1e-9, rtol=0.0)
     np.testing.assert_allclose(left[:, 0], wanted.after.position, atol=1e-11)
     assert bad == int((wanted.after.position > 1e-6).sum())

@@ -8,12 +8,14 @@ the very file that was written, never claimed.
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect, Loads
+from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
@@ -42,6 +44,11 @@ class Job:
     robot: Robot
     nominal: Robot | None = None
     source: str | None = None
+
+    @cached_property
+    def frames(self) -> JointFrames:
+        """Frames of the calibrated joints."""
+        return joint_frames(self.robot)
 
     def need_nominal(self, form: str) -> Robot:
         """The nominal arm, with as many joints as the calibrated one."""

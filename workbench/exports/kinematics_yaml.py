@@ -19,7 +19,7 @@ from typing import final
 
 import numpy as np
 
-from workbench.arm.joint_frames import JointFrames, joint_frames
+from workbench.arm.joint_frames import JointFrames
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
@@ -79,7 +79,7 @@ class KinematicsYaml(AbstractForm):
         return "\n".join([*lines, *body, ""])
 
     def read(self, text: str, job: Job) -> Robot:
-        frames = joint_frames(job.robot)
+        frames = job.frames
         poses = self._poses(text, len(frames.joints) + self.flange)
         here = frames.with_origins(poses[: len(frames.joints)], poses[-1] if self.flange else np.eye(4))
         arm = here.robot(job.robot)
@@ -94,7 +94,7 @@ class KinematicsYaml(AbstractForm):
 
     def _frames(self, job: Job) -> JointFrames:
         """The calibrated frames, as near as possible to those of the source, and what is left as flange."""
-        frames = joint_frames(job.robot)
+        frames = job.frames
         slides = [j.joint.name for j in frames.joints if j.joint.kind is JointKind.PRISMATIC]
         if len(frames.joints) not in self.dofs or slides:
             found = f"{len(frames.joints)}{f', and {slides[0]} slides' if slides else ''}"

@@ -14,7 +14,7 @@ from typing import final
 import numpy as np
 
 from workbench.arm import chain as chains
-from workbench.arm.joint_frames import JointFrames, joint_frames
+from workbench.arm.joint_frames import JointFrames
 from workbench.arm.masses import carried
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.arm.urdf import numbers_text as _text
@@ -42,7 +42,7 @@ class Mjcf(AbstractForm):
     ending = ".xml"
 
     def write(self, job: Job) -> str:
-        robot, frames = job.robot, joint_frames(job.robot)
+        robot, frames = job.robot, job.frames
         root = ET.Element("mujoco", model=robot.name)
         ET.SubElement(root, "compiler", angle="radian", boundmass=LEAST_MASS, boundinertia=LEAST_INERTIA)
         ET.SubElement(root, "option", gravity=_text(robot.gravity))
@@ -64,7 +64,7 @@ class Mjcf(AbstractForm):
         return ET.tostring(root, encoding="unicode") + "\n"
 
     def read(self, text: str, job: Job) -> Robot:
-        root, frames = ET.fromstring(text), joint_frames(job.robot)
+        root, frames = ET.fromstring(text), job.frames
         poses, (flange, _) = ([_pose(node) for node in root.iter(kind)] for kind in ("body", "site"))
         own = zip(frames.joints, poses[1:], strict=True)
         return frames.with_origins([se3.inverse(j.before) @ p for j, p in own], flange).robot(job.robot)
@@ -105,7 +105,7 @@ class XacroProperties(AbstractForm):
 
     def write(self, job: Job) -> str:
         root = ET.Element("robot", {"xmlns:xacro": "http://www.ros.org/wiki/xacro"})
-        for name, pose in self._origins(job.robot):
+        for name, pose in self._origins(job):
             parts = {"xyz": pose[:3, 3], "rpy": se3.matrix_to_rpy(pose[:3, :3])}
             for part, values in parts.items():
                 ET.SubElement(root, "xacro:property", name=f"{name}_{part}", value=_text(values))
@@ -115,14 +115,13 @@ class XacroProperties(AbstractForm):
     def read(self, text: str, job: Job) -> Robot:
         values = {node.get("name", ""): node.get("value", "") for node in ET.fromstring(text)}
         poses = []
-        for name, _ in self._origins(job.robot):
+        for name, _ in self._origins(job):
             xyz, rpy = (np.array(values[f"{name}_{part}"].split(), float) for part in ("xyz", "rpy"))
             poses.append(se3.pose(se3.rpy_to_matrix(rpy), xyz))
-        arm = joint_frames(job.robot).with_origins(poses[:-2], poses[-2]).robot(job.robot)
+        arm = job.frames.with_origins(poses[:-2], poses[-2]).robot(job.robot)
         return arm.with_frames(tool=Frame.from_pose(poses[-1]))
 
-    def _origins(self, robot: Robot) -> list[tuple[str, Matrix4]]:
+    def _origins(self, job: Job) -> list[tuple[str, Matrix4]]:
         """Joints, flange and tool, each in the frame before it."""
-        frames = joint_frames(robot)
-        joints = zip(_named(robot), (j.origin for j in frames.joints), strict=True)
-        return [*joints, ("flange", frames.flange), ("tool", robot.tool.pose)]
+        joints = zip(_named(job.robot), (j.origin for j in job.frames.joints), strict=True)
+        return [*joints, ("flange", job.frames.flange), ("tool", job.robot.tool.pose)]

@@ -190,12 +190,11 @@ class UrCalibration(AbstractForm):
     def _divided(self, job: Job) -> tuple[np.ndarray, np.ndarray]:
         """The table up to joint n, whose a and α stay nominal, and what lies behind it."""
         nominal = self._nominal(job)
-        frames = joint_frames(job.robot)
-        found: StandardDh = standard_dh(frames, nominal[:, 0].tolist())
+        found: StandardDh = standard_dh(job.frames, nominal[:, 0].tolist())
         rows, here = found.rows.copy(), np.eye(4)
         for row in rows[:-1]:
             here = here @ dh_pose(row)
-        left = se3.inverse(here) @ se3.inverse(dh_pose(found.before)) @ frames.at_zero[-1]
+        left = se3.inverse(here) @ se3.inverse(dh_pose(found.before)) @ job.frames.at_zero[-1]
         turn = left[:3, :3] @ dh_pose(nominal[-1])[:3, :3].T
         rows[-1] = nominal[-1]
         rows[-1, 0] = np.arctan2(turn[1, 0] - turn[0, 1], turn[0, 0] + turn[1, 1])

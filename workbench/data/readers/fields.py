@@ -185,8 +185,9 @@ def decimal_of(table: Table, indices: Sequence[int]) -> Decimal:
 
 def _first(table: Table, indices: Sequence[int], pattern: re.Pattern[str]) -> tuple[str, int, int] | None:
     """Text, column and row of the first cell of that form."""
-    cells = ((cell, i, row) for i in indices for row, cell in enumerate(table.columns[i]))
-    return min((c for c in cells if pattern.fullmatch(c[0])), key=lambda c: c[2], default=None)
+    rows = enumerate(zip(*(table.columns[i] for i in indices), strict=True))
+    cells = ((cell, i, row) for row, own in rows for i, cell in zip(indices, own, strict=True))
+    return next((cell for cell in cells if pattern.fullmatch(cell[0])), None)
 
 
 def to_numbers(table: Table, index: int, decimal: Decimal) -> Float[np.ndarray, " rows"]:
