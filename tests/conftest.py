@@ -15,6 +15,8 @@ from xdist.scheduler import LoadFileScheduling
 
 # One thread of linear algebra a worker: several workers with several threads each only wait for each other.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Those of OpenCV spin while they wait: a third of the processor time of every search for markers.
+os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 # Bytecode is kept even where the caller would not: every worker, and every command that a test starts in a
 # process of its own, would compile the whole package and rewrite all assertions again, seconds each time.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)

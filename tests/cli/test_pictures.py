@@ -89,6 +89,8 @@ def _drop_joints(folder):
 
 def _all(change):
     def spoil(folder):
+        for path in sorted(folder.glob("*.png"))[3:]:
+            path.unlink()
         for path in folder.glob("*.png"):
             cv2.imwrite(str(path), change(cv2.imread(str(path), 0)))
 

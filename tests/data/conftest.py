@@ -3,7 +3,7 @@
 import pytest
 
 from workbench.base.bounded_process import ChildError
-from workbench.data import binary_tables
+from workbench.data import bags_and_c3d, binary_tables
 
 
 @pytest.fixture(autouse=True)
@@ -22,4 +22,12 @@ def read_once(monkeypatch):
             raise known[key]
         return known[key]
 
-    monkeypatch.setattr(binary_tables, "in_child", once)
+    for module in (binary_tables, bags_and_c3d):
+        monkeypatch.setattr(module, "in_child", once)
+
+
+@pytest.fixture
+def read_here(monkeypatch):
+    """Without a child, which costs more to start than any sound file to read."""
+    for module in (binary_tables, bags_and_c3d):
+        monkeypatch.setattr(module, "in_child", lambda function, data, **_: function(data))

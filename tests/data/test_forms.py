@@ -94,19 +94,19 @@ def test_workbook_with_gap_and_labels(read):
     assert data.sessions == ("a", "b")
 
 
-def test_workbook_with_two_tables_asks_which(read):
+def test_workbook_with_two_tables_asks_which(read, read_here):
     content = workbook({"A": TABLE, "B": TABLE})
     with pytest.raises(FileError, match="'A', 'B'"):
         read(content, "t.xlsx")
     assert "sheet 'B'" in read(content, "t.xlsx", sheet="B").notes[0]
 
 
-def test_workbook_with_empty_sheets(read):
+def test_workbook_with_empty_sheets(read, read_here):
     with pytest.raises(FileError, match="empty"):
         read(workbook({"A": [], "B": []}), "t.xlsx")
 
 
-def test_workbook_rows_count_as_in_the_workbook(read):
+def test_workbook_rows_count_as_in_the_workbook(read, read_here):
     rows = [
         [],
         ["title"],
@@ -119,7 +119,7 @@ def test_workbook_rows_count_as_in_the_workbook(read):
     assert (caught.value.line, caught.value.column) == (5, "x[m]")
 
 
-def test_dates_become_seconds(read):
+def test_dates_become_seconds(read, read_here):
     day = datetime.datetime(2020, 7, 14, 16, 39, 4)
     rows = [["q1[rad]", "x[m]", "y[m]", "z[m]", "time"]]
     rows += [[0.1 * i, i, i, i, day + datetime.timedelta(seconds=20 * i)] for i in range(3)]
@@ -310,7 +310,7 @@ def test_matlab_pages_labels_and_vectors(tmp_path):
     assert data.time.tolist() == [0, 1, 2, 3, 4]
 
 
-def test_matlab_square_or_open_matrices_ask_for_row_or_column(tmp_path):
+def test_matlab_square_or_open_matrices_ask_for_row_or_column(read_here, tmp_path):
     file = save_mat(tmp_path / "t.mat", Q=np.zeros((3, 3)), P=np.zeros((3, 3)))
     with pytest.raises(OptionError, match="row or a column"):
         read_measurements(file, columns="q[deg|row]=Q, xyz[mm]=P")
@@ -318,7 +318,7 @@ def test_matlab_square_or_open_matrices_ask_for_row_or_column(tmp_path):
         read_measurements(file, columns="q[deg]=Q, xyz[mm|row]=P")
 
 
-def test_matlab_matrices_that_do_not_fit(tmp_path):
+def test_matlab_matrices_that_do_not_fit(read_here, tmp_path):
     file = save_mat(tmp_path / "t.mat", Q=np.zeros((4, 2)), P=np.zeros((5, 3)))
     with pytest.raises(FileError, match="5 measurements"):
         read_measurements(file, columns="q[deg|row]=Q, xyz[mm]=P")

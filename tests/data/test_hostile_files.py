@@ -4,8 +4,6 @@ import io
 import os
 import re
 import struct
-import subprocess
-import sys
 import time
 import zipfile
 
@@ -63,9 +61,9 @@ def test_a_matlab_file_that_unpacks_to_all_memory(tmp_path, monkeypatch):
     from scipy.io import savemat
 
     file = io.BytesIO()
-    savemat(file, {"Q": np.zeros((4000, 4000))}, do_compression=True)
-    assert len(file.getvalue()) < 200_000
-    monkeypatch.setattr(binary_tables, "BASE_MEMORY", 40 * 2**20)
+    savemat(file, {"Q": np.zeros((2000, 2000))}, do_compression=True)
+    assert len(file.getvalue()) < 50_000
+    monkeypatch.setattr(binary_tables, "BASE_MEMORY", 16 * 2**20)
     assert "MiB of memory" in refusal(tmp_path, "bomb.mat", file.getvalue())
 
 
@@ -84,14 +82,13 @@ def test_a_c3d_file_whose_parameters_reach_beyond_its_end(tmp_path):
     assert sum(os.times()[:4]) - sum(begin[:4]) < 4.0  # read twice
 
 
-def test_the_command_says_what_a_child_died_of(tmp_path):
+def test_the_command_says_what_a_child_died_of(run, tmp_path):
     (tmp_path / "crash.mat").write_bytes(CRASHING)
-    command = [sys.executable, "-m", "workbench", "identify", str(tmp_path / "crash.mat"), "--robot", "aria"]
-    ended = subprocess.run(command, capture_output=True, text=True)
-    assert ended.returncode == 1
-    assert "crashes the reader" in ended.stderr.replace("\n", " ")
-    assert len(ended.stderr.strip().splitlines()) == 1
-    assert len(ended.stderr.strip()) <= 300
+    status, _, err = run("identify", "crash.mat", "--robot", "aria")
+    assert status == 1
+    assert "crashes the reader" in err
+    assert err.count("\n") == 1
+    assert len(err.strip()) <= 300
 
 
 def test_a_row_of_a_number_that_no_sheet_has(tmp_path):
@@ -140,8 +137,8 @@ def test_a_long_value_is_cut_in_the_sentence(tmp_path):
 
 
 def test_a_child_is_bounded_in_time():
-    with pytest.raises(ChildError, match="takes more than 1 s"):
-        in_child(_spin, seconds=1.0)
+    with pytest.raises(ChildError, match=r"takes more than 0.2 s"):
+        in_child(_spin, seconds=0.2)
 
 
 def _spin() -> None:

@@ -7,7 +7,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError, WorkbenchError
 from workbench.data.readers import preview, read_measurements
 
-pytestmark = pytest.mark.data
+pytestmark = [pytest.mark.data, pytest.mark.usefixtures("read_here")]
 
 
 def angles_between(a, b):

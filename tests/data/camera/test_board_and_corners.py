@@ -100,9 +100,10 @@ def test_pictures_without_the_board_say_why(pictures, tmp_path, spoil, reason):
         (replace(BOARD, dictionary="DICT_6X6_250"), "are of DICT_5X5_250, not of DICT_6X6_250"),
     ],
 )
-def test_another_board_is_named(folder, board, reason):
+def test_another_board_is_named(pictures, tmp_path, board, reason):
+    cv2.imwrite(str(tmp_path / "0.png"), pictures[0][1])
     with pytest.raises(DataError, match=reason):
-        find_corners(folder, Rig((CAMERA,), (charuco_target(board, "tool"),)))
+        find_corners(tmp_path, Rig((CAMERA,), (charuco_target(board, "tool"),)))
 
 
 def test_several_boards_are_told_apart_by_their_markers(tmp_path):
@@ -214,7 +215,8 @@ def test_a_folded_solid_carries_its_tags_where_the_target_says(shape, tmp_path):
     assert drawn == pytest.approx(1e3 * sides[0, 0], abs=0.25)
     again = read_target(write_target(target, tmp_path / "target.toml"))
     assert again.dictionary == "DICT_5X5_250"
-    assert Finder.of(replace(again, dictionary=""), [picture]).dictionary.startswith("DICT_5X5")
+    if shape is Shape.CUBE:  # every dictionary is tried
+        assert Finder.of(replace(again, dictionary=""), [picture]).dictionary.startswith("DICT_5X5")
 
 
 def test_the_command_writes_board_and_target(run, tmp_path):
