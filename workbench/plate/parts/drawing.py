@@ -5,6 +5,7 @@ so that parts are 1:1 there and dimensions measure what they say.
 """
 
 import io
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
@@ -12,10 +13,10 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc, Polygon
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 
 from workbench.base.errors import MissingExtraError
 from workbench.report.figures import look
@@ -53,6 +54,8 @@ LOOKS: dict[Layer, tuple[int, str, float, str]] = {
     Layer.FRAME: (7, "CONTINUOUS", 0.35, "-"),
 }
 """DXF colour and line type, width [mm], dashes of each layer (ISO 128)."""
+INKS = {Layer.CENTRES: "#b03030", Layer.DIMENSIONS: "#1f4e8c", Layer.HIDDEN: "#666666"}
+"""Colours on paper; black for the other layers."""
 
 Point = Sequence[float] | Float[np.ndarray, "2"]
 
@@ -203,98 +206,101 @@ def pdf_of(pages: Sequence[Page]) -> bytes:
     return buffer.getvalue()
 
 
-def png_of(page: Page, *, dpi: int = 100) -> bytes:
-    """A page as a picture."""
-    buffer = io.BytesIO()
-    with look():
-        _figure(page).savefig(buffer, format="png", dpi=dpi, facecolor="white")
-    return buffer.getvalue()
-
-
 def _figure(page: Page) -> Figure:
     width, height = PAPERS[page.paper]
     figure = Figure(figsize=(width / 25.4, height / 25.4))
     axes = figure.add_axes((0.0, 0.0, 1.0, 1.0), xlim=(0.0, width), ylim=(0.0, height))
     axes.axis("off")
+    sheet = _Sheet()
     for item in page.items:
-        _on_axes(axes, item, page.scale)
+        sheet.draw(item, page.scale)
+    for layer, paths in sheet.strokes.items():
+        pen: dict[str, Any] = {"lw": LOOKS[layer][2] * POINTS, "ls": LOOKS[layer][3]}
+        pen["ec"] = INKS.get(layer, "black")
+        axes.add_artist(PathPatch(_joined(paths), fill=False, joinstyle="miter", **pen))
+    axes.add_artist(PathPatch(_joined(sheet.arrows), fc=INKS[Layer.DIMENSIONS], lw=0.0))
+    for words in sheet.words:
+        style: dict[str, Any] = {"ha": words.align, "va": "baseline", "rotation": words.turn}
+        style |= {"rotation_mode": "anchor", "fontsize": 1.35 * words.height * POINTS, "color": "black"}
+        axes.text(float(words.at[0]), float(words.at[1]), words.text, **style)
     return figure
 
 
-def _on_axes(axes: Axes, item: Item, scale: float) -> None:
-    match item:
-        case Line(points, layer, closed):
-            axes.add_patch(Polygon(points, closed=closed, fill=False, joinstyle="miter", **_pen(layer)))
-        case Circle(centre, radius, layer):
-            axes.add_patch(Arc(_xy(centre), 2 * radius, 2 * radius, **_pen(layer)))
-        case Words(text, at, height, align, turn):
-            words: dict[str, Any] = {
-                "ha": align,
-                "va": "baseline",
-                "rotation": turn,
-                "rotation_mode": "anchor",
-            }
-            axes.text(*_xy(at), text, fontsize=1.35 * height * POINTS, color="black", **words)
-        case Dimension():
-            _dimension(axes, item, scale)
-        case Angle(centre, radius, start, end, text, at):
-            arc = Arc(_xy(centre), 2 * radius, 2 * radius, theta1=start, theta2=end, **_pen(Layer.DIMENSIONS))
-            axes.add_patch(arc)
-            for angle, way in ((start, 1.0), (end, -1.0)):
-                out = np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))])
-                _arrow(axes, centre + radius * out, way * np.array([-out[1], out[0]]))
-            _on_axes(axes, _leader(item), scale)
-            _on_axes(axes, Words(text, at), scale)
+def _joined(paths: Sequence[Path]) -> Path:
+    """Many paths as one, which is drawn at once."""
+    whole = Path.make_compound_path(*paths)
+    whole.should_simplify = False
+    return whole
 
 
-def _xy(point: Float[np.ndarray, "2"]) -> tuple[float, float]:
-    return float(point[0]), float(point[1])
+class _Sheet:
+    """What a page's items are made of: strokes by layer, arrowheads and words."""
+
+    def __init__(self) -> None:
+        self.strokes: defaultdict[Layer, list[Path]] = defaultdict(list)
+        self.arrows: list[Path] = []
+        self.words: list[Words] = []
+
+    def draw(self, item: Item, scale: float) -> None:
+        match item:
+            case Line(points, layer, closed):
+                self._line(layer, np.vstack([points, points[:1]]) if closed else points)
+            case Circle(centre, radius, layer):
+                self._arc(layer, centre, radius, 0.0, 360.0)
+            case Words():
+                self.words.append(item)
+            case Dimension():
+                self._dimension(item, scale)
+            case Angle(centre, radius, start, end, text, at):
+                self._arc(Layer.DIMENSIONS, centre, radius, start, end)
+                for angle, way in ((start, 1.0), (end, -1.0)):
+                    out = _unit(angle)
+                    self._arrow(centre + radius * out, way * np.array([-out[1], out[0]]))
+                self.draw(_leader(item), scale)
+                self.words.append(Words(text, at))
+
+    def _line(self, layer: Layer, points: Any) -> None:
+        path = Path(points, closed=len(points) > 2 and np.array_equal(points[0], points[-1]))
+        self.strokes[layer].append(path)
+
+    def _arc(self, layer: Layer, centre: np.ndarray, radius: float, start: float, end: float) -> None:
+        arc = Path.arc(start, end)
+        self.strokes[layer].append(Path(centre + radius * np.asarray(arc.vertices), arc.codes))
+
+    def _dimension(self, item: Dimension, scale: float) -> None:
+        """Extension lines, arrows and words of a linear dimension."""
+        along = _unit(item.turn)
+        feet = [item.base + ((p - item.base) @ along) * along for p in (item.a, item.b)]
+        for point, foot in zip((item.a, item.b), feet, strict=True):
+            away = foot - point
+            if np.linalg.norm(away) > 1.0:
+                unit = away / np.linalg.norm(away)
+                self._line(Layer.DIMENSIONS, [point + unit, foot + unit])
+        length = float((feet[1] - feet[0]) @ along)
+        inside, onwards = abs(length) > 8.0, np.sign(length) * along
+        ends = feet if inside else [feet[0] - 6.0 * onwards, feet[1] + 6.0 * onwards]
+        self._line(Layer.DIMENSIONS, ends)
+        for foot, way in zip(feet, (1.0, -1.0), strict=True):
+            self._arrow(foot, way * (1.0 if inside else -1.0) * onwards)
+        text = item.text.replace("<>", f"{abs(length) * scale:.3f}".rstrip("0").rstrip("."))
+        turn = item.turn if -90.0 < item.turn <= 90.0 else item.turn - 180.0
+        up = _unit(turn + 90.0)
+        self.words.append(Words(text, 0.5 * (feet[0] + feet[1]) + 0.8 * up, TEXT, "center", turn))
+
+    def _arrow(self, tip: np.ndarray, back: np.ndarray) -> None:
+        """An arrowhead whose shaft goes back along a unit vector."""
+        side = np.array([-back[1], back[0]])
+        self.arrows.append(Path([tip, tip + 2.5 * back + 0.5 * side, tip + 2.5 * back - 0.5 * side, tip]))
 
 
-def _pen(layer: Layer) -> dict[str, Any]:
-    return {"lw": LOOKS[layer][2] * POINTS, "ls": LOOKS[layer][3], "ec": _ink(layer)}
-
-
-def _ink(layer: Layer) -> str:
-    return {Layer.CENTRES: "#b03030", Layer.DIMENSIONS: "#1f4e8c", Layer.HIDDEN: "#666666"}.get(
-        layer, "black"
-    )
-
-
-def _dimension(axes: Axes, item: Dimension, scale: float) -> None:
-    """Extension lines, arrows and words of a linear dimension."""
-    along = np.array([np.cos(np.deg2rad(item.turn)), np.sin(np.deg2rad(item.turn))])
-    feet = [item.base + ((p - item.base) @ along) * along for p in (item.a, item.b)]
-    for point, foot in zip((item.a, item.b), feet, strict=True):
-        away = foot - point
-        if np.linalg.norm(away) > 1.0:
-            unit = away / np.linalg.norm(away)
-            _on_axes(axes, Line(np.array([point + unit, foot + unit]), Layer.DIMENSIONS), scale)
-    length = float((feet[1] - feet[0]) @ along)
-    inside = abs(length) > 8.0
-    ends = (
-        feet if inside else [feet[0] - 6.0 * np.sign(length) * along, feet[1] + 6.0 * np.sign(length) * along]
-    )
-    _on_axes(axes, Line(np.array(ends), Layer.DIMENSIONS), scale)
-    for foot, way in zip(feet, (1.0, -1.0), strict=True):
-        _arrow(axes, foot, way * np.sign(length) * (1.0 if inside else -1.0) * along)
-    text = item.text.replace("<>", f"{abs(length) * scale:.3f}".rstrip("0").rstrip("."))
-    turn = item.turn if -90.0 < item.turn <= 90.0 else item.turn - 180.0
-    up = np.array([-np.sin(np.deg2rad(turn)), np.cos(np.deg2rad(turn))])
-    _on_axes(axes, Words(text, 0.5 * (feet[0] + feet[1]) + 0.8 * up, TEXT, "center", turn), scale)
-
-
-def _arrow(axes: Axes, tip: np.ndarray, back: np.ndarray) -> None:
-    """An arrowhead whose shaft goes back along a unit vector."""
-    side = np.array([-back[1], back[0]])
-    arrow = np.array([tip, tip + 2.5 * back + 0.5 * side, tip + 2.5 * back - 0.5 * side])
-    axes.add_patch(Polygon(arrow, closed=True, fc=_ink(Layer.DIMENSIONS), lw=0.0))
+def _unit(angle: float) -> Float[np.ndarray, "2"]:
+    """The direction at an angle [degrees]."""
+    return np.array([np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))])
 
 
 def _leader(item: Angle) -> Line:
     """From the middle of an arc to its words."""
-    middle = np.deg2rad(0.5 * (item.start + item.end))
-    on_arc = item.centre + item.radius * np.array([np.cos(middle), np.sin(middle)])
+    on_arc = item.centre + item.radius * _unit(0.5 * (item.start + item.end))
     left, foot = item.at
     right = left + 0.65 * TEXT * len(item.text)
     return Line(np.array([on_arc, [np.clip(on_arc[0], left, right), foot - 1.0]]), Layer.DIMENSIONS)
@@ -306,7 +312,7 @@ def dxf_of(page: Page) -> str:
         import ezdxf
     except ImportError:
         raise MissingExtraError("writing DXF drawings", extra="cad") from None
-    document = ezdxf.new("R2010", setup=True, units=ezdxf.units.MM)
+    document = ezdxf.new("R2010", setup=["linetypes", "dimstyles:curved"], units=ezdxf.units.MM)
     for layer, (colour, kind, width, _) in LOOKS.items():
         document.layers.add(layer, color=colour, linetype=kind, lineweight=round(100 * width))
     for item in page.items:
