@@ -70,24 +70,32 @@ def region_poses(
     return np.array(rows)
 
 
-@lru_cache(maxsize=32)
 def plate_region_poses(
     robot: Robot, plate: Plate, number: int = PLATE_POSES, *, cone: float = PLATE_CONE
 ) -> Float[np.ndarray, "rows n"]:
     """Poses that a plate's region asks for: any place and branch, turned from a target by up to a cone.
 
-    The same plate gives the same poses, on the page and in a terminal, so that predicted errors compare. An
-    arm of fewer than six joints takes the orientations that it has there.
+    Plates of the same region and orientations give the same array, on the page and in a terminal, so that
+    predicted errors compare. An arm of fewer than six joints takes the orientations that it has there.
 
     Raises:
         DataError: the arm does not reach the region.
     """
-    rng = np.random.default_rng(0)
+    corners = np.stack([plate.region.min, plate.region.max])
+    return _plate_region_poses(robot, corners.tobytes(), plate.poses[:, :3, :3].tobytes(), number, cone)
+
+
+@lru_cache(maxsize=32)
+def _plate_region_poses(
+    robot: Robot, corners: bytes, towards: bytes, number: int, cone: float
+) -> Float[np.ndarray, "rows n"]:
+    low, high = np.frombuffer(corners).reshape(2, 3)
+    region, rng = Region(min=low, max=high), np.random.default_rng(0)
     if robot.dof < int(Task.POSE):
-        _check_reach(robot, plate.region)
-        return frozen(random_poses(robot, FEW_JOINTS_POSES, rng=rng, region=plate.region))
-    towards = plate.poses[:, :3, :3]
-    return frozen(region_poses(robot, plate.region, number, rng=rng, towards=towards, cone=cone))
+        _check_reach(robot, region)
+        return frozen(random_poses(robot, FEW_JOINTS_POSES, rng=rng, region=region))
+    turns = np.frombuffer(towards).reshape(-1, 3, 3)
+    return frozen(region_poses(robot, region, number, rng=rng, towards=turns, cone=cone))
 
 
 def nearby_poses(
