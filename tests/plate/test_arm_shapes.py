@@ -52,7 +52,7 @@ def arm(ur5):
 
 @pytest.fixture(scope="module")
 def q(ur5):
-    return rng(2).uniform(-2.0, 2.0, (4, 6))
+    return rng(2).uniform(-2.0, 2.0, (3, 6))
 
 
 @pytest.fixture(scope="module")
@@ -106,7 +106,7 @@ def test_meshes_are_as_low_as_their_lowest_sample(arm, q, samples):
 
 
 def test_what_only_tells_whether_the_clearance_is_kept_agrees_with_the_distances(arm, plate):
-    placements = arm.placements(rng(3).uniform(-3.0, 3.0, (300, 6)))
+    placements = arm.placements(rng(3).uniform(-3.0, 3.0, (200, 6)))
     every, hulls = np.ones(len(arm.pieces), bool), [plate_hull(plate)]
     for measure in (arm.own_distances, lambda *a, **k: arm.hull_distances(*a, hulls, checked=every, **k)):
         exact = measure(placements)
@@ -231,7 +231,7 @@ def test_a_urdf_without_its_meshes_is_capsules_and_says_so(folder, tmp_path):
 
 
 def test_a_plate_is_optimised_with_the_meshes(ur5, arm, plate):
-    design = optimise_plate(ur5, plate, wish=Wish(number=4, places=40, starts=1), seed=1)
+    design = optimise_plate(ur5, plate, wish=Wish(number=3, places=25, starts=1), seed=1)
     assert design.notes[0] == "clearance is that of the collision meshes of ur5_robot.urdf"
     assert isinstance(arm, MeshArm)
     q = np.stack([target.q for target in design.plate.targets])

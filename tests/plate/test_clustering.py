@@ -101,7 +101,7 @@ def test_the_base_and_the_seed(aria, plate):
     region = replace(plate.region, cube=0.1)
     moved = aria.with_frames(base=Frame(np.array([1.0, 2.0, 0.0]), np.diag([-1.0, -1.0, 1.0])))
     one, two = (
-        cluster_region(r, region, index=O1, rng=rng(3), number=5, candidates=1500) for r in (aria, moved)
+        cluster_region(r, region, index=O1, rng=rng(3), number=5, candidates=700) for r in (aria, moved)
     )
     assert np.allclose(one.best.q, two.best.q)
 

@@ -17,6 +17,8 @@ from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate, read_plate, write_plate
 from workbench.plate.readings import MAKERS, anchors_of, contact_rows, linearise_reading, reading_named
 from workbench.plate.score import alike
+from workbench.plate.yield_trial import trial
+from workbench.plate.yield_trial.trial_inputs import Errors
 
 STEP = 1e-6
 WAYS = {
@@ -101,7 +103,7 @@ def test_unknown_anchors_are_solved_with_the_arm(aria, plate):
 @pytest.mark.parametrize("name", [n for n in MAKERS if n != "seat"])
 def test_plates_of_every_kind_are_designed(name, aria, plate, tmp_path):
     heights = (0.05, 0.35) if name == "ball-bar" else (0.04, 0.12)
-    wish = Wish(number=9, places=60, starts=1, blocks=Blocks(heights=heights))
+    wish = Wish(number=9, places=40, starts=1, blocks=Blocks(heights=heights))
     design = optimise_plate(aria, replace(plate, targets=()), wish=wish, reading=name, seed=1)
     assert np.isfinite(design.cost)
     assert len(design.plate) == 9
@@ -122,10 +124,10 @@ def test_what_no_reading_is(aria, plate):
         reading_named("socket", aria, plate, sigma=(0.0, None))
 
 
-def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, aria):
+def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, aria, monkeypatch):
     """Predicted and tried out over the same poses: any place and branch, 60° about Table 2's targets."""
     words = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml", "--json", "best.json")
-    status, out, _ = run(*words, "--tilt", "40deg", "--spacing", "75mm", "--places", "250")
+    status, out, _ = run(*words, "--tilt", "40deg", "--spacing", "75mm", "--places", "100")
     assert status == 0
     assert "predicted error in the region" in out
     best = json.loads((tmp_path / "best.json").read_text())
@@ -134,12 +136,14 @@ def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, a
     assert predicted["given_position_rms_mm"] / predicted["position_rms_mm"] > 1.1
     assert min(t["clearance_mm"] for t in best["targets"]) >= 10.0 - 1e-6
     plates = alike([load_plate("table2"), read_plate(tmp_path / "best.toml")])
+    monkeypatch.setattr(Errors, "alone", lambda self: {})  # whatever is to blame
     found = [try_plate(aria, p, arms=250, poses=60, towards=plates[0], seed=2) for p in plates]
     table2, optimised = (each.position_rms for each in found)
     assert table2 / optimised > 1.1
 
 
-def test_yield_of_table_2(run, tmp_path):
+def test_yield_of_table_2(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(trial, "CHUNK", 50)
     words = ("plate", "yield", "table2", "--robot", "aria", "--arms", "100", "--json", "yield.json")
     status, out, _ = run(
         *words, "--tolerance", "0.05mm,0.05deg", "--joint-noise", "0.002deg", "--poses", "60"

@@ -143,9 +143,9 @@ def test_the_visible_basis_drops_only_what_no_pose_shows(aria):
     assert np.allclose(seen.singular_values, whole.singular_values[:28], rtol=1e-9)
 
 
-def test_better_known_and_weaker_targets_count_as_such(aria, plate):
+def test_better_known_and_weaker_targets_count_as_such(aria, plate, score):
     """A target's own uncertainty adds to the noise; a socket gives its position only."""
-    fixed = plate.with_joints(score_plate(aria, plate).measured.q, plate.branches)
+    fixed = plate.with_joints(score.measured.q, plate.branches)
     loose = replace(fixed, targets=tuple(replace(t, sigma=(1e-4, np.deg2rad(0.02))) for t in fixed.targets))
     exact, less = (score_plate(aria, p).measured.error.position_rms for p in (fixed, loose))
     assert less == pytest.approx(np.sqrt(2.0) * exact)

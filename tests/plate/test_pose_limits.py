@@ -128,7 +128,9 @@ def test_walks_stay_within_limits_and_reach(aria, plate):
     assert nearest.min(1).max() <= 0.2
 
 
-def test_conflicts_name_the_pair(aria, plate):
+def test_conflicts_name_the_pair(aria, plate, monkeypatch):
+    monkeypatch.setattr("workbench.plate.poses.informative_poses.LIMITED_CANDIDATES", 300)
+
     def asked(number=12, **words):
         return informative_poses(aria, number, limits=PoseLimits(region=plate.region, **words), rng=rng(14))
 
