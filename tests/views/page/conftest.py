@@ -36,7 +36,7 @@ DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) 
 SIZE = {"width": 1280, "height": 800}
 PICTURED = bool(os.environ.get("WORKBENCH_PICTURES"))
 SHARPNESS = 1 if PICTURED else 0.25
-"""Pixels that are drawn for one of the scene's; nobody looks at it where no pictures are kept."""
+"""Pixels that are drawn for one of the page's; nobody looks at it where no pictures are kept."""
 UNCOVERED = """() => document.head.appendChild(document.createElement('style')).textContent =
   '.mantine-Notification-root { pointer-events: none; opacity: 0 }'"""
 """viser's note about software rendering lies above the scene; the page's own messages are elsewhere."""
@@ -107,7 +107,8 @@ class Screen:
     @classmethod
     def open(cls, app: App, chromium: Browser) -> "Screen":
         """A page of a user of its own."""
-        page = chromium.new_context(viewport=SIZE, device_scale_factor=1, accept_downloads=True).new_page()
+        context = chromium.new_context(viewport=SIZE, device_scale_factor=SHARPNESS, accept_downloads=True)
+        page = context.new_page()
         errors: list[str] = []
         page.on("pageerror", lambda error: errors.append(str(error)))
         page.on("console", lambda line: errors.append(line.text) if line.type == "error" else None)
@@ -131,6 +132,11 @@ class Screen:
 
     def close(self) -> None:
         self.page.context.close()
+
+    def show(self, session: Session) -> None:
+        """Go on with another session."""
+        self.app.worker.submit(StartAgain(session))
+        self.app.worker.wait()
 
     def text(self, testid: str) -> str:
         return self.page.locator(f'[data-testid="{testid}"]').inner_text()

@@ -11,9 +11,8 @@ from workbench.arm.meshes import link_meshes
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.plan_trajectory import KATANA
-from workbench.session.start import suited_plate
+from workbench.session.start import start, suited_plate
 from workbench.views.appearance.bodies import body_frames
-from workbench.views.page.app import App
 
 FILES = distribution("example-robot-data").files or []
 
@@ -40,17 +39,13 @@ def test_a_urdf_without_its_meshes_is_drawn_from_its_geometry(tmp_path):
     assert link_meshes(load_robot("aria")) == ()
 
 
-@pytest.fixture
-def app():
-    robot = load_robot(urdf("ur5_robot.urdf"))
-    running = App(robot, suited_plate(robot))
-    yield running
-    running.close()
-
-
 @pytest.mark.browser
 def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path):
     screen = look()
+    ur5 = load_robot(urdf("ur5_robot.urdf"))
+    screen.show(start(ur5, suited_plate(ur5)))
+    for i, frame in enumerate(body_frames(ur5, drawn_joints(app.worker.session))):
+        screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     screen.shoot("meshes")
     screen.tab("More")
     slider = screen.page.get_by_role("textbox").first

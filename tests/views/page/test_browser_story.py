@@ -4,15 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from conftest import StartAgain
 
-from workbench.arm.built_in_arms import load_robot
 from workbench.plate.obstruction import hits
-from workbench.plate.plate_toml import load_plate
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.messages import SetCaption
 from workbench.session.reach import place
-from workbench.views.page.app import App
+from workbench.views.page import demo
 from workbench.views.page.demo import END, Demo
 
 pytestmark = pytest.mark.browser
@@ -22,27 +19,22 @@ SEEN = """() => {
     window.__seen.add(document.querySelector('[role=tab][aria-selected=true]')?.innerText);
     window.__seen.add(document.querySelector('[data-testid="figure-now"]')?.innerText);
   };
-  new MutationObserver(read).observe(
+  window.__watch = new MutationObserver(read);
+  window.__watch.observe(
     document.body, {subtree: true, childList: true, characterData: true, attributes: true});
 }"""
 """Notes which tabs were open and which number stood in the strip."""
 
 
-@pytest.fixture
-def app():
-    running = App(load_robot("aria"), load_plate("table2"))
-    yield running
-    running.close()
-
-
-def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look):
+def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
+    monkeypatch.setattr(demo, "STEPS", 8)
     screen = look()
     screen.page.evaluate(SEEN)
-    app.play_demo(0.03)
+    app.play_demo(0.06)
     screen.wait_text("message", END[:40], timeout=120_000)
     bent = "window.__viserSceneTree.getState()['/arm/bent_words']?.message.props.text"
     screen.page.wait_for_function(f"() => {bent}?.startsWith('bent × ')")
-    seen = screen.page.evaluate("() => [...window.__seen]")
+    seen = screen.page.evaluate("() => { window.__watch.disconnect(); return [...window.__seen] }")
     assert {"Diagnose", "Compare"} <= set(seen)
     assert any(words and words.count("→") == 2 for words in seen)  # nominal, geometry, causes
     app.demo.join(10.0)
@@ -69,7 +61,7 @@ def suggested_poses_that_are_blocked_become_no_targets(screen, found):
     assert hits(session.robot, session.plate, [2], blocked[None])[0]
     asked = np.vstack([blocked, found.measure_next])
     told = replace(found, measure_next=asked, next_reasons=(found.next_reasons[0], *found.next_reasons))
-    screen.app.worker.submit(StartAgain(replace(session, diagnosis=told, accepted=())))
+    screen.show(replace(session, diagnosis=told, accepted=()))
     screen.press("Make the next poses targets")
     before, number = len(session.plate), len(told.measure_next)
     words = f"of {number} suggested poses"

@@ -10,8 +10,8 @@ import viser
 from workbench.views.page.local_server import local_server
 
 pytestmark = pytest.mark.browser
-SMALL = {"width": 320, "height": 240}
-"""Nobody looks at these pages, and every pixel is drawn by the processor."""
+OWN = "no-such-file"
+"""What a server says that it lacks is a page of its own as well, without viser's program."""
 FOREIGN = "evil.example"
 """A name that the browser of these tests takes for this machine."""
 ATTACK = """async ([address, protocol]) => {
@@ -66,7 +66,7 @@ def foreign():
 def test_a_foreign_page_gets_nothing(host, foreign, chromium):
     server = local_server(host=host)
     port, protocol = server.get_port(), f"viser-v{viser.__version__}"
-    page = chromium.new_page(viewport=SMALL)
+    page = chromium.new_page()
     try:
         for name in ("127.0.0.1", "localhost", FOREIGN):
             page.goto(f"http://{name}:{foreign}/")
@@ -81,7 +81,7 @@ def test_a_foreign_page_gets_nothing(host, foreign, chromium):
         assert page.evaluate(ATTACK, [f"http://{FOREIGN}:{port}/", protocol])["steer"] == "refused"
         assert not server.get_clients()
         if host == "127.0.0.1":  # the same attack from the workbench's own page succeeds
-            page.goto(f"http://127.0.0.1:{port}/")
+            page.goto(f"http://127.0.0.1:{port}/{OWN}")
             own = page.evaluate(ATTACK, [f"http://127.0.0.1:{port}/", protocol])
             assert own["read"] > 1000
             assert own["steer"] == "open"
@@ -94,11 +94,11 @@ def test_not_even_its_own_page_opens_a_tunnel(chromium, monkeypatch):
     asked = []
     monkeypatch.setattr(viser.ViserServer, "request_share_url", lambda self: asked.append(self))
     ours, bare = local_server(), viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
-    page = chromium.new_page(viewport=SMALL)
+    page = chromium.new_page()
     try:
         for server in (ours, bare):  # the bare one comes last: once it was asked, so was ours
             address = f"http://127.0.0.1:{server.get_port()}/"
-            page.goto(address)
+            page.goto(address + OWN)
             page.evaluate(TUNNEL, [address, f"viser-v{viser.__version__}"])
         end = time.monotonic() + 20.0
         while not asked and time.monotonic() < end:

@@ -102,7 +102,8 @@ const end = () => {{
   if (before !== undefined) settings()?.set({{fixedDpr: before}});
   before = undefined;
 }};
-for (const name of ["pointerup", "pointercancel", "blur"]) addEventListener(name, end, true);
+for (const name of ["pointerup", "pointercancel"]) addEventListener(name, end, true);
+addEventListener("blur", end);  // the window's alone: a control that was pressed before loses its focus too
 """
 """While a hand moves the scene or a handle, a page without a graphics card draws a sixth of its pixels."""
 
