@@ -1,7 +1,6 @@
 """Arranging targets: another number, snapping, patterns, the whole table typed or pasted."""
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 import viser
@@ -42,6 +41,8 @@ class ImprovePanel(AbstractPanel):
 class ArrangePanel(AbstractPanel):
     """What else moves several targets at once, or one with precision; folded."""
 
+    depends = ("selected", "is_idle", lambda session: len(session.plate))
+
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Other searches", expand_by_default=False):
             self._build_searches(gui)
@@ -49,9 +50,6 @@ class ArrangePanel(AbstractPanel):
             self._build_snap(gui)
         with gui.add_folder("Pattern", expand_by_default=False):
             self._build_pattern(gui)
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.selected, len(session.plate), session.job is None
 
     def show(self, session: Session) -> None:
         set_value(self._number, session.selected + 1)

@@ -1,7 +1,6 @@
 """How much the arm bends in its present posture, and by what factor that is drawn."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import viser
@@ -26,6 +25,8 @@ NOTHING = (
 class BendingPanel(AbstractPanel):
     """A switch, a factor, and one line per joint."""
 
+    depends = (bending_robot, "overlay", lambda session: bending_robot(session) and drawn_joints(session))
+
     def build(self, gui: viser.GuiApi) -> None:
         overlay = self._worker.session.overlay
         with gui.add_folder("Bending under load"):
@@ -45,10 +46,6 @@ class BendingPanel(AbstractPanel):
             self._table = gui.add_html("")
         for control in (self._bent, self._times):
             self.sends(control, self._set)
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        robot = bending_robot(session)
-        return robot, session.overlay, None if robot is None else drawn_joints(session)
 
     def show(self, session: Session) -> None:
         robot, q = bending_robot(session), drawn_joints(session)

@@ -2,7 +2,6 @@
 
 import re
 from functools import partial
-from typing import Any
 
 import viser
 
@@ -16,6 +15,8 @@ from workbench.views.page.panels.panel import AbstractPanel, on_press, set_value
 
 class ChoicesPanel(AbstractPanel):
     """Two closed folders; the parameters' boxes are rebuilt for another arm."""
+
+    depends = ("robot", "loaded", "left_out", "fixed")
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
@@ -35,9 +36,6 @@ class ChoicesPanel(AbstractPanel):
         with self._folder:
             everything = gui.add_button("Free all", color="gray", hint="Tick all parameters.")
             on_press(everything, self._free_all)
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.robot, session.loaded is None, session.left_out, session.fixed
 
     def show(self, session: Session) -> None:
         if session.robot is not self._robot:

@@ -1,7 +1,5 @@
 """What became of each column of a file, and what it is instead: one choice, and the file is read again."""
 
-from typing import Any
-
 import viser
 
 from workbench.data.readers.mapping import lacks_unit, mapping_text, meanings, ours, with_column
@@ -22,6 +20,8 @@ LARGEST = 2**16
 
 class ColumnsPanel(AbstractPanel):
     """A folder that is there, and open, with a file."""
+
+    depends = (lambda session: file_of(session), "robot")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._folder = gui.add_folder("Columns of the file", visible=False)
@@ -45,9 +45,6 @@ class ColumnsPanel(AbstractPanel):
                 most=LARGEST,
             )
             self._list = gui.add_html("")
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return file_of(session), session.robot
 
     def show(self, session: Session) -> None:
         file = file_of(session)

@@ -40,6 +40,8 @@ FACTORS = {
 class ComparePanel(AbstractPanel):
     """Scrubber, switches, errors at the pose."""
 
+    depends = ("comparison", "overlay", "row", "loaded", "left_out", "identification", "track")
+
     def build(self, gui: viser.GuiApi) -> None:
         self._row = gui.add_slider(
             "Pose", 1, 2, 1, 1, disabled=True, hint="Step through the measured poses; the arms go there."
@@ -79,17 +81,6 @@ class ComparePanel(AbstractPanel):
         )
         self._look.on_click(self._look_at_all)
         self._legend = gui.add_html(_legend())
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return (
-            session.comparison,
-            session.overlay,
-            session.row,
-            session.loaded,
-            session.left_out,
-            session.identification,
-            session.track is None,
-        )
 
     def show(self, session: Session) -> None:
         comparison, overlay = session.comparison, session.overlay

@@ -1,7 +1,6 @@
 """Saving what the session holds."""
 
 import io
-from typing import Any
 
 import numpy as np
 import viser
@@ -24,6 +23,8 @@ PICTURE = (1200, 1920)
 
 class FilesPanel(AbstractPanel):
     """One button a file; those that have nothing to save yet are off."""
+
+    depends = ("loaded", "identification")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Save"):
@@ -51,9 +52,6 @@ class FilesPanel(AbstractPanel):
                 hint="The scene as shown, without the panel.",
             )
             picture.on_click(self._picture)
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.loaded is None, session.identification is None
 
     def show(self, session: Session) -> None:
         for button in self._needs_data:

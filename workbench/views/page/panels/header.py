@@ -24,6 +24,7 @@ class Verdict(AbstractPanel):
     """The state of the session, and the two next steps."""
 
     keeps_typed = True
+    depends = (guide, "caption")
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
@@ -33,9 +34,6 @@ class Verdict(AbstractPanel):
         self._sentence = gui.add_html("")
         self._next = self._button(gui, "next", "What to do next.", None)
         self._other = self._button(gui, "other", "Another way from here.", "gray")
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return guide(session), bool(session.caption)
 
     def show(self, session: Session) -> None:
         before, self._step = self._step, guide(session)
@@ -64,6 +62,8 @@ class Verdict(AbstractPanel):
 
 class Header(AbstractPanel):
     """Below the verdict: the last message, and the long work under way."""
+
+    depends = ("robot", "plate.name", "caption", "is_paused", "messages", "chore", "job")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._back = self.button(
@@ -98,16 +98,6 @@ class Header(AbstractPanel):
             viser.Icon.PLAYER_STOP,
             "Stop the computation; nothing is changed.",
             visible=False,
-        )
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return (
-            _label(session),
-            bool(session.caption),
-            session.is_paused,
-            session.messages,
-            session.chore,
-            session.job,
         )
 
     def show(self, session: Session) -> None:

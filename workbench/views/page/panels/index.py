@@ -1,7 +1,5 @@
 """The live numbers: what measurements at these targets would tell about the arm."""
 
-from typing import Any
-
 import numpy as np
 import viser
 
@@ -27,13 +25,10 @@ class IndexPanel(AbstractPanel):
     """Predicted error, what it is worth, and the worth of each target."""
 
     pause = 0.0
+    depends = ("score", "first_score", "states", "selected", "noise", "wanted")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html("")
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        kept = session.noise, session.wanted
-        return session.score, session.first_score, session.states, session.selected, *kept
 
     def show(self, session: Session) -> None:
         now = session.score

@@ -1,7 +1,7 @@
 """How far an error of each constant would move the tool where the arm stands now (Katana §3.5)."""
 
 import re
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import viser
@@ -24,6 +24,7 @@ class InfluencePanel(AbstractPanel):
     """One bar per constant for the present pose, a line for the range over the targets in reach."""
 
     pause = 0.5
+    depends = ("robot", drawn_joints, "states")
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
@@ -33,9 +34,6 @@ class InfluencePanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Influence of each constant", expand_by_default=False):
             self._html = gui.add_html("")
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.robot, drawn_joints(session), session.states
 
     def show(self, session: Session) -> None:
         if session.drag is None or session.robot is not self._robot:

@@ -1,7 +1,6 @@
 """Moving the arm by hand: a slider for each joint, and a pose to go to."""
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 import viser
@@ -24,6 +23,7 @@ class JogPanel(AbstractPanel):
     """The sliders follow the arm, whatever moves it; rebuilt for another arm."""
 
     pause = AFTERWARDS
+    depends = ("robot", drawn_joints)
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
@@ -32,9 +32,6 @@ class JogPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self._folder = gui.add_folder("Joints")
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.robot, drawn_joints(session)
 
     def show(self, session: Session) -> None:
         if session.robot is not self._robot:
@@ -76,6 +73,7 @@ class ToolPanel(AbstractPanel):
 
     pause = AFTERWARDS
     keeps_typed = True
+    depends = ("robot", drawn_joints, "units")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Tool"):
@@ -97,9 +95,6 @@ class ToolPanel(AbstractPanel):
                 viser.Icon.ARROW_RIGHT,
                 "Move the tool there by the inverse-kinematics solution nearest to the present posture.",
             )
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.robot, drawn_joints(session), session.units
 
     def show(self, session: Session) -> None:
         tool = tool_poses(session.robot, Motion(drawn_joints(session)[None]))[0]

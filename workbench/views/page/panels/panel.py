@@ -37,8 +37,9 @@ class AbstractPanel(ABC):
 
     pause: ClassVar[float] = 0.25
     """Least time between two drawings in the course of a drag [s]; with 0, at every step before all else."""
-    depends: ClassVar[tuple[str, ...]] = ()
-    """Names of what the controls show of the session, unless `parts` says more."""
+    depends: ClassVar[tuple[str | Callable[[Session], Any], ...]] = ()
+    """What the controls show: names of parts of the session, or what finds one; plain values, and objects
+    that a command replaces to change them."""
     keeps_typed: ClassVar[bool] = False
     """Whether controls stay as they are when a message comes. It may be a refusal: all others then go back to
     what the session has."""
@@ -59,10 +60,6 @@ class AbstractPanel(ABC):
     def build(self, gui: viser.GuiApi) -> None:
         """Make the controls in the present container; their callbacks only send commands."""
 
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        """What the controls depend on: plain values, and objects that a command replaces to change them."""
-        return tuple(attrgetter(name)(session) for name in self.depends)
-
     @abstractmethod
     def show(self, session: Session) -> None:
         """Bring the controls in line with this snapshot."""
@@ -71,7 +68,8 @@ class AbstractPanel(ABC):
         """Show this snapshot, if anything is new in it; returns whether that has to wait a while."""
         if session.drag is not None and time.monotonic() - self._drawn < self.pause:
             return self.pause < AFTERWARDS
-        parts = (0 if self.keeps_typed else session.message_count, *self.parts(session))
+        finders = (attrgetter(part) if isinstance(part, str) else part for part in self.depends)
+        parts = (0 if self.keeps_typed else session.message_count, *(find(session) for find in finders))
         if len(parts) != len(self._parts) or not all(map(is_same, parts, self._parts)):
             self._parts, self._drawn = parts, time.monotonic()
             self.show(session)

@@ -1,7 +1,6 @@
 """The region that matters: its size, its cubes, what colours them, and the numbers of a clicked one."""
 
 from dataclasses import replace
-from typing import Any
 
 import viser
 
@@ -45,6 +44,8 @@ CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer
 class RegionPanel(AbstractPanel):
     """Cuboid and cubes."""
 
+    depends = ("cube_view", "plate.region", "units", "chore", "cubes", "comparison", "trial", "score")
+
     def build(self, gui: viser.GuiApi) -> None:
         self._field = gui.add_dropdown(
             "Cubes show", list(FIELDS), hint="What colours the cubes of the region in the scene."
@@ -67,11 +68,6 @@ class RegionPanel(AbstractPanel):
         )
         with gui.add_folder("Cuboid"):
             self._build_cuboid(gui)
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        score = session.score if session.cube_view.field is Field.PREDICTED else None
-        colours = session.cubes, session.comparison, session.trial, score
-        return session.cube_view, session.plate.region, session.units, bool(session.chore), *colours
 
     def show(self, session: Session) -> None:
         view, region = session.cube_view, session.plate.region

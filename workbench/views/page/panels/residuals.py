@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 import viser
@@ -25,6 +24,8 @@ NAMES = {Stage.NOMINAL: "Nominal", Stage.GEOMETRY: "Geometry", Stage.CAUSES: "Ca
 class ResidualsPanel(AbstractPanel):
     """A window of its own in the lower left corner; there once errors are known."""
 
+    depends = ("comparison", "overlay", "focus", "row", "left_out")
+
     def build(self, gui: viser.GuiApi) -> None:
         self._window = gui.add_panel(visible=False)
         with self._window.add_tab("Residuals"):
@@ -42,9 +43,6 @@ class ResidualsPanel(AbstractPanel):
 
     def _colour_by(self, stage: Stage) -> SetOverlay:
         return SetOverlay(replace(self._worker.session.overlay, stage=stage))
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.comparison, session.overlay, session.focus, session.row, bool(session.left_out)
 
     def show(self, session: Session) -> None:
         rows, overlay = session.comparison, session.overlay

@@ -1,7 +1,5 @@
 """Joint zeros after a knock: which moved, by how much, what can't be told, and the arm with the new ones."""
 
-from typing import Any
-
 import viser
 
 from workbench.base.errors import OptionError
@@ -37,6 +35,8 @@ READY = (
 class RezeroPanel(AbstractPanel):
     """A closed folder: start, verdict, a bar for every joint."""
 
+    depends = ("rezero", "loaded", "is_idle")
+
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Joint zeros after a knock", expand_by_default=False):
             self._replaced = gui.add_text(
@@ -53,9 +53,6 @@ class RezeroPanel(AbstractPanel):
             self._save = self.download(
                 "Arm with these zeros (TOML)", rezeroed_toml, "The calibrated arm with the zeros found."
             )
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return session.rezero, session.loaded is None, session.job is None
 
     def show(self, session: Session) -> None:
         found = session.rezero

@@ -1,7 +1,5 @@
 """The selected target: its place, state, branch and lock; steps back and forth."""
 
-from typing import Any
-
 import numpy as np
 import viser
 
@@ -24,6 +22,8 @@ MARK = " · blocked"
 
 class TargetsPanel(AbstractPanel):
     """Place and state of the selected target."""
+
+    depends = ("plate", "selected", "states", "branches", "branches_of", "drag", "units")
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
@@ -58,17 +58,6 @@ class TargetsPanel(AbstractPanel):
         self._locked = gui.add_checkbox("Locked", False, hint="Keep this target fixed when others are moved.")
         self.sends(self._locked, lambda: LockTarget(self._number, self._locked.value))
         self._build_buttons(gui)
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        return (
-            session.plate,
-            session.selected,
-            session.states[session.selected],
-            session.branches,
-            session.branches_of,
-            session.drag is None,
-            session.units,
-        )
 
     def show(self, session: Session) -> None:
         i = session.selected

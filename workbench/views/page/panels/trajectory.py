@@ -1,7 +1,5 @@
 """Trajectories: plan one, play it on both arms, and read how far off the tool is along it."""
 
-from typing import Any
-
 import numpy as np
 import viser
 
@@ -43,6 +41,18 @@ LEAST_SHOWN = 1e-6
 
 class TrackPanel(AbstractPanel):
     """Plan, play, pause, leave; errors and joint positions as curves over time, where the arms can be put."""
+
+    depends = (
+        "track",
+        "play",
+        "focus",
+        erring_robot,
+        "is_idle",
+        "measuring",
+        "overlay",
+        "robot",
+        "plate.region",
+    )
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
@@ -114,21 +124,6 @@ class TrackPanel(AbstractPanel):
             icon.PLAYER_STOP,
             "Stop, and return the arm to the selected target.",
             main=False,
-        )
-
-    def parts(self, session: Session) -> tuple[Any, ...]:
-        is_free = session.job is None and session.measuring is None
-        times = session.overlay.exaggeration
-        return (
-            session.track,
-            session.play,
-            session.focus,
-            erring_robot(session),
-            session.job is None,
-            is_free,
-            times,
-            session.robot,
-            session.plate.region,
         )
 
     def place(self, share: float) -> None:
