@@ -24,8 +24,8 @@ FOLDS = 5
 SETS = {
     # folder, arm, repetitions, (position [mm], orientation [°]) after geometry, position before
     "UR10": ("ur10_ipa", "ur10", 1, (0.41, 0.055), 0.75),
-    "UR5": ("ur5_jacobi", "ur5", 2, (0.110, None), 0.63),
-    "WAM": ("wam_jacobi", "wam", 3, (2.3, None), 4.1),
+    "UR5": ("ur5_jacobi", "ur5", 1, (0.110, None), 0.63),
+    "WAM": ("wam_jacobi", "wam", 1, (2.3, None), 4.1),
     "Panda 1": ("mukca/panda_1", "panda", 2, (0.50, None), 8.5),
     "Panda 3": ("mukca/panda_3", "panda", 2, (0.21, None), 2.65),
     "iiwa 14": ("mukca/kuka_14", "iiwa14", 2, (0.20, None), 0.51),

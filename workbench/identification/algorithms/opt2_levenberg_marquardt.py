@@ -48,15 +48,17 @@ class Opt2(AbstractIdentifier):
         def damped(x, at, factor, cost):
             nonlocal damping
             damping, growth = self.damping * factor.s[0] ** 2 if damping is None else damping, 2.0
-            for _ in range(self.rejections):
+            for rejected in range(self.rejections):
                 step = gauge_step(factor, factor.step(damping), x - problem.start)
                 promised = factor.predicted_decrease(damping)
-                trial = problem.residual(x + step)
-                less = 0.5 * float(trial @ trial)
+                # most first trials are taken: their Jacobian is computed at once
+                trial = None if rejected else problem.evaluate(x + step)
+                residual = problem.residual(x + step) if trial is None else trial.residual
+                less = 0.5 * float(residual @ residual)
                 gain = 2.0 * (cost - less) / promised if promised > 0 else -1.0
                 if np.isfinite(less) and gain > 0:
                     damping *= max(1.0 / 3.0, 1.0 - (2.0 * gain - 1.0) ** 3) if gain < 0.9 else 0.1
-                    return x + step, less, problem.evaluate(x + step)
+                    return x + step, less, trial or problem.evaluate(x + step)
                 damping, growth = damping * growth, growth * 2.0
             return None
 

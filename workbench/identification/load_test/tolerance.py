@@ -11,9 +11,12 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool
 
+from workbench.arm.effects.axes import across_components, own_components
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import shift_of
 from workbench.arm.statics.moments import joint_moments
+from workbench.arm.statics.wrenches import masses, motion_wrenches
 from workbench.base.types import JointRows
 
 LENGTH = 5e-5
@@ -52,11 +55,22 @@ def clear_of_reversals(
 
 def moment_errors(robot: Robot, motion: Motion, known: Mapping[str, float]) -> tuple[JointRows, JointRows]:
     """Standard deviations of the moments about every axis and across it, to first order [N m]."""
-    at = joint_moments(robot, motion)
-    about, across = (np.zeros(at.about.shape, float) for _ in range(2))
-    for name, std in known.items():
-        value = robot.inertia[name] if name in robot.inertia else float(robot.values((name,))[0])
-        moved = joint_moments(robot.with_values({name: value + std}), motion)
-        about += (moved.about - at.about) ** 2
-        across += ((moved.across - at.across) ** 2).sum(axis=-1)
-    return np.sqrt(about), np.sqrt(across)
+    chain, joints = robot.chain, range(robot.dof)
+    own = np.array([*robot.inertia.values()], float)
+    place = {inertial: i for i, inertial in enumerate(robot.inertia)}
+    axes = np.concatenate([own_components(chain, joints), across_components(chain, joints)]).T
+
+    def moments(name: str = "", change: float = 0.0) -> np.ndarray:
+        values, loads = chain.values.copy(), own.copy()
+        if name in place:
+            loads[place[name]] += change
+        elif name:
+            values[chain.index[name]] += change
+        weights = masses(robot).with_values(loads)
+        shift = shift_of(robot, motion, values=values, weights=weights)
+        return motion_wrenches(robot, motion, values=values, shift=shift, weights=weights)[:, *axes]
+
+    at = moments()
+    squares = sum((moments(name, std) - at) ** 2 for name, std in known.items()) + np.zeros(at.shape)
+    about, across = np.split(squares, [robot.dof], axis=1)
+    return np.sqrt(about), np.sqrt(across.reshape(len(at), -1, 2).sum(axis=-1))

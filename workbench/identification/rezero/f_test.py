@@ -107,10 +107,6 @@ class Optimum:
         return chance, float(np.sqrt(same.mean_square / least))
 
 
-def _sizes(noise: Noise) -> tuple[float, float, float]:
-    return noise.position, noise.rotation, noise.pixel
-
-
 def _left(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise | None:
     """The noise that a fit leaves."""
     if problem.data.rig is None:
