@@ -234,15 +234,33 @@ def twists(
 
 @njit(cache=True, inline="always")
 @no_type_check
+def _turned(t, i, j, c, s):
+    """Turn axes i and j of the 3×4 transform t towards each other, in place."""
+    for row in range(3):
+        a, b = t[row, i], t[row, j]
+        t[row, i] = a * c + b * s
+        t[row, j] = b * c - a * s
+
+
+@njit(cache=True, inline="always")
+@no_type_check
 def _advance(axis, value, constant, t):
     """Multiply the 3×4 transform t by one elementary transform, in place."""
     if axis < 3:
-        c, s = np.cos(value), np.sin(value)
-        i, j = (axis + 1) % 3, (axis + 2) % 3
-        for row in range(3):
-            a, b = t[row, i], t[row, j]
-            t[row, i] = a * c + b * s
-            t[row, j] = b * c - a * s
+        if (
+            abs(value) < 0.04
+        ):  # most constants and shifts: their series to the last digit, in a third of the time
+            v = value * value
+            s = value * (1.0 - v / 6.0 * (1.0 - v / 20.0 * (1.0 - v / 42.0)))
+            c = 1.0 - v / 2.0 * (1.0 - v / 12.0 * (1.0 - v / 30.0 * (1.0 - v / 56.0)))
+        else:
+            s, c = np.sin(value), np.cos(value)
+        if axis == 0:
+            _turned(t, 1, 2, c, s)
+        elif axis == 1:
+            _turned(t, 2, 0, c, s)
+        else:
+            _turned(t, 0, 1, c, s)
     elif axis < 6:
         for row in range(3):
             t[row, 3] += t[row, axis - 3] * value

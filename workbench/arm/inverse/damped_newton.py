@@ -116,10 +116,13 @@ def refine(
     return Refined(x, errors[:, 0], errors[:, 1], steps)
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 @no_type_check
-def missing(tool, target, task, r):
-    """Position and rotation that are missing, [p* − p; ρ], into r; returns their lengths."""
+def _missing(tool, target, task, r, m):
+    """Position and rotation that are missing, [p* − p; ρ], into r; returns their lengths.
+
+    `m` is room to work in.
+    """
     for i in range(3):
         r[i] = target[i, 3] - tool[i, 3]
         r[3 + i] = 0.0
@@ -138,7 +141,6 @@ def missing(tool, target, task, r):
             angle = np.arctan2(sine, cosine)
     else:
         # vector part of the quaternion of R* Rᵀ, times 4 w; near a half-turn from the symmetric part
-        m = np.empty((3, 3))
         for i in range(3):
             for j in range(3):
                 m[i, j] = target[i, 0] * tool[j, 0] + target[i, 1] * tool[j, 1] + target[i, 2] * tool[j, 2]
@@ -161,75 +163,70 @@ def missing(tool, target, task, r):
     return distance, angle
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 @no_type_check
-def _normal_equations(tool, axes, points, slides, r, task, w2, h, g):
-    """JᵀJ and Jᵀr, with rotations weighted by w² (w2) and projected as the task asks."""
+def _normal_equations(tool, axes, points, slides, r, task, w2, j, h, g):
+    """JᵀJ (its lower half) and Jᵀr, with rotations weighted by w² (w2) and projected as the task asks.
+
+    `j` holds Jᵀ; its entries that the task leaves out are zero before.
+    """
     n = slides.shape[0]
-    j = np.zeros((6, n))
     for k in range(n):
         a, b, c = axes[k, 0], axes[k, 1], axes[k, 2]
         if slides[k]:
-            j[0, k], j[1, k], j[2, k] = a, b, c
+            j[k, 0], j[k, 1], j[k, 2] = a, b, c
             continue
         x, y, z = tool[0, 3] - points[k, 0], tool[1, 3] - points[k, 1], tool[2, 3] - points[k, 2]
-        j[0, k], j[1, k], j[2, k] = b * z - c * y, c * x - a * z, a * y - b * x
+        j[k, 0], j[k, 1], j[k, 2] = b * z - c * y, c * x - a * z, a * y - b * x
         if task == 6:
-            j[3, k], j[4, k], j[5, k] = a, b, c
+            j[k, 3], j[k, 4], j[k, 5] = a, b, c
         elif task == 5:
             along = a * tool[0, 2] + b * tool[1, 2] + c * tool[2, 2]
-            j[3, k] = a - along * tool[0, 2]
-            j[4, k] = b - along * tool[1, 2]
-            j[5, k] = c - along * tool[2, 2]
+            j[k, 3] = a - along * tool[0, 2]
+            j[k, 4] = b - along * tool[1, 2]
+            j[k, 5] = c - along * tool[2, 2]
     for a in range(n):
-        g[a] = 0.0
-        for i in range(6):
-            g[a] += (1.0 if i < 3 else w2) * j[i, a] * r[i]
+        x, y, z, u, v, w = j[a, 0], j[a, 1], j[a, 2], w2 * j[a, 3], w2 * j[a, 4], w2 * j[a, 5]
+        g[a] = x * r[0] + y * r[1] + z * r[2] + u * r[3] + v * r[4] + w * r[5]
         for b in range(a + 1):
-            total = 0.0
-            for i in range(3):
-                total += j[i, a] * j[i, b] + w2 * j[3 + i, a] * j[3 + i, b]
-            h[a, b] = total
-            h[b, a] = total
+            h[a, b] = x * j[b, 0] + y * j[b, 1] + z * j[b, 2] + u * j[b, 3] + v * j[b, 4] + w * j[b, 5]
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 @no_type_check
 def _solve_damped(h, g, damping, held, low, step):
     """Cholesky solution of (H + λ I) δ = g with δ = 0 for held joints; False where it breaks down."""
     n = g.shape[0]
-    for a in range(n):
-        for b in range(a + 1):
-            total = 0.0 if held[a] or held[b] else h[a, b]
-            if a == b:
-                total = 1.0 if held[a] else total + damping
-            for k in range(b):
-                total -= low[a, k] * low[b, k]
-            if a == b:
-                if total <= 0.0:
-                    return False
-                low[a, a] = np.sqrt(total)
-            else:
-                low[a, b] = total / low[b, b]
-    for a in range(n):
+    for a in range(n):  # row a of L, and the inverse of its diagonal on the diagonal
         total = 0.0 if held[a] else g[a]
+        for b in range(a):
+            part = 0.0 if held[a] or held[b] else h[a, b]
+            for k in range(b):
+                part -= low[a, k] * low[b, k]
+            low[a, b] = part * low[b, b]
+            total -= low[a, b] * step[b]
+        rest = 1.0 if held[a] else h[a, a] + damping
         for k in range(a):
-            total -= low[a, k] * step[k]
-        step[a] = total / low[a, a]
+            rest -= low[a, k] * low[a, k]
+        if rest <= 0.0:
+            return False
+        low[a, a] = 1.0 / np.sqrt(rest)
+        step[a] = total * low[a, a]
     for a in range(n - 1, -1, -1):
         total = step[a]
         for k in range(a + 1, n):
             total -= low[k, a] * step[k]
-        step[a] = total / low[a, a]
+        step[a] = total * low[a, a]
     return True
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 @no_type_check
 def _refine_many(constants, slides, targets, target_of, task, weight, limits, iterations, xs, errors, steps):
     n = slides.shape[0]
     tool, axes, points = np.empty((3, 4)), np.empty((n, 3)), np.empty((n, 3))
-    r, h, g, low = np.empty(6), np.empty((n, n)), np.empty(n), np.empty((n, n))
+    r, m, j = np.empty(6), np.empty((3, 3)), np.zeros((n, 6))  # what a task leaves out stays zero
+    h, g, low = np.empty((n, n)), np.empty(n), np.empty((n, n))
     step, new, held = np.empty(n), np.empty(n), np.zeros(n, np.bool_)
     w2 = weight * weight
     for row in range(xs.shape[0]):
@@ -237,12 +234,12 @@ def _refine_many(constants, slides, targets, target_of, task, weight, limits, it
         for k in range(n):
             x[k] = min(max(x[k], limits[k, 0]), limits[k, 1])
         forward(constants, slides, x, tool, axes, points)
-        distance, angle = missing(tool, target, task, r)
+        distance, angle = _missing(tool, target, task, r, m)
         cost = distance**2 + w2 * angle**2
         relative, idle, count = 1e-3, 0, 0
         while count < iterations and idle < 4 and (distance > 1e-13 or angle > 1e-13):
             count += 1
-            _normal_equations(tool, axes, points, slides, r, task, w2, h, g)
+            _normal_equations(tool, axes, points, slides, r, task, w2, j, h, g)
             size = 0.0
             for k in range(n):
                 size += h[k, k] / n
@@ -260,7 +257,7 @@ def _refine_many(constants, slides, targets, target_of, task, weight, limits, it
                 for k in range(n):
                     new[k] = min(max(x[k] + scale * step[k], limits[k, 0]), limits[k, 1])
                 forward(constants, slides, new, tool, axes, points)
-                distance, angle = missing(tool, target, task, r)
+                distance, angle = _missing(tool, target, task, r, m)
                 trial = distance**2 + w2 * angle**2
                 if trial < cost:
                     better = True
@@ -268,7 +265,7 @@ def _refine_many(constants, slides, targets, target_of, task, weight, limits, it
                 relative *= 10.0
             if not better:
                 forward(constants, slides, x, tool, axes, points)
-                distance, angle = missing(tool, target, task, r)
+                distance, angle = _missing(tool, target, task, r, m)
                 break
             idle = idle + 1 if trial > 0.9999 * cost else 0
             cost = trial

@@ -58,7 +58,7 @@ def closure_starts(
         targets: Poses of the tool.
         length: Unit of length that brings positions near 1 [m].
         entries: Joints that play the part of joint 1 (from 0) in turn: the closed loop may be entered
-            anywhere, and what is special for one entry is not for another. 24 starts each.
+            anywhere, and what is special for one entry is not for another. 16 starts each.
         shift: Random change of the constants [rad, and share of `length`].
 
     Raises:
@@ -76,12 +76,12 @@ def closure_starts(
         noise = se3.pose(se3.rotvec_to_matrix(noise[:, :3]), noise[:, 3:])
         loops.append(np.roll(loop @ noise, -first, axis=1))
     entered = np.concatenate(loops)
-    q = _eliminate(entered[:, :5], se3.inverse(entered[:, 5])).reshape(len(entries), len(h), 24, 6)
+    q = _eliminate(entered[:, :5], se3.inverse(entered[:, 5])).reshape(len(entries), len(h), 16, 6)
     return np.concatenate([np.roll(part, first, axis=2) for first, part in zip(entries, q, strict=True)], 1)
 
 
 def _eliminate(links: Float[np.ndarray, "rows 5 4 4"], h: Float[np.ndarray, "rows 4 4"]) -> np.ndarray:
-    """Roots (rows, 24, 6) of Z₁L₁Z₂L₂Z₃L₃Z₄L₄Z₅L₅Z₆ = H."""
+    """Roots (rows, 16, 6) of Z₁L₁Z₂L₂Z₃L₃Z₄L₄Z₅L₅Z₆ = H."""
     left, right = _left(links), _right(links[:, 0], h)
     u, s, vt = np.linalg.svd(right[:, :, 1:])
     remaining = np.einsum("rje,rjxyz->rexyz", u[:, :, 8:], left)
@@ -89,7 +89,7 @@ def _eliminate(links: Float[np.ndarray, "rows 5 4 4"], h: Float[np.ndarray, "row
     q3, q4, q5 = _roots(remaining)
     x, y, z = (np.stack([np.ones_like(q), np.cos(q), np.sin(q)], -1) for q in (q3, q4, q5))
     monomials = (x[..., :, None, None] * y[..., None, :, None] * z[..., None, None, :]).reshape(
-        len(h), 24, 27
+        len(h), 16, 27
     )
     known = monomials @ np.swapaxes(left.reshape(len(h), 14, 27), 1, 2) - right[:, None, :, 0]
     products = (known @ u[:, :, :8]) / np.maximum(s, 1e-12)[:, None] @ vt
@@ -137,8 +137,8 @@ def _right(
     return harmonics.reshape(len(h), 14, 9)
 
 
-def _roots(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "rows 24"], ...]:
-    """Real parts of q₃, q₄, q₅ at the 24 roots of M(q₃) y ⊗ z = 0, y = (1, cos q₄, sin q₄), z likewise of q₅.
+def _roots(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "rows 16"], ...]:
+    """Real parts of q₃, q₄, q₅ at the 16 roots of M(q₃) y ⊗ z = 0, y = (1, cos q₄, sin q₄), z likewise of q₅.
 
     Six equations can't be solved for the nine products in y ⊗ z. Each is therefore taken twice, times
     cos(q₄/2) and times sin(q₄/2). That turns y into w = (cos q₄/2, sin q₄/2, cos 3q₄/2, sin 3q₄/2), and gives
@@ -172,8 +172,11 @@ def _roots(m: Float[np.ndarray, "rows 6 3 3 3"]) -> tuple[Float[np.ndarray, "row
         constant - cosine, np.concatenate([constant + cosine, 2.0 * sine], -1)
     )
     tangents, vectors = np.linalg.eig(companion)
+    genuine = np.sort(np.abs(tangents**2 + 1.0).argsort(-1)[:, 8:])  # at least 1 for a real angle
+    tangents = np.take_along_axis(tangents, genuine, -1)
+    vectors = np.take_along_axis(vectors, genuine[:, None], -1)
     upper, lower = np.swapaxes(vectors[:, :12], 1, 2), np.swapaxes(vectors[:, 12:], 1, 2)
-    products = np.where((np.abs(tangents) > 1.0)[..., None], lower, upper).reshape(rows, 24, 4, 3)
+    products = np.where((np.abs(tangents) > 1.0)[..., None], lower, upper).reshape(rows, 16, 4, 3)
     power = np.abs(products) ** 2
     of_q5 = np.take_along_axis(products, power.sum(-1).argmax(-1)[..., None, None], 2)[..., 0, :]
     of_q4 = np.take_along_axis(products, power.sum(-2).argmax(-1)[..., None, None], 3)[..., 0]

@@ -5,7 +5,8 @@ z axis is a sixth), have at most sixteen solutions, and all of them follow from 
 is entered at several joints, because a target that is special for one entry is not for another. Other arms
 with as many joints as conditions are searched from random starts until two rounds bring nothing new.
 Either way the neighbours of nearly singular solutions are searched too, along the direction that hardly
-moves the tool, because there two solutions lie close together.
+moves the tool, because there two solutions lie close together; next to a singular one algebra is vague, and
+more random starts make up for it.
 """
 
 from collections.abc import Sequence
@@ -20,16 +21,20 @@ from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.elimination import closure_starts
 from workbench.arm.inverse.reduced_arm import Arm
 
-ENTRIES = (0, 1, 2, 5)
+ENTRIES = (0, 1, 2)
 """Joints at which the loop is entered."""
-RANDOM_STARTS = 48
+RANDOM_STARTS = 32
 """Random starts per target besides the algebraic ones."""
+MORE_STARTS = 96
+"""Further ones for a target with a solution of a smaller singular value than `VAGUE`."""
 ROUND, ROUNDS = 192, 24
 """Random starts per round, and the most rounds, where there is no algebraic way."""
 DISTINCT = 1e-4
 """Solutions nearer than this are one [rad, or share of the arm's length]."""
 NEAR_SINGULAR = 0.05
 """Dimensionless singular value below which a solution's neighbours are searched."""
+VAGUE = 3e-3
+"""Dimensionless singular value below which algebraic starts may miss what lies beside a solution."""
 SINGULAR = 1e-6
 """Dimensionless singular value below which a solution may be one of endlessly many."""
 SAME_CONTINUUM = 0.03
@@ -70,6 +75,9 @@ def all_solutions(
         starts = [algebraic_starts(arm, targets, ENTRIES), random_starts(arm, (rows, RANDOM_STARTS), rng)]
         found = _extend(arm, targets, found, np.concatenate(starts, 1), task)
         for i in range(rows):
+            if (_smallest(arm, found[i], task) < VAGUE).any():
+                more = random_starts(arm, (1, MORE_STARTS), rng)
+                found[i] = _extend(arm, targets[i : i + 1], [found[i]], more, task)[0]
             found[i] = _with_neighbours(arm, targets[i : i + 1], found[i], task)
     else:
         for i in range(rows):
@@ -80,7 +88,7 @@ def all_solutions(
 def algebraic_starts(
     arm: Arm, targets: Float[np.ndarray, "rows 4 4"], entries: Sequence[int]
 ) -> Float[np.ndarray, "rows starts n"]:
-    """24 starts per entry from the elimination."""
+    """16 starts per entry from the elimination."""
     constants = arm.constants
     if arm.dof == 5:
         constants = np.concatenate([constants, np.eye(4)[None]])
@@ -161,7 +169,7 @@ def _with_continua(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> S
     """Solutions with one representative for each continuum of them."""
     if len(x) == 0:
         return Solutions(x, np.empty(0), np.empty(0, bool))
-    smallest = np.linalg.svd(task_jacobian(arm, x, task))[1][:, -1]
+    smallest = _smallest(arm, x, task)
     suspects = np.flatnonzero(smallest < SINGULAR)
     if len(suspects) == 0:
         return Solutions(x, smallest, np.zeros(len(x), bool))
@@ -169,7 +177,12 @@ def _with_continua(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> S
     flowing = distinct(arm, ends[flows], SAME_CONTINUUM)
     x = np.concatenate([np.delete(x, suspects[flows], 0), flowing])
     continuum = np.arange(len(x)) >= len(x) - len(flowing)
-    return Solutions(x, np.linalg.svd(task_jacobian(arm, x, task))[1][:, -1], continuum)
+    return Solutions(x, _smallest(arm, x, task), continuum)
+
+
+def _smallest(arm: Arm, x: Float[np.ndarray, "rows n"], task: Task) -> Float[np.ndarray, " rows"]:
+    """Smallest singular value of the task's Jacobian, dimensionless."""
+    return np.linalg.svd(task_jacobian(arm, x, task), compute_uv=False)[:, -1]
 
 
 def _slid(

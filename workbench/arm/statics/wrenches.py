@@ -231,12 +231,14 @@ def _load(t, mass, com, gravity, moving, origin, spin, change, start, c, force, 
         c[i] = t[i, 3] + t[i, 0] * com[0] + t[i, 1] * com[1] + t[i, 2] * com[2]
     if moving:
         _accelerate(c, origin, spin, change, start, force)
-    for i in range(3):
-        force[i] = mass * (force[i] - gravity[i])
-        total[i] += force[i]
-    for i in range(3):
-        j, k = (i + 1) % 3, (i + 2) % 3
-        total[3 + i] += c[j] * force[k] - c[k] * force[j]
+    x, y, z = c[0], c[1], c[2]
+    u, v, w = mass * (force[0] - gravity[0]), mass * (force[1] - gravity[1]), mass * (force[2] - gravity[2])
+    total[0] += u
+    total[1] += v
+    total[2] += w
+    total[3] += y * w - z * v
+    total[4] += z * u - x * w
+    total[5] += x * v - y * u
 
 
 @njit(cache=True, nogil=True)
