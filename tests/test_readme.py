@@ -29,7 +29,9 @@ def test_the_commands(run, tmp_path):
     lines = [line for line in block("try").splitlines() if line.startswith("workbench ")]
     assert len(lines) == 6
     run_lines(run, lines)
-    assert (tmp_path / "report" / "report.html").is_file()
+    page = (tmp_path / "report" / "report.html").read_text()
+    assert "<html" in page
+    assert not re.search(r"(src|href)=\"https?://", page)
     assert (tmp_path / "calibrated.urdf").is_file()
 
 

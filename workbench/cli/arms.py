@@ -17,7 +17,6 @@ def redundancy(
     json: opt.JsonOption = None,
 ) -> None:
     """Which constants of an arm no measurement tells apart, and may be removed."""
-
     from workbench.identification.redundancy import redundancy as found_of
     from workbench.identification.report.arm import redundancy_json, redundancy_text
 
@@ -33,7 +32,6 @@ def axes(
     data: opt.DataArgument, robot: opt.RobotOption, files: opt.FileOptions, json: opt.JsonOption = None
 ) -> None:
     """Circle-point analysis: where each joint's axis is, from rows in which it turned alone."""
-
     from workbench.identification.circle_points import circle_axes
     from workbench.identification.report.arm import axes_json, axes_table
 
@@ -137,7 +135,6 @@ def loading(
     seed: opt.SeedOption = 0,
 ) -> None:
     """Postures in which inclinometers show clearance, backlash and stiffness, tried on a virtual arm."""
-
     from workbench.identification.load_test.experiment import run_load_test
     from workbench.identification.load_test.report import load_test_json, load_test_table
 

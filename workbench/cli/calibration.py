@@ -34,7 +34,6 @@ def identify(
     renew: Annotated[str | None, option("With --prior: joints that were replaced, such as 3 or 3,4.")] = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
-
     from workbench.arm.posed_arm import posed_arm
     from workbench.cli.verification import wanted_of
     from workbench.data.accuracy_requirement import usual_wanted
@@ -89,7 +88,6 @@ def diagnose(
     files: opt.FileOptions,
 ) -> None:
     """Find the effects that the geometry lacks, add them, and report the held-out error before and after."""
-
     from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
 
@@ -120,7 +118,6 @@ def evaluate(
     json: opt.JsonOption = None,
 ) -> None:
     """Errors of a nominal or calibrated robot on measurements; nothing of the arm is fitted."""
-
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
 
@@ -166,7 +163,6 @@ def export(
     json: opt.JsonOption = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or what a controller, a driver, a program loads."""
-
     from workbench.exports import FORMS, form_named
 
     if form == "list":

@@ -34,7 +34,6 @@ def simulate(
     seed: opt.SeedOption = 0,
 ) -> None:
     """A virtual arm with hidden manufacturing errors, measured."""
-
     from workbench.arm.joint_units import sliding_numbers
 
     if (plate is None) == (poses is None):  # from here on one of the two is given
@@ -146,7 +145,6 @@ def poses(
     seed: opt.SeedOption = 0,
 ) -> None:
     """Informative poses for a calibration: those with the largest observability index, in a short order."""
-
     from workbench.cli.camera import view_of
     from workbench.plate.poses.choose_poses import poses_json, poses_table, write_poses
     from workbench.plate.poses.pose_limits import PoseLimits
@@ -250,7 +248,6 @@ def drive(
     seed: opt.SeedOption = 0,
 ) -> None:
     """A virtual arm in place of a real one's driver: JSON lines of an arm steered from target to target."""
-
     from workbench.data.live.connection import send_samples
     from workbench.data.simulation.driver import Pace
     from workbench.plate.virtual_measuring import drive_plate

@@ -1,7 +1,7 @@
 """Options that several commands share, and the words of the others turned into values."""
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
@@ -41,63 +41,27 @@ ColumnsOption = Annotated[
     ),
 ]
 SheetOption = Annotated[str | None, option("Sheet of a workbook; the one with measurements if not given.")]
-LayoutOption = Annotated[
-    str | None, option("Layout of the file, recognised if not given: plain, ipa-grid, mocap, c3d, ros-bag …")
-]
-MappingOption = Annotated[
-    Path | None,
-    option("A stored choice of what the columns are (.toml), as preview --save-mapping writes it."),
-]
-JointTableOption = Annotated[
-    Path | None,
-    option(
-        "--joints",
-        "Joints of measurements that have none: a table or a robot's log, joined by name, time or row.",
-    ),
-]
 PlateOption = Annotated[
     str | None, option("Plate: a .toml file, the table of a measuring machine, or the built-in table2.")
 ]
 UnknownOption = Annotated[
     str | None, option("--unknown", "Frames to identify as well: base, tool, base,tool, or none.")
 ]
-HeldOutOption = Annotated[
-    str, option("--held-out", "Share of rows to hold out (0.2: a fifth), a file of them, or session:NAME.")
-]
 FramesOption = Annotated[
     str, option("--frames", "Base and tool of sessions: shared, per-session, or auto (the data decide).")
 ]
-RegionOption = Annotated[str | None, option("--region", "Keep only rows inside the region of this plate.")]
 SaveOption = Annotated[Path | None, option("--save", "Write the calibrated robot here (.toml or .urdf).")]
 ReportOption = Annotated[Path | None, option("--report", "Write an HTML report into this folder.")]
-FreeOption = Annotated[str | None, option("--free", "Constants to identify: joint1.theta,joint2.a …")]
 ExcludeOption = Annotated[str | None, option("--exclude", "Data rows to keep out, comma-separated, from 0.")]
 NoiseOption = Annotated[
     str | None, option("--noise", 'Standard deviations of the instrument: "0.05mm,0.01deg".')
 ]
-ToolMarkersOption = Annotated[
-    Path | None,
-    option("--tool-markers", "Positions of the markers on the tool, one row m1x[mm] …, to make poses."),
-]
-BaseMarkersOption = Annotated[
-    Path | None,
-    option("--base-markers", "Markers on the base, two rows (as designed, as seen), to align the frames."),
-]
 WantedOption = Annotated[str | None, option('What every pose has to keep: "0.3mm", or "0.3mm,0.1deg".')]
-ForceOption = Annotated[bool, option("--force", "Go on though the rows are clearly those of another arm.")]
 TipOption = Annotated[str | None, option("Last link of the chain, for a URDF with several.")]
 SchedulerOption = Annotated[
     str | None, option("Dask scheduler, such as tcp://host:8786; else this machine's cores.")
 ]
 SeedOption = Annotated[int, option("Seed of the random numbers.")]
-
-
-CameraOption = Annotated[
-    Path | None, option("--camera", "The data are pixels of the cameras of this camera.toml.")
-]
-TargetOption = Annotated[
-    Path | None, option("--target", "With --camera: the board or tags in view, a target.toml.")
-]
 
 
 @dataclass(frozen=True)
@@ -106,21 +70,32 @@ class FileOptions:
 
     columns: ColumnsOption = None
     sheet: SheetOption = None
-    layout: LayoutOption = None
-    mapping: MappingOption = None
-    joints: JointTableOption = None
-    camera: CameraOption = None
-    target: TargetOption = None
+    layout: Annotated[
+        str | None,
+        option("Layout of the file, recognised if not given: plain, ipa-grid, mocap, c3d, ros-bag …"),
+    ] = None
+    mapping: Annotated[
+        Path | None,
+        option("A stored choice of what the columns are (.toml), as preview --save-mapping writes it."),
+    ] = None
+    joints: Annotated[
+        Path | None,
+        option(
+            "Joints of measurements that have none: a table or a robot's log, joined by name, time or row."
+        ),
+    ] = None
+    camera: Annotated[Path | None, option("The data are pixels of the cameras of this camera.toml.")] = None
+    target: Annotated[Path | None, option("With --camera: the board or tags in view, a target.toml.")] = None
 
     def read(self, path: Path, arm):
         """Measurements of a file, with as many joints as the arm has."""
-
         from workbench.data.readers.mapping import ColumnMapping, read_mapping
 
         if (self.camera is None) != (self.target is None):
             raise OptionError("pixels need both --camera FILE and --target FILE")
         if self.camera is not None and self.target is not None:
-            return self._pixels(path, arm)
+            rig = wb.read_rig(self.camera, self.target)
+            return wb.read_pixels(path, rig, joints=self.joints, dof=arm.dof)
         stored = ColumnMapping() if self.mapping is None else read_mapping(self.mapping)
         return wb.read_measurements(
             path,
@@ -137,28 +112,29 @@ class FileOptions:
         """Measurements of another file, which has its own joints."""
         return replace(self, joints=None).read(path, arm)
 
-    def _pixels(self, path: Path, arm):
-        """Corners in pictures, with the joints at which these were taken."""
-
-        assert self.camera is not None, "checked by the caller"
-        assert self.target is not None, "checked by the caller"
-        return wb.read_pixels(path, wb.read_rig(self.camera, self.target), joints=self.joints, dof=arm.dof)
-
 
 @dataclass(frozen=True)
 class FitOptions:
     """Which rows are fitted, what is free, and how the rows weigh."""
 
-    held_out: HeldOutOption = "0.2"
+    held_out: Annotated[
+        str, option("Share of rows to hold out (0.2: a fifth), a file of them, or session:NAME.")
+    ] = "0.2"
     frames: FramesOption = "auto"
-    region: RegionOption = None
-    free: FreeOption = None
+    region: Annotated[str | None, option("Keep only rows inside the region of this plate.")] = None
+    free: Annotated[str | None, option("Constants to identify: joint1.theta,joint2.a …")] = None
     exclude: ExcludeOption = None
     noise: NoiseOption = None
-    tool_markers: ToolMarkersOption = None
-    base_markers: BaseMarkersOption = None
+    tool_markers: Annotated[
+        Path | None, option("Positions of the markers on the tool, one row m1x[mm] …, to make poses.")
+    ] = None
+    base_markers: Annotated[
+        Path | None, option("Markers on the base, two rows (as designed, as seen), to align the frames.")
+    ] = None
     seed: SeedOption = 0
-    force: ForceOption = False
+    force: Annotated[bool, option("--force", "Go on though the rows are clearly those of another arm.")] = (
+        False
+    )
 
     def check_same_arm(self, arm, rows) -> None:
         """End with status 2 where the rows are clearly another arm's, unless that is meant."""
@@ -274,7 +250,6 @@ def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
 
 def noise_of(text: str):
     """Standard deviations from people's units."""
-
     parts = [part.strip() for part in text.split(",")]
     if len(parts) not in (1, 2):
         raise OptionError(f'--noise must be like "0.05mm,0.01deg" or "0.05mm", got \'{text}\'')
@@ -320,11 +295,10 @@ def fits_frames(text: str) -> bool:
 
 
 def choice_of(kinds, text: str, option: str):
-    """One of a few words."""
-    try:
-        return kinds(text)
-    except ValueError:
-        raise OptionError(f"{option} must be one of {', '.join(kinds)}, got '{text}'") from None
+    """One of a few words, as an enum or a table has them."""
+    if text not in list(kinds):
+        raise OptionError(f"{option} must be one of {', '.join(kinds)}, got '{text}'")
+    return kinds[text] if isinstance(kinds, Mapping) else kinds(text)
 
 
 def unknown_frames(text: str | None) -> tuple[bool | None, bool | None]:

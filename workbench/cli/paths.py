@@ -91,7 +91,6 @@ def line(
     duration: DurationOption = 10.0,
 ) -> None:
     """A straight line between two points."""
-
     from workbench.paths.curves import line as straight
 
     curve = straight(_point(start, "--from"), _point(end, "--to"))
@@ -128,7 +127,6 @@ def compensate(
     sheet: opt.SheetOption = None,
 ) -> None:
     """Correct a joint trajectory with a calibrated robot, its effects included."""
-
     from workbench.data.readers.trajectory import read_trajectory
     from workbench.paths.report import compensation_json, compensation_table
     from workbench.paths.trajectories import write_trajectory
@@ -184,7 +182,6 @@ def draw(
     seed: opt.SeedOption = 0,
 ) -> None:
     """A virtual arm draws the circle: its scan and the readings."""
-
     from workbench.data.readers import read_trajectory
     from workbench.paths.pencil.check import draw_path
 
@@ -223,7 +220,6 @@ def errors(
 
 def _radius(text: str) -> float:
     """A length greater than zero [m]."""
-
     radius = opt.length(text)
     if not 0.0 < radius < 1.0:
         raise OptionError(f"--radius must be between 0 and 1 m, got '{text}'")

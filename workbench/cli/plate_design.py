@@ -7,15 +7,7 @@ from typing import Annotated
 import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.options import option
-from workbench.cli.plates import (
-    PlateArgument,
-    PlayOption,
-    ToleranceOption,
-    making_of,
-    manner_name,
-    plates,
-    sigma_of,
-)
+from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, making_of, plates, sigma_of
 
 
 @dataclass(frozen=True)
@@ -113,7 +105,7 @@ def optimise(
     opt.check_writable(out, json)
     base, tool = opt.unknown_frames(unknown)
     arm, given = wb.load_robot(robot), wb.load_plate(plate)
-    manner = None if made is None else MANNERS[manner_name(made)]
+    manner = None if made is None else opt.choice_of(MANNERS, made, "--made")
     reading = reading or (usual_reading(given) if manner is None else manner.reading)
     if manner is not None and tolerance is None:
         given = replace(given, making=manner.making)
@@ -174,7 +166,6 @@ def yield_(
     seed: opt.SeedOption = 0,
 ) -> None:
     """How many arms of a production are good enough after a calibration with the plate, and what to blame."""
-
     from workbench.plate import design as plate_design
     from workbench.plate.report.design import yield_json, yield_tables
 
@@ -215,7 +206,6 @@ def tradeoff(
     seed: opt.SeedOption = 0,
 ) -> None:
     """What does it buy me: predicted error against price, by targets, shapes and ways to make them."""
-
     from workbench.base.files import write_folder
     from workbench.cli.options import whole_numbers
     from workbench.plate.plate_toml import plate_text

@@ -53,15 +53,6 @@ def making_of(plate, tolerance: str | None, play: str | None):
     return making
 
 
-def manner_name(made: str) -> str:
-    """A known way to make plates."""
-    from workbench.plate.optimiser.manufacturing import MANNERS
-
-    if made not in MANNERS:
-        raise OptionError(f"--made must be one of {', '.join(MANNERS)}, got '{made}'")
-    return made
-
-
 @dataclass(frozen=True)
 class ScoreOptions:
     """What a plate's score assumes, and where it goes."""
@@ -157,7 +148,6 @@ def cluster(
     seed: opt.SeedOption = 0,
 ) -> None:
     """Workspace clustering: poses with equal O in different cubes of a region, the best such set."""
-
     from workbench.plate.design import cluster_region
     from workbench.plate.plate_toml import load_plate
     from workbench.plate.report.plates import cluster_json, cluster_tables
@@ -200,12 +190,14 @@ def export(
     printed: Annotated[bool, option("--printed", "The same as --made printed.")] = False,
 ) -> None:
     """Everything to make a plate: drawing set, solids, lists, and a sheet with the expected accuracy."""
+    from workbench.plate.optimiser.manufacturing import MANNERS
     from workbench.plate.parts import export as plate_making
     from workbench.plate.parts.stock import Stock
 
     wanted = plate_making.LEAN if formats is None else plate_making.formats_named(formats)
     opt.check_writable(folder=out)
-    given = wb.load_plate(plate)
+    given, made = wb.load_plate(plate), "printed" if printed else made
+    opt.choice_of(MANNERS, made, "--made")
     with opt.progress_bar("plate") as progress:
         fixture, files, missing = plate_making.export_plate(
             replace(given, making=making_of(given, tolerance, None)),
@@ -213,7 +205,7 @@ def export(
             formats=wanted,
             robot=None if robot is None else wb.load_robot(robot),
             sigma=sigma_of(noise),
-            stock=Stock.named("printed" if printed else manner_name(made)),
+            stock=Stock.named(made),
             progress=progress,
         )
     shapes = ", ".join(f"{len(shape.numbers)} × {shape.letter}" for shape in fixture.shapes)

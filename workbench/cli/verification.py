@@ -32,7 +32,6 @@ def verify(
     ] = None,
 ) -> None:
     """Verify a calibrated robot on fresh poses: errors with intervals, AP and RP, a certificate."""
-
     from workbench.identification.verification.certificate import write_certificate
     from workbench.identification.verification.results import verification_json
 
@@ -86,7 +85,6 @@ def fleet(
     report: opt.ReportOption = None,
 ) -> None:
     """Compare calibrations over time: what moved, by how many σ, since when, and which arm is worst."""
-
     from workbench.identification.fleet.report import fleet_json, fleet_tables, write_fleet
 
     opt.check_writable(json, folder=report)
@@ -126,7 +124,6 @@ def rezero(
     json: opt.JsonOption = None,
 ) -> None:
     """After a knock or a new motor: which joint's zero moved since the calibration, by how much."""
-
     from workbench.identification.prior import read_prior
     from workbench.identification.rezero.record import Verdict
 

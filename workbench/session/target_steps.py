@@ -8,6 +8,7 @@ from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.plate import Plate
 from workbench.plate.readings import usual_sigma
+from workbench.session.command import AbstractChange
 from workbench.session.reach import branches_to, with_clear_branches, with_obstacles
 from workbench.session.score import score
 from workbench.session.state import UNDO_STEPS, Focus, Score, Session, Step, TargetState
@@ -17,6 +18,13 @@ def check_free(session: Session) -> None:
     """Refuse while somebody drags."""
     if session.drag is not None:
         raise OptionError(f"target {session.drag.target + 1} is being dragged; wait until it is released")
+
+
+class AbstractStep(AbstractChange):
+    """A change of the targets that has to wait for the end of a drag."""
+
+    def check(self, session: Session) -> None:
+        check_free(session)
 
 
 def check_unlocked(session: Session, number: int) -> None:

@@ -12,7 +12,7 @@ from workbench.session.command import AbstractChange, computed
 from workbench.session.commands.arrange import place_plate
 from workbench.session.reach import place
 from workbench.session.state import Session
-from workbench.session.target_steps import check_free, check_unlocked, move_targets, with_item
+from workbench.session.target_steps import AbstractStep, check_free, check_unlocked, move_targets, with_item
 
 BESIDE = np.array([0.06, 0.0, 0.0])
 """Where a copy stands, from its original [m]."""
@@ -158,13 +158,10 @@ class ChooseBranch(AbstractChange):
         )
 
 
-class MixBranches(AbstractChange):
+class MixBranches(AbstractStep):
     """Take the mix of branches that predicts the least error; branches chosen by hand stay."""
 
     title = "Choose the best mix of branches"
-
-    def check(self, session: Session) -> None:
-        check_free(session)
 
     def apply(self, session: Session) -> Session:
         return place_plate(session, session.plate, seed=len(session.history))

@@ -187,9 +187,6 @@ class NextWanted(AbstractChange):
 
     by: int = 1
 
-    def check(self, session: Session) -> None:
-        _measurement(session)
-
     def apply(self, session: Session) -> Session:
         return _after(session, lambda acquisition: acquisition.step(self.by))
 
@@ -311,12 +308,7 @@ class FollowSource(AbstractChange):
 
     is_followed: bool
 
-    @property
-    def title(self) -> str:
-        return "Follow the real arm" if self.is_followed else "Stop following the real arm"
-
-    def check(self, session: Session) -> None:
-        _source(session)
+    title = computed(lambda self: f"{'Follow' if self.is_followed else 'Stop following'} the real arm")
 
     def apply(self, session: Session) -> Session:
         session = replace(session, source=replace(_source(session), is_followed=self.is_followed))

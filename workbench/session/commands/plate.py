@@ -1,7 +1,6 @@
 """Commands about whole plates: equal index (ARIA §4.2), the least error, yield, error against price."""
 
 from dataclasses import replace
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -10,11 +9,11 @@ from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.patterns import MOST_TARGETS
-from workbench.plate.plate import AUTO, Plate
+from workbench.plate.plate import AUTO
 from workbench.plate.readings import usual_sigma
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.arrange import place_plate, place_targets
-from workbench.session.state import Session, Severity, TargetState, Trial
+from workbench.session.state import Session, Severity, Trial
 from workbench.session.target_steps import check_free, is_better, rescore
 
 
@@ -130,9 +129,10 @@ class TryPlate(AbstractTask):
         from workbench.plate.design import try_plate
 
         plate, noise = session.plate, session.noise
+        q = np.stack([state.q for state in session.states])
         found = try_plate(
             session.robot,
-            _as_reached(plate, session.states),
+            plate.with_joints(q, tuple(state.branch or AUTO for state in session.states)),
             arms=self.arms,
             sigma=(noise.position, noise.rotation),
             wanted=session.wanted,
@@ -147,12 +147,6 @@ class TryPlate(AbstractTask):
 
         session = replace(session, trial=result)
         return session.tell(Severity.INFO, yield_sentence(result.found))
-
-
-@lru_cache(maxsize=2)
-def _as_reached(plate: Plate, states: tuple[TargetState, ...]) -> Plate:
-    """The same object for a second trial, so that the poses of its region are known."""
-    return plate.with_joints(np.stack([s.q for s in states]), tuple(s.branch or AUTO for s in states))
 
 
 LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))

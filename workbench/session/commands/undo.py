@@ -6,16 +6,20 @@ from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, computed
 from workbench.session.commands.arm import PAGE, with_parts_of
 from workbench.session.state import Session, Severity, Step
-from workbench.session.target_steps import begin_step, check_free, commit_step, first_difference, with_targets
+from workbench.session.target_steps import (
+    AbstractStep,
+    begin_step,
+    check_free,
+    commit_step,
+    first_difference,
+    with_targets,
+)
 
 
-class Undo(AbstractChange):
+class Undo(AbstractStep):
     """Take the last step back."""
 
     title = "Undo"
-
-    def check(self, session: Session) -> None:
-        check_free(session)
 
     def apply(self, session: Session) -> Session:
         if not session.done:
@@ -28,13 +32,10 @@ class Undo(AbstractChange):
         return go_to_step(replace(session, done=session.done[:-1], undone=undone), step)
 
 
-class Redo(AbstractChange):
+class Redo(AbstractStep):
     """Make the last undone step again."""
 
     title = "Redo"
-
-    def check(self, session: Session) -> None:
-        check_free(session)
 
     def apply(self, session: Session) -> Session:
         if not session.undone:
@@ -46,13 +47,10 @@ class Redo(AbstractChange):
         return go_to_step(replace(session, undone=session.undone[:-1], done=done), step)
 
 
-class ResetTargets(AbstractChange):
+class ResetTargets(AbstractStep):
     """Put the plate back to how it was loaded; can be undone."""
 
     title = "Reset the targets"
-
-    def check(self, session: Session) -> None:
-        check_free(session)
 
     def apply(self, session: Session) -> Session:
         first = session.first_plate
@@ -61,13 +59,10 @@ class ResetTargets(AbstractChange):
         return go_to_step(begin_step(session), Step(first, session.first_states))
 
 
-class RestoreBest(AbstractChange):
+class RestoreBest(AbstractStep):
     """Put the plate back to where it was best so far; can be undone."""
 
     title = "Back to the best plate so far"
-
-    def check(self, session: Session) -> None:
-        check_free(session)
 
     def apply(self, session: Session) -> Session:
         if session.best is None or session.best.plate is session.plate:

@@ -4,16 +4,15 @@ The same machine comes to the same digits. Another processor rounds sums in anot
 are the same up to `ROUNDING`; what differs by more is a difference.
 """
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
+from workbench.session.command import Progress
 from workbench.session.journal.numbers import numbers_of
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
 from workbench.session.state import Session
-
-Progress = Callable[[float, str], None]
 
 ROUNDING = 1e-9
 """Difference of two numbers, relative to the larger of them and 1, that rounding explains."""
@@ -28,7 +27,7 @@ mean; not the noise but the default weights, where rows state their own."""
 
 @dataclass(frozen=True)
 class Difference:
-    """A value that came out otherwise.
+    """A value then and now.
 
     Args:
         step: After which command; 0 is the beginning.
@@ -44,7 +43,9 @@ class Difference:
 
     @property
     def size(self) -> float:
-        """Difference of two numbers relative to the larger of them and 1; infinite for anything else."""
+        """Difference of two numbers relative to the larger of them and 1; 0 or infinite for anything else."""
+        if self.then == self.now:
+            return 0.0
         if _is_number(self.then) and _is_number(self.now):
             return abs(self.then - self.now) / max(1.0, abs(self.then), abs(self.now))
         return float("inf")
@@ -99,56 +100,35 @@ class Replayed:
         }
 
 
-def check(recording: Recording, *, progress: Progress | None = None) -> Replayed:
+def check(recording: Recording, *, progress: Progress = lambda part, title: None) -> Replayed:
     """Do all commands again and compare every number of the journal."""
     session, written = recording.first, recording.header.get("numbers", {})
-    found = [compare(written, numbers_of(session, written))]
-    for step, (line, session) in enumerate(
-        zip(recording.lines, steps(recording.first, recording.entries), strict=True), start=1
-    ):
-        found.append(compare(line.numbers, numbers_of(session, line.numbers), step=step))
-        if progress is not None:
-            progress(step / len(recording.lines), line.title)
+    pairs = list(compare(written, numbers_of(session, written)))
+    sessions = steps(recording.first, recording.entries)
+    for step, (line, session) in enumerate(zip(recording.lines, sessions, strict=True), start=1):
+        pairs += compare(line.numbers, numbers_of(session, line.numbers), step=step)
+        progress(step / len(recording.lines), line.title)
     return Replayed(
         session=session,
         steps=len(recording.lines),
-        compared=sum(c.count for c in found),
-        differences=tuple(d for c in found for d in c.differences if d.size > ROUNDING),
-        rounding=max((d.size for c in found for d in c.differences if d.size <= ROUNDING), default=0.0),
+        compared=len(pairs),
+        differences=tuple(pair for pair in pairs if pair.size > ROUNDING),
+        rounding=max((pair.size for pair in pairs if pair.size <= ROUNDING), default=0.0),
     )
 
 
-@dataclass(frozen=True)
-class Compared:
-    """Two trees of numbers compared: how many values, and those that are not equal."""
-
-    count: int
-    differences: tuple[Difference, ...]
-
-    @property
-    def largest(self) -> float:
-        """Greatest difference; 0 where all are equal."""
-        return max((d.size for d in self.differences), default=0.0)
-
-
-def compare(then: dict[str, Any], now: dict[str, Any], *, step: int = 0) -> Compared:
-    """Compare the numbers of a step by name."""
-    pairs = list(_pairs(then, now, ""))
-    return Compared(len(pairs), tuple(Difference(step, name, a, b) for name, a, b in pairs if a != b))
-
-
-def _pairs(then: Any, now: Any, name: str) -> Iterator[tuple[str, Any, Any]]:
+def compare(then: Any, now: Any, *, step: int = 0, name: str = "") -> Iterator[Difference]:
     """Values of two trees by name; what is only in the second one was not written and counts not."""
     if isinstance(then, dict) and isinstance(now, dict):
         for key, value in then.items():
             path = f"{name}.{key}" if name else key
             if key not in SENTENCES and path not in RETIRED:
-                yield from _pairs(value, now.get(key), path)
+                yield from compare(value, now.get(key), step=step, name=path)
     elif isinstance(then, list) and isinstance(now, list) and len(then) == len(now):
         for i, (a, b) in enumerate(zip(then, now, strict=True), start=1):
-            yield from _pairs(a, b, f"{name}.{i}")
+            yield from compare(a, b, step=step, name=f"{name}.{i}")
     else:
-        yield name, then, now
+        yield Difference(step, name, then, now)
 
 
 def _is_number(value: Any) -> bool:

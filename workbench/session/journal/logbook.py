@@ -97,7 +97,7 @@ def _line(
     return {
         "step": step,
         "at": round(entry.at, 6),
-        "time": iso(entry.time),
+        "time": datetime.fromtimestamp(entry.time, UTC).isoformat(timespec="milliseconds"),
         "command": type(entry.command).__name__,
         "fields": fields,
         "title": entry.command.title,
@@ -108,8 +108,3 @@ def _line(
         "says": [message.text for message in session.messages if message.number > told],
         "numbers": changed_numbers(session, before),
     }
-
-
-def iso(time: float) -> str:
-    """Seconds since 1970 as people write it, UTC."""
-    return datetime.fromtimestamp(time, UTC).isoformat(timespec="milliseconds")

@@ -10,12 +10,16 @@ from typing import Any
 
 import numpy as np
 
+from workbench.arm.effects import AbstractEffect
+from workbench.diagnosis.record import Diagnosis
 from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.identification.record import Identification
 from workbench.identification.report.results_json import identification_json
-from workbench.report.json import plain
-from workbench.session.state import Session
-
-Json = dict[str, Any]
+from workbench.plate.plate import Plate
+from workbench.report.json import Json, plain
+from workbench.session.loaded_measurements import Loaded
+from workbench.session.planned_trajectory import Track
+from workbench.session.state import Score, Session, TargetState
 
 
 @dataclass(frozen=True)
@@ -24,20 +28,25 @@ class Subject:
 
     Args:
         parts: What it depends on.
-        numbers: What is written.
+        numbers: What is written of these parts; nothing while the first is None.
     """
 
     parts: Callable[[Session], tuple]
-    numbers: Callable[[Session], Any]
+    numbers: Callable[..., Any]
+
+    def of(self, session: Session) -> Any:
+        """What is written of a session."""
+        parts = self.parts(session)
+        return None if parts[0] is None else self.numbers(*parts)
 
 
 def changed_numbers(session: Session, before: Session | None) -> Json:
     """What is new since an earlier snapshot; everything if there is none."""
     found = {}
     for name, subject in SUBJECTS.items():
-        now = subject.parts(session)
-        if before is None or any(a is not b for a, b in zip(now, subject.parts(before), strict=True)):
-            found[name] = subject.numbers(session)
+        pairs = () if before is None else zip(subject.parts(session), subject.parts(before), strict=True)
+        if before is None or any(a is not b for a, b in pairs):
+            found[name] = subject.of(session)
     if before is not None and "targets" in found:
         found["targets"] = _moved(session, before)
     return plain(found)
@@ -45,17 +54,17 @@ def changed_numbers(session: Session, before: Session | None) -> Json:
 
 def numbers_of(session: Session, names: Collection[str]) -> Json:
     """All numbers about these subjects."""
-    return plain({name: SUBJECTS[name].numbers(session) for name in names if name in SUBJECTS})
+    return plain({name: SUBJECTS[name].of(session) for name in names if name in SUBJECTS})
 
 
-def _targets(session: Session) -> Json:
-    pairs = enumerate(zip(session.plate.targets, session.states, strict=True), start=1)
+def _targets(plate: Plate, states: tuple[TargetState, ...]) -> Json:
+    pairs = enumerate(zip(plate.targets, states, strict=True), start=1)
     return {str(i): {"xyz": target.xyz, "rpy": target.rpy} | vars(state) for i, (target, state) in pairs}
 
 
 def _moved(session: Session, before: Session) -> Json:
     """Targets that differ; all of them if there are more or fewer than before."""
-    every = _targets(session)
+    every = _targets(session.plate, session.states)
     if len(before.states) != len(session.states):
         return every
     same = (
@@ -65,13 +74,7 @@ def _moved(session: Session, before: Session) -> Json:
     return {name: every[name] for name, kept in zip(every, same, strict=True) if not kept}
 
 
-def _region(session: Session) -> Json:
-    region = session.plate.region
-    return {"min": region.min, "max": region.max, "cube": region.cube}
-
-
-def _score(session: Session) -> Json:
-    score = session.score
+def _score(score: Score) -> Json:
     return {
         "indices": score.indices,
         "per_target": score.per_target,
@@ -83,21 +86,17 @@ def _score(session: Session) -> Json:
     }
 
 
-def _data(session: Session) -> Json | None:
-    if session.loaded is None:
-        return None
-    rows, checks = session.loaded.dataset, session.loaded.checks
-    found: Json = {"name": session.loaded.name, "rows": len(rows), "q_mean": rows.q.mean(0)}
+def _data(loaded: Loaded) -> Json:
+    rows, checks = loaded.dataset, loaded.checks
+    found: Json = {"name": loaded.name, "rows": len(rows), "q_mean": rows.q.mean(0)}
     if rows.position is not None:
         found["position_mean"] = np.nanmean(rows.position, 0)
     return found | {"checks": 0 if checks is None else len(checks)}
 
 
-def _identification(session: Session) -> Json | None:
+def _identification(identification: Identification) -> Json:
     """As `identify --json`, without what depends on the machine."""
-    if session.identification is None:
-        return None
-    found = identification_json(session.identification)
+    found = identification_json(identification)
     del found["prior"]
     found["typical_noise"] = found.pop("noise")
     for run in found["algorithms"].values():
@@ -105,53 +104,22 @@ def _identification(session: Session) -> Json | None:
     return found
 
 
-def _diagnosis(session: Session) -> Json | None:
+def _diagnosis(diagnosis: Diagnosis) -> Json:
     """As `diagnose --json`, without what depends on the machine."""
-    if session.diagnosis is None:
-        return None
-    found = diagnosis_json(session.diagnosis)
+    found = diagnosis_json(diagnosis)
     del found["seconds"]
     return found
 
 
-def _accepted(session: Session) -> Json:
+def _accepted(effects: tuple[AbstractEffect, ...]) -> Json:
     """Coefficients by the effect's own names, SI."""
     return {
         str(i): dict(zip(effect.names, effect.coefficients, strict=True)) | {"effect": str(effect.name)}
-        for i, effect in enumerate(session.accepted, start=1)
+        for i, effect in enumerate(effects, start=1)
     }
 
 
-def _best(session: Session) -> Json | None:
-    score = session.best_score
-    return None if score is None else {"position_rms": score.position, "rotation_rms": score.rotation}
-
-
-def _comparison(session: Session) -> Json | None:
-    rows = session.comparison
-    if rows is None:
-        return None
-    return {"rows": len(rows), "nominal": rows.errors[:, 0], "calibrated": rows.errors[:, 1]}
-
-
-def _rows_taken(session: Session) -> Json | None:
-    if session.measuring is None:
-        return None
-    capture = session.measuring.acquisition.capture
-    return {"target": capture.target.name, "rows": len(capture.targets) - capture.remaining}
-
-
-def _yield(session: Session) -> Json | None:
-    if session.trial is None:
-        return None
-    found = session.trial.found
-    return {"arms": found.arms, "share": found.share, "position": found.position.mean()}
-
-
-def _track(session: Session) -> Json | None:
-    track = session.track
-    if track is None:
-        return None
+def _track(track: Track) -> Json:
     return {
         "kind": track.kind,
         "rows": len(track.q),
@@ -160,31 +128,37 @@ def _track(session: Session) -> Json | None:
     }
 
 
-def _shown(session: Session) -> Json:
-    return {"selected": session.selected, "focus": str(session.focus), "row": session.row}
-
-
 SUBJECTS = {
-    "robot": Subject(lambda s: (s.robot,), lambda s: s.robot.name),
-    "region": Subject(lambda s: (s.plate.region,), _region),
+    "robot": Subject(lambda s: (s.robot,), lambda robot: robot.name),
+    "region": Subject(lambda s: (s.plate.region,), lambda r: {"min": r.min, "max": r.max, "cube": r.cube}),
     "targets": Subject(lambda s: (s.plate, s.states), _targets),
     "score": Subject(lambda s: (s.score,), _score),
-    "noise": Subject(
-        lambda s: (s.noise,), lambda s: {"position": s.noise.position, "rotation": s.noise.rotation}
-    ),
+    "noise": Subject(lambda s: (s.noise,), lambda n: {"position": n.position, "rotation": n.rotation}),
     "data": Subject(lambda s: (s.loaded,), _data),
     "measuring": Subject(
-        lambda s: (None if s.measuring is None else s.measuring.acquisition.capture,), _rows_taken
+        lambda s: (None if s.measuring is None else s.measuring.acquisition.capture,),
+        lambda c: {"target": c.target.name, "rows": len(c.targets) - c.remaining},
     ),
     "identification": Subject(lambda s: (s.identification,), _identification),
     "diagnosis": Subject(lambda s: (s.diagnosis,), _diagnosis),
-    "rezero": Subject(lambda s: (s.rezero,), lambda s: None if s.rezero is None else s.rezero.json()),
+    "rezero": Subject(lambda s: (s.rezero,), lambda found: found.json()),
     "accepted": Subject(lambda s: (s.accepted,), _accepted),
-    "best": Subject(lambda s: (s.best_score,), _best),
-    "fit": Subject(lambda s: (s.fit,), lambda s: s.fit),
-    "comparison": Subject(lambda s: (s.comparison,), _comparison),
-    "yield": Subject(lambda s: (s.trial,), _yield),
+    "best": Subject(
+        lambda s: (s.best_score,), lambda b: {"position_rms": b.position, "rotation_rms": b.rotation}
+    ),
+    "fit": Subject(lambda s: (s.fit,), lambda fit: fit),
+    "comparison": Subject(
+        lambda s: (s.comparison,),
+        lambda c: {"rows": len(c), "nominal": c.errors[:, 0], "calibrated": c.errors[:, 1]},
+    ),
+    "yield": Subject(
+        lambda s: (None if s.trial is None else s.trial.found,),
+        lambda y: {"arms": y.arms, "share": y.share, "position": y.position.mean()},
+    ),
     "track": Subject(lambda s: (s.track,), _track),
-    "shown": Subject(lambda s: (s.selected, s.focus, s.row), _shown),
+    "shown": Subject(
+        lambda s: (s.selected, s.focus, s.row),
+        lambda selected, focus, row: {"selected": selected, "focus": str(focus), "row": row},
+    ),
 }
 """What a journal says, by subject."""
