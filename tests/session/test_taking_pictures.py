@@ -13,7 +13,7 @@ from workbench.session.journal.codec import decode, encode
 from workbench.session.picture_sources import PictureWatcher
 from workbench.session.state import Source
 from workbench.session.taking_pictures import Shot
-from workbench.views.page.panels.taking_pictures import _shown
+from workbench.views.page.panels.cameras import _shown
 
 cv2 = pytest.importorskip("cv2")
 

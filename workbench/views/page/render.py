@@ -15,10 +15,10 @@ from workbench.session.state import Session, Tab
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, text
-from workbench.views.page.panels.arm import ArmPanel
+from workbench.views.page.panels.arm import ArmPanel, OwnRobotPanel
 from workbench.views.page.panels.arrange import ArrangePanel, ImprovePanel, TablePanel
 from workbench.views.page.panels.bending import BendingPanel
-from workbench.views.page.panels.cameras import CamerasPanel
+from workbench.views.page.panels.cameras import CamerasPanel, ShootingPanel
 from workbench.views.page.panels.choices import ChoicesPanel
 from workbench.views.page.panels.columns import ColumnsPanel
 from workbench.views.page.panels.compare import ComparePanel
@@ -34,14 +34,12 @@ from workbench.views.page.panels.influence import InfluencePanel
 from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
 from workbench.views.page.panels.joints import JointsPanel
 from workbench.views.page.panels.look import LookPanel
-from workbench.views.page.panels.own_robot import OwnRobotPanel
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.production import NoisePanel, ProductionPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.residuals import ResidualsPanel
 from workbench.views.page.panels.rezero import RezeroPanel
 from workbench.views.page.panels.start_card import StartCard
-from workbench.views.page.panels.taking_pictures import ShootingPanel
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.tradeoff import MOST, TradeoffPanel
 from workbench.views.page.panels.trajectory import TrackPanel

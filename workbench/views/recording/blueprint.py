@@ -11,8 +11,6 @@ from workbench.views.recording.canvas import ROW, STEP
 
 GROUND = (246, 248, 251)
 NO_LEGEND = rrb.PlotLegend(visible=False)
-PREDICTED = {"position mm": "position_mm", "rotation deg": "rotation_deg"}
-INDICES = {name: name for name in ("O", "O1", "O2", "O3", "O4", "O5")}
 ERRORS = {
     "nominal mm": "nominal_mm",
     "nominal deg": "nominal_deg",
@@ -22,11 +20,19 @@ ERRORS = {
     "diagnosis: with effects mm": "diagnosed_effects_mm",
 }
 ROW_ERRORS = {"nominal mm": "nominal_mm", "calibrated mm": "calibrated_mm"}
+PLOTS = {
+    "predicted": ("Predicted errors", {"position mm": "position_mm", "rotation deg": "rotation_deg"}),
+    "index": ("Indices", {name: name for name in ("O", "O1", "O2", "O3", "O4", "O5")}),
+    "error": ("Errors", ERRORS),
+    "row_error": (f"By row: set the timeline to {ROW}", ROW_ERRORS),
+}
+"""Where numbers are, how their tab is called, and their headings."""
 
 
 def blueprint(session: Session) -> rrb.Blueprint:
     """The layout for one session."""
-    above = rrb.Horizontal(_scene(session), _right(), column_shares=[1, 1])
+    plots = rrb.Tabs(*(_plots(origin, name, series) for origin, (name, series) in PLOTS.items()))
+    above = rrb.Horizontal(_scene(session), rrb.Vertical(plots, _tables()), column_shares=[1, 1])
     below = rrb.Tabs(_log(), _document("searches", "Searches"), _document("about", "About"))
     return _page(rrb.Vertical(above, below, row_shares=[4, 1]))
 
@@ -49,18 +55,6 @@ def _page(contents: rrb.Container) -> rrb.Blueprint:
         rrb.TimePanel(state="collapsed", timeline=STEP, play_state="following"),
         rrb.BlueprintPanel(state="collapsed"),
         rrb.SelectionPanel(state="collapsed"),
-    )
-
-
-def _right(prefix: str = "") -> rrb.Container:
-    return rrb.Vertical(
-        rrb.Tabs(
-            _plots(f"{prefix}predicted", "Predicted errors", PREDICTED),
-            _plots(f"{prefix}index", "Indices", INDICES),
-            _plots(f"{prefix}error", "Errors", ERRORS),
-            _plots(f"{prefix}row_error", f"By row: set the timeline to {ROW}", ROW_ERRORS),
-        ),
-        _tables(prefix),
     )
 
 

@@ -26,7 +26,7 @@ from workbench.views.drawables.region import region
 from workbench.views.drawables.subjects import SUBJECTS
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.moment import Moment, Pace
-from workbench.views.recording.rerun_sink import Bars, Document, Picture, RecordingSink, quaternion
+from workbench.views.recording.rerun_sink import RecordingSink, markdown, quaternion
 from workbench.views.recording.sentences import about, diagnosis_markdown, parameters_markdown
 from workbench.views.recording.timelines import TIMELINES
 
@@ -116,26 +116,31 @@ def thinned(moments: Iterable[Moment]) -> Iterator[Moment]:
 def sheets(session: Session) -> Iterator[Item]:
     """The last identification and diagnosis, and index O of each target alone (ARIA eq. 17)."""
     yield from tables(session)
-    yield Item("target/index_O", Bars, (np.nan_to_num(session.score.per_target), SELECTED))
+    yield Item("target/index_O", _bars, (np.nan_to_num(session.score.per_target),))
     if session.identification is not None:
         found = (session.identification,)
         yield _picture("figure/before_after", lambda f: before_after(f, order_of_measuring(f)), found)
         yield _picture("figure/corrections", lambda f: corrections(f.best), found)
     if session.diagnosis is not None:
-        yield Item("diagnosis/words", lambda d: Document(diagnosis_markdown(d)), (session.diagnosis,))
+        yield Item("diagnosis/words", lambda d: markdown(diagnosis_markdown(d)), (session.diagnosis,))
         yield _picture("diagnosis/ranking", ranking, (session.diagnosis,))
 
 
 def tables(session: Session) -> Iterator[Item]:
     """How to read the recording, and the parameters of the shown fit."""
-    yield Item("about", Document, (about(session),))
+    yield Item("about", markdown, (about(session),))
     inputs = session.identification, session.fit
-    yield Item("parameters", lambda found, fit: Document(parameters_markdown(found, fit)), inputs)
+    yield Item("parameters", lambda found, fit: markdown(parameters_markdown(found, fit)), inputs)
+
+
+def _bars(values: np.ndarray) -> rr.BarChart:
+    """A bar for each value, counted from 1; each is drawn from its place to the next one's."""
+    return rr.BarChart(values, abscissa=np.arange(1, len(values) + 1) - 0.5, color=SELECTED)
 
 
 def _picture(path: str, plot: Callable[[Any], Any], inputs: tuple[Any, ...]) -> Item:
-    def make(found: Any) -> Picture | None:
+    def make(found: Any) -> rr.EncodedImage | None:
         figure = plot(found)
-        return None if figure is None else Picture(png(figure))
+        return None if figure is None else rr.EncodedImage(contents=png(figure), media_type="image/png")
 
     return Item(path, make, inputs)

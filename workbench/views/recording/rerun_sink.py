@@ -5,7 +5,6 @@ Everything is drawn, shown or not: the viewer hides things itself.
 
 import logging
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -23,28 +22,6 @@ THIN = 0.0015
 SMALL = 0.12
 """Radius of a cube's mark, as a share of its side."""
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, eq=False)
-class Document:
-    """Words and tables as markdown."""
-
-    text: str
-
-
-@dataclass(frozen=True, eq=False)
-class Picture:
-    """An image, as a PNG file."""
-
-    content: bytes
-
-
-@dataclass(frozen=True, eq=False)
-class Bars:
-    """A bar for each value, counted from 1."""
-
-    values: np.ndarray
-    colour: tuple[int, int, int]
 
 
 class RecordingSink(AbstractSink):
@@ -67,7 +44,7 @@ class RecordingSink(AbstractSink):
 
     def change(self, item: Item, old: Any, new: Any) -> None:
         try:
-            LOG[type(new)](self._canvas, self._prefix + item.path, old, new)
+            LOG.get(type(new), _log_ready)(self._canvas, self._prefix + item.path, old, new)
         except Exception:
             log.exception("%s could not be drawn", item.path)
 
@@ -197,18 +174,14 @@ def _cuboid(cuboid: Cuboid) -> rr.Boxes3D:
     )
 
 
-def _document(document: Document) -> rr.TextDocument:
-    return rr.TextDocument(document.text, media_type=rr.MediaType.MARKDOWN)
+def _log_ready(canvas: Canvas, path: str, old: object, new: rr.AsComponents) -> None:
+    """What is made as rerun has it."""
+    canvas.log(path, new)
 
 
-def _picture(picture: Picture) -> rr.EncodedImage:
-    return rr.EncodedImage(contents=picture.content, media_type="image/png")
-
-
-def _bars(bars: Bars) -> rr.BarChart:
-    """A bar is drawn from its place to the next one's."""
-    begins = np.arange(1, len(bars.values) + 1) - 0.5
-    return rr.BarChart(bars.values, abscissa=begins, color=bars.colour)
+def markdown(text: str) -> rr.TextDocument:
+    """Words and tables."""
+    return rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN)
 
 
 LOG: dict[type, Callable[[Canvas, str, Any, Any], None]] = {
@@ -220,7 +193,4 @@ LOG: dict[type, Callable[[Canvas, str, Any, Any], None]] = {
     Arrows: _whole(_arrows),
     Line: _whole(line),
     Cuboid: _whole(_cuboid),
-    Document: _whole(_document),
-    Picture: _whole(_picture),
-    Bars: _whole(_bars),
 }

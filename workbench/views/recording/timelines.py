@@ -20,7 +20,7 @@ from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, REACHED, SELECTED
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.moment import Moment
-from workbench.views.recording.rerun_sink import THIN
+from workbench.views.recording.rerun_sink import THIN, markdown
 from workbench.views.recording.sentences import sentence
 
 LEVELS = {Ending.DONE: "INFO", Ending.CANCELLED: "INFO", Ending.REFUSED: "WARN", Ending.FAILED: "ERROR"}
@@ -176,8 +176,7 @@ class Searches(AbstractTimeline):
             pairs = zip(_cells(before.score), _cells(now), strict=True)
             cells = [f"{moment.step}", entry.command.title, *(f"{a} → {b}" for a, b in pairs)]
             self._rows.append(f"| {' | '.join(cells)} |")
-            text = "\n".join([*HEAD, *self._rows])
-            canvas.log("searches", rr.TextDocument(text, media_type=rr.MediaType.MARKDOWN))
+            canvas.log("searches", markdown("\n".join([*HEAD, *self._rows])))
 
 
 def _cells(score: Score) -> Iterator[str]:

@@ -81,13 +81,8 @@ class ArrangePanel(AbstractPanel):
             ),
             {name: partial(self._snap, name.lower()) for name in ("Plate", "Grid", "Cube")},
         )
-        self._number = gui.add_number(
-            "Number",
-            1,
-            min=1,
-            max=MOST_TARGETS,
-            step=1,
-            hint="Position of the selected target in the measuring order.",
+        self._number = self.number(
+            "Number", 1, (1, MOST_TARGETS, 1), "Position of the selected target in the measuring order."
         )
         self.sends(self._number, self._renumber)
 
@@ -95,15 +90,11 @@ class ArrangePanel(AbstractPanel):
         self._pattern = gui.add_dropdown(
             "Pattern", list(KINDS), hint="Layout of the targets. The circle is the paper's Table 2."
         )
-        self._count = gui.add_number(
-            "Targets", 10, min=1, max=MOST_TARGETS, step=1, hint="Number of targets."
-        )
+        self._count = self.number("Targets", 10, (1, MOST_TARGETS, 1), "Number of targets.")
         self._centre = gui.add_vector3(
             "Centre [mm]", (316.0, 354.0, 235.0), step=1.0, hint="Centre of the pattern in the base frame."
         )
-        self._radius = gui.add_number(
-            "Half width [mm]", 250.0, min=1.0, max=5000.0, step=1.0, hint="Radius, or half the side."
-        )
+        self._radius = self.number("Half width [mm]", 250.0, (1.0, 5000.0, 1.0), "Radius, or half the side.")
         self._tilts = gui.add_vector2(
             "Tilts [°]", (-150.0, -160.0), step=1.0, hint="Roll angles, assigned to the targets in turn."
         )

@@ -35,13 +35,11 @@ class BendingPanel(AbstractPanel):
                 overlay.bent,
                 hint="Show the violet arm as play, compliance and other effects of its model bend it.",
             )
-            self._times = gui.add_slider(
+            self._times = self.slider(
                 "Bending ×",
-                int(LEAST_EXAGGERATION),
-                GREATEST_BENDING,
-                1,
                 int(overlay.bending),
-                hint="Exaggeration of the violet arm's bending.",
+                (int(LEAST_EXAGGERATION), GREATEST_BENDING, 1),
+                "Exaggeration of the violet arm's bending.",
             )
             self._table = gui.add_html("")
         for control in (self._bent, self._times):

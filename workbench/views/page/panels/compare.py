@@ -61,13 +61,8 @@ class ComparePanel(AbstractPanel):
                 for name, (label, hint) in SWITCHES.items()
             }
             self._times, self._times_after = (
-                gui.add_number(
-                    label,
-                    getattr(overlay, name),
-                    min=LEAST_EXAGGERATION,
-                    max=GREATEST_EXAGGERATION,
-                    step=1.0,
-                    hint=hint,
+                self.number(
+                    label, getattr(overlay, name), (LEAST_EXAGGERATION, GREATEST_EXAGGERATION, 1.0), hint
                 )
                 for name, (label, hint) in FACTORS.items()
             )

@@ -39,13 +39,8 @@ class DataPanel(AbstractPanel):
                 main=True,
             )
         with gui.add_folder("Virtual arm"):
-            self._seed = gui.add_number(
-                "Seed",
-                1,
-                min=0,
-                max=999_999,
-                step=1,
-                hint="Each number gives an arm with other hidden errors.",
+            self._seed = self.number(
+                "Seed", 1, (0, 999_999, 1), "Each number gives an arm with other hidden errors."
             )
             self._surprise = gui.add_checkbox(
                 "Surprise me",
@@ -53,13 +48,11 @@ class DataPanel(AbstractPanel):
                 hint="Hide an effect that geometry can't explain (play, compliance or a bent gear) in one "
                 "joint, to see which errors remain after an identification.",
             )
-            self._more = gui.add_number(
+            self._more = self.number(
                 "More poses",
                 0,
-                min=0,
-                max=MOST_MORE,
-                step=10,
-                hint="Poses in the region to measure for fitting, besides the targets.",
+                (0, MOST_MORE, 10),
+                "Poses in the region to measure for fitting, besides the targets.",
             )
             self._instrument = gui.add_dropdown(
                 "Instrument",

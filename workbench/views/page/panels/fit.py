@@ -62,13 +62,11 @@ class FitPanel(AbstractPanel):
                 name: gui.add_checkbox(algorithm.title, name in USUAL, hint=algorithm.summary)
                 for name, algorithm in ALGORITHMS.items()
             }
-            self._held_out = gui.add_slider(
+            self._held_out = self.slider(
                 "Held out [%]",
-                5,
-                50,
-                5,
                 20,
-                hint="Share of the rows kept from the fit; the error there is the one to trust. "
+                (5, 50, 5),
+                "Share of the rows kept from the fit; the error there is the one to trust. "
                 "A virtual arm has checking poses of its own instead.",
             )
             self._frames = gui.add_dropdown(

@@ -45,13 +45,11 @@ class GuidedPanel(AbstractPanel):
                 main=True,
                 visible=False,
             )
-            self._seed = gui.add_number(
+            self._seed = self.number(
                 "Virtual arm",
                 1,
-                min=0,
-                max=999_999,
-                step=1,
-                hint="Seed of the virtual arm: each number gives an arm with other hidden errors.",
+                (0, 999_999, 1),
+                "Seed of the virtual arm: each number gives an arm with other hidden errors.",
             )
             self._begin = self.button(
                 "Begin measuring",

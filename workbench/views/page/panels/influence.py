@@ -1,7 +1,6 @@
 """How far an error of each constant would move the tool where the arm stands now (Katana §3.5)."""
 
 import re
-from typing import NamedTuple
 
 import numpy as np
 import viser
@@ -51,23 +50,13 @@ def _at_targets(session: Session) -> Influence | None:
     return first_order_influence(session.robot, Motion(np.stack(q))) if q else None
 
 
-class _Bar(NamedTuple):
-    """What one constant does [mm]."""
-
-    name: str
-    here: float
-    least: float
-    greatest: float
-    weight: float
-
-
 def bars(here: Influence, there: Influence) -> str:
     """Influences in the present pose, and their range at the targets, as a picture."""
     rows, least, greatest = 1e3 * here.distances, 1e3 * there.least, 1e3 * there.greatest
     top = max(float(rows.max()), float(greatest.max()), 1e-9)
     columns = zip(here.names, rows[0], least, greatest, here.weights[0], strict=True)
     step = WIDTH / len(here.names)
-    parts = [_bar(_Bar(*column), step * i, step, top) for i, column in enumerate(columns)]
+    parts = [_bar(*column, x=step * i, step=step, top=top) for i, column in enumerate(columns)]
     return (
         f'<svg viewBox="0 0 {WIDTH} {HEIGHT + FOOT}" width="100%">'
         f'<line x1="0" x2="{WIDTH}" y1="{HEIGHT}" y2="{HEIGHT}" style="stroke:{LINE}"/>{"".join(parts)}'
@@ -75,22 +64,24 @@ def bars(here: Influence, there: Influence) -> str:
     )
 
 
-def _bar(bar: _Bar, x: float, step: float, top: float) -> str:
+def _bar(
+    name: str, here: float, least: float, most: float, weight: float, *, x: float, step: float, top: float
+) -> str:
+    """What one constant does, here and at the targets [mm]."""
+
     def level(value: float) -> float:
         return HEIGHT - (HEIGHT - 14) * value / top
 
-    middle, symbol = x + 0.5 * step, short_name(bar.name)
-    words = (
-        f"{bar.name}: {number(bar.here)} mm here (k = {bar.weight:.2f}); "
-        f"{number(bar.least)} to {number(bar.greatest)} mm at the targets"
-    )
+    middle, symbol = x + 0.5 * step, short_name(name)
+    there = f"{number(least)} to {number(most)} mm at the targets"
+    words = f"{name}: {number(here)} mm here (k = {weight:.2f}); {there}"
     return (
         f'<g><title>{text(words)}</title><rect x="{x:.1f}" y="0" width="{step:.1f}" '
         f'height="{HEIGHT + FOOT}" fill="transparent"/>'
-        f'<rect x="{x + 0.18 * step:.1f}" y="{level(bar.here):.1f}" width="{0.64 * step:.1f}" '
-        f'height="{HEIGHT - level(bar.here):.1f}" rx="1" fill="{css(SELECTED)}"/>'
-        f'<line x1="{middle:.1f}" x2="{middle:.1f}" y1="{level(bar.least):.1f}" '
-        f'y2="{level(bar.greatest):.1f}" style="stroke:var(--mantine-color-text)" stroke-width="1"/>'
+        f'<rect x="{x + 0.18 * step:.1f}" y="{level(here):.1f}" width="{0.64 * step:.1f}" '
+        f'height="{HEIGHT - level(here):.1f}" rx="1" fill="{css(SELECTED)}"/>'
+        f'<line x1="{middle:.1f}" x2="{middle:.1f}" y1="{level(least):.1f}" '
+        f'y2="{level(most):.1f}" style="stroke:var(--mantine-color-text)" stroke-width="1"/>'
         f'<text text-anchor="middle" font-size="{min(10.0, 0.78 * step):.1f}" style="fill:{MUTED}">'
         f'<tspan x="{middle:.1f}" y="{HEIGHT + 11}">{text(symbol[0])}</tspan>'
         f'<tspan x="{middle:.1f}" y="{HEIGHT + 22}">{text(symbol[1])}</tspan></text></g>'

@@ -48,13 +48,11 @@ class JogPanel(AbstractPanel):
         with self._folder:
             ends = shown_joints(robot, robot.search_limits.T).T
             for i, ((low, high), unit) in enumerate(zip(ends, shown_units(robot), strict=True)):
-                slider = self._gui.add_slider(
+                slider = self.slider(
                     f"Joint {i + 1} [{unit.strip()}]",
-                    float(np.floor(10 * low) / 10),
-                    float(np.ceil(10 * high) / 10),
-                    0.1,
                     float(np.clip(0.0, low, high)),
-                    hint="Move this joint; the nominal and the calibrated arm follow.",
+                    (float(np.floor(10 * low) / 10), float(np.ceil(10 * high) / 10), 0.1),
+                    "Move this joint; the nominal and the calibrated arm follow.",
                 )
                 self.sends(slider, partial(self._jog, i))
                 self._sliders.append(slider)

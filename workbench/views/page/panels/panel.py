@@ -92,6 +92,19 @@ class AbstractPanel(ABC):
         on_press(made, lambda: self.send(do))
         return made
 
+    def number(
+        self, label: str, value: float, limits: tuple[float, float, float], hint: str
+    ) -> viser.GuiNumberHandle:
+        """A field for a number, with its least and greatest value and what an arrow key adds."""
+        least, most, step = limits
+        return self._gui.add_number(label, value, min=least, max=most, step=step, hint=hint)
+
+    def slider(
+        self, label: str, value: float, limits: tuple[float, float, float], hint: str, *, visible: bool = True
+    ) -> viser.GuiSliderHandle:
+        """The same as a slider."""
+        return self._gui.add_slider(label, *limits, value, visible=visible, hint=hint)
+
     def send(self, make: Callable[[], AbstractCommand | None]) -> None:
         """Send the command that `make` gives, if any; what was typed wrong is told on the page."""
         try:

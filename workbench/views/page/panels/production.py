@@ -26,13 +26,11 @@ class ProductionPanel(AbstractPanel):
             "Cancel stops it.",
         )
         self._result = gui.add_html("", visible=False)
-        self._arms = gui.add_number(
+        self._arms = self.number(
             "Virtual arms",
             TryPlate.arms,
-            min=1,
-            max=MOST_ARMS,
-            step=1,
-            hint="How many arms are tried. More of them give a narrower interval and take longer.",
+            (1, MOST_ARMS, 1),
+            "How many arms are tried. More of them give a narrower interval and take longer.",
         )
         self.download(
             "Plate to make (ZIP)",
@@ -66,21 +64,14 @@ class NoisePanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Instrument", expand_by_default=False):
-            self._position = gui.add_number(
-                "Noise [mm]",
-                0.1,
-                min=0.001,
-                max=10.0,
-                step=0.001,
-                hint="Standard deviation of each measured coordinate.",
+            self._position = self.number(
+                "Noise [mm]", 0.1, (0.001, 10.0, 0.001), "Standard deviation of each measured coordinate."
             )
-            self._rotation = gui.add_number(
+            self._rotation = self.number(
                 "Noise [°]",
                 0.02,
-                min=0.001,
-                max=5.0,
-                step=0.001,
-                hint="Standard deviation of the measured rotation about each axis.",
+                (0.001, 5.0, 0.001),
+                "Standard deviation of the measured rotation about each axis.",
             )
         for field in (self._position, self._rotation):
             self.sends(field, self._noise)

@@ -52,7 +52,7 @@ class RegionPanel(AbstractPanel):
         )
         self._legend = gui.add_html("")
         self._cut = gui.add_dropdown("Slice", list(CUTS), hint="Show all cubes, or one layer across an axis.")
-        self._layer = gui.add_slider("Layer", 1, 2, 1, 1, hint="Which layer is shown.")
+        self._layer = self.slider("Layer", 1, (1, 2, 1), "Which layer is shown.")
         self._part = gui.add_multi_slider(
             "Keep [%]", 0, 100, 1, (0, 100), hint="Hide cubes below or above a part of the colour scale."
         )
@@ -96,8 +96,8 @@ class RegionPanel(AbstractPanel):
         self._greatest = Coordinates(
             gui, "To", Quantity.LENGTH, hint="Corner of the region with the largest coordinates."
         )
-        self._cube = gui.add_slider(
-            "Cube [mm]", 10, 200, 1, 50, hint="Side L of the cubes that the region is divided into."
+        self._cube = self.slider(
+            "Cube [mm]", 50, (10, 200, 1), "Side L of the cubes that the region is divided into."
         )
         for control in (self._least.control, self._greatest.control, self._cube):
             self.sends(control, self._set)

@@ -67,17 +67,15 @@ class TrackPanel(AbstractPanel):
             self._centre = gui.add_vector3(
                 "Centre [mm]", (0.0, 0.0, 0.0), step=1.0, hint="Middle of the path in the base frame."
             )
-            self._radius = gui.add_number(
-                "Radius [mm]", 100.0, min=1.0, max=5000.0, step=1.0, hint="Of the circle, or half the line."
+            self._radius = self.number(
+                "Radius [mm]", 100.0, (1.0, 5000.0, 1.0), "Of the circle, or half the line."
             )
             self._plane = gui.add_dropdown("Plane", list(PLANES), hint="In which the path lies.")
-            self._duration = gui.add_number(
+            self._duration = self.number(
                 "Duration [s]",
                 10.0,
-                min=LEAST_TIME,
-                max=GREATEST_TIME,
-                step=1.0,
-                hint="Time from start to end, at rest at both.",
+                (LEAST_TIME, GREATEST_TIME, 1.0),
+                "Time from start to end, at rest at both.",
             )
             self._corrected = gui.add_checkbox(
                 "Corrected",
@@ -91,20 +89,18 @@ class TrackPanel(AbstractPanel):
                 viser.Icon.ROUTE,
                 "Compute joint positions along the path as the nominal arm's controller does.",
             )
-            self._pace = gui.add_slider(
-                "Speed ×", SLOWEST, QUICKEST, 0.1, 1.0, visible=False, hint="Playback speed."
+            self._pace = self.slider(
+                "Speed ×", 1.0, (SLOWEST, QUICKEST, 0.1), "Playback speed.", visible=False
             )
             self.sends(self._pace, lambda: SetPace(float(self._pace.value)))
             self._build_buttons(gui)
             self._curves = gui.add_html("")
-            self._time = gui.add_slider(
+            self._time = self.slider(
                 "Time",
                 0.0,
-                1.0,
-                0.001,
-                0.0,
+                (0.0, 1.0, 0.001),
+                "Click or drag on the curves: the arms go there.",
                 visible=False,
-                hint="Click or drag on the curves: the arms go there.",
             )
             self.sends(self._time, self._go)
             self._result = gui.add_html("")

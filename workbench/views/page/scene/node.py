@@ -28,11 +28,6 @@ class Node:
     change: Callable[[Any, Any], bool] = lambda old, new: False
 
 
-def ray_of(event: viser.SceneClickEvent) -> Ray:
-    """The ray of a click."""
-    return np.array(event.ray_origin), np.array(event.ray_direction)
-
-
 def put(node: viser.SceneNodeHandle, place: Vector3, rotation: Matrix3 | None = None) -> None:
     """Give a node a pose, of which only what differs is sent."""
     if not np.array_equal(node.position, place):
