@@ -46,22 +46,12 @@ class Body:
 
 
 def make_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
-    """The bodies of the robot's file, or generated ones where it has none.
-
-    Args:
-        robot: The arm.
-        swell: How much thicker than usual generated ones are: for a shell about another arm.
-    """
+    """The bodies of the robot's file, or generated ones where it has none, thicker by `swell`."""
     return file_bodies(robot) or generated_bodies(robot, swell=swell)
 
 
 def generated_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
-    """The base's body and one per joint, each in its own frame of `body_frames`.
-
-    Args:
-        robot: The arm.
-        swell: How much thicker than usual: for a shell about another arm.
-    """
+    """The base's body and one per joint, each in its own frame of `body_frames`."""
     drivers = joint_elements(robot)
     order = np.argsort(drivers)
     paths = skeleton.link_paths(robot)
@@ -96,12 +86,9 @@ def file_bodies(robot: Robot) -> tuple[Body, ...]:
 def body_frames(
     robot: Robot, q: Float[np.ndarray, " n"], *, shift: Float[np.ndarray, "_ _"] = chains.NO_SHIFT
 ) -> Float[np.ndarray, "bodies 4 4"]:
-    """Where each body stands, in the frame of the robot's base.
+    """Where each body stands at joint positions [rad or m], in the frame of the robot's base.
 
-    Args:
-        robot: The arm.
-        q: Joint positions [rad or m].
-        shift: What is added to each element of its chain, one row [rad or m]; nothing if empty.
+    `shift` is added to the elements of the chain, one row [rad or m]; nothing if empty.
     """
     return skeleton.body_frames(robot, q[None], shift=shift)[0]
 

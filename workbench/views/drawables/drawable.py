@@ -43,12 +43,7 @@ class Arm:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Points:
-    """Round points, or square ones.
-
-    Args:
-        numbers: What a click on each tells.
-        are_squares: Whether they are square.
-    """
+    """Round points, or square ones; a click on each tells its number."""
 
     places: Float[np.ndarray, "points 3"]
     colours: UInt8[np.ndarray, "points 3"]
@@ -68,12 +63,7 @@ class Arrows:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Line:
-    """A line through places.
-
-    Args:
-        colours: Of each place.
-        pixels: Its width on the page.
-    """
+    """A line through places, each of its own colour; on the page so many pixels wide."""
 
     places: Float[np.ndarray, "places 3"]
     colours: UInt8[np.ndarray, "places 3"]
@@ -91,14 +81,7 @@ class Cuboid:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Cubes:
-    """Cubes of a region.
-
-    Args:
-        shown: Which are drawn.
-        known: Which have a number; the others are grey.
-        colours: Of each cube, shown or not.
-        picked: The one that was clicked.
-    """
+    """Cubes of a region: which are shown, which have a number (others are grey), which one was clicked."""
 
     region: Region
     shown: Bool[np.ndarray, " cubes"]

@@ -84,13 +84,7 @@ class AbstractSink(ABC):
 
     @abstractmethod
     def change(self, item: Item, old: Any, new: Any) -> None:
-        """Draw an item.
-
-        Args:
-            item: Where, and whether it is shown.
-            old: What is drawn there; None if nothing is.
-            new: What is to be drawn.
-        """
+        """Draw an item over what is drawn there, if anything is."""
 
     @abstractmethod
     def remove(self, path: str) -> None:

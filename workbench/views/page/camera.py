@@ -38,13 +38,7 @@ def aim_all(server: viser.ViserServer, position: Vector3, look_at: Vector3) -> N
 def look_at(
     client: viser.ClientHandle, places: Float[np.ndarray, "places 3"], *, along: Vector3 = VIEW
 ) -> None:
-    """Move a page's camera so that all places are in the picture.
-
-    Args:
-        client: The page.
-        places: In the frame of the robot's base [m].
-        along: Direction from the places to the camera.
-    """
+    """Move a page's camera so that all places are in the picture, seen along this direction towards it."""
     aim(client, *view_of(places, along=along))
 
 

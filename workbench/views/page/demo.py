@@ -34,7 +34,7 @@ class Scene:
     """One step of the story.
 
     Args:
-        caption: What is said; empty: what was said before still stands.
+        caption: Empty: what was said before still stands.
         commands: What is done, one after the other.
         seconds: How long it stands afterwards, or in all for many commands.
         tab: Where its outcome is seen.
@@ -47,12 +47,7 @@ class Scene:
 
 
 class Demo:
-    """Runs in a thread of its own.
-
-    Args:
-        worker: Whose session it plays with.
-        pace: Factor on all waiting times.
-    """
+    """Plays with a worker's session in a thread of its own; the pace is a factor on all waiting times."""
 
     def __init__(self, worker: Worker, *, pace: float = 1.0):
         self._worker, self._pace = worker, pace

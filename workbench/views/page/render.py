@@ -83,14 +83,7 @@ class BrowserView(AbstractView):
 
     In a drag the numbers that count go first, alone: a page shows them without waiting for its next frame,
     which takes long where the scene is drawn without a graphics card. Nothing waits for viser's own window.
-
-    Args:
-        server: Where.
-        worker: What takes the commands.
-        link: Address of the page with this session; empty if it is not recorded.
-        show_demo: Begins the demo, from the card that asks what one has.
-        asks: Whether that card is open at first.
-        drawn: What is in the scene already; None for nothing.
+    `link`: the page's address with this session, empty if it is not recorded; the others are those of `App`.
     """
 
     def __init__(

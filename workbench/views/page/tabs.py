@@ -16,13 +16,10 @@ STYLE = 'width="1" height="1" style="position:absolute;opacity:0"'
 
 
 class PageSignals:
-    """What the pages of a server tell: viser has no message for it, so a page asks for a picture.
+    """What the pages of a local server tell: viser has no message for it, so a page asks for a picture.
 
     The picture is not there; its address is what is told. It holds a secret, so that no other page can tell
     anything.
-
-    Args:
-        server: Another one than a local server is told nothing.
     """
 
     def __init__(self, server: viser.ViserServer):
@@ -63,13 +60,7 @@ PATIENCE = 5.0
 
 
 class Tabs:
-    """The tab group of the panel.
-
-    Args:
-        server: Where.
-        told: What its pages tell.
-        first: The tab that a new page opens; None: the first one.
-    """
+    """The tab group of the panel; a new page opens the `first` one, or else the leftmost."""
 
     def __init__(self, server: viser.ViserServer, told: PageSignals, *, first: Tab | None = None):
         self._server, self._told, self._opened = server, told, first

@@ -16,12 +16,7 @@ STEP, TIME, ROW = "step", "session_time", "measured_row"
 
 
 class Canvas:
-    """Draws into every outlet alike.
-
-    Args:
-        outlets: Where to.
-        prefix: Begins the path of every entity, where two sessions share a recording.
-    """
+    """Draws into every outlet alike; the prefix begins every path, where two sessions share a recording."""
 
     def __init__(self, outlets: Sequence[AbstractOutlet], *, prefix: str = ""):
         self._outlets, self._prefix = tuple(outlets), prefix

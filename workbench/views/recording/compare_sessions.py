@@ -31,12 +31,7 @@ UNITS = {"rad": (1e3, "mrad"), "m": (1e3, "mm")}
 
 @dataclass(frozen=True)
 class Figure:
-    """One number of every session.
-
-    Args:
-        name: What it is.
-        values: By session; NaN where a session has none.
-    """
+    """One number of every session; NaN where a session has none."""
 
     name: str
     values: tuple[float, ...]
@@ -44,14 +39,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class Move:
-    """One parameter over the sessions.
-
-    Args:
-        name: As in the result, such as `joint2.alpha`.
-        unit: `rad` or `m`.
-        values: By session; NaN where it was not identified.
-        stds: Standard errors, likewise.
-    """
+    """One parameter over the sessions, in rad or m, with standard errors; NaN where it was not identified."""
 
     name: str
     unit: str
@@ -74,13 +62,7 @@ class Move:
 
 @dataclass(frozen=True)
 class Compared:
-    """Several sessions beside each other.
-
-    Args:
-        names: Of the sessions.
-        figures: Numbers at their ends.
-        moves: Their parameters.
-    """
+    """Several sessions beside each other: numbers at their ends, and their parameters."""
 
     names: tuple[str, ...]
     figures: tuple[Figure, ...]

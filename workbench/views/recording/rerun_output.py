@@ -49,16 +49,13 @@ class AbstractOutlet(ABC):
 
 
 class FileOutlet(AbstractOutlet):
-    """Writes a file.
+    """Writes a file, over an older one.
 
     Args:
-        path: The file, which is overwritten.
+        path: The file.
         recording: Identity of the recording; parts of one session share it.
         blueprint: How the viewer is laid out.
-        tell: Told once of trouble with the disk.
-
-    Attributes:
-        trouble: What was told; empty if all is well.
+        tell: Told once of trouble with the disk, which `trouble` then says.
     """
 
     def __init__(
@@ -102,12 +99,7 @@ class FileOutlet(AbstractOutlet):
 
 
 class ViewerOutlet(AbstractOutlet):
-    """Streams to a viewer that is open.
-
-    Args:
-        address: `HOST`, `HOST:PORT`, or the viewer's own URL.
-        recording: Identity of the recording.
-        blueprint: How the viewer is laid out.
+    """Streams to a viewer that is open at `HOST`, `HOST:PORT`, or the viewer's own URL.
 
     Raises:
         OptionError: nobody listens there.

@@ -25,12 +25,7 @@ log = logging.getLogger(__name__)
 
 
 class RecordingSink(AbstractSink):
-    """Draws onto a canvas; what can't be drawn is left out, and the rest goes on.
-
-    Args:
-        canvas: Where.
-        prefix: Begins every path.
-    """
+    """Draws onto a canvas, below a prefix; what can't be drawn is left out, and the rest goes on."""
 
     def __init__(self, canvas: Canvas, prefix: str = ""):
         super().__init__()
@@ -53,13 +48,7 @@ class RecordingSink(AbstractSink):
 
 
 def mesh(solid: Solid, colour: tuple[int, ...], *, flat: bool = False) -> rr.Mesh3D:
-    """A solid of one colour.
-
-    Args:
-        solid: Its triangles.
-        colour: Red, green, blue, and opacity if it is not solid, 0 to 255.
-        flat: Whether its triangles are flat, not parts of a round body.
-    """
+    """A solid of one colour (or opacity too); `flat` where its triangles are not parts of a round body."""
     if flat:
         corners = solid.vertices[solid.faces].reshape(-1, 3)
         solid = Solid(corners, np.arange(len(corners)).reshape(-1, 3))

@@ -53,13 +53,10 @@ def show_recordings(
 
     Args:
         recordings: One or two.
-        out: Write one file here instead of opening a viewer.
+        out: Write one file here, which is returned, instead of opening a viewer.
         web: Whether to open the viewer in the browser.
         progress: Called with the part done, while pictures are drawn.
         say: Told what is done besides.
-
-    Returns:
-        The file that was written, if any.
     """
     if len(recordings) > 2:
         raise OptionError(f"{len(recordings)} recordings can't be shown side by side; give one or two")
@@ -83,11 +80,7 @@ def pictures_of(
 ) -> list[Path]:
     """Files that a viewer can open, showing the whole session.
 
-    Args:
-        recording: A session.
-        room: Where files are made that the recording does not have as they should be.
-        progress: Called with the part done, while pictures are drawn.
-        say: Told what is done besides.
+    `room` is where those are made that the recording does not have as they should be.
     """
     files = []
     for path in parts(recording.folder):
@@ -166,9 +159,6 @@ class FileServer(ThreadingHTTPServer):
 
     rerun's own server gives a recording to whoever asks, a foreign page that has rebound its name included.
     Here a recording has a secret in its path, and a request must name this server as its host.
-
-    Args:
-        files: Which.
     """
 
     daemon_threads = True

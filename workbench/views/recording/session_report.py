@@ -27,12 +27,7 @@ PREDICTED = (("predicted error, rms [mm]", 1e3), ("predicted rotation error, rms
 
 
 def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
-    """Write the report of a recorded session.
-
-    Args:
-        recording: Its journal.
-        replayed: What doing it again came to.
-        path: The file, whole or not at all.
+    """Write the report of a recorded session, the file whole or not at all.
 
     Raises:
         FileError: it can't be written.

@@ -33,14 +33,7 @@ STEPS = {"mm": 1.0, "°": 1.0, "m": 1e-3, "rad": 1e-2}
 
 
 class Coordinates:
-    """A control with three numbers.
-
-    Args:
-        gui: Where it is made.
-        title: Its label, without the unit.
-        quantity: What the numbers are.
-        hint: Its tooltip.
-    """
+    """A control with three numbers; its title has no unit."""
 
     def __init__(self, gui: viser.GuiApi, title: str, quantity: Quantity, *, hint: str):
         self._title, self._quantity = title, quantity

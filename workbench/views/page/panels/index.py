@@ -63,10 +63,7 @@ class IndicesPanel(AbstractPanel):
 def judgement(score: Score, noise: float, wanted: Wanted | None = None) -> str:
     """Whether a predicted error is good: against what is wanted, and against the instrument.
 
-    Args:
-        score: What is predicted, root mean squares.
-        noise: Standard deviation of each coordinate that the instrument measures [m].
-        wanted: What is wanted at most; None if nothing is.
+    `noise` is the standard deviation of each coordinate that it measures [m].
     """
     if not np.isfinite(score.position):
         return ""

@@ -29,11 +29,7 @@ AFTERWARDS = math.inf
 
 
 class AbstractPanel(ABC):
-    """Controls on the page: `build` makes them once; afterwards only `show` changes them.
-
-    Args:
-        worker: What takes the commands.
-    """
+    """Controls on the page: `build` makes them once; afterwards only `show` changes them."""
 
     pause: ClassVar[float] = 0.25
     """Least time between two drawings in the course of a drag [s]; with 0, at every step before all else."""
@@ -182,14 +178,7 @@ class AbstractPanel(ABC):
 
 
 def ask(event: viser.GuiEvent, question: str, label: str, do: Callable[[], object]) -> None:
-    """Do something once the user has said so, in a sheet over that user's page.
-
-    Args:
-        event: Of the button that was pressed.
-        question: What is at stake.
-        label: Of the button that does it.
-        do: What is done then.
-    """
+    """Do something once the user has said so, in a sheet over the page of the user who pressed a button."""
     if event.client is None:
         return
     gui = event.client.gui
@@ -219,14 +208,7 @@ def sheet(event: viser.GuiEvent, title: str, content: str) -> None:
 
 
 def waiting(session: Session, testid: str, ready: str, *, more: str = "") -> str:
-    """What a panel says before it has a result.
-
-    Args:
-        session: Now.
-        testid: Of the block.
-        ready: What to do once there are measurements.
-        more: Added to the sentence that asks for measurements.
-    """
+    """What a panel says before it has a result: what it needs (and `more`), that it works, or is `ready`."""
     if session.loaded is None:
         words = f"Needs measurements: load a file or measure a virtual arm in the Measure tab{more}."
     else:

@@ -61,11 +61,9 @@ def numbers(done: tuple[Stage, ...]) -> str:
 
 
 def histogram(done: tuple[Stage, ...], noise: float) -> str:
-    """How many rows have which error, on one logarithmic axis, with the instrument's noise.
+    """How many rows have which error, on one logarithmic axis.
 
-    Args:
-        done: The stages.
-        noise: Mean length of the instrument's errors [mm]; NaN where it is unknown.
+    `noise` is the mean length of the instrument's errors [mm], NaN where it is unknown.
     """
     values = [np.maximum(1e3 * s.rows[np.isfinite(s.rows)], LEAST) for s in done]
     if not all(map(len, values)):

@@ -25,13 +25,7 @@ ALONE = "Choose the robot: you get a plate of ten targets before it, to be impro
 
 
 class StartCard(AbstractPanel):
-    """A modal over the page.
-
-    Args:
-        worker: What takes the commands.
-        show_demo: Begins the demo.
-        is_open: Whether it is there at first.
-    """
+    """A modal over the page, there at first if `is_open`; `show_demo` begins the demo."""
 
     depends = ("robot", "loaded", "unread", "is_idle")
 

@@ -76,9 +76,7 @@ def row_words(i: int, choice: "Choice") -> str:
 def plot(found: "Tradeoff", links: tuple[str, ...] = ()) -> str:
     """Error against price, numbered like the rows; the line joins the plates that nothing beats.
 
-    Args:
-        found: The plates.
-        links: Where a click on each of the first dots leads.
+    A click on each of the first dots follows its link.
     """
     from workbench.report.figures import COLOURS  # with matplotlib, which no page needs to begin with
 

@@ -123,11 +123,7 @@ class TrackPanel(AbstractPanel):
         )
 
     def place(self, share: float) -> None:
-        """Move the line over the curves, as the arms move along the path.
-
-        Args:
-            share: Of the trajectory that is done.
-        """
+        """Move the line over the curves to this share of the trajectory, as the arms move along it."""
         set_value(self._time, round(share, 3))
 
     def _show_usual(self, session: Session) -> None:

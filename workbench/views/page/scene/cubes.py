@@ -72,13 +72,7 @@ def _edges(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndar
 
 
 def cube_under(cubes: Cubes, origin: Vector3, direction: Vector3) -> tuple[float, int] | None:
-    """Distance [m] and number of the first cube that a ray meets, a face of which is drawn; None if none is.
-
-    Args:
-        cubes: Of which one may be meant.
-        origin: Where the camera is [m].
-        direction: From there through the pointer, of unit length.
-    """
+    """Distance [m] and number of the first cube that a ray of unit length meets, a face of which is drawn."""
     numbers, side = outer_faces(cubes.region, cubes.shown).T
     off = _places(cubes.region, numbers, side) - origin
     towards = NORMALS[side] @ direction

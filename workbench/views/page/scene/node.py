@@ -18,10 +18,7 @@ Ray = tuple[Vector3, Vector3]
 class Node:
     """A node, with all that is below it.
 
-    Args:
-        root: What is hidden and removed.
-        change: Takes an old and a new drawable to what is sent of the difference; False if the node must be
-            made anew.
+    `change` takes an old and a new drawable to what is sent of the difference; False: it must be made anew.
     """
 
     root: viser.SceneNodeHandle

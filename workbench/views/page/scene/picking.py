@@ -32,10 +32,7 @@ def picked(
 ) -> tuple[str, int] | None:
     """Path and number of what a click means, the nearest; a target rather than the points around it.
 
-    Args:
-        drawn: Paths and drawables that are shown.
-        ray: Of the click.
-        points_first: Whether it means the points at a target, as while rows are looked at.
+    `points_first`: the points at a target instead, as while rows are looked at.
     """
     solid: list[tuple[float, int, str, type]] = []
     points: list[tuple[float, int, str, type]] = []
@@ -52,13 +49,7 @@ def picked(
 
 
 def nearest_to_ray(places: Float[np.ndarray, "points 3"], origin: Vector3, direction: Vector3) -> Hit | None:
-    """The place that a click on the page means, the nearest to the camera of those under the pointer.
-
-    Args:
-        places: Of which one was clicked [m].
-        origin: Where the camera is [m].
-        direction: From there through the pointer, of unit length.
-    """
+    """The place that a click means, the nearest to the camera [m] of those under a ray of unit length."""
     off = places - origin
     along = off @ direction
     aside = np.linalg.norm(off - along[:, None] * direction, axis=1)

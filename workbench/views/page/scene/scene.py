@@ -28,16 +28,9 @@ from workbench.views.page.scene.gizmo import Corners, Gizmo
 
 
 class Scene:
-    """Everything in the scene, drawn together; gestures only send commands.
+    """Everything in the scene, drawn together, on from what is `drawn` already; gestures only send commands.
 
-    Args:
-        server: Where.
-        worker: What takes the commands.
-        session: Its first snapshot.
-        drawn: What is there already; None for nothing.
-
-    Attributes:
-        moved: Told the share of a trajectory that is done, frame by frame.
+    `moved` is told the share of a trajectory that is done, frame by frame.
     """
 
     def __init__(
@@ -137,10 +130,7 @@ HIGH = 0.5
 class Player:
     """Knows how far along its trajectory the arm is while it moves.
 
-    Args:
-        server: Whose pages look at a new trajectory.
-        worker: Told where the arm has stopped.
-        frame: Draws the arms; called by the thread for every frame, with what advances the arm.
+    `frame` draws the arms: it is called by the run's thread, with what advances the arm.
     """
 
     def __init__(self, server: viser.ViserServer, worker: Worker, frame: Callable[["Run"], None]):
@@ -151,11 +141,7 @@ class Player:
         self._at = 0.0
 
     def follow(self, session: Session) -> float:
-        """Begin, go on, or stop as the session says.
-
-        Returns:
-            The time along the trajectory where the arm stands now [s].
-        """
+        """Begin, go on, or stop as the session says; returns the time along the trajectory now [s]."""
         if session.track is not self._track:
             self._stop()
             self._look(session.track)
@@ -206,14 +192,7 @@ class Player:
 
 @final
 class Run:
-    """The thread of one run.
-
-    Args:
-        at: From this time on [s].
-        end: Up to this one [s].
-        pace: So many times faster than its own time.
-        step: Called for every frame.
-    """
+    """The thread of one run, from one time to another [s], `pace` times as fast; `step` draws every frame."""
 
     def __init__(self, at: float, end: float, pace: float, step: Callable[["Run"], None]):
         self.at, self.stop = at, threading.Event()

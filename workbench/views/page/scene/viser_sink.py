@@ -28,11 +28,7 @@ REDRAWN = 0.25
 
 
 class PageSink(AbstractSink):
-    """Draws what is shown; what is hidden is made, or changed, when it is shown again.
-
-    Args:
-        server: Where.
-    """
+    """Draws what is shown; what is hidden is made, or changed, when it is shown again."""
 
     def __init__(self, server: viser.ViserServer):
         super().__init__()
