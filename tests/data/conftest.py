@@ -3,7 +3,7 @@
 import pytest
 
 from workbench.base.bounded_process import ChildError
-from workbench.data import bags_and_c3d, binary_tables
+from workbench.data import binary_tables
 
 
 @pytest.fixture(autouse=True)
@@ -11,23 +11,21 @@ def read_once(monkeypatch):
     """What a child answered, kept for as long as a test: many read a file and preview it as well."""
     read, known = binary_tables.in_child, {}
 
-    def once(function, data, *, seconds, memory, **others):
-        key = function, data, seconds, memory
+    def once(function, content, *, seconds, memory, **others):
+        key = function, content, seconds, memory
         if key not in known:
             try:
-                known[key] = read(function, data, seconds=seconds, memory=memory, **others)
+                known[key] = read(function, content, seconds=seconds, memory=memory, **others)
             except ChildError as error:
                 known[key] = error
         if isinstance(known[key], ChildError):
             raise known[key]
         return known[key]
 
-    for module in (binary_tables, bags_and_c3d):
-        monkeypatch.setattr(module, "in_child", once)
+    monkeypatch.setattr(binary_tables, "in_child", once)
 
 
 @pytest.fixture
 def read_here(monkeypatch):
     """Without a child, which costs more to start than any sound file to read."""
-    for module in (binary_tables, bags_and_c3d):
-        monkeypatch.setattr(module, "in_child", lambda function, data, **_: function(data))
+    monkeypatch.setattr(binary_tables, "in_child", lambda function, content, **_: function(content))

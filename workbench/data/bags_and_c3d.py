@@ -5,14 +5,16 @@
 
 import math
 import struct
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from workbench.base.bounded_process import MEBIBYTE, ChildError, in_child
-from workbench.base.errors import FileError, MissingExtraError
+from workbench.base.bounded_process import MEBIBYTE, ChildError
+from workbench.base.errors import MissingExtraError
 from workbench.base.progress import Cancel
+from workbench.data.binary_tables import read_in_child
 
 MEMORY = 400 * MEBIBYTE
 """What a child may take beside a few times the file's size [bytes]."""
@@ -28,42 +30,27 @@ def read_bag(path: Path, cancel: Cancel) -> Streams:
 
     Each has `time` (of the recorder) and `stamp` (of the sender) [s]; joints have `names` and `q`, NaN where
     a message lacks one; poses have `pose`: x, y, z [m] and the quaternion w, x, y, z.
-
-    Raises:
-        MissingExtraError: rosbags is not installed.
-        FileError: the bag is broken, or too large.
-        Cancelled: asked to stop.
     """
-    return _read(
-        bag_streams, path, "rosbags.highlevel", "ros", "this bag", "check it with 'ros2 bag info'", cancel
-    )
+    words = {"what": "this bag", "instead": "check it with 'ros2 bag info'"}
+    return _read(bag_streams, path, "rosbags.highlevel", "ros", cancel=cancel, **words)
 
 
 def read_c3d(path: Path, cancel: Cancel) -> tuple[np.ndarray, list[str], np.ndarray]:
-    """Time of every frame [s], names of the points, and their places [m], NaN where one was not seen.
-
-    Raises:
-        MissingExtraError: ezc3d is not installed.
-        FileError: the file is broken, or too large.
-        Cancelled: asked to stop.
-    """
-    return _read(c3d_points, path, "ezc3d", "mocap", "this C3D file", "export it again, or as CSV", cancel)
+    """Time of every frame [s], names of the points, and their places [m], NaN where one was not seen."""
+    words = {"what": "this C3D file", "instead": "export it again, or as CSV"}
+    return _read(c3d_points, path, "ezc3d", "mocap", cancel=cancel, **words)
 
 
-def _read(function, path: Path, library: str, extra: str, what: str, instead: str, cancel: Cancel) -> Any:
-    from importlib.util import find_spec
-
+def _read(function, path: Path, library: str, extra: str, *, what: str, **more: Any) -> Any:
     if find_spec(library.partition(".")[0]) is None:
         raise MissingExtraError(f"reading {what.removeprefix('this ')}s", extra=extra)
     files = [path] if path.is_file() else [p for p in path.iterdir() if p.is_file()]
     size = sum(p.stat().st_size for p in files)
-    seconds, memory = 1.0 + 5.0 * size / MEBIBYTE, MEMORY + 4 * min(size, 1024 * MEBIBYTE)
-    try:
-        return in_child(
-            function, str(path.absolute()), needs=library, seconds=seconds, memory=memory, cancel=cancel
-        )
-    except ChildError as error:
-        raise FileError(f"{what} can't be read ({error}): {instead}", path=str(path)) from None
+    bounds: dict[str, Any] = {
+        "seconds": 1.0 + 5.0 * size / MEBIBYTE,
+        "memory": MEMORY + 4 * min(size, 1024 * MEBIBYTE),
+    }
+    return read_in_child(function, str(path.absolute()), path, needs=library, what=what, **bounds, **more)
 
 
 def bag_streams(path: str) -> Streams:

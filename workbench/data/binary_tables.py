@@ -31,12 +31,7 @@ Cells = tuple[list[list[str]], list[int]]
 
 
 def read_workbook(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[str, Cells]:
-    """Cells of each sheet by its name.
-
-    Raises:
-        FileError: no workbook, or too large a one.
-        Cancelled: asked to stop.
-    """
+    """Cells of each sheet by its name."""
     what, instead = "this workbook", "save it again as .xlsx, or as CSV"
     most = min(max(AT_LEAST, RATIO * len(data)), AT_MOST)
     try:
@@ -51,13 +46,7 @@ def read_workbook(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[st
 
 
 def read_columns(data: bytes, path: Path, *, cancel: Cancel = never) -> tuple[list[str], list[list[str]]]:
-    """Names of a parquet file's columns, and the cells of each.
-
-    Raises:
-        MissingExtraError: pyarrow is not installed.
-        FileError: the file is broken, or too large.
-        Cancelled: asked to stop.
-    """
+    """Names of a parquet file's columns, and the cells of each."""
     what, instead = "this parquet file", "write it again, or save it as CSV"
     try:
         import pyarrow  # noqa: F401
@@ -69,32 +58,25 @@ def read_columns(data: bytes, path: Path, *, cancel: Cancel = never) -> tuple[li
 
 
 def read_arrays(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[str, np.ndarray]:
-    """Arrays of a MATLAB file by name, fields of structs as 'struct.field'.
-
-    Raises:
-        FileError: the file is broken, or too large.
-        Cancelled: asked to stop.
-    """
+    """Arrays of a MATLAB file by name, fields of structs as 'struct.field'."""
     what, instead = "this MATLAB file", "save it with -v7, or as CSV"
     if len(data) < 136 or data[126:128] not in (b"IM", b"MI"):
         raise _refusal(what, "it has no header of version 5", instead, path)
     return _read(matlab_arrays, "scipy.io", data, path, what=what, instead=instead, cancel=cancel)
 
 
-def _read(
-    function: Callable[[bytes], Any],
-    library: str,
-    data: bytes,
-    path: Path,
-    *,
-    what: str,
-    instead: str,
-    cancel: Cancel,
-) -> Any:
+def _read(function: Callable[[bytes], Any], library: str, data: bytes, path: Path, **words: Any) -> Any:
     """The function's result for these bytes from a child whose bounds grow with the file."""
     seconds, memory = 1.0 + 20.0 * len(data) / MEBIBYTE, BASE_MEMORY + 100 * len(data)
+    return read_in_child(function, data, path, needs=library, seconds=seconds, memory=memory, **words)
+
+
+def read_in_child(
+    function: Callable[..., Any], content: Any, path: Path, *, what: str, instead: str, **bounds: Any
+) -> Any:
+    """The function's result from a child; what goes wrong there is a `FileError` with a remedy."""
     try:
-        return in_child(function, data, needs=library, seconds=seconds, memory=memory, cancel=cancel)
+        return in_child(function, content, **bounds)
     except ChildError as error:
         raise _refusal(what, str(error), instead, path) from None
 

@@ -13,6 +13,7 @@ from workbench.arm.posed_arm import posed_arm
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
+from workbench.base.hand_eye import nearest_rotation
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import check_plausible
 
@@ -42,9 +43,8 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
     rows = np.flatnonzero(dataset.included & dataset.in_session(dataset.sessions[0]))[:MOST]
     if len(rows) >= FEWEST:
         seen = dataset.take(rows)
-        poses = tool_poses(
-            robot.with_effects(), Motion(seen.q)
-        )  # effects are far smaller than what is refused
+        # effects are far smaller than what is refused
+        poses = tool_poses(robot.with_effects(), Motion(seen.q))
         _refuse_lengths(seen, poses[:, :3, 3])
         _refuse_quaternions(seen, poses[:, :3, :3])
     return dataset
@@ -95,7 +95,6 @@ def _mismatch(measured: Float[np.ndarray, "rows 3 3"], expected: Float[np.ndarra
     turned, meant = (turns @ turns[0].T for turns in (measured, expected))
     before, after = se3.matrix_to_rotvec(meant), se3.matrix_to_rotvec(turned)
     certain = (np.linalg.norm(before, axis=1) < ENDS) & (np.linalg.norm(after, axis=1) < ENDS)
-    u, _, vt = np.linalg.svd(after[certain].T @ before[certain])
-    frame = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    frame = nearest_rotation(after[certain].T @ before[certain])
     apart = se3.matrix_to_rotvec(np.swapaxes(turned, 1, 2) @ frame @ meant @ frame.T)
     return float(np.median(np.linalg.norm(apart, axis=1)))

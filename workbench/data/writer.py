@@ -2,7 +2,7 @@
 
 import csv
 import io
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from enum import StrEnum
 from pathlib import Path
 
@@ -86,51 +86,43 @@ def measurements_csv(
     return buffer.getvalue()
 
 
-def _columns(dataset: Dataset, form: RotationForm, prismatic: Collection[int]) -> Iterator[Column]:
+def _columns(data: Dataset, form: RotationForm, prismatic: Collection[int]) -> Iterator[Column]:
     """Heading and values of each column, in the order of formats.md."""
-    for j in range(dataset.joints):
-        yield f"q{j + 1}[{'m' if j in prismatic else 'rad'}]", dataset.q[:, j]
-    yield from _stack(("x[m]", "y[m]", "z[m]"), dataset.position)
-    if dataset.rotation is not None:
-        yield from _rotation_columns(dataset.rotation, form)
-    yield from _single("time[s]", dataset.time)
-    yield from _single("temperature[degC]", dataset.temperature)
-    yield from _single("payload[kg]", dataset.payload)
-    yield from _stack([f"torque{j + 1}[N*m]" for j in range(dataset.joints)], dataset.torque)
-    yield from _stack([f"direction{j + 1}" for j in range(dataset.joints)], dataset.direction)
-    yield from _stack(_SIGMA, dataset.sigma)
-    if dataset.markers is not None:
-        for m in range(dataset.markers.shape[1]):
-            yield from _stack([f"m{m + 1}{axis}[m]" for axis in "xyz"], dataset.markers[:, m])
-    yield from _single("distance[m]", dataset.distance)
-    for link, values in (dataset.tilt or {}).items():
-        yield from _stack((f"tilt_x{link}[rad]", f"tilt_y{link}[rad]"), values)
-    yield from _stack(_WRENCH, dataset.wrench)
-    for name in _LABELS:
-        yield from _single(name, getattr(dataset, name))
-    yield from _single("exclude", dataset.exclude)
-    yield from _single("reason", dataset.reason)
+    joints = range(1, data.joints + 1)
+    found: list[tuple[Sequence[str], np.ndarray | None]] = [
+        ([f"q{j}[{'m' if j - 1 in prismatic else 'rad'}]" for j in joints], data.q),
+        (("x[m]", "y[m]", "z[m]"), data.position),
+    ]
+    if data.rotation is not None:
+        found.append(_written(data.rotation, form))
+    found += [
+        (["time[s]"], data.time),
+        (["temperature[degC]"], data.temperature),
+        (["payload[kg]"], data.payload),
+        ([f"torque{j}[N*m]" for j in joints], data.torque),
+        ([f"direction{j}" for j in joints], data.direction),
+        (_SIGMA, data.sigma),
+    ]
+    if (markers := data.markers) is not None:
+        names = [f"m{m + 1}{axis}[m]" for m in range(markers.shape[1]) for axis in "xyz"]
+        found.append((names, markers.reshape(len(data), len(names))))
+    found.append((["distance[m]"], data.distance))
+    found += [((f"tilt_x{k}[rad]", f"tilt_y{k}[rad]"), values) for k, values in (data.tilt or {}).items()]
+    found.append((_WRENCH, data.wrench))
+    found += [([name], getattr(data, name)) for name in (*_LABELS, "exclude", "reason")]
+    for headings, values in found:
+        if values is not None:
+            yield from zip(headings, np.atleast_2d(values.T), strict=True)
 
 
-def _stack(names, values: np.ndarray | None) -> Iterator[Column]:
-    """One column for each name."""
-    if values is not None:
-        yield from zip(names, values.T, strict=True)
-
-
-def _single(name: str, values: np.ndarray | None) -> Iterator[Column]:
-    if values is not None:
-        yield name, values
-
-
-def _rotation_columns(rotation: np.ndarray, form: RotationForm) -> Iterator[Column]:
+def _written(rotation: np.ndarray, form: RotationForm) -> tuple[tuple[str, ...], np.ndarray]:
     """Orientations in a form, NaN where a row has none."""
     names, convert = _FORMS[form]
     whole = ~np.isnan(rotation).any((1, 2))
     result = np.full((len(rotation), len(names)), np.nan)
     if whole.any():
         result[whole] = convert(rotation[whole])
-    return _stack(names, result)
+    return names, result
 
 
 def _cells(values: np.ndarray) -> list[str]:

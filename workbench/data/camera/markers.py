@@ -34,11 +34,7 @@ def opencv(what: str) -> Any:
 
 @cache
 def dictionary(name: str) -> Any:
-    """A dictionary by name.
-
-    Raises:
-        OptionError: there is none of that name.
-    """
+    """A dictionary by name."""
     cv2 = opencv("reading and printing markers")
     number = getattr(cv2.aruco, name, None)
     if not name.startswith("DICT_") or number is None:
@@ -67,11 +63,7 @@ def detector(name: str) -> Any:
 
 
 def opencv_board(board: Charuco, *, legacy: bool = False) -> Any:
-    """A board as OpenCV has it; `legacy`: in the pattern of versions before 4.6, white square first.
-
-    Raises:
-        OptionError: the dictionary has too few markers for it.
-    """
+    """A board as OpenCV has it; `legacy`: in the pattern of versions before 4.6, white square first."""
     across, down = board.squares
     if board.markers.stop > count(board.dictionary):
         after = f" from {board.first_marker} on" if board.first_marker else ""

@@ -59,11 +59,7 @@ class PixelRows:
 
     @classmethod
     def of(cls, fields: Fields) -> "PixelRows":
-        """The corners of a table.
-
-        Raises:
-            FileError: a column is missing, or a name is no whole number.
-        """
+        """The corners of a table."""
         if missing := [key for key in ("image", "id", "u", "v") if key not in fields.values]:
             heading = {"u": "u[px]", "v": "v[px]"}.get(missing[0], missing[0])
             raise FileError(f"a table of pixels needs the column '{heading}'", path=fields.source)
@@ -251,14 +247,9 @@ def _one_a_picture(fields: Fields) -> Fields:
             off = np.abs(values - values[first][back])
             if (off > SAME_JOINTS).any():
                 raise fields.error("rows of one image have different joints", int(np.argmax(off)), key)
-    order = np.sort(first)
-    return _taken(fields, order)
-
-
-def _taken(fields: Fields, rows: np.ndarray) -> Fields:
     skipped = {"u", "v", *PIXEL_LABELS} - {"image"}
-    values = {key: v[rows] for key, v in fields.values.items() if key not in skipped}
-    return replace(fields, values=values, lines=tuple(fields.lines[i] for i in rows))
+    kept = {key: v for key, v in fields.values.items() if key not in skipped}
+    return replace(fields, values=kept).take(np.sort(first))
 
 
 def _driven(joints: Fields) -> tuple[Fields, tuple[str, ...]]:

@@ -45,11 +45,7 @@ class Sheet:
 
     @property
     def paper(self) -> tuple[str, float, float]:
-        """Name, width and height of the smallest paper that holds it, upright or lying.
-
-        Raises:
-            OptionError: none does.
-        """
+        """Name, width and height of the smallest paper that holds it, upright or lying."""
         for name, (narrow, wide) in PAPERS.items():
             for width, height in ((narrow, wide), (wide, narrow)):
                 if self.size[0] + 2 * BORDER <= width and self.size[1] + BORDER + FOOT <= height:
@@ -139,11 +135,7 @@ MM = 1e3
 
 
 def board_sheet(board: Charuco, *, legacy: bool = False) -> Sheet:
-    """The board as a sheet; `legacy`: in the pattern of OpenCV before 4.6.
-
-    Raises:
-        OptionError: the dictionary is unknown or has too few markers.
-    """
+    """The board as a sheet; `legacy`: in the pattern of OpenCV before 4.6."""
     drawn = opencv_board(board, legacy=legacy)
     across, down = board.squares
     side = MM * board.square

@@ -210,15 +210,9 @@ def _by_homography(
     middle = points.mean(0)
     axes = np.linalg.svd(points - middle)[2]
     axes[2] *= np.linalg.det(axes)
-    flat = (points - middle) @ axes[:2].T
-    size = np.abs(flat).max()
-    xy1 = np.column_stack([flat / size, np.ones(len(flat))])
-    nil = np.zeros_like(xy1)
-    system = np.concatenate(
-        [np.hstack([xy1, nil, -rays[:, :1] * xy1]), np.hstack([nil, xy1, -rays[:, 1:] * xy1])]
-    )
-    h = np.linalg.svd(system)[2][-1].reshape(3, 3) @ np.diag([1.0 / size, 1.0 / size, 1.0])
-    h *= np.sign(h[2, 2] or 1.0) * 2.0 / (np.linalg.norm(h[:, 0]) + np.linalg.norm(h[:, 1]))
+    h, size = _direct((points - middle) @ axes[:2].T, rays)
+    h = h @ np.diag([1.0 / size, 1.0 / size, 1.0])
+    h *= 2.0 / (np.linalg.norm(h[:, 0]) + np.linalg.norm(h[:, 1]))
     rotation = nearest_rotation(np.column_stack([h[:, 0], h[:, 1], np.cross(h[:, 0], h[:, 1])]))
     return se3.pose(rotation @ axes, h[:, 2] - rotation @ axes @ middle)
 
@@ -228,17 +222,22 @@ def _by_transform(
 ) -> Float[np.ndarray, "4 4"]:
     """Pose from the rays to six points or more that are in no plane."""
     middle = points.mean(0)
-    size = np.abs(points - middle).max()
-    xyz1 = np.column_stack([(points - middle) / size, np.ones(len(points))])
-    nil = np.zeros_like(xyz1)
-    system = np.concatenate(
-        [np.hstack([xyz1, nil, -rays[:, :1] * xyz1]), np.hstack([nil, xyz1, -rays[:, 1:] * xyz1])]
-    )
-    m = np.linalg.svd(system)[2][-1].reshape(3, 4)
-    m *= np.sign(m[2, 3] or 1.0)
+    m, size = _direct(points - middle, rays)
     m /= np.linalg.norm(m[:, :3]) / np.sqrt(3.0) / size
     rotation = nearest_rotation(m[:, :3])
     return se3.pose(rotation, m[:, 3] - rotation @ middle)
+
+
+def _direct(points: Float[np.ndarray, "n d"], rays: Float[np.ndarray, "n 2"]) -> tuple[np.ndarray, float]:
+    """The matrix (3, d + 1) that takes points, over the size that is given too, to rays; depths positive."""
+    size = float(np.abs(points).max())
+    ones = np.column_stack([points / size, np.ones(len(points))])
+    nil = np.zeros_like(ones)
+    system = np.concatenate(
+        [np.hstack([ones, nil, -rays[:, :1] * ones]), np.hstack([nil, ones, -rays[:, 1:] * ones])]
+    )
+    found = np.linalg.svd(system)[2][-1].reshape(3, -1)
+    return found * np.sign(found[2, -1] or 1.0), size
 
 
 def _mirrored(pose: Float[np.ndarray, "4 4"], middle: Float[np.ndarray, "3"]) -> Float[np.ndarray, "4 4"]:

@@ -299,11 +299,7 @@ class Acquisition:
         return self._say(f"{self.capture.target.name}" + (" has a row, which the next replaces" * stored))
 
     def dataset(self, *, source: str) -> Dataset:
-        """What is stored, in the order of the targets.
-
-        Raises:
-            DataError: nothing is.
-        """
+        """What is stored, in the order of the targets."""
         found = self.capture.dataset(source=source)
         return replace(found, notes=(*found.notes, f"stored with the joints: {self.source}"))
 

@@ -91,20 +91,12 @@ class Capture:
         return replace(self, taken=taken, current=_next_open(taken, self.current))
 
     def again(self, index: int) -> "Capture":
-        """The capture with one target open again, to be taken next.
-
-        Raises:
-            OptionError: There is no such target.
-        """
+        """The capture with one target open again, to be taken next."""
         self._check(index)
         return replace(self, taken=(*self.taken[:index], None, *self.taken[index + 1 :]), current=index)
 
     def go_to(self, index: int) -> "Capture":
-        """The capture with another target made current; what is stored for it stays until it is stored anew.
-
-        Raises:
-            OptionError: There is no such target.
-        """
+        """The capture with another target made current; its row stays until it is stored anew."""
         self._check(index)
         return replace(self, current=index)
 

@@ -45,11 +45,6 @@ def assemble(
         joints: Number of joints that the robot has; None: as many as the file names.
         base: Pose of the robot's base in the measuring frame, for poses that are in the robot's base.
         beside: What was observed otherwise, one number or more a row by its name, NaN where a row has none.
-
-    Raises:
-        ShapeError: The file has another number of joints.
-        DataError: There are no joints, or nothing was observed.
-        FileError: A value can't be what its column says.
     """
     if beside is None and {"u", "v", "id"} <= set(fields.values):
         raise FileError("is a table of pixels: give --camera and --target as well", path=fields.source)
@@ -110,13 +105,7 @@ def _measured(fields: Fields, position, rotation, base: Matrix4 | None):
 
 
 def joint_columns(fields: Fields, joints: int | None) -> Float[np.ndarray, "rows n"]:
-    """Joint positions [rad or m] from q1 … qN.
-
-    Raises:
-        DataError: There are none.
-        FileError: One is missing in between.
-        ShapeError: The robot has another number of joints.
-    """
+    """Joint positions [rad or m] from q1 … qN."""
     numbers = fields.numbers(r"q(\d+)")
     if not numbers:
         raise DataError(f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …")

@@ -74,11 +74,7 @@ class Naming:
 
 
 def parse_columns(text: str) -> Naming:
-    """Parse the `columns` option.
-
-    Raises:
-        OptionError: The text is no list of columns.
-    """
+    """Parse the `columns` option."""
     items: list[Item] = []
     pairs: list[Pair] = []
     for part in _parts(text):
@@ -151,11 +147,7 @@ def group_keys(name: str) -> tuple[str, ...] | None:
 
 
 def headings_in_order(naming: Naming, width: int) -> tuple[str, ...]:
-    """Headings of all columns, with groups written out; a lone 'q[deg]' takes the columns that are left.
-
-    Raises:
-        OptionError: Names for another number of columns.
-    """
+    """Headings of all columns, with groups written out; a lone 'q[deg]' takes the columns that are left."""
     items = naming.items
     if len(items) == width:
         groups = [item for item in items if item.name != "q" and _width(item) > 1]

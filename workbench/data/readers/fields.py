@@ -6,12 +6,12 @@ commas that could as well group thousands, are refused.
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from enum import StrEnum
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError, FileError
 from workbench.data.readers.columns import Column, decisions, problems, understand
@@ -81,6 +81,15 @@ class Fields:
         blank = np.full(self.rows, np.nan if missing is None else missing)
         return np.stack([self.values.get(key, blank) for key in keys], axis=1)
 
+    def take(self, rows: Int[np.ndarray, " n"]) -> "Fields":
+        """The chosen rows, in the order given."""
+        return replace(
+            self,
+            values={key: values[rows] for key, values in self.values.items()},
+            rotation=None if self.rotation is None else self.rotation[rows],
+            lines=tuple(self.lines[int(i)] for i in rows),
+        )
+
     def numbers(self, pattern: str) -> list[int]:
         """Numbers of the columns whose names match a pattern with one group, such as `q(\\d+)`, in order."""
         return sorted({int(m[1]) for key in self.values if (m := re.fullmatch(pattern, key))})
@@ -92,13 +101,7 @@ class Fields:
 
 
 def fields_of(table: Table) -> Fields:
-    """All columns of a table that are understood, in SI.
-
-    Raises:
-        UnitError: A unit is missing or unknown.
-        FileError: A cell is no number; two columns mean the same.
-        DataError: There is no data row.
-    """
+    """All columns of a table that are understood, in SI."""
     columns = understand(table)
     for problem in problems(columns):
         raise problem
@@ -106,12 +109,7 @@ def fields_of(table: Table) -> Fields:
 
 
 def convert(table: Table, columns: tuple[Column, ...]) -> Fields:
-    """The understood columns in SI.
-
-    Raises:
-        FileError: A cell is no number.
-        DataError: There is no data row.
-    """
+    """The understood columns in SI."""
     if not table.rows:
         raise DataError(f"{table.source}: there is a header but no data row: at least one is needed")
     used = [column for column in columns if column.key is not None]
@@ -153,11 +151,7 @@ def _seconds(table: Table, column: Column) -> np.ndarray:
 
 
 def decimal_of(table: Table, indices: Sequence[int]) -> Decimal:
-    """What marks decimals in the given columns.
-
-    Raises:
-        FileError: Both marks occur, or commas may group thousands.
-    """
+    """What marks decimals in the given columns."""
     cells = [table.columns[i] for i in indices]
     if not any("," in "\t".join(column) for column in cells):
         return Decimal.POINT
@@ -191,11 +185,7 @@ def _first(table: Table, indices: Sequence[int], pattern: re.Pattern[str]) -> tu
 
 
 def to_numbers(table: Table, index: int, decimal: Decimal) -> Float[np.ndarray, " rows"]:
-    """One column as numbers; NaN where a cell is blank or says so.
-
-    Raises:
-        FileError: A cell is no number, or infinite.
-    """
+    """One column as numbers; NaN where a cell is blank or says so."""
     cells: Sequence[str] = table.columns[index]
     if decimal is Decimal.COMMA:
         cells = [cell.replace(",", ".") for cell in cells]

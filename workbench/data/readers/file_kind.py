@@ -35,11 +35,7 @@ _REFUSED: tuple[tuple[bytes, str], ...] = (
 
 
 def read_bytes(path: Path) -> bytes:
-    """The file's bytes.
-
-    Raises:
-        FileError: Missing, empty, a folder, or unreadable.
-    """
+    """The file's bytes."""
     if path.is_dir():
         raise FileError("this is a folder: give one file with measurements", path=str(path))
     if not path.exists():
@@ -51,11 +47,7 @@ def read_bytes(path: Path) -> bytes:
 
 
 def kind_of(data: bytes, path: Path) -> Kind:
-    """The kind of file that these bytes are.
-
-    Raises:
-        FileError: It is of a kind without measurements; names it.
-    """
+    """The kind of file that these bytes are."""
     if data.startswith(b"PK\x03\x04"):
         return _zip_kind(data, path)
     if data.startswith(b"PAR1"):

@@ -82,26 +82,9 @@ _WORDS = {
 _SYNONYMS = {word: key for key, words in _WORDS.items() for word in (key, *words)}
 _SYNONYMS |= {f"{name}{end}": f"q{i}" for i, name in enumerate(_UR_JOINTS, 1) for end in ("", "_joint")}
 _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "sigma_rz"}
-
-
 _UNIT_ENDINGS = (
-    "mm",
-    "cm",
-    "um",
-    "µm",
-    "m",
-    "in",
-    "deg",
-    "°",
-    "rad",
-    "mrad",
-    "degC",
-    "°C",
-    "K",
-    "s",
-    "ms",
-    "kg",
-    "Nm",
+    *("mm", "cm", "um", "µm", "m", "in", "deg", "°", "rad", "mrad"),
+    *("degC", "°C", "K", "s", "ms", "kg", "Nm"),
 )
 
 

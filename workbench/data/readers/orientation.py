@@ -83,6 +83,15 @@ def _matrices(form: Form, fields: Fields, usable: Rows) -> tuple[np.ndarray, tup
     return matrices, notes
 
 
+def intrinsic_xyz(angles: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, "rows 3 3"]:
+    """Rx(a) Ry(b) Rz(c) of each row; NaN where an angle is missing."""
+    rotation = np.full((len(angles), 3, 3), np.nan)
+    whole = ~np.isnan(angles).any(1)
+    x, y, z = (se3.rpy_to_matrix(angles[whole] * axis) for axis in np.eye(3))
+    rotation[whole] = x @ y @ z
+    return rotation
+
+
 def _agree(
     first: np.ndarray, second: np.ndarray, fields: Fields, usable: Rows, forms: tuple[Form, Form]
 ) -> None:

@@ -18,11 +18,7 @@ from workbench.data.readers.assemble import assemble
 from workbench.data.readers.columns_option import Naming, headings_in_order, parse_columns
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import Kind, kind_of, read_bytes
-from workbench.data.readers.layouts.layout import (
-    AbstractFileLayout,
-    AbstractFolderLayout,
-    AbstractTableLayout,
-)
+from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
 from workbench.data.readers.standstills import join
 from workbench.data.readers.table import Grid, Table, with_headings, with_names, with_pairs
 from workbench.data.readers.text import read_text
@@ -100,12 +96,12 @@ def read_laid_out(
         table = _named(read_frame(source), naming_of(columns))
     else:
         path = Path(source)
-        if (whole := file_layout(path, layout=layout)) is not None:
+        if layout is not None and layout not in layouts.NAMES:
+            raise OptionError(f"there is no layout '{layout}': there are {listed(layouts.NAMES)}")
+        if (whole := _file_layout(path, layout)) is not None:
             return whole.read(path, naming_of(columns), cancel), whole.name, None
-        if (folder := folder_layout(path, columns=columns, layout=layout)) is not None:
-            return folder.read(path), folder.name, None
         table = read_table(path, columns=columns, sheet=sheet, cancel=cancel)
-    special = table_layout(table, columns=columns, layout=layout)
+    special = _table_layout(table, columns, layout)
     return (None, "", table) if special is None else (special.read(table), special.name, table)
 
 
@@ -114,11 +110,13 @@ def naming_of(columns: str | Naming | None) -> Naming | None:
     return parse_columns(columns) if isinstance(columns, str) else columns
 
 
-def file_layout(path: Path, *, layout: str | None) -> AbstractFileLayout | None:
-    """The layout that reads this file as a whole, if any."""
-    names = [known.name for known in layouts.FILE_LAYOUTS]
-    if layout is not None and layout not in names:
-        return None
+def _file_layout(path: Path, layout: str | None) -> AbstractFileLayout | None:
+    """The layout that reads this file or folder as a whole, if any."""
+    if layout is not None:
+        known = next((known for known in layouts.FILE_LAYOUTS if known.name == layout), None)
+        if known is not None and not path.exists():
+            raise FileError("there is no such file or folder: check the path", path=str(path))
+        return known
     try:
         head = b""
         if path.is_file():
@@ -126,42 +124,14 @@ def file_layout(path: Path, *, layout: str | None) -> AbstractFileLayout | None:
                 head = file.read(256)
     except OSError:
         return None
-    for known in layouts.FILE_LAYOUTS:
-        if layout == known.name or (layout is None and path.exists() and known.matches(path, head)):
-            if not path.exists():
-                raise FileError("there is no such file or folder: check the path", path=str(path))
-            return known
-    return None
+    matching = (known for known in layouts.FILE_LAYOUTS if known.matches(path, head))
+    return next(matching, None) if path.exists() else None
 
 
-def folder_layout(
-    path: Path, *, columns: str | Naming | None, layout: str | None
-) -> AbstractFolderLayout | None:
-    """The layout that reads this folder (or this one file of such a folder), if any.
-
-    Raises:
-        OptionError: There is no layout of that name.
-    """
-    if layout is not None and layout not in layouts.NAMES:
-        raise OptionError(f"there is no layout '{layout}': there are {listed(layouts.NAMES)}")
-    for known in layouts.FOLDER_LAYOUTS:
-        if layout == known.name or (
-            layout is None and (path.is_dir() or known.refuses(path)) and known.matches(path)
-        ):
-            if not path.exists():
-                raise FileError("there is no such file or folder: check the path", path=str(path))
-            return known
-    return None
-
-
-def table_layout(
-    table: Table, *, columns: str | Naming | None, layout: str | None
+def _table_layout(
+    table: Table, columns: str | Naming | None, layout: str | None
 ) -> AbstractTableLayout | None:
-    """The layout of this table, if it is not the plain one.
-
-    Raises:
-        OptionError: The named layout needs other columns.
-    """
+    """The layout of this table, if it is not the plain one."""
     if columns is not None and layout is None:
         return None
     for known in layouts.TABLE_LAYOUTS:
@@ -177,11 +147,7 @@ def table_layout(
 def read_table(
     path: Path, *, columns: str | Naming | None, sheet: str | None, cancel: Cancel = never
 ) -> Table:
-    """The file as named columns of text.
-
-    Raises:
-        WorkbenchError: As `read_measurements`.
-    """
+    """The file as named columns of text."""
     data = read_bytes(path)
     kind = kind_of(data, path)
     naming = naming_of(columns)

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError
+from workbench.base.hand_eye import nearest_rotation
 from workbench.base.wording import counted, listed
 from workbench.data.readers.columns_option import GROUPS
 from workbench.data.readers.fields import Fields
@@ -35,11 +36,7 @@ Times = Float[np.ndarray, " samples"]
 
 
 def join(measured: Fields, joints: Fields) -> Fields:
-    """Measurements with joints from another table: by name, by time, or row by row.
-
-    Raises:
-        DataError: names, times and numbers of rows don't tell which belong together.
-    """
+    """Measurements with joints from another table: by name, by time, or row by row."""
     for key in LABELS:
         if key in measured.values and key in joints.values:
             return _by_label(measured, joints, key)
@@ -75,7 +72,7 @@ def _by_label(measured: Fields, joints: Fields, key: str) -> Fields:
         notes.append(f"{key} without joints, left out: {listed(lost)}")
     at = np.array([place[names[i]] for i in rows])
     kept = {k: v[at] for k, v in joints.values.items() if k not in measured.values}
-    return _merged(_taken(measured, rows), kept, joints, notes)
+    return _merged(measured.take(rows), kept, joints, notes)
 
 
 def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -> Fields:
@@ -85,16 +82,13 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
         measured: With a column `time`.
         joints: Samples of the joints with `time`.
         one_clock: Whether both times are of one clock; else an offset is looked for.
-
-    Raises:
-        DataError: the arm never stood, nothing was measured while it did, or the clocks don't fit.
     """
     measured, joints = _sorted(_turned(_dated(measured, joints))), _sorted(joints)
     q = np.stack(
         [joints.values[key] for key in sorted(joints.values) if key[0] == "q" and key[1:].isdigit()], 1
     )
     whole = np.isfinite(q).all(1)
-    joints, q = _taken(joints, np.flatnonzero(whole)), q[whole]
+    joints, q = joints.take(np.flatnonzero(whole)), q[whole]
     time, log = measured.values["time"], joints.values["time"]
     offset, notes = (0.0, ()) if one_clock else clock_offset(time, _points(measured), log, q)
     standstills = still(log, q, STILL)
@@ -179,9 +173,6 @@ def clock_offset(
 
     Where both are dense, the moments in which something moved are correlated over all offsets. Where the
     measurements are few, both clocks are taken for one.
-
-    Raises:
-        DataError: no offset, or more than one, makes both move together.
     """
     if not (_dense(time) and _dense(log)):
         return 0.0, ()
@@ -272,7 +263,7 @@ def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Field
     restless = [
         k
         for k, rows in enumerate(parts)
-        if np.nanmax(np.ptp(_points(_taken(measured, rows)), axis=0), initial=0.0) > 4.0 * STILL_POINT
+        if np.nanmax(np.ptp(_points(measured.take(rows)), axis=0), initial=0.0) > 4.0 * STILL_POINT
     ]
     if len(restless) > len(parts) // 2:
         raise DataError(
@@ -307,26 +298,14 @@ def _middle(column: np.ndarray) -> np.generic | float:
 def _middle_turn(turns: Float[np.ndarray, "n 3 3"]) -> Float[np.ndarray, "3 3"]:
     """The rotation nearest to the mean of some."""
     seen = turns[np.isfinite(turns).all((1, 2))]
-    if not len(seen):
-        return np.full((3, 3), np.nan)
-    u, _, vt = np.linalg.svd(seen.mean(0))
-    return u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    return nearest_rotation(seen.mean(0)) if len(seen) else np.full((3, 3), np.nan)
 
 
 def _sorted(fields: Fields) -> Fields:
     """Rows in the order of time; those without are left out."""
     time = fields.values["time"]
     order = np.argsort(time, kind="stable")
-    return _taken(fields, order[np.isfinite(time[order])])
-
-
-def _taken(fields: Fields, rows: Int[np.ndarray, " n"]) -> Fields:
-    return replace(
-        fields,
-        values={key: values[rows] for key, values in fields.values.items()},
-        rotation=None if fields.rotation is None else fields.rotation[rows],
-        lines=tuple(fields.lines[int(i)] for i in rows),
-    )
+    return fields.take(order[np.isfinite(time[order])])
 
 
 def _merged(measured: Fields, more: dict[str, np.ndarray], joints: Fields, notes: Sequence[str]) -> Fields:

@@ -97,11 +97,7 @@ def recognised_headings(grid: Grid) -> int:
 
 
 def with_headings(grid: Grid) -> Table:
-    """The table under the grid's own heading row.
-
-    Raises:
-        FileError: No heading row, none that is known, or rows of another length than it.
-    """
+    """The table under the grid's own heading row."""
     start = _first_data_row(grid.rows)
     if start == 0 and (named := _commented_headings(grid)) is not None:
         return named
@@ -124,11 +120,7 @@ def with_headings(grid: Grid) -> Table:
 
 
 def with_names(grid: Grid, names: tuple[str, ...]) -> Table:
-    """The table with column names that the caller gives; heading rows of the file are skipped.
-
-    Raises:
-        FileError: The rows have another number of fields than names.
-    """
+    """The table with column names that the caller gives; heading rows of the file are skipped."""
     start = _first_data_row(grid.rows)
     notes: tuple[str, ...] = (f"the columns are named by the caller: {', '.join(names)}",)
     if start:
@@ -253,11 +245,7 @@ def _padded(row: list[str], width: int) -> list[str]:
 
 
 def with_pairs(grid: Grid, naming: Naming) -> Grid:
-    """The grid with the headings that the caller's pairs replace; other columns of that meaning are dropped.
-
-    Raises:
-        OptionError: There is no column of that name, or its meaning is none that is known.
-    """
+    """The grid with headings replaced by the caller's pairs; others of the same meaning are dropped."""
     end = _first_data_row(grid.rows)
     rows = [list(row) for row in grid.rows[:end]]
     notes = grid.notes

@@ -22,11 +22,7 @@ _SAMPLE = 200
 
 
 def read_text(data: bytes, path: Path) -> Grid:
-    """Cells of a text table (CSV, TSV, semicolons, blanks).
-
-    Raises:
-        FileError: Not text, or another format.
-    """
+    """Cells of a text table (CSV, TSV, semicolons, blanks)."""
     text, encoding = decode(data, path)
     refuse_other_text(text, path)
     lines, numbers, comments = _significant(text)
@@ -43,11 +39,7 @@ def read_text(data: bytes, path: Path) -> Grid:
 
 
 def decode(data: bytes, path: Path) -> tuple[str, str]:
-    """Text and the name of its encoding: by byte order mark, by zero bytes, UTF-8, else Western European.
-
-    Raises:
-        FileError: The bytes are not text.
-    """
+    """Text and the name of its encoding: by byte order mark, by zero bytes, UTF-8, else Western European."""
     for bom, name in _BOMS:
         if data.startswith(bom):
             return _strictly(data, name, path), name
@@ -94,11 +86,7 @@ def _significant(text: str) -> tuple[list[str], list[int], tuple[str, ...]]:
 
 
 def refuse_other_text(text: str, path: Path) -> None:
-    """Raise when a text is plainly another format (XML, URDF, JSON, TOML), or not a text at all.
-
-    Raises:
-        FileError: Says which format it is.
-    """
+    """Raise when a text is plainly another format (XML, URDF, JSON, TOML), or not a text at all."""
     start = text.lstrip()[:4000]
     found = None
     if start.startswith("<"):

@@ -23,10 +23,6 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None, cancel: Cancel = n
         data: The file.
         path: For messages.
         sheet: Name of the sheet; None: the only one whose headings are measurements.
-
-    Raises:
-        FileError: No workbook, or no sheet or several sheets that look like measurements.
-        OptionError: There is no sheet of that name.
     """
     grids = {
         name: Grid(source=str(path), rows=rows, lines=lines)
@@ -55,22 +51,13 @@ def _named(grids: dict[str, Grid], name: str) -> Grid:
 
 
 def read_parquet(data: bytes, path: Path, *, cancel: Cancel = never) -> Grid:
-    """Columns of a parquet file as cells of text, under a row of headings.
-
-    Raises:
-        MissingExtraError: pyarrow is not installed.
-        FileError: The file is broken.
-    """
+    """Columns of a parquet file as cells of text, under a row of headings."""
     names, columns = read_columns(data, path, cancel=cancel)
     return _under_names(names, columns, source=str(path))
 
 
 def read_frame(frame: Any) -> Grid:
-    """Columns of a pandas or polars frame, known by what they can do; neither library is needed.
-
-    Raises:
-        OptionError: this is no frame.
-    """
+    """Columns of a pandas or polars frame, known by what they can do; neither library is needed."""
     try:
         names = list(frame.columns)
         columns = [[text_of(value) for value in frame[name].to_list()] for name in names]
@@ -91,12 +78,7 @@ _LABELS = ("U", "O", "S")
 
 
 def read_matlab(data: bytes, path: Path, *, naming: Naming | None, cancel: Cancel = never) -> Grid:
-    """Matrices of a MATLAB file as cells of text, under headings made from the `columns` option.
-
-    Raises:
-        FileError: The file is broken, holds no matrices, or they do not fit together.
-        OptionError: `columns` is missing, or names what the file has not.
-    """
+    """Matrices of a MATLAB file as cells of text, under headings made from the `columns` option."""
     variables = read_arrays(data, path, cancel=cancel)
     if not variables:
         raise FileError("there are no matrices in this MATLAB file", path=str(path))

@@ -181,11 +181,7 @@ INSTRUMENTS: Mapping[str, Instrument] = MappingProxyType(
 
 
 def instrument_named(name: str, instruments: Mapping[str, Instrument] = INSTRUMENTS) -> Instrument:
-    """The instrument of that name.
-
-    Raises:
-        OptionError: there is none.
-    """
+    """The instrument of that name."""
     if name not in instruments:
         raise OptionError(f"there is no instrument '{name}'; known are {', '.join(instruments)}")
     return instruments[name]

@@ -191,11 +191,7 @@ def _columns(motion: Motion) -> dict[str, Any]:
 
 
 def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
-    """The same rows, with nothing measured in those that have a reason, which are kept out.
-
-    Raises:
-        DataError: no row is left.
-    """
+    """The same rows, with nothing measured in those that have a reason, which are kept out."""
     gone = reasons != ""
     if not gone.any():
         return rows

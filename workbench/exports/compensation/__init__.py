@@ -24,11 +24,7 @@ EMPTY = "ARM: dict = {}  # filled in by the export"
 
 
 def arm_data(job: Job, form: str) -> dict[str, Any]:
-    """What `standalone.py` needs of an arm.
-
-    Raises:
-        OptionError: an effect that a program can't hold, loads without masses, or no nominal arm.
-    """
+    """What `standalone.py` needs of an arm."""
     robot, nominal, _ = comparable(job.robot, job.need_nominal(form))
     chain, arm, plain = robot.chain, compile_arm(robot), compile_arm(nominal)
     terms = [term for effect in robot.effects for term in terms_of(effect, chain)]

@@ -9,10 +9,10 @@ from typing import final
 
 import numpy as np
 
-from workbench.base import se3
 from workbench.base.units import Quantity
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.layouts.layout import AbstractTableLayout, Picker
+from workbench.data.readers.orientation import intrinsic_xyz
 from workbench.data.readers.table import Table
 
 _JOINTS = [
@@ -36,48 +36,21 @@ class IpaGrid(AbstractTableLayout):
 
     def read(self, table: Table) -> Fields:
         pick = Picker(table, [*_JOINTS, *_POSITION, *_ANGLES])
-        values = dict(
-            zip([f"q{i}" for i in range(1, 7)], pick.numbers(_JOINTS, "rad", Quantity.ANGLE), strict=True)
-        )
-        values |= dict(zip("xyz", pick.numbers(_POSITION, "mm", Quantity.LENGTH), strict=True))
-        rotation = _intrinsic_xyz(pick.numbers(_ANGLES, "deg", Quantity.ANGLE))
-        values["time"] = _seconds(table, pick.text("Timestamp"))
+        pick.take([f"q{i}" for i in range(1, 7)], _JOINTS, "rad", Quantity.ANGLE)
+        pick.take("xyz", _POSITION, "mm", Quantity.LENGTH)
+        pick.values["time"] = _seconds(table, pick.text("Timestamp"))
         if "measurement_temperature" in table.headings:
-            (values["temperature"],) = pick.numbers(["measurement_temperature"], "degC", Quantity.TEMPERATURE)
-        values["group"] = _numbered(list(zip(*(pick.text(goal) for goal in _GOAL), strict=True)))
-        headings = dict(zip([*values][:6], _JOINTS, strict=True)) | dict(zip("xyz", _POSITION, strict=True))
-        headings |= dict(zip(_TURNS, _ANGLES, strict=True)) | {"time": "Timestamp"}
-        headings["temperature"] = "measurement_temperature"
-        units = dict.fromkeys(headings, "rad") | dict.fromkeys("xyz", "mm") | dict.fromkeys(_TURNS, "deg")
-        units |= {"time": "YYYYMMDDhhmmss", "temperature": "degC"}
-        notes = (
+            pick.take(["temperature"], ["measurement_temperature"], "degC", Quantity.TEMPERATURE)
+        pick.values["group"] = _numbered(list(zip(*(pick.text(goal) for goal in _GOAL), strict=True)))
+        pick.said(_TURNS, _ANGLES, "deg")
+        pick.said(["time"], ["Timestamp"], "YYYYMMDDhhmmss")
+        return pick.fields(
             f"layout '{self.name}': joints in rad, measured position in mm, measured angles in deg with "
             "R = Rx(rx) Ry(ry) Rz(rz)",
             "the goal columns are commanded, not measured; equal goal positions make a group",
             "time counts from the first row",
+            rotation=intrinsic_xyz(np.stack(pick.numbers(_ANGLES, "deg", Quantity.ANGLE), -1)),
         )
-        return Fields(
-            source=table.source,
-            lines=table.lines,
-            values=values,
-            headings=headings,
-            units=units,
-            rotation=rotation,
-            notes=pick.notes + notes,
-        )
-
-
-def _intrinsic_xyz(angles: list[np.ndarray]) -> np.ndarray:
-    """Rx(rx) Ry(ry) Rz(rz) of each row; NaN where an angle is missing."""
-    rotation = np.full((len(angles[0]), 3, 3), np.nan)
-    whole = ~np.isnan(angles).any(0)
-    product = np.eye(3)
-    for axis, angle in enumerate(angles):
-        rpy = np.zeros((int(whole.sum()), 3))
-        rpy[:, axis] = angle[whole]
-        product = product @ se3.rpy_to_matrix(rpy)
-    rotation[whole] = product
-    return rotation
 
 
 def _seconds(table: Table, stamps: tuple[str, ...]) -> np.ndarray:
@@ -85,7 +58,9 @@ def _seconds(table: Table, stamps: tuple[str, ...]) -> np.ndarray:
     times = []
     for row, stamp in enumerate(stamps):
         try:
-            times.append(datetime.strptime(stamp, "%Y%m%d%H%M%S"))
+            if len(stamp) != 14:
+                raise ValueError
+            times.append(datetime.fromisoformat(f"{stamp[:8]}T{stamp[8:]}"))
         except ValueError:
             index = table.headings.index("Timestamp")
             raise table.error(f"'{stamp}' is not a time YYYYMMDDhhmmss", index, row) from None

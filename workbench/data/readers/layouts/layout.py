@@ -1,6 +1,7 @@
 """Layouts: files of a known origin whose columns need more than names and units to be understood."""
 
 from abc import ABC, abstractmethod
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -27,26 +28,8 @@ class AbstractTableLayout(ABC):
         """The measurements in it, in SI."""
 
 
-class AbstractFolderLayout(ABC):
-    """A folder of files, or one file of it."""
-
-    name: str
-
-    @abstractmethod
-    def matches(self, path: Path) -> bool:
-        """Whether a folder or file is of this layout."""
-
-    @abstractmethod
-    def refuses(self, path: Path) -> bool:
-        """Whether a file comes from such a folder but holds no measurements."""
-
-    @abstractmethod
-    def read(self, path: Path) -> Fields:
-        """The measurements in it, in SI."""
-
-
 class AbstractFileLayout(ABC):
-    """A file, or the folder of one, that is recognised by its name or first bytes."""
+    """A file or folder that is recognised by its name or first bytes."""
 
     name: str
 
@@ -60,7 +43,7 @@ class AbstractFileLayout(ABC):
 
 
 class Picker:
-    """Columns of a table by their exact heading, in SI.
+    """Columns of a table by their exact heading, in SI, gathered for its `Fields`.
 
     Args:
         table: The table.
@@ -69,14 +52,12 @@ class Picker:
 
     def __init__(self, table: Table, numeric: list[str]):
         self.table = table
-        self.decimal = decimal_of(table, [self.index(heading) for heading in numeric])
+        self.decimal = decimal_of(table, [self._index(heading) for heading in numeric])
+        self.values: dict[str, np.ndarray] = {}
+        self.headings: dict[str, str] = {}
+        self.units: dict[str, str] = {}
 
-    def index(self, heading: str) -> int:
-        """Place of a column.
-
-        Raises:
-            FileError: There is none of that heading.
-        """
+    def _index(self, heading: str) -> int:
         if heading not in self.table.headings:
             raise FileError(
                 f"this layout needs a column '{heading}'",
@@ -88,15 +69,32 @@ class Picker:
     def numbers(self, headings: list[str], unit: str, quantity: Quantity) -> list[np.ndarray]:
         """One array (rows,) a column, in SI."""
         return [
-            to_si(to_numbers(self.table, self.index(heading), self.decimal), unit, quantity)
+            to_si(to_numbers(self.table, self._index(heading), self.decimal), unit, quantity)
             for heading in headings
         ]
 
+    def take(self, keys: Iterable[str], headings: list[str], unit: str, quantity: Quantity) -> None:
+        """Gather columns under our names."""
+        self.values |= dict(zip(keys, self.numbers(headings, unit, quantity), strict=True))
+        self.said(keys, headings, unit)
+
+    def said(self, keys: Iterable[str], headings: list[str], unit: str) -> None:
+        """What the file calls some of our columns, and their unit."""
+        self.headings |= dict(zip(keys, headings, strict=True))
+        self.units |= dict.fromkeys(keys, unit)
+
     def text(self, heading: str) -> tuple[str, ...]:
         """Cells of a column as they stand."""
-        return self.table.columns[self.index(heading)]
+        return self.table.columns[self._index(heading)]
 
-    @property
-    def notes(self) -> tuple[str, ...]:
-        """What was decided about the table's text."""
-        return self.table.notes + (("decimal commas",) if self.decimal is Decimal.COMMA else ())
+    def fields(self, *notes: str, rotation: np.ndarray | None = None) -> Fields:
+        """What was gathered, with orientations and decisions of the layout."""
+        return Fields(
+            source=self.table.source,
+            lines=self.table.lines,
+            values=self.values,
+            headings=self.headings,
+            units=self.units,
+            rotation=rotation,
+            notes=(*self.table.notes, *(("decimal commas",) * (self.decimal is Decimal.COMMA)), *notes),
+        )

@@ -27,6 +27,7 @@ from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import read_bytes
 from workbench.data.readers.layouts.layout import AbstractFileLayout
 from workbench.data.readers.layouts.recording import Recording
+from workbench.data.readers.orientation import intrinsic_xyz
 from workbench.data.readers.text import decode
 
 AGREE = 1e-3
@@ -165,13 +166,7 @@ def _qualisys(rows: list[list[str]], path: Path) -> Recording:
 
 def _matrices(nine: np.ndarray, angles: np.ndarray, seen: Any) -> np.ndarray | None:
     """Rotation matrices, column by column or else row by row, as Rx(roll) Ry(pitch) Rz(yaw) agrees with."""
-    roll, pitch, yaw = np.deg2rad(angles[seen]).T
-    blank = np.zeros_like(roll)
-    x, y, z = (
-        se3.rpy_to_matrix(np.stack(parts, -1))
-        for parts in ((roll, blank, blank), (blank, pitch, blank), (blank, blank, yaw))
-    )
-    wanted = x @ y @ z
+    wanted = intrinsic_xyz(np.deg2rad(angles[seen]))
     for order in ((0, 2, 1), (0, 1, 2)):
         found = nine.reshape(-1, 3, 3).transpose(order)
         if len(wanted) and np.abs(found[seen] - wanted).max() < AGREE:

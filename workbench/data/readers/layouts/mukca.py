@@ -12,9 +12,11 @@ from typing import final
 import numpy as np
 
 from workbench.base.errors import FileError
+from workbench.base.progress import Cancel
+from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Decimal, Fields, to_numbers
 from workbench.data.readers.file_kind import read_bytes
-from workbench.data.readers.layouts.layout import AbstractFolderLayout
+from workbench.data.readers.layouts.layout import AbstractFileLayout
 from workbench.data.readers.table import Table, with_names
 from workbench.data.readers.text import read_text
 
@@ -25,21 +27,16 @@ _POSE = re.compile(r"hole_\d+_pose\.csv")
 
 
 @final
-class Mukca(AbstractFolderLayout):
+class Mukca(AbstractFileLayout):
     """A robot's folder with placements, one placement, or one socket's file."""
 
     name = "mukca"
 
-    def matches(self, path: Path) -> bool:
-        if path.is_dir():
-            return bool(_placements(path))
-        return bool(_HOLE.fullmatch(path.name)) or self.refuses(path)
+    def matches(self, path: Path, head: bytes) -> bool:
+        return bool(_placements(path) if path.is_dir() else _POSE.fullmatch(path.name))
 
-    def refuses(self, path: Path) -> bool:
-        return bool(_POSE.fullmatch(path.name))
-
-    def read(self, path: Path) -> Fields:
-        if self.refuses(path):
+    def read(self, path: Path, naming: Naming | None, cancel: Cancel) -> Fields:
+        if _POSE.fullmatch(path.name):
             raise FileError(
                 "these poses are the controller's own forward kinematics, not measurements: read the "
                 "folder with hole_0.csv and hole_1.csv",

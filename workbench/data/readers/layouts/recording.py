@@ -33,12 +33,7 @@ class Recording:
     notes: tuple[str, ...] = ()
 
     def fields(self, path: Path, layout: str, naming: Naming | None) -> Fields:
-        """Columns of the tool: the body that was chosen or the only one, else every marker.
-
-        Raises:
-            OptionError: several bodies and no choice, or a choice that is none of them.
-            DataError: nothing was recorded.
-        """
+        """Columns of the tool: the body that was chosen or the only one, else every marker."""
         values: dict[str, np.ndarray] = {"time": self.time}
         notes, rotation, headings = (f"layout '{layout}'", *self.notes), None, {}
         if self.bodies:
@@ -80,11 +75,7 @@ def choice(naming: Naming | None, key: str) -> str | None:
 
 
 def chosen(names: list[str], wanted: str | None, what: str, key: str) -> str:
-    """The name that is wanted, or the only one.
-
-    Raises:
-        OptionError: none of the names is wanted, or several are there and none is.
-    """
+    """The name that is wanted, or the only one."""
     if wanted in names:
         return wanted
     if wanted is None and len(names) == 1:

@@ -24,14 +24,6 @@ class Rtde(AbstractTableLayout):
 
     def read(self, table: Table) -> Fields:
         pick = Picker(table, ["timestamp", *_JOINTS])
-        keys = [f"q{i}" for i in range(1, 7)]
-        values = dict(zip(keys, pick.numbers(_JOINTS, "rad", Quantity.ANGLE), strict=True))
-        values["time"] = pick.numbers(["timestamp"], "s", Quantity.TIME)[0]
-        return Fields(
-            source=table.source,
-            lines=table.lines,
-            values=values,
-            headings=dict(zip(keys, _JOINTS, strict=True)) | {"time": "timestamp"},
-            units=dict.fromkeys(keys, "rad") | {"time": "s"},
-            notes=(*pick.notes, f"layout '{self.name}': measured joints over time; TCP poses are left out"),
-        )
+        pick.take([f"q{i}" for i in range(1, 7)], _JOINTS, "rad", Quantity.ANGLE)
+        pick.take(["time"], ["timestamp"], "s", Quantity.TIME)
+        return pick.fields(f"layout '{self.name}': measured joints over time; TCP poses are left out")

@@ -31,21 +31,12 @@ class TargetDeviation(AbstractTableLayout):
             (h for h in table.headings if re.fullmatch(r"joint_\d+", h)), key=lambda h: int(h[6:])
         )
         pick = Picker(table, [*joints, *_TARGET, *_DEVIATION])
-        keys = [f"q{heading[6:]}" for heading in joints]
-        values = dict(zip(keys, pick.numbers(joints, "deg", Quantity.ANGLE), strict=True))
-        target = pick.numbers(_TARGET, "mm", Quantity.LENGTH)
-        deviation = pick.numbers(_DEVIATION, "mm", Quantity.LENGTH)
-        values |= {axis: t + d for axis, t, d in zip("xyz", target, deviation, strict=True)}
-        notes = (
+        pick.take([f"q{heading[6:]}" for heading in joints], joints, "deg", Quantity.ANGLE)
+        pick.take("xyz", _DEVIATION, "mm", Quantity.LENGTH)
+        for axis, target in zip("xyz", pick.numbers(_TARGET, "mm", Quantity.LENGTH), strict=True):
+            pick.values[axis] = target + pick.values[axis]
+        return pick.fields(
             f"layout '{self.name}': joints in deg, positions in mm",
             "the measured position is target + deviation (x_t + x_dif): the sign that the data support",
             "the targets are nominal forward kinematics, not measurements",
-        )
-        return Fields(
-            source=table.source,
-            lines=table.lines,
-            values=values,
-            headings=dict(zip(keys, joints, strict=True)) | dict(zip("xyz", _DEVIATION, strict=True)),
-            units=dict.fromkeys(keys, "deg") | dict.fromkeys("xyz", "mm"),
-            notes=pick.notes + notes,
         )
