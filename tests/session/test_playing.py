@@ -15,14 +15,15 @@ from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.trajectory import (
+    PLANES,
     LeaveTrack,
     PauseTrack,
     PlaceTrack,
     PlanTrack,
     PlayTrack,
     SetPace,
+    usual_circle,
 )
-from workbench.session.plan_trajectory import PLANES, usual_circle
 from workbench.session.state import Focus, Severity
 
 

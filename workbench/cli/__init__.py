@@ -21,7 +21,7 @@ from workbench.cli import (
     measurements,
     paths,
     plate_design,
-    recordings,
+    sessions,
     studies,
     verification,
 )
@@ -150,7 +150,7 @@ PANELS: dict[str, tuple] = {
     ),
     "Plates": (plate_design.plates,),
     "Paths": (paths.paths, paths.compensate, paths.pencil),
-    "Files": (calibration.export, recordings.review, recordings.replay, studies.works),
+    "Files": (calibration.export, sessions.review, sessions.replay, studies.works),
 }
 """Commands, and groups of them, under what one wants from them."""
 for panel, entries in PANELS.items():

@@ -13,7 +13,8 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from workbench.base.errors import WorkbenchError
@@ -30,33 +31,6 @@ PROGRESS_INTERVAL = 0.1
 QUIET = 0.25
 """Without a command for so long, views draw what they have put off [s]."""
 log = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, eq=False)
-class _Progress:
-    """A task's report to the worker."""
-
-    fraction: float
-    text: str
-    is_chore: bool
-
-
-@dataclass(frozen=True, eq=False)
-class _Ended:
-    """A task's end: its result, or what it raised."""
-
-    command: AbstractTask
-    basis: int
-    seconds: float
-    result: Any = None
-    error: Exception | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class _AddView:
-    """A view that joins."""
-
-    view: AbstractView
 
 
 class Worker:
@@ -88,13 +62,13 @@ class Worker:
         self._listeners: list[Callable[[AbstractCommand], None]] = []
         self._chores = tuple(chores)
         self._chore: AbstractChore | None = None
-        self._failed: AbstractChore | None = None
+        self._failed: AbstractTask | None = None
         self._chore_cancel = threading.Event()
         self._journal: list[Entry] = list(journal)
         self._kept = len(self._journal)
         before = self._journal[-1].at if self._journal else 0.0
         self._origin = time.monotonic() - before
-        self._queue: deque[AbstractCommand | _Progress | _Ended | _AddView] = deque(opening)
+        self._queue: deque[AbstractCommand | Callable[[], None]] = deque(opening)
         self._changed = threading.Condition()
         self._cancel = threading.Event()
         self._task: AbstractTask | None = None
@@ -139,9 +113,12 @@ class Worker:
 
     def add_view(self, view: AbstractView) -> None:
         """Draw here as well, beginning with the present snapshot."""
-        with self._changed:
-            self._queue.append(_AddView(view))
-            self._changed.notify_all()
+
+        def join() -> None:
+            self._views.append(view)
+            self._draw([view])
+
+        self._put(join)
 
     def wait(self, timeout: float = 60.0) -> bool:
         """Block until nothing is waiting or running; False after the timeout [s]."""
@@ -187,24 +164,14 @@ class Worker:
                 self._draw(behind)
                 continue
             before = self._session
-            self._take(item)
+            if isinstance(item, AbstractCommand):
+                self._carry_out(item)
+            else:
+                item()
             self._look_for_chores()
             if self._session is not before:
                 self._session = replace(self._session, revision=before.revision + 1)
                 self._draw(self._views)
-
-    def _take(self, item: Any) -> None:
-        if isinstance(item, _Progress):
-            if self._session.job is not None and not item.is_chore:
-                job = replace(self._session.job, fraction=item.fraction, text=item.text)
-                self._session = replace(self._session, job=job)
-        elif isinstance(item, _Ended):
-            self._end(item)
-        elif isinstance(item, _AddView):
-            self._views.append(item.view)
-            self._draw([item.view])
-        else:
-            self._carry_out(item)
 
     def _carry_out(self, command: AbstractCommand) -> None:
         begin, basis = time.monotonic(), len(self._journal)
@@ -263,54 +230,56 @@ class Worker:
 
     def _compute(self, task: AbstractTask, session: Session, basis: int, cancel: threading.Event) -> None:
         begin, last = time.monotonic(), 0.0
+        is_chore = isinstance(task, AbstractChore)
 
         def progress(fraction: float, text: str) -> None:
             nonlocal last
-            if time.monotonic() - last > PROGRESS_INTERVAL:
+            if not is_chore and time.monotonic() - last > PROGRESS_INTERVAL:
                 last = time.monotonic()
-                self._put(_Progress(fraction, text, isinstance(task, AbstractChore)))
+                self._put(partial(self._show_progress, fraction, text))
 
+        result, failure = None, None
         try:
             result = task.compute(session, progress=progress, cancel=cancel.is_set)
-            if cancel.is_set() and not isinstance(task, AbstractChore):
+            if cancel.is_set() and not is_chore:
                 raise Cancelled
-            self._put(_Ended(task, basis, time.monotonic() - begin, result))
         except Exception as error:
-            self._put(_Ended(task, basis, time.monotonic() - begin, error=error))
+            failure = error
+        self._put(partial(self._end, task, basis, time.monotonic() - begin, result, failure))
 
-    def _put(self, item: _Progress | _Ended) -> None:
+    def _put(self, work: Callable[[], None]) -> None:
+        """Have the worker's thread do this, after what was asked for before."""
         with self._changed:
-            self._queue.append(item)
+            self._queue.append(work)
             self._changed.notify_all()
 
-    def _end(self, ended: _Ended) -> None:
-        if isinstance(ended.command, AbstractChore):
-            self._end_chore(ended.command, ended)
-            return
-        self._task = None
-        self._session = replace(self._session, job=None)
-        try:
-            if ended.error is not None:
-                raise ended.error
-            self._session = ended.command.finish(self._session, ended.result)
-            self._note(ended.command, Ending.DONE, ended.basis, ended.seconds)
-        except Exception as error:
-            self._fail(ended.command, error, ended.basis, ended.seconds)
+    def _show_progress(self, fraction: float, text: str) -> None:
+        if self._session.job is not None:
+            self._session = replace(
+                self._session, job=replace(self._session.job, fraction=fraction, text=text)
+            )
 
-    def _end_chore(self, chore: AbstractChore, ended: _Ended) -> None:
+    def _end(
+        self, task: AbstractTask, basis: int, seconds: float, result: Any, failure: Exception | None
+    ) -> None:
         """A chore that was cancelled leaves nothing; one that failed is not tried again in the same place."""
-        self._chore, self._failed = None, None
-        self._session = replace(self._session, chore="")
+        is_chore = isinstance(task, AbstractChore)
+        if is_chore:
+            self._chore, self._failed = None, None
+            self._session = replace(self._session, chore="")
+        else:
+            self._task = None
+            self._session = replace(self._session, job=None)
         try:
-            if ended.error is not None:
-                raise ended.error
-            self._session = chore.finish(self._session, ended.result)
-            self._note(chore, Ending.DONE, ended.basis, ended.seconds)
-        except Cancelled:
-            pass
+            if failure is not None:
+                raise failure
+            self._session = task.finish(self._session, result)
+            self._note(task, Ending.DONE, basis, seconds)
         except Exception as error:
-            self._failed = chore
-            self._fail(chore, error, ended.basis, ended.seconds)
+            if is_chore and isinstance(error, Cancelled):
+                return
+            self._failed = task if is_chore else self._failed
+            self._fail(task, error, basis, seconds)
 
     def _fail(self, command: AbstractCommand, error: Exception, basis: int, seconds: float) -> None:
         if isinstance(error, Cancelled):

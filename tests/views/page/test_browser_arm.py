@@ -10,7 +10,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.meshes import link_meshes
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.arm import drawn_joints
-from workbench.session.plan_trajectory import KATANA
+from workbench.session.commands.trajectory import KATANA
 from workbench.session.start import start, suited_plate
 from workbench.views.appearance.bodies import body_frames
 

@@ -27,9 +27,8 @@ from workbench.plate.plate_toml import write_plate
 from workbench.report.json import plain
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.drag import DropTarget
-from workbench.session.journal.appender import Appender
 from workbench.session.journal.entry import Entry
-from workbench.session.journal.logbook import Logbook
+from workbench.session.journal.logbook import Appender, Logbook
 from workbench.session.journal.numbers import changed_numbers
 from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording, inputs
 from workbench.session.start import start

@@ -8,8 +8,11 @@ from workbench.arm.robot import Robot
 from workbench.base.wording import in_mm
 from workbench.plate.region import Region
 from workbench.session.commands.trajectory import (
+    CIRCLE,
     GREATEST_TIME,
     LEAST_TIME,
+    LINE,
+    PLANES,
     SLOWEST,
     LeaveTrack,
     PauseTrack,
@@ -17,8 +20,9 @@ from workbench.session.commands.trajectory import (
     PlanTrack,
     PlayTrack,
     SetPace,
+    erring_robot,
+    usual_circle,
 )
-from workbench.session.plan_trajectory import CIRCLE, LINE, PLANES, erring_robot, usual_circle
 from workbench.session.planned_trajectory import Track
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
