@@ -77,7 +77,7 @@ def test_zeros_and_hand_eye_lie_in_their_intervals(tmp_path):
     rng = np.random.default_rng(3)
     arm = virtual.made(rng, "hobby", zeros=np.deg2rad(0.3))
     arm.zeros[[0, -1]] = 0.0
-    shots = virtual.scene(rng, arm, 40)
+    shots = virtual.scene(rng, arm, 25)
     robot, data = written(tmp_path, "hobby", shots)
     run = wb.identify(robot, data, algorithms=("opt2",))
     fit = run.best.fit
@@ -98,7 +98,7 @@ def test_zeros_and_hand_eye_lie_in_their_intervals(tmp_path):
 def test_a_camera_on_the_tool_and_free_intrinsics(tmp_path):
     rng = np.random.default_rng(4)
     arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
-    shots = virtual.scene(rng, arm, 40, on_tool=True)
+    shots = virtual.scene(rng, arm, 25, on_tool=True)
     wrong = virtual.K * [1.004, 1.004, 1.005, 0.995]
     robot, data = written(tmp_path, "ur5", shots, mounted="tool", free='"auto"', k=wrong)
     run = wb.identify(robot, data, algorithms=("opt2",))
@@ -189,7 +189,7 @@ def test_the_shifted_joint_is_named(tmp_path):
     rng = np.random.default_rng(2)
     arm = virtual.made(rng, "industrial", angle=1.2e-4, length=0.8e-4, zeros=1.5e-4)
     arm.zeros[2] += np.deg2rad(0.7)
-    shots = virtual.scene(rng, arm, 100)
+    shots = virtual.scene(rng, arm, 60)
     robot, _ = written(tmp_path, "industrial", shots)
     found = tmp_path / "found.json"
     saved = tmp_path / "calibrated.toml"
@@ -234,7 +234,7 @@ def test_what_does_not_carry_is_refused_and_said(tmp_path):
 def test_wrong_corners_are_set_apart_by_name_and_pictures_of_other_joints_too(tmp_path):
     rng = np.random.default_rng(7)
     arm = virtual.made(rng, "ur5", zeros=1e-3)
-    shots = virtual.scene(rng, arm, 30)
+    shots = virtual.scene(rng, arm, 20)
     image, camera, tag, corner, u, v = shots.rows[40]
     shots.rows[40] = (image, camera, tag, corner, u + 25.0, v - 10.0)
     shots.q[9] += 0.1
@@ -287,7 +287,7 @@ def test_no_geometry_is_taken_with_intrinsics_that_the_pictures_contradict(tmp_p
     """A focal length 0.5 % too long, behind errors of the geometry that zeros can't make up for."""
     rng = np.random.default_rng(1)
     arm = virtual.made(rng, "ur5", angle=1.5e-3, length=1.5e-3, zeros=1.5e-3)
-    shots = virtual.scene(rng, arm, 60)
+    shots = virtual.scene(rng, arm, 40)
     wrong = virtual.K * [1.005, 1.005, 1.0, 1.0]
     robot, data = written(tmp_path, "ur5", shots, k=wrong)
     run = wb.identify(robot, data, algorithms=("opt2",))
@@ -314,7 +314,7 @@ def test_two_cameras_at_once(tmp_path):
         np.array([1.1 * reach, -0.4 * reach, 0.7 * reach]),
         np.array([1.0 * reach, 0.5 * reach, 0.5 * reach]),
     ]
-    shots = virtual.scene(rng, arm, 30, eyes=eyes)
+    shots = virtual.scene(rng, arm, 20, eyes=eyes)
     robot, data = written(tmp_path, "7R", shots, cameras=2)
     run = wb.identify(robot, data, algorithms=("opt2",))
     place = {name: k for k, name in enumerate(run.best.fit.problem.names)}

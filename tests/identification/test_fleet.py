@@ -36,10 +36,10 @@ def write_arm(folder: Path, arm, rng, law=None, name="", size=6e-4):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Thirty arms, two of them worn."""
+    """Sixteen arms, two of them worn."""
     root, rng = tmp_path_factory.mktemp("fleet"), np.random.default_rng(0)
     arm = wb.load_robot("aria")
-    for k in range(30):
+    for k in range(16):
         place = root / f"arm-{k:02d}"
         place.mkdir()
         name, law = WORN.get(place.name, ("", None))
@@ -110,7 +110,7 @@ def test_the_worn_arms_are_found_with_their_joint(fleet):
     drift = next(arm for arm in fleet.worn if arm.joint == 2)
     assert 1e-4 < drift.tool < 1e-3
     assert date(2026, 10, 5) < drift.again < date(2027, 2, 1)
-    assert "2 of 30 arms" in fleet.verdict
+    assert "2 of 16 arms" in fleet.verdict
     assert "arm-15" in fleet._repr_html_()
 
 
@@ -137,7 +137,7 @@ def test_the_page_shows_worn_arms(fleet, tmp_path):
     html.feed(page.read_text())
     words = " ".join(html.words)
     assert "joint3.theta" in words
-    assert "28 arms" in words
+    assert "14 arms" in words
     assert {p.name for p in page.parent.iterdir()} == {
         *("fleet.html", "result.json", "fleet.svg", "drift-1.svg", "drift-2.svg")
     }

@@ -16,7 +16,7 @@ from workbench.data.camera.camera import Camera, project
 from workbench.data.camera.rig import Rig
 from workbench.data.camera.target import Charuco, charuco_target
 from workbench.data.dataset import Dataset
-from workbench.data.observations import OBSERVATIONS
+from workbench.data.observations import OBSERVATIONS, PixelObservation
 from workbench.data.observations.tilt import reading
 from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.identify import identify
@@ -89,8 +89,9 @@ def pictures(poses, rng, common):
 def test_every_jacobian_column_is_the_derivative(kind, per_session, joints):
     rng = np.random.default_rng(7)
     robot = load_robot("aria")
-    sessions = np.array(["front", "left"])[np.arange(ROWS) % 2] if per_session else None
-    data = measured(robot, rng, kind.__name__, sessions=sessions)
+    rows = 6 if kind is PixelObservation else ROWS
+    sessions = np.array(["front", "left"])[np.arange(rows) % 2] if per_session else None
+    data = measured(robot, rng, kind.__name__, rows, sessions=sessions)
     frames = FrameFreedom(
         FRAME_PARTS, FRAME_PARTS, base_per_session=per_session, tool_per_session=per_session
     )

@@ -109,11 +109,7 @@ def pass_gate(
     hidden = _confounded(build(robot, data, free=tuple(zeros), noise=noise)) if zeros else set()
     seen = tuple(n for n in zeros if n not in hidden)
 
-    def fitted(other: Dataset) -> PictureFit:
-        again = _alike(build(robot, other, free=seen))
-        return PictureFit(again.problem, again.x)
-
-    doubted = find_doubts(fitted, data)
+    doubted = find_doubts(lambda other: _picture_fit(build(robot, other, free=seen)), data)
     rest = chosen if set(chosen) - set(zeros) else []
     fits: dict[str, Fitted] = {}
     for name, names in ((ZEROS, zeros), (GEOMETRY, rest)):
@@ -187,11 +183,16 @@ def _considered(doubted: Doubts, last: Problem, at: Fitted, taken: Fitted) -> Co
     return doubted.considered(at.problem.with_noise(taken.problem.noise), deviations)
 
 
+def _picture_fit(problem: Problem) -> PictureFit:
+    """Fit with all corners weighed alike."""
+    problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.pixel))
+    return PictureFit(problem, Opt2(limit=60).search(problem).x)
+
+
 def _alike(problem: Problem) -> Fitted:
     """Fit of camera and target alone, all corners weighed alike: what they leave tells of the arm."""
-    problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.pixel))
-    x = Opt2(limit=60).search(problem).x
-    nothing = np.zeros(len(x))
+    fit = _picture_fit(problem)
+    problem, x, nothing = fit.problem, fit.x, np.zeros(len(fit.x))
     begin = Variances(Noise(1e-3, 1e-3, (), problem.noise.pixel))
     found = most_likely(Pictures.at(problem, x), Knowledge.of(problem, x, nothing), begin)
     return Fitted(problem, x, (), found.noise, found.is_shown)
@@ -256,11 +257,7 @@ def _confounded(problem: Problem) -> set[str]:
     q, _ = np.linalg.qr(jacobian[:, ~arm])
     left = jacobian[:, arm] - q @ (q.T @ jacobian[:, arm])
     small = np.linalg.norm(left, axis=0) < CONFOUNDED * np.linalg.norm(jacobian[:, arm], axis=0)
-    return {
-        p.name
-        for p, lost in zip([p for p in problem.parameters if p.is_geometry], small, strict=True)
-        if lost
-    }
+    return set(np.array(problem.names)[arm][small].tolist())
 
 
 class Effect(NamedTuple):

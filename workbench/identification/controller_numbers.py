@@ -28,6 +28,7 @@ from workbench.arm.robot import FRAME_PARTS, Frame, Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
 from workbench.base.types import frozen
+from workbench.identification.factorisation import independent_columns
 
 LEVER = 0.3
 """Length L at which an angle counts [m]: about the reach of a tool with its workpiece."""
@@ -143,7 +144,8 @@ def controller_numbers(
         columns = sensitivity(arm, Motion(q), names)[1] * weight[:, None]
         jacobian = columns.reshape(-1, len(names))
         if not held:
-            held = tuple(names[i] for i in _repeating(jacobian))
+            own = independent_columns(jacobian, REPEATS * np.linalg.norm(jacobian, axis=0))
+            held = tuple(n for i, n in enumerate(names) if i not in own)
         keep = [i for i, n in enumerate(names) if n not in held]
         step = np.linalg.lstsq(jacobian[:, keep], (error * weight).ravel(), rcond=None)[0]
         moved = arm.with_values(
@@ -199,21 +201,6 @@ def _names(arm: Robot, parts: tuple[Part, ...]) -> tuple[str, ...]:
         if part in parts:
             names += [f"{part}.{piece}" for piece in FRAME_PARTS]
     return tuple(names)
-
-
-def _repeating(jacobian: Float[np.ndarray, "m p"]) -> list[int]:
-    """Columns that lie in the span of those before them."""
-    basis = np.zeros((len(jacobian), 0))
-    found = []
-    for i, column in enumerate(jacobian.T):
-        length = float(np.linalg.norm(column))
-        rest = column - basis @ (basis.T @ column)
-        rest -= basis @ (basis.T @ rest)
-        if np.linalg.norm(rest) <= REPEATS * max(length, 1e-300):
-            found.append(i)
-        else:
-            basis = np.column_stack([basis, rest / np.linalg.norm(rest)])
-    return found
 
 
 def _cost(error: Float[np.ndarray, "rows 6"], weight: Float[np.ndarray, "6"]) -> float:

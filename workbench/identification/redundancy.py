@@ -14,7 +14,6 @@ number of a complete model).
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import sensitivity
@@ -23,7 +22,7 @@ from workbench.arm.parameters import Parameter
 from workbench.arm.robot import FRAME_PARTS, Robot
 from workbench.arm.unidentifiable import Combination, combinations
 from workbench.base.threads import one_thread
-from workbench.identification.factorisation import factorise
+from workbench.identification.factorisation import factorise, independent_columns
 from workbench.plate.poses.sampling import random_poses
 
 GENERIC = 100
@@ -72,7 +71,8 @@ def redundancy(
     columns = twists.reshape(-1, len(names))
     free = set(robot.default_free)
     order = sorted(range(len(names)), key=lambda i: names[i] not in free)
-    kept = set(_independent(columns, order))
+    least = np.full(len(names), NOTHING_NEW * np.linalg.norm(columns, axis=0).max(initial=0.0))
+    kept = {order[i] for i in independent_columns(columns[:, order], least)}
     null_space = factorise(columns, np.zeros(len(columns))).null_space
     elements = robot.chain.elements
     parameters = tuple(
@@ -91,18 +91,3 @@ def complete(robot: Robot) -> int:
     """Constants of a complete model with base and tool: 4R + 2P + 6."""
     lengths = int(sliding(robot).sum())
     return 4 * (robot.dof - lengths) + 2 * lengths + 6
-
-
-def _independent(columns: Float[np.ndarray, "m p"], order: list[int]) -> list[int]:
-    """Columns, in this order, that are no combination of those kept before."""
-    basis, largest = np.zeros((len(columns), 0)), float(np.linalg.norm(columns, axis=0).max(initial=0.0))
-    kept = []
-    for i in order:
-        rest = columns[:, i]
-        for _ in range(2):  # once more against rounding
-            rest = rest - basis @ (basis.T @ rest)
-        size = float(np.linalg.norm(rest))
-        if size > NOTHING_NEW * largest:
-            basis = np.column_stack([basis, rest / size])
-            kept.append(i)
-    return kept

@@ -13,7 +13,7 @@ from workbench.identification.record import Column, columns_of, order_of_measuri
 from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_grid import STEMS, error_grid
 from workbench.identification.report.error_plots import before_after, error_where, residual_histogram
-from workbench.identification.report.figures import NAMES, all_figures
+from workbench.identification.report.figures import NAMES, pictures
 from workbench.report.figures import INK, svg
 
 
@@ -121,9 +121,11 @@ def test_pictures_are_valid(name, report, replaced):
 
 def test_pictures_are_always_the_same(points, replaced):
     wanted = Requirement(per_axis=1e-7).wanted
-    for drawing in all_figures(points, wanted=wanted):
-        assert (replaced.path.parent / f"{drawing.name}.svg").read_text(encoding="utf-8") == drawing.svg
-        assert "{" not in drawing.caption
+    for picture in pictures(points, wanted=wanted):
+        assert "{" not in picture.caption
+        if picture.name in ("before-after", "corrections"):
+            written = (replaced.path.parent / f"{picture.name}.svg").read_text(encoding="utf-8")
+            assert written == svg(picture.draw(), picture.name)
 
 
 def test_a_figure_is_laid_out_once_and_drawn_once_where_it_is_saved(result, monkeypatch):

@@ -17,7 +17,7 @@ from workbench.base.parallel import spread
 from workbench.base.progress import Progress
 from workbench.base.wording import counted
 from workbench.data.simulation.hidden_effects import varied_state
-from workbench.identification.fleet.history import History, Unread, arms_of, read_histories
+from workbench.identification.fleet.history import History, Unread, arms_of, read_histories, values_of
 from workbench.identification.fleet.movement import Movement, movements, scatter_factor, threshold
 from workbench.plate.poses.sampling import random_poses
 from workbench.report.result_display import AbstractShown
@@ -186,8 +186,7 @@ def _report(history: History, moved: Sequence[Movement], allowed: float) -> ArmR
 
 def _displacement(robot: Robot, at: Motion, shifts: dict[str, float]) -> float:
     """Root mean square displacement of the tool by changes of constants [m]."""
-    known = {**robot.coefficients, **robot.inertia}
-    now = {n: known[n] if n in known else float(robot.values((n,))[0]) for n in shifts}
-    before = robot.with_values({n: value - shifts[n] for n, value in now.items()})
+    now = zip(shifts, values_of(robot, shifts), strict=True)
+    before = robot.with_values({n: value - shifts[n] for n, value in now})
     moved = robot.predict(at)[:, :3, 3] - before.predict(at)[:, :3, 3]
     return float(np.sqrt((moved**2).sum(1).mean()))

@@ -10,7 +10,7 @@ its date; `2026-04-02-after-crash.toml` is of the same day and later in the alph
 arm's own constants for which every calibration states a standard error; base and tool may change.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
@@ -139,7 +139,7 @@ def _history(arm: str, files: Sequence[Path], robot: Robot | None) -> History:
         arm=arm,
         dates=tuple(dates),
         names=names,
-        values=frozen(np.array([_values(calibrated, names) for calibrated in robots])),
+        values=frozen(np.array([values_of(calibrated, names) for calibrated in robots])),
         std=frozen(np.array([[std[name] for name in names] for std in stated])),
         robot=robots[-1],
     )
@@ -154,7 +154,7 @@ def _calibrated(path: Path, robot: Robot | None) -> Robot:
     return identify(robot, data, algorithms=("opt2",), held_out=0.0).robot
 
 
-def _values(robot: Robot, names: tuple[str, ...]) -> list[float]:
+def values_of(robot: Robot, names: Iterable[str]) -> list[float]:
     """Values of constants, coefficients and masses by name."""
     known = {**robot.coefficients, **robot.inertia}
     return [known[n] if n in known else float(robot.values((n,))[0]) for n in names]

@@ -284,28 +284,40 @@ def _picked(
     rank[worth < FIRM] = -np.inf
     apart = [np.abs(rank - rank.max() * size) for size in SIZES]
     near = np.unique([np.argsort(gaps, kind="stable")[: TRIES // len(SIZES)] for gaps in apart])
-    pairs = {int(k): _pair(chosen, heavy, joint, purpose, int(k)) for k in near if worth[k] >= FIRM}
-    free = [
-        k
-        for k, is_certain in zip(pairs, _certain(robot, [*pairs.values()], chosen), strict=True)
-        if is_certain
-    ]
+    near, added = near[worth[near] >= FIRM], [0.0, heavy.mass] if chosen.mass < 0.0 else [chosen.mass] * 2
+    free = near[_certain(robot, chosen, near, added)]
     picked: list[PosturePair] = []
-    while free and len(picked) < each:
-        best = free[int(np.argmin(apart[len(picked) % len(SIZES)][free]))]
-        picked.append(pairs[best])
-        free = [k for k in free if chosen.base[k] != chosen.base[best]]
+    while len(free) and len(picked) < each:
+        best = int(free[np.argmin(apart[len(picked) % len(SIZES)][free])])
+        about, across = (
+            frozen(np.array([getattr(m, part)[best, joint] for m in chosen.moments]))
+            for part in ("about", "across")
+        )
+        picked.append(
+            PosturePair(
+                joint=joint,
+                purpose=purpose,
+                q=frozen(chosen.q[:, best].copy()),
+                added=frozen(np.array(added)),
+                about=about,
+                across=across,
+            )
+        )
+        free = free[chosen.base[free] != chosen.base[best]]
     return picked
 
 
-def _certain(robot: Robot, pairs: list[PosturePair], moves: _Moves) -> Bool[np.ndarray, " pairs"]:
+def _certain(
+    robot: Robot, moves: _Moves, pairs: Int[np.ndarray, " k"], added: list[float]
+) -> Bool[np.ndarray, " k"]:
     """Whether in both postures of a pair every joint is surely loaded from the side that the model says."""
-    q, added = (np.concatenate([getattr(pair, part) for pair in pairs]) for part in ("q", "added"))
-    about, across = clear_of_reversals(robot, Motion(q, payload=added), constants_known(robot))
+    q = np.concatenate(moves.q[:, pairs])
+    motion = Motion(q, payload=np.repeat(added, len(pairs)))
+    about, across = clear_of_reversals(robot, motion, constants_known(robot))
     loads = moves.moments[0]
     turned, tipped = ((np.abs(sizes) >= FIRM).any(axis=0) for sizes in (loads.about, loads.tipping))
     sides = np.hstack([about[:, turned], across[:, tipped]])
-    return np.asarray(sides.reshape(len(pairs), -1).all(axis=1))
+    return np.asarray(sides.all(axis=1).reshape(2, -1).all(axis=0))
 
 
 def _hung(moves: _Moves, heavy: _Moves) -> _Moves:
@@ -341,18 +353,6 @@ def _side_effects(moves: _Moves, joint: int) -> Float[np.ndarray, " pairs"]:
     flipped = (a * b < 0.0) & (np.minimum(np.abs(a), np.abs(b)) > FIRM)
     flipped[:, joint] = False
     return flipped.sum(axis=1) + np.abs(moves.q[1] - moves.q[0]).sum(axis=1) / (2.0 * np.pi)
-
-
-def _pair(moves: _Moves, heavy: _Moves, joint: int, purpose: Purpose, k: int) -> PosturePair:
-    hung = moves.mass < 0.0
-    return PosturePair(
-        joint=joint,
-        purpose=purpose,
-        q=frozen(moves.q[:, k].copy()),
-        added=frozen(np.array([0.0, heavy.mass] if hung else [moves.mass] * 2)),
-        about=frozen(np.array([m.about[k, joint] for m in moves.moments])),
-        across=frozen(np.array([m.across[k, joint] for m in moves.moments])),
-    )
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from workbench.identification.load_test.experiment import LoadTest
 from workbench.identification.load_test.postures import LoadTestPlan, PosturePair, Purpose
-from workbench.identification.load_test.tilting import JointTilting
+from workbench.identification.load_test.tilting import KINDS, JointTilting
 from workbench.identification.load_test.tolerance import LENGTH
 from workbench.identification.report.table import line, new_table
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
@@ -20,9 +20,12 @@ from workbench.report.numbers import short
 
 LOADING = "workbench.loading/1"
 MDEG = 1e3 * float(np.rad2deg(1.0))
-PARTS = (("clearance", MDEG, "clearance [m°]"), ("backlash", MDEG, "backlash [m°]"))
-"""Sizes that are angles, what turns them to thousandths of a degree, and their headings."""
-STIFF = "stiffness [kN·m/rad]"
+PARTS = (
+    ("clearance", MDEG, "clearance [m°]"),
+    ("backlash", MDEG, "backlash [m°]"),
+    ("stiffness", 1e-3, "stiffness [kN·m/rad]"),
+)
+"""Sizes, factors to the units that people read, and headings."""
 WORDS = {
     Purpose.CROSSWISE: "tips both ways",
     Purpose.REVERSAL: "turns both ways",
@@ -39,7 +42,7 @@ LACKING = {
 
 def load_test_table(found: LoadTest) -> RenderableType:
     """What was found of every joint, with standard errors, beside what the virtual arm hides."""
-    headings = [heading.replace(" [", "\n[") for heading in ("joint", "", *(p[2] for p in PARTS), STIFF)]
+    headings = [heading.replace(" [", "\n[") for heading in ("joint", "", *(p[2] for p in PARTS))]
     table = new_table(f"{found.robot.name}: inclinometers in {len(found.plan.q)} postures", *headings)
     hidden = {j.joint: j for j in found.hidden}
     for joint in found.joints:
@@ -83,10 +86,8 @@ def load_test_json(found: LoadTest) -> Json:
             "joints": [
                 {
                     "joint": j.joint + 1,
-                    **{part: _size(j, part) for part in ("clearance", "backlash", "compliance")},
-                    "hidden": {
-                        p: getattr(hidden[j.joint], p) for p in ("clearance", "backlash", "compliance")
-                    },
+                    **{part: _size(j, part) for part in KINDS},
+                    "hidden": {part: getattr(hidden[j.joint], part) for part in KINDS},
                 }
                 for j in found.joints
             ],
@@ -129,9 +130,7 @@ def load_test_figure(found: LoadTest) -> Figure:
         above.supxlabel("moment about the axis [N·m]", fontsize=8)
         handles = [above.axes[0].plot([], [], color=COLOURS[k], marker="o", ms=3)[0] for k in range(3)]
         above.legend(handles, [WORDS[p] for p in Purpose], loc="outside upper right", ncols=3)
-        for axes, (part, size, words) in zip(
-            below.subplots(1, 3), (*PARTS, ("stiffness", 1e-3, STIFF)), strict=True
-        ):
+        for axes, (part, size, words) in zip(below.subplots(1, 3), PARTS, strict=True):
             _sizes(axes, found, part, size)
             axes.set_ylabel(words)
             axes.set_xlabel("joint")
@@ -167,7 +166,7 @@ def _sizes(axes, found: LoadTest, part: str, size: float) -> None:
 def _cells(joint: JointTilting, *, errors: bool) -> list[Text]:
     """Sizes in the table's units, with standard errors or without; a dash for what was not asked."""
     out = []
-    for part, size in (*((p, s) for p, s, _ in PARTS), ("stiffness", 1e-3)):
+    for part, size, _ in PARTS:
         value, std = size * getattr(joint, part), size * getattr(joint, f"{part}_std")
         words = "–" if np.isnan(value) else short(value) + (f" ± {short(std)}" if errors else "")
         out.append(Text(words, style="bold" if errors else "dim"))

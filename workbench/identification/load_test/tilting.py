@@ -87,11 +87,6 @@ class Tilting:
     joints: tuple[JointTilting, ...]
 
     @property
-    def calibrated(self) -> Robot:
-        """The arm with what was identified."""
-        return self.fit.calibrated
-
-    @property
     def effects(self) -> tuple[AbstractEffect, ...]:
         """What was found, as effects of the arm."""
         return tilting_effects(self.joints)

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import RenderableType
+from rich.console import Group, RenderableType
+from rich.text import Text
 
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.identification.controller_numbers import (
@@ -16,8 +17,8 @@ from workbench.identification.controller_numbers import (
 )
 from workbench.identification.record import Identification
 from workbench.identification.report.results_json import controller_json
-from workbench.identification.report.table import use_tables
 from workbench.report.numbers import short, signed
+from workbench.report.tables import folded, line, new_table, unbroken
 
 ROWS = 500
 """Greatest number of measured joint positions over which the numbers are chosen."""
@@ -70,8 +71,24 @@ class Use:
         return [("tool", _frame(self.full.tool)), ("base", _frame(self.full.base))]
 
     def summary(self) -> RenderableType:
-        """Tables for the terminal."""
-        return use_tables(self.table, self.offsets, self.frames, self.full)
+        """What to enter into a controller, and what that leaves, as tables for the terminal."""
+        errors = ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]")
+        left = new_table("What remains, against the whole calibrated model", folded("entered"), *errors)
+        for words, values in self.table:
+            left.add_row(words, *values)
+        added = new_table(
+            "Added to each joint's reading", unbroken("joint"), "with tool and base", "offsets only"
+        )
+        for row in self.offsets:
+            added.add_row(*row)
+        parts = ("x", "y", "z", "roll", "pitch", "yaw")
+        placed = new_table("Tool and base with them: xyz [mm], roll pitch yaw [°]", unbroken("frame"), *parts)
+        for name, values in self.frames:
+            placed.add_row(name, *values)
+        lines = [Text(f"compared at {self.full.rows} joint positions", style="dim")]
+        if self.full.held:
+            lines.append(line("left as they were, as others do the same", ", ".join(self.full.held)))
+        return Group(left, added, placed, *lines)
 
     def json(self) -> list[dict[str, Any]]:
         """The numbers in SI, as plain data."""

@@ -16,7 +16,7 @@ from workbench.identification.pass_or_fail import Judged, judge
 from workbench.identification.record import Identification, Run, error_rows
 from workbench.identification.report.figures import NAMES, all_figures
 from workbench.identification.report.how_to_apply import Use, controller_use
-from workbench.identification.report.parameters import LEGEND, Cell, ParameterTable, State, parameter_table
+from workbench.identification.report.parameters import LEGEND, Cell, State, parameter_table
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.row_errors import Errors
 from workbench.report.html import write_page
@@ -63,9 +63,7 @@ def write_report(
 
 def _words(result: Identification, *, judged: Judged | None, use: Use) -> dict[str, Any]:
     """What the template is filled with."""
-    best = result.best
-    after = best.held_out or best.train
-    before = result.nominal.held_out or result.nominal.train
+    best, (before, after) = result.best, result.error
     return {
         "robot": result.robot.name,
         "source": result.data.source,
@@ -179,8 +177,7 @@ def _strip(check: WantedCheck) -> list[tuple[float, float]]:
 
 def _algorithm(run: Run, best: bool) -> dict[str, Any]:
     fit = run.fit
-    table: ParameterTable = parameter_table(fit)
-    digits = 6
+    table = parameter_table(fit)
     return {
         "title": fit.title,
         "best": best,
@@ -190,20 +187,20 @@ def _algorithm(run: Run, best: bool) -> dict[str, Any]:
         "seconds": fit.seconds,
         "condition": f"{fit.condition:.3g}",
         "headings": table.headings,
-        "rows": [(joint, [_cell(c, digits) for c in cells]) for joint, cells in table.rows],
-        "others": [(_cell(c, digits) or {}) | {"name": c.name, "unit": c.unit} for c in table.others],
+        "rows": [(joint, [_cell(c) for c in cells]) for joint, cells in table.rows],
+        "others": [(_cell(c) or {}) | {"name": c.name, "unit": c.unit} for c in table.others],
         "marks": table.marks,
     }
 
 
-def _cell(cell: Cell | None, digits: int) -> dict[str, str] | None:
+def _cell(cell: Cell | None) -> dict[str, str] | None:
     if cell is None:
         return None
     found = cell.state not in (State.HELD, State.UNSEEN)
     return {
-        "nominal": signed(cell.nominal, digits),
-        "value": signed(cell.value, digits) if found else "",
-        "std": "" if cell.std is None else standard_error(cell.std, digits),
+        "nominal": signed(cell.nominal, 6),
+        "value": signed(cell.value, 6) if found else "",
+        "std": "" if cell.std is None else standard_error(cell.std),
         "mark": str(cell.state),
     }
 

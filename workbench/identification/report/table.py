@@ -12,7 +12,6 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
-from workbench.identification.controller_numbers import ControllerNumbers
 from workbench.identification.fit import Fit
 from workbench.identification.record import Evaluation, Identification, Run, Validation, error_rows
 from workbench.identification.report.cameras import camera_words
@@ -98,32 +97,6 @@ def parameters_tables(fit: Fit) -> RenderableType:
         parts.append(table)
     parts += [Text(f"{mark} {LEGEND[mark]}", style="dim") for mark in content.marks]
     return Group(*parts)
-
-
-def use_tables(
-    remaining: list[tuple[str, list[str]]],
-    offsets: list[tuple[str, str, str]],
-    frames: list[tuple[str, list[str]]],
-    numbers: ControllerNumbers,
-) -> RenderableType:
-    """What to enter into a controller, and what that leaves; the arguments are parts of `Use`."""
-    errors = ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]")
-    left = new_table("What remains, against the whole calibrated model", folded("entered"), *errors)
-    for words, values in remaining:
-        left.add_row(words, *values)
-    added = new_table(
-        "Added to each joint's reading", unbroken("joint"), "with tool and base", "offsets only"
-    )
-    for row in offsets:
-        added.add_row(*row)
-    parts = ("x", "y", "z", "roll", "pitch", "yaw")
-    placed = new_table("Tool and base with them: xyz [mm], roll pitch yaw [°]", unbroken("frame"), *parts)
-    for name, values in frames:
-        placed.add_row(name, *values)
-    lines = [Text(f"compared at {numbers.rows} joint positions", style="dim")]
-    if numbers.held:
-        lines.append(line("left as they were, as others do the same", ", ".join(numbers.held)))
-    return Group(left, added, placed, *lines)
 
 
 def messages(result: Identification) -> list[RenderableType]:

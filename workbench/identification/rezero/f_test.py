@@ -41,10 +41,17 @@ class Optimum:
     measured: bool
 
     @classmethod
-    def of(cls, problem: Problem, *, measured: bool, noise: Noise | None = None) -> "Optimum":
+    def of(
+        cls,
+        problem: Problem,
+        *,
+        measured: bool,
+        noise: Noise | None = None,
+        begin: Float[np.ndarray, " p"] | None = None,
+    ) -> "Optimum":
         """The optimum of a problem, with the noise that it leaves unless that is given or was measured."""
         problem = problem if noise is None else problem.with_noise(noise)
-        x = problem.start
+        x = problem.start if begin is None else begin
         for _ in range(ROUNDS):
             search = Opt2(limit=60).search(problem, begin=x)
             x = search.x
@@ -100,7 +107,7 @@ class Optimum:
             Probability that chance alone makes this one so much better; and how many times as much the other
             leaves.
         """
-        same = Optimum.of(other.problem, measured=True, noise=self.problem.noise)
+        same = Optimum.of(other.problem, measured=True, noise=self.problem.noise, begin=other.x)
         gained = max(same.square - self.square, 0.0) / further
         least = max(self.mean_square, 1e-300)
         chance = float(special.fdtrc(further, self.spare, gained / least))

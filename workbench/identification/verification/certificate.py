@@ -5,9 +5,9 @@ Both are made from the same words. The page needs nothing else: no network, no s
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import date
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -38,110 +38,69 @@ ROOM = {"left": 0.07, "right": 0.99, "bottom": 0.15, "top": 0.91, "wspace": 0.3}
 SIGNATURES = ("Measured by", "Approved by")
 
 
-@dataclass(frozen=True, kw_only=True)
-class Certificate:
-    """The words of the page.
+def _words(result: Verification, inputs: Sequence[Path | str], day: date) -> dict[str, Any]:
+    """The words of the page: names and texts in two columns, tables with their headings first, sentences."""
+    data = result.data
+    arm = [("Arm", f"{result.robot.name}, {result.robot.dof} joints"), *result.facts.items()]
+    if (calibration := result.robot.calibration) is not None:
+        arm.append(("Calibrated from", f"{calibration.source}, {len(calibration.poses)} rows"))
+    arm.append(("Measurements", f"{Path(data.source).name}, {counted(len(data), 'row')}"))
+    return {
+        "title": result.robot.name,
+        "stamp": {True: "PASSED", False: "FAILED", None: "VERIFIED"}[result.passed],
+        "passed": result.passed,
+        "verdict": result.verdict,
+        "arm": arm,
+        "conditions": _conditions(result),
+        "errors": _errors(result),
+        "repeats": _repeats(result),
+        "method": _method(result),
+        "warnings": result.warnings,
+        "inputs": [(Path(path).name, _sha256(Path(path))) for path in inputs],
+        "made": f"{day.isoformat()}, workbench {package_version()}",
+    }
 
-    Args:
-        title: Name of the arm.
-        stamp: Passed, failed, or verified where nothing was wanted.
-        passed: As in the verification.
-        verdict: One sentence.
-        arm: Names and texts about arm and measurement, left column.
-        conditions: Likewise, right column.
-        errors: Cells of the table of errors, headings first.
-        repeats: Cells of the table of repeated poses, headings first; empty without.
-        method: Sentences on how the numbers came about.
-        warnings: What weakens them.
-        inputs: Names and sha256 of the files.
-        made: Date and version.
-    """
 
-    title: str
-    stamp: str
-    passed: bool | None
-    verdict: str
-    arm: tuple[tuple[str, str], ...]
-    conditions: tuple[tuple[str, str], ...]
-    errors: tuple[tuple[str, ...], ...]
-    repeats: tuple[tuple[str, ...], ...]
-    method: tuple[str, ...]
-    warnings: tuple[str, ...]
-    inputs: tuple[tuple[str, str], ...]
-    made: str
-
-    @classmethod
-    def of(
-        cls, result: Verification, *, inputs: Sequence[Path | str] = (), day: date | None = None
-    ) -> "Certificate":
-        """The words for a verification.
-
-        Args:
-            inputs: Files whose sha256 is given: measurements, robot.
-            day: Of the certificate; today if None.
-        """
-        day = day or date.today()
-        data = result.data
-        arm = [("Arm", f"{result.robot.name}, {result.robot.dof} joints")]
-        arm += list(result.facts.items())
-        if (calibration := result.robot.calibration) is not None:
-            arm.append(("Calibrated from", f"{calibration.source}, {len(calibration.poses)} rows"))
-        arm.append(("Measurements", f"{Path(data.source).name}, {counted(len(data), 'row')}"))
-        return cls(
-            title=result.robot.name,
-            stamp={True: "PASSED", False: "FAILED", None: "VERIFIED"}[result.passed],
-            passed=result.passed,
-            verdict=result.verdict,
-            arm=tuple(arm),
-            conditions=tuple(_conditions(result)),
-            errors=tuple(_errors(result)),
-            repeats=tuple(_repeats(result)),
-            method=tuple(_method(result)),
-            warnings=result.warnings,
-            inputs=tuple((Path(path).name, _sha256(Path(path))) for path in inputs),
-            made=f"{day.isoformat()}, workbench {package_version()}",
-        )
-
-    def paper(self, result: Verification) -> bytes:
-        """The page as PDF, A4."""
-        page = Paper()
-        colour = {True: GOOD, False: BAD, None: PLAIN}[self.passed]
-        page.badge(self.stamp, colour, at=Place(WIDTH - MARGIN - 38.0, 38.0))
-        left = Place(MARGIN, WIDTH - 2 * MARGIN - 44.0)
-        page.words("CERTIFICATE OF VERIFICATION", size=7.5, colour=QUIET, at=left)
-        page.words(self.title, size=19.0, bold=True, at=left, most=2)
-        page.space(1.5)
-        page.words(self.verdict, size=9.5, bold=True, colour=colour)
-        page.space(3.0)
-        half, top = 0.5 * (WIDTH - 2 * MARGIN) - 3.0, page.y
-        page.pairs(self.arm[:9], at=Place(MARGIN, half))
-        low, page.y = page.y, top
-        page.pairs(self.conditions, at=Place(MARGIN + half + 6.0, half))
-        page.y = max(low, page.y) + 2.0
-        page.table(self.errors[0], self.errors[1:], (0.25, 0.12, 0.21, 0.12, 0.12, 0.18))
+def _paper(words: dict[str, Any], result: Verification) -> bytes:
+    """The page as PDF, A4."""
+    page = Paper()
+    colour = {True: GOOD, False: BAD, None: PLAIN}[result.passed]
+    page.badge(words["stamp"], colour, at=Place(WIDTH - MARGIN - 38.0, 38.0))
+    left = Place(MARGIN, WIDTH - 2 * MARGIN - 44.0)
+    page.words("CERTIFICATE OF VERIFICATION", size=7.5, colour=QUIET, at=left)
+    page.words(words["title"], size=19.0, bold=True, at=left, most=2)
+    page.space(1.5)
+    page.words(words["verdict"], size=9.5, bold=True, colour=colour)
+    page.space(3.0)
+    half, top = 0.5 * (WIDTH - 2 * MARGIN) - 3.0, page.y
+    page.pairs(words["arm"][:9], at=Place(MARGIN, half))
+    low, page.y = page.y, top
+    page.pairs(words["conditions"], at=Place(MARGIN + half + 6.0, half))
+    page.y = max(low, page.y) + 2.0
+    page.table(words["errors"][0], words["errors"][1:], (0.25, 0.12, 0.21, 0.12, 0.12, 0.18))
+    page.space(2.0)
+    draw_error_map(page.picture(76.0), result, ROOM)
+    page.words(CAPTION, size=6.5, colour=QUIET)
+    if repeats := words["repeats"]:
         page.space(2.0)
-        draw_error_map(page.picture(76.0), result, ROOM)
-        page.words(CAPTION, size=6.5, colour=QUIET)
-        if self.repeats:
-            page.space(2.0)
-            page.table(self.repeats[0], self.repeats[1:], (0.18, 0.1, 0.12, 0.12, 0.24, 0.24))
-        page.space(2.0)
-        for sentence in self.method:
-            page.words(sentence, size=7.0)
-        for sentence in self.warnings[:4]:
-            page.words(f"Note: {sentence}.", size=7.0, bold=True, most=3)
-        page.space(2.0)
-        for name, digest in self.inputs[:4]:
-            page.words(f"{name}: sha256 {digest}", size=6.0, colour=QUIET, most=2)
-        page.words(self.made, size=6.0, colour=QUIET)
-        page.y = max(page.y + 14.0, 274.0)
-        for k, who in enumerate(SIGNATURES):
-            place = Place(MARGIN + k * (half + 6.0), half)
-            page.rule(at=place)
-            low = page.y
-            page.words(f"{who}: name, date, signature", size=6.5, colour=QUIET, at=place)
-            page.y = low
-        return page.pdf()
+        page.table(repeats[0], repeats[1:], (0.18, 0.1, 0.12, 0.12, 0.24, 0.24))
+    page.space(2.0)
+    for sentence in words["method"]:
+        page.words(sentence, size=7.0)
+    for sentence in words["warnings"][:4]:
+        page.words(f"Note: {sentence}.", size=7.0, bold=True, most=3)
+    page.space(2.0)
+    for name, digest in words["inputs"][:4]:
+        page.words(f"{name}: sha256 {digest}", size=6.0, colour=QUIET, most=2)
+    page.words(words["made"], size=6.0, colour=QUIET)
+    page.y = max(page.y + 14.0, 274.0)
+    for k, who in enumerate(SIGNATURES):
+        place = Place(MARGIN + k * (half + 6.0), half)
+        page.rule(at=place)
+        low = page.y
+        page.words(f"{who}: name, date, signature", size=6.5, colour=QUIET, at=place)
+        page.y = low
+    return page.pdf()
 
 
 def write_certificate(
@@ -158,8 +117,8 @@ def write_certificate(
         Path of the PDF, or of the page in the folder.
     """
     target = Path(target)
-    words = Certificate.of(result, inputs=inputs, day=day)
-    paper = words.paper(result)
+    words = _words(result, inputs, day or date.today())
+    paper = _paper(words, result)
     if target.suffix.lower() == ".pdf":
         return write_bytes(target, paper)
     check_folder(target)
