@@ -417,7 +417,7 @@ def test_final_classes_implement_what_is_asked():
 
 def test_the_rules_are_seen():
     """The checks above find what they look for."""
-    assert "workbench.plate.observability.AbstractIndex" in ancestors("workbench.plate.observability.O1")
+    assert "workbench.arm.effects.law.AbstractLaw" in ancestors("workbench.arm.effects.backlash.Backlash")
     assert any(n.startswith("workbench.arm.urdf.") for n, _ in imports(ROOT / "arm" / "built_in_arms.py"))
     assert dict(
         public(ast.parse("class A:\n def b(self): 0\n def _c(self): 0\ndef _d(): 0").body)

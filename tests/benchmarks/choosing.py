@@ -21,7 +21,7 @@ from environments import Failed
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.linearisation import linearise
 from workbench.plate.criterion import criterion_of
-from workbench.plate.observability import INDICES, AbstractSetIndex
+from workbench.plate.observability import INDICES, SetIndex
 from workbench.plate.poses.d_optimal import d_bound, d_exchange
 from workbench.plate.poses.exchange import exchange
 from workbench.plate.poses.sampling import random_poses
@@ -63,7 +63,7 @@ def figaroh(grams, given):
 def others(grams, start):
     """Seconds of an exchange for every other index, from the D-optimal choice."""
     for name, index in INDICES.items():
-        if isinstance(index, AbstractSetIndex):
+        if isinstance(index, SetIndex):
             allowed = np.ones((CHOSEN, len(grams)), bool)
             criterion = criterion_of(index, CHOSEN)
             began = time.perf_counter()

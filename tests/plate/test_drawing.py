@@ -195,9 +195,9 @@ def bored(solid, told):
 MADE = {
     "machined seats": ("seat", Stock()),
     "points": ("point", Stock()),
-    "printed": ("socket", Stock.printed()),
-    "breadboard": ("socket", Stock.breadboard()),
-    "ball-bar": ("socket", Stock.ball_bar()),
+    "printed": ("socket", Stock.named("printed")),
+    "breadboard": ("socket", Stock.named("breadboard")),
+    "ball-bar": ("socket", Stock.named("ball-bar")),
 }
 
 
@@ -283,7 +283,7 @@ def words_of(fixture):
 def test_words_of_a_ball_s_drawings(plate_of):
     """A probe has no datums of a block; a bought board's holes are its own; anchors are not targets."""
     plate = plate_of((-0.08, 0.0, 0.09, 0.0, 0.0, 0.0), (0.05, 0.0, 0.09, 0.0, 0.0, 0.0), kinds=("socket",))
-    board = fixture_of(plate, stock=Stock.breadboard())
+    board = fixture_of(plate, stock=Stock.named("breadboard"))
     pages = words_of(board)
     assert AXIAL in pages["probe"]
     assert not any("A B C" in words for words in pages["probe"])

@@ -4,8 +4,6 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.plate.poses.iso_cube import LEAST_MOVE, _cubes, iso_cube_poses, largest_cube, plane_points
 from workbench.plate.poses.sampling import in_base
@@ -51,7 +49,7 @@ def test_the_standards_points_come_first():
 
 
 def test_the_poses_stand_on_the_planes_and_move_all_joints(katana, poses):
-    places = in_base(katana, tool_poses(katana, Motion(poses.q)))[:, :3, 3]
+    places = in_base(katana, poses.q)[:, :3, 3]
     shares = (places - poses.cube.min) / poses.cube.size
     assert len(shares) == 118
     assert on_planes(shares.round(6)).all()
@@ -65,7 +63,7 @@ def test_every_part_of_the_cube_is_reached(katana):
     cube = largest_cube(katana, rng=np.random.default_rng(1))
     assert np.allclose(cube.size, cube.size[0])
     q = np.random.default_rng(2).uniform(*katana.search_limits.T, (400_000, 5))
-    points = in_base(katana, tool_poses(katana, Motion(q)))[:, :3, 3]
+    points = in_base(katana, q)[:, :3, 3]
     shares = (points - cube.min) / cube.size
     inner = shares[((shares > 0.0) & (shares < 1.0)).all(axis=1)]
     assert len(np.unique((4 * inner).astype(int), axis=0)) == 64

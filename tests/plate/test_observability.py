@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.linearisation import Linearisation, linearise
 from workbench.base.errors import OptionError
-from workbench.plate.observability import INDICES, AbstractSetIndex, I, O, evaluate, index_named
+from workbench.plate.observability import INDICES, I, O, SetIndex, evaluate, index_named
 
-SETS = tuple(name for name, index in INDICES.items() if isinstance(index, AbstractSetIndex))
+SETS = tuple(name for name, index in INDICES.items() if isinstance(index, SetIndex))
 
 
 def of_matrix(jacobian, *, rows=1, sigma=1.0, units=None, length=1.0) -> Linearisation:

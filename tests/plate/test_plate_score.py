@@ -197,7 +197,7 @@ def test_a_score_solves_for_a_ball_bar_s_anchors_as_the_search_does(aria, plate,
     sigma = usual_sigma(air)
     assert sigma[0] == SIGMAS["ball-bar"][0]
     assert usual_sigma(plate) == SIGMAS["seat"]
-    seen = linearise_targets(aria, air, q, names=names, sigma_position=sigma[0])
+    seen = linearise_targets(aria, air, q, names=names, sigma=sigma)
     reading, exact = reading_named("ball-bar", aria, air), np.zeros((len(q), 2))
     searched = linearise_reading(aria, q, reading, target_sigma=exact, names=names)
     information = searched.scaled.T @ searched.scaled

@@ -12,8 +12,9 @@ from workbench.base.errors import DataError, OptionError, ShapeError
 from workbench.base.types import Outcome
 from workbench.plate.observability import INDICES
 from workbench.plate.poses.gradient import PoseClimb
-from workbench.plate.poses.informative_poses import informative_poses, random_poses
-from workbench.plate.poses.sampling import in_base
+from workbench.plate.poses.informative_poses import informative_poses
+from workbench.plate.poses.pose_limits import PoseLimits
+from workbench.plate.poses.sampling import in_base, random_poses
 from workbench.plate.region import Region
 
 BOX = Region(min=np.array([0.05, 0.10, 0.15]), max=np.array([0.60, 0.60, 0.45]))
@@ -40,7 +41,7 @@ def test_random_poses_in_a_region_of_a_base_elsewhere(aria):
     turned = aria.with_frames(base=Frame(np.array([5.0, 1.0, 0.0]), np.diag([-1.0, -1.0, 1.0])))
     q = random_poses(turned, 30, rng=rng(), region=BOX)
     assert q.shape == (30, 6)
-    assert BOX.contains(in_base(turned, tool_poses(turned, Motion(q)))[:, :3, 3]).all()
+    assert BOX.contains(in_base(turned, q)[:, :3, 3]).all()
     assert np.array_equal(q, random_poses(aria, 30, rng=rng(), region=BOX))
 
 
@@ -84,7 +85,7 @@ def test_from_candidates_the_result_is_among_them(aria, index):
 
 @pytest.mark.parametrize("index", ["O", "O1"])
 def test_in_a_region_the_result_stays_there(aria, index):
-    found = informative_poses(aria, 5, index=index, region=BOX, rng=rng(5))
+    found = informative_poses(aria, 5, index=index, limits=PoseLimits(region=BOX), rng=rng(5))
     assert BOX.contains(tool_poses(aria, Motion(found.q))[:, :3, 3]).all()
     assert found.after >= found.before
 

@@ -9,13 +9,16 @@ import trimesh
 
 from workbench.base import se3
 from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.parts import Block, Purpose
+from workbench.plate.parts.parts import Block, Purpose, Turned
 from workbench.plate.parts.solids import mesh_of, step_of, stl, three_mf
 
 
 def by_hand(part) -> float:
     """Volume of a part in m³, from its drawing."""
-    whole = part.side**2 * part.height if isinstance(part, Block) else float(np.prod(part.size))
+    if isinstance(part, Turned):
+        whole = sum(np.pi / 4.0 * diameter**2 * length for diameter, length in part.steps)
+    else:
+        whole = part.side**2 * part.height if isinstance(part, Block) else float(np.prod(part.size))
     cones = sum(np.pi / 12.0 * b.diameter**2 * b.depth for b in part.bores if b.conical)
     return whole - cones - sum(np.pi / 4.0 * b.diameter**2 * b.depth for b in part.bores if not b.conical)
 
@@ -144,9 +147,9 @@ def test_probe_bottom_plate_and_stand_offs_are_solids_too(plate, tmp_path):
     for part in (probe, post):
         mesh = trimesh.load(io.BytesIO(stl(mesh_of(part))), file_type="stl")
         assert mesh.is_watertight
-        assert np.isclose(mesh.volume / 1e9, part.volume, rtol=1e-6)
-        assert np.isclose(step_volume(step_of(part, "part"), tmp_path), part.volume, rtol=1e-9)
-    assert np.isclose(step_volume(step_of(bottom, "part"), tmp_path), bottom.volume, rtol=1e-9)
+        assert np.isclose(mesh.volume / 1e9, by_hand(part), rtol=1e-6)
+        assert np.isclose(step_volume(step_of(part, "part"), tmp_path), by_hand(part), rtol=1e-9)
+    assert np.isclose(step_volume(step_of(bottom, "part"), tmp_path), by_hand(bottom), rtol=1e-9)
     pins = [b.mouth[:2] for b in probe.bores if b.purpose is Purpose.PIN]
     seat, index = (b for b in fixture.blocks[0].bores if b.direction[2] < 0.0)
     assert np.isclose(np.linalg.norm(pins[1] - pins[0]), np.linalg.norm(index.mouth - seat.mouth))

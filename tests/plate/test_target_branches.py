@@ -127,7 +127,7 @@ def test_an_index_of_single_poses_is_no_goal(aria, plate, solutions):
 
 def test_poses_that_matter_lie_in_region_and_cone(aria, plate, solutions, everywhere):
     low, high = aria.limits.T
-    tools = in_base(aria, tool_poses(aria, Motion(everywhere)))
+    tools = in_base(aria, everywhere)
     assert plate.region.contains(tools[:, :3, 3] * (1 - 1e-9)).mean() > 0.97
     gaps = se3.matrix_to_rotvec(tools[:, None, :3, :3] @ np.swapaxes(plate.poses[None, :, :3, :3], -1, -2))
     assert np.linalg.norm(gaps, axis=-1).min(1).max() <= np.deg2rad(60.0) + 1e-6

@@ -54,7 +54,7 @@ def test_blocks_on_a_breadboard_stand_on_its_holes():
 def test_a_printed_cone_holds_ball_and_magnet(plate_of):
     """A ball of 12 mm, a magnet of 5 mm below it that it does not touch, in a watertight solid."""
     plate = plate_of((0.0, 0.0, 0.05, 0.4, 0.3, 0.0), kinds=("socket",))
-    (block,) = fixture_of(plate, stock=Stock.printed()).blocks
+    (block,) = fixture_of(plate, stock=Stock.named("printed")).blocks
     cone, pocket = (b for b in block.bores if b.direction[2] < 0.0)
     assert (cone.purpose, pocket.purpose) == (Purpose.SOCKET, Purpose.MAGNET)
     lowest_of_ball = 0.006 - 0.25 * 0.012  # below the face: the radius less the centre's height over it
@@ -65,7 +65,7 @@ def test_a_printed_cone_holds_ball_and_magnet(plate_of):
 def test_sockets_stand_over_their_screws_without_dowels(plate_of):
     """A block on a grid of holes stands on its hole, and turning it about its stud moves the ball nowhere."""
     plate = plate_of((0.05, -0.025, 0.05, 0.6, 1.1, 0.0), kinds=("socket",))
-    for stock in (Stock.printed(), Stock.breadboard()):
+    for stock in (Stock.named("printed"), Stock.named("breadboard")):
         made = fixture_of(plate, stock=stock)
         (block,) = made.blocks
         assert np.allclose(block.pose[:2, 3], [0.05, -0.025], atol=1e-12)
@@ -135,7 +135,7 @@ def test_a_ball_bar_plate_is_three_sockets_and_the_lengths_of_its_bar(aria, plat
     assert float(first["distance[mm]"]) == pytest.approx(1e3 * apart, abs=1e-3)
     assert "ball-bar, telescoping" in parts_csv(made)
     q = choose_branches(aria, plate, plate_solutions(aria, plate), goal="O1", rng=np.random.default_rng(0)).q
-    rows = linearise_targets(aria, bar, q, sigma_position=5e-6, additive=True)
+    rows = linearise_targets(aria, bar, q, sigma=(5e-6, 1e-3), additive=True)
     _, twists = sensitivity(aria, Motion(q), rows.names)
     assert rows.jacobian.shape == (30, len(rows.names))
     assert np.allclose(rows.jacobian[1] * rows.sigma[1], bar.from_anchors[0, 1] @ twists[0, :3])

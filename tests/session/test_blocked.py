@@ -53,7 +53,7 @@ def test_the_score_of_a_plate_leaves_blocked_targets_out(first):
     named = replace(first.plate.targets[2], branch=DOWN)
     plate = replace(first.plate, targets=(*first.plate.targets[:2], named, *first.plate.targets[3:]))
     found = score_plate(first.robot, plate)
-    assert [bool(hit) for hit in found.hits] == [i == 2 for i in range(10)]
+    assert [bool(hit) for hit in found.can.hits] == [i == 2 for i in range(10)]
     assert np.isnan(found.measured.per_target[2])
     assert np.isfinite(np.delete(found.measured.per_target, 2)).all()
     q = found.measured.q[[0, 1, *range(3, 10)]]

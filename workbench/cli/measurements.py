@@ -203,15 +203,15 @@ def capture(
     """
     from rich.console import Console
 
-    from workbench.data.live.acquisition import StandstillDetector
+    from workbench.data.live.acquisition import ORIENTATION_STILL, POSITION_STILL, StandstillDetector
     from workbench.plate import guided_measuring as acquisition
 
     arm, fixture = wb.load_robot(robot), wb.load_plate(plate)
     detector = StandstillDetector(
         window=opt.duration(still_window),
         joint=opt.angle(still_joint),
-        position=acquisition.POSITION_STILL,
-        orientation=acquisition.ORIENTATION_STILL,
+        position=POSITION_STILL,
+        orientation=ORIENTATION_STILL,
     )
     opt.check_writable(out)
     taken = acquisition.plate_acquisition(arm, fixture, session=session, detector=detector, forced=force)

@@ -16,11 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.linearisation import Linearisation, linearise
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
@@ -41,7 +38,7 @@ CONED = 2000
 ROOMY = PoseLimits(margin=0.2, dexterity=0.1)
 """Limits where none are given: arms with errors of 5 mm and 5° in every constant reached all such poses."""
 TOLERANCE = 0.01
-"""Greatest relative difference of O within a set."""
+"""Greatest relative difference of O within a set before it is made equal."""
 BANDS = 8
 """Bands that are searched for the best set."""
 MOST = 300
@@ -106,8 +103,8 @@ class Clustering:
 
         Its notes name the targets at which the arm would run into solid or blocks.
         """
-        poses = in_base(self.robot, tool_poses(self.robot, Motion(self.best.q)))
-        targets = tuple(_target(pose, q) for pose, q in zip(poses, self.best.q, strict=True))
+        poses = in_base(self.robot, self.best.q)
+        targets = tuple(Target.at(pose, q=frozen(q)) for pose, q in zip(poses, self.best.q, strict=True))
         bare = Plate(name="Clustering", targets=targets, region=self.region)
         if solid is None:
             return bare
@@ -115,10 +112,6 @@ class Clustering:
         met = hits(self.robot, plate, range(len(plate)), self.best.q)
         notes = tuple(f"target {i} is blocked: {hit}" for i, hit in enumerate(met, start=1) if hit)
         return replace(plate, notes=notes)
-
-
-def _target(pose: np.ndarray, q: np.ndarray) -> Target:
-    return Target(frozen(pose[:3, 3]), se3.matrix_to_rpy(pose[:3, :3]), q=frozen(q))
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,7 +134,7 @@ class _Pool:
         return Cluster(
             q=frozen(q),
             o=frozen(O().per_pose(whole)),
-            cubes=frozen(self.region.cells(in_base(self.robot, tool_poses(self.robot, Motion(q)))[:, :3, 3])),
+            cubes=frozen(self.region.cells(in_base(self.robot, q)[:, :3, 3])),
             rank=whole.rank(),
             stacked=float(values[-1] / values[0]) if full else 0.0,
             value=self.index.value(whole),
@@ -155,7 +148,6 @@ def cluster_region(
     index: AbstractIndex,
     rng: np.random.Generator,
     number: int = 10,
-    tolerance: float = TOLERANCE,
     limits: PoseLimits | None = None,
     candidates: int | None = None,
     progress: Progress | None = None,
@@ -166,18 +158,15 @@ def cluster_region(
     Args:
         region: The cuboid; its `cube` is the side L of the cubes.
         index: What is made large among the sets with equal O: an index of whole sets.
-        tolerance: Greatest relative difference of O that counts as equal before it is made exact.
         limits: What else is asked of single poses, such as an orientation cone; `ROOMY` if None.
         candidates: How many random poses are tried; 6000 if None, 2000 within a cone.
 
     Raises:
-        OptionError: fewer than two poses, or a tolerance that is not positive.
+        OptionError: fewer than two poses.
         DataError: more poses than cubes, a region or cone out of reach, or no band with enough cubes.
     """
-    if number < 2 or not tolerance > 0:
-        raise OptionError(
-            f"clustering needs at least 2 poses and a positive tolerance, got {number} and {tolerance:g}"
-        )
+    if number < 2:
+        raise OptionError(f"clustering needs at least 2 poses, got {number}")
     if number > region.cubes:
         raise DataError(
             f"{number} poses need {number} different cubes, the region has {region.cubes} of side "
@@ -186,7 +175,7 @@ def cluster_region(
     limits = replace(limits or ROOMY, region=region)
     size = candidates or (CANDIDATES if limits.towards is None else CONED)
     pool = _pool(robot, region, limits, index, size, rng)
-    bands = _bands(pool, number, tolerance)
+    bands = _bands(pool, number)
     best, outcome = None, Outcome.CONVERGED
     for done, band in enumerate(bands):
         found = _level(pool, pool.q[_best_of_band(pool, band, number)])
@@ -214,15 +203,15 @@ def _pool(robot, region, limits, index, candidates, rng) -> _Pool:
     linearisation = linearise(robot, q)
     o = O().per_pose(linearisation)
     order = np.argsort(o, kind="stable")
-    cubes = region.cells(in_base(robot, tool_poses(robot, Motion(q)))[:, :3, 3])
+    cubes = region.cells(in_base(robot, q)[:, :3, 3])
     blocks = linearisation.jacobian.reshape(len(q), -1, len(linearisation.names))[order]
     sorted_ones = replace(linearisation, jacobian=blocks.reshape(linearisation.jacobian.shape))
     return _Pool(robot, region, limits, index, q[order], o[order], cubes[order], sorted_ones)
 
 
-def _bands(pool: _Pool, number: int, tolerance: float) -> list[np.ndarray]:
+def _bands(pool: _Pool, number: int) -> list[np.ndarray]:
     """Candidates of some bands of O with enough different cubes, the richest in cubes first."""
-    ends = np.searchsorted(pool.o, pool.o * (1.0 + tolerance), side="right")
+    ends = np.searchsorted(pool.o, pool.o * (1.0 + TOLERANCE), side="right")
     counts = np.array([len(np.unique(pool.cubes[k:end])) for k, end in enumerate(ends)])
     found: list[np.ndarray] = []
     taken = np.zeros(len(pool.o), bool)
@@ -235,7 +224,7 @@ def _bands(pool: _Pool, number: int, tolerance: float) -> list[np.ndarray]:
     if not found:
         raise DataError(
             f"of {len(pool.q)} random poses in the region at most {counts.max(initial=0)} have O equal to "
-            f"{100 * tolerance:g} % in different cubes, {number} are needed; ask for fewer or a wider band"
+            f"{100 * TOLERANCE:g} % in different cubes, {number} are needed; ask for fewer or a wider band"
         )
     return found
 
@@ -295,7 +284,7 @@ def _levelled(pool: _Pool, home: Cluster, goal: float) -> np.ndarray:
             break
         step = slope * ((goal - o) * share / np.maximum((slope**2).sum(1), 1e-9))[:, None]
         moved = np.clip(q + step, low, high)
-        poses = in_base(pool.robot, tool_poses(pool.robot, Motion(moved)))
+        poses = in_base(pool.robot, moved)
         stays = (pool.region.cells(poses[:, :3, 3]) == home.cubes) & pool.limits.admits(pool.robot, moved)
         q[stays] = moved[stays]
         share = np.where(stays, 1.0, 0.5 * share)
@@ -315,6 +304,6 @@ def _turned(pool: _Pool, q: np.ndarray) -> np.ndarray:
     low, high = pool.robot.search_limits[0]
     turned = np.tile(q, (2000, 1))
     turned[:, 0] = np.linspace(low, high, len(turned))
-    cubes = pool.region.cells(in_base(pool.robot, tool_poses(pool.robot, Motion(turned)))[:, :3, 3])
+    cubes = pool.region.cells(in_base(pool.robot, turned)[:, :3, 3])
     inside = np.flatnonzero(cubes >= 0)
     return turned[inside[np.sort(np.unique(cubes[inside], return_index=True)[1])]]

@@ -17,7 +17,7 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.plate.free_constants import visible_weight
-from workbench.plate.observability import AbstractIndex, AbstractSetIndex, I, index_named
+from workbench.plate.observability import AbstractIndex, I, SetIndex, index_named
 from workbench.plate.predicted_error import position_weight
 
 Grams = Float[np.ndarray, "sets p p"]
@@ -42,7 +42,7 @@ class AbstractCriterion(ABC):
 class IndexCriterion(AbstractCriterion):
     """Minus an index of sets of so many measurements."""
 
-    def __init__(self, index: AbstractSetIndex, measurements: int):
+    def __init__(self, index: SetIndex, measurements: int):
         self.index, self.measurements = index, measurements
 
     def __call__(self, grams: Grams) -> Float[np.ndarray, " sets"]:
@@ -96,7 +96,7 @@ def criterion_of(index: AbstractIndex, measurements: int) -> AbstractCriterion:
     """What an exchange makes small so that an index becomes large."""
     if isinstance(index, I):
         return RegionCriterion(index.weight)
-    if not isinstance(index, AbstractSetIndex):
+    if not isinstance(index, SetIndex):
         raise OptionError(f"index {index.name} looks at single poses; choose by O1 … O5, A, D or I")
     return IndexCriterion(index, measurements)
 

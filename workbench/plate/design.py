@@ -7,9 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.linearisation import linearise
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.progress import Cancel, Progress
@@ -247,7 +245,7 @@ def try_plate(
         length=length,
         angle=angle,
         bank=bank,
-        cells=plate.region.cells(in_base(robot, tool_poses(robot, Motion(bank)))[:, :3, 3]),
+        cells=plate.region.cells(in_base(robot, bank)[:, :3, 3]),
         wanted=wanted or Requirement().wanted,
     )
     found = try_production(job, arms=arms, seed=seed, scheduler=scheduler, progress=progress, cancel=cancel)
@@ -269,9 +267,7 @@ def planned_joints(robot: Robot, plate: Plate, sigma: tuple[float, float]) -> np
         raise DataError(f"target {number + 1} is {why}; move it, then try the plate")
     rng = np.random.default_rng(0)
     goal = plate_region_poses(robot, plate)
-    return choose_branches(
-        robot, plate, can.solutions, goal=goal, rng=rng, sigma_position=sigma[0], sigma_rotation=sigma[1]
-    ).q
+    return choose_branches(robot, plate, can.solutions, goal=goal, rng=rng, sigma=sigma).q
 
 
 @one_thread()

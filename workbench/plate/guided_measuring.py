@@ -15,14 +15,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.live.acquisition import (
-    ORIENTATION_STILL,
-    POSITION_STILL,
-    Acquisition,
-    Event,
-    StandstillDetector,
-    Status,
-)
+from workbench.data.live.acquisition import Acquisition, Event, StandstillDetector, Status
 from workbench.data.live.capture import Capture, CaptureTarget
 from workbench.data.live.sample import parse_sample
 from workbench.data.writer import write_measurements
@@ -246,6 +239,3 @@ def _keep_older(out: Path, say: Say) -> None:
             f"it can't be renamed ({error.strerror}): choose another name", path=str(out)
         ) from None
     say(f"an older {out.name} is kept as {kept.name}")
-
-
-__all__ = ["ORIENTATION_STILL", "POSITION_STILL", "Captured", "capture", "plate_acquisition", "plate_targets"]

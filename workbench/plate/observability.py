@@ -7,22 +7,23 @@ nothing about the set as a whole: ten identical poses of high O show six combina
 
 O1 … O5, A and D are of a whole set, by the singular values σ1 ≥ … ≥ σp of its scaled, whitened Jacobian (see
 `workbench.arm.linearisation` for the scaling). Each is zero where a parameter can't be seen. Their gradient
-comes from dσ_k = u_kᵀ dJ v_k.
-
-Ov1 is O1 of what cameras see.
+comes from dσ_k = u_kᵀ dJ v_k. Choosing poses by O1 or D does not depend on units: scaling rows or columns
+multiplies them by a constant. O2 is the same for rows all scaled alike and for poses that are added again,
+and changes with single columns; added measurements never lower O3 and O5.
 
 I is of a set and a region. It comes with the robot and poses that matter, so it is made, not registered:
 `I(position_weight(…))`.
 
-A new index is a small class and an entry in `INDICES`; an index from outside is passed on as it is wherever a
-name is asked for, or in an extended mapping `{**INDICES, mine.name: mine}`.
+A new index of sets is a `SetIndex`, any other one a small class, with an entry in `INDICES`. One from outside
+is passed on as it is wherever a name is asked for, or in a mapping `{**INDICES, mine.name: mine}`.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from jaxtyping import Float
@@ -63,16 +64,31 @@ class AbstractIndex(ABC):
         """What the index loses when each measurement is left out; negative where it would gain."""
 
 
-class AbstractSetIndex(AbstractIndex):
-    """An index of the singular values of a whole set of measurements."""
+@final
+@dataclass(frozen=True, eq=False)
+class SetIndex(AbstractIndex):
+    """An index of the singular values of a whole set of measurements.
 
-    @abstractmethod
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        """The index of full-rank spectra, largest value first, each of a set of so many measurements."""
+    Args:
+        name: As of every index.
+        meaning: As of every index.
+        source: As of every index.
+        of_spectrum: From full-rank spectra (rows, largest value first) and the number of measurements in each
+            set, the index of each.
+        by_value: From the index, one spectrum and the number of measurements, its derivative by each singular
+            value.
+    """
 
-    @abstractmethod
+    name: str
+    meaning: str
+    source: str
+    of_spectrum: Callable[[Spectra, int], Float[np.ndarray, " sets"]]
+    by_value: Callable[[float, Float[np.ndarray, " p"], int], Float[np.ndarray, " p"]]
+
     def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
         """Its derivative by each singular value."""
+        value = float(self.of_spectrum(spectrum[None], measurements)[0])
+        return self.by_value(value, spectrum, measurements)
 
     def value(self, linearisation: Linearisation) -> float:
         return float(self.of_spectra(linearisation.spectrum[None], linearisation.measurements)[0])
@@ -173,129 +189,68 @@ def _blocks(linearisation: Linearisation) -> Iterator[tuple[np.ndarray, np.ndarr
         yield poses, np.searchsorted(linearisation.measurement, poses)[:, None] + np.arange(count)
 
 
-@final
-class O1(AbstractSetIndex):
-    """Volume of the ellipsoid that the parameters' unit ball becomes: (σ1 σ2 … σp)^(1/p) / √m.
-
-    Maximising it is D-optimality, det(JᵀJ) → max. Scaling columns or rows multiplies it by a constant, so the
-    choice of poses does not depend on units.
-    """
-
-    name = "O1"
-    meaning = "geometric mean of the singular values: overall information (D-optimality)"
-    source = "Borm & Menq, Int. J. Robotics Research 10(1), 1991"
-
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        return np.exp(np.log(spectrum).mean(-1)) / np.sqrt(measurements)
-
-    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        return self.of_spectrum(spectrum[None], measurements) / (len(spectrum) * spectrum)
+def _ends(spectrum: Float[np.ndarray, " p"], least: float, greatest: float = 0.0) -> Float[np.ndarray, " p"]:
+    """A derivative by the least and the greatest singular value alone."""
+    slope = np.zeros_like(spectrum)
+    slope[-1] += least
+    slope[0] += greatest
+    return slope
 
 
-@final
-class O2(AbstractSetIndex):
-    """Inverse condition number of the set, σp / σ1.
-
-    It bounds how much relative errors of the measurements can grow in the parameters. Scaling all rows alike
-    or adding the same poses again changes nothing; scaling single columns does.
-    """
-
-    name = "O2"
-    meaning = "inverse condition number: how evenly the parameters show"
-    source = "Driels & Pathre, J. Robotic Systems 7(2), 1990"
-
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        return spectrum[:, -1] / spectrum[:, 0]
-
-    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        slope = np.zeros_like(spectrum)
-        slope[-1] += 1.0 / spectrum[0]
-        slope[0] -= spectrum[-1] / spectrum[0] ** 2
-        return slope
-
-
-@final
-class O3(AbstractSetIndex):
-    """Least singular value, σp. Maximising it is E-optimality; added measurements never lower it."""
-
-    name = "O3"
-    meaning = "least singular value: the worst determined combination (E-optimality) [1/m]"
-    source = "Nahvi, Hollerbach & Hayward, IEEE Int. Conf. Robotics and Automation, 1994"
-
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        return spectrum[:, -1]
-
-    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        slope = np.zeros_like(spectrum)
-        slope[-1] = 1.0
-        return slope
-
-
-@final
-class O4(AbstractSetIndex):
-    """Noise amplification index, σp² / σ1 = O2 · O3: a large and a round ellipsoid at once."""
-
-    name = "O4"
-    meaning = "noise amplification index: least singular value and roundness together [1/m]"
-    source = "Nahvi & Hollerbach, IEEE Int. Conf. Robotics and Automation, 1996"
-
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        return spectrum[:, -1] ** 2 / spectrum[:, 0]
-
-    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        slope = np.zeros_like(spectrum)
-        slope[-1] += 2.0 * spectrum[-1] / spectrum[0]
-        slope[0] -= (spectrum[-1] / spectrum[0]) ** 2
-        return slope
-
-
-@final
-class O5(AbstractSetIndex):
-    """1 / (1/σ1 + … + 1/σp). Near to A-optimality, which sums 1/σ²; added measurements never lower it."""
-
-    name = "O5"
-    meaning = "inverse of the summed inverse singular values: standard errors (near to A-optimality) [1/m]"
-    source = "Sun & Hollerbach, IEEE Int. Conf. Robotics and Automation, 2008"
-
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        return 1.0 / (1.0 / spectrum).sum(-1)
-
-    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        return (self.of_spectrum(spectrum[None], measurements) / spectrum) ** 2
-
-
-@final
-class A(AbstractSetIndex):
-    """√(p / (1/σ1² + … + 1/σp²)): one over the rms standard error of the scaled parameters."""
-
-    name = "A"
-    meaning = "inverse root mean square standard error of the parameters (A-optimality) [1/m]"
-    source = "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §10.1"
-
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        return np.sqrt(spectrum.shape[-1] / (1.0 / spectrum**2).sum(-1))
-
-    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        return (self.of_spectrum(spectrum[None], measurements) / spectrum) ** 3 / len(spectrum)
-
-
-@final
-class D(AbstractSetIndex):
-    """det(JᵀJ)^(1/p) / m = O1².
-
-    Its ratio of two sets of m measurements is their D-efficiency: by so much more often the worse set must be
-    measured to do as well.
-    """
-
-    name = "D"
-    meaning = "information per measurement, ratios are efficiencies (D-optimality) [1/m²]"
-    source = "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §11.1"
-
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        return np.exp(2.0 * np.log(spectrum).mean(-1)) / measurements
-
-    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        return 2.0 * self.of_spectrum(spectrum[None], measurements) / (len(spectrum) * spectrum)
+_VOLUME: Mapping[str, Any] = {
+    "of_spectrum": lambda s, m: np.exp(np.log(s).mean(-1)) / np.sqrt(m),
+    "by_value": lambda value, s, m: value / (len(s) * s),
+}
+_OF_SETS = (
+    SetIndex(  # the volume of the ellipsoid that the parameters' unit ball becomes
+        "O1",
+        "geometric mean of the singular values: overall information (D-optimality)",
+        "Borm & Menq, Int. J. Robotics Research 10(1), 1991",
+        **_VOLUME,
+    ),
+    SetIndex(  # bounds how much relative errors of the measurements can grow in the parameters
+        "O2",
+        "inverse condition number: how evenly the parameters show",
+        "Driels & Pathre, J. Robotic Systems 7(2), 1990",
+        of_spectrum=lambda s, m: s[:, -1] / s[:, 0],
+        by_value=lambda value, s, m: _ends(s, 1.0 / s[0], -s[-1] / s[0] ** 2),
+    ),
+    SetIndex(
+        "O3",
+        "least singular value: the worst determined combination (E-optimality) [1/m]",
+        "Nahvi, Hollerbach & Hayward, IEEE Int. Conf. Robotics and Automation, 1994",
+        of_spectrum=lambda s, m: s[:, -1],
+        by_value=lambda value, s, m: _ends(s, 1.0),
+    ),
+    SetIndex(  # O2 · O3: a large and a round ellipsoid at once
+        "O4",
+        "noise amplification index: least singular value and roundness together [1/m]",
+        "Nahvi & Hollerbach, IEEE Int. Conf. Robotics and Automation, 1996",
+        of_spectrum=lambda s, m: s[:, -1] ** 2 / s[:, 0],
+        by_value=lambda value, s, m: _ends(s, 2.0 * s[-1] / s[0], -((s[-1] / s[0]) ** 2)),
+    ),
+    SetIndex(  # near to A-optimality, which sums 1/σ²
+        "O5",
+        "inverse of the summed inverse singular values: standard errors (near to A-optimality) [1/m]",
+        "Sun & Hollerbach, IEEE Int. Conf. Robotics and Automation, 2008",
+        of_spectrum=lambda s, m: 1.0 / (1.0 / s).sum(-1),
+        by_value=lambda value, s, m: (value / s) ** 2,
+    ),
+    SetIndex(
+        "A",
+        "inverse root mean square standard error of the parameters (A-optimality) [1/m]",
+        "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §10.1",
+        of_spectrum=lambda s, m: np.sqrt(s.shape[-1] / (1.0 / s**2).sum(-1)),
+        by_value=lambda value, s, m: (value / s) ** 3 / len(s),
+    ),
+    SetIndex(  # O1²: by the ratio of two sets the worse one must be measured more often to do as well
+        "D",
+        "information per measurement, ratios are efficiencies (D-optimality) [1/m²]",
+        "Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), §11.1",
+        of_spectrum=lambda s, m: np.exp(2.0 * np.log(s).mean(-1)) / m,
+        by_value=lambda value, s, m: 2.0 * value / (len(s) * s),
+    ),
+)
 
 
 @final
@@ -339,32 +294,20 @@ def _root(linearisation: Linearisation) -> Float[np.ndarray, "p p"]:
     return vt.T / values
 
 
-@final
-class Ov1(AbstractSetIndex):
-    """O1 of poses that a camera measured, each whitened by the covariance that its picture gives it.
-
-    Where the target is far, small in the picture or seen flatly, the pose that it gives is uncertain, depth
-    most of all; O1 with one noise for all poses does not know that. It is of linearisations by a `View`.
-    """
-
-    name = "Ov1"
-    meaning = "O1 with the uncertainty of each picture: for cameras"
-    source = (
-        "Visual-Biased Observability Index for Camera-Based Robot Calibration, J. Mech. Robot. 16(5), 2024"
-    )
-
-    def of_spectrum(self, spectrum: Spectra, measurements: int) -> Float[np.ndarray, " sets"]:
-        return O1().of_spectrum(spectrum, measurements)
-
-    def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        return O1().slope(spectrum, measurements)
-
-
-OF_CAMERAS: Mapping[str, AbstractIndex] = MappingProxyType({"Ov1": Ov1()})
-"""Indices that only what cameras see has."""
-INDICES: Mapping[str, AbstractIndex] = MappingProxyType(
-    {index.name: index for index in (O(), O1(), O2(), O3(), O4(), O5(), A(), D())}
+OV1 = SetIndex(
+    "Ov1",
+    "O1 with the uncertainty of each picture: for cameras",
+    "Visual-Biased Observability Index for Camera-Based Robot Calibration, J. Mech. Robot. 16(5), 2024",
+    **_VOLUME,
 )
+"""O1 of poses that a camera measured, each whitened by the covariance that its picture gives it.
+
+Where the target is far, small in the picture or seen flatly, the pose that it gives is uncertain, depth most
+of all; O1 with one noise for all poses does not know that. It is of linearisations by a `View`.
+"""
+OF_CAMERAS: Mapping[str, AbstractIndex] = MappingProxyType({OV1.name: OV1})
+"""Indices that only what cameras see has."""
+INDICES: Mapping[str, AbstractIndex] = MappingProxyType({index.name: index for index in (O(), *_OF_SETS)})
 """Every index by name that needs no region; `I` is made for one."""
 
 

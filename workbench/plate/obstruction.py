@@ -14,17 +14,18 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm.inverse.branch import Branch
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.plate.optimiser.capsules import CapsuleArm, capsule_arm
 from workbench.plate.optimiser.shapes import Hull, Placements, block_hulls, plate_hull
 from workbench.plate.plate import Plate, Target
+from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
 
 TOUCHING = 1e-6
 """Bodies that come nearer than this touch [m]."""
+shape_of = lru_cache(maxsize=4)(capsule_arm)
+"""The arm's capsules."""
 
 
 def hits(
@@ -87,7 +88,7 @@ def has_room(
     """
     if plate.size is None or not len(q):
         return np.ones(len(q), bool)
-    poses = se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q))
+    poses = in_base(robot, q)
     x, y, height = np.moveaxis((se3.inverse(plate.pose) @ poses)[:, :3, 3], -1, 0)
     fine = (np.abs(x) <= 0.5 * plate.size[0]) & (np.abs(y) <= 0.5 * plate.size[1]) & (height >= 0.0)
     shape = shape_of(robot)
@@ -110,7 +111,7 @@ def exclusive(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> Boo
     """
     if plate.size is None or plate.anchors is not None:
         return np.zeros((len(q), len(q)), bool)
-    shape, poses = shape_of(robot), se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q))
+    shape, poses = shape_of(robot), in_base(robot, q)
     blocks = block_hulls(_bare(plate.xyz.tobytes(), plate.rpy.tobytes()), poses)
     met = touches(shape, shape.placements(q), blocks)
     np.fill_diagonal(met, False)
@@ -155,12 +156,6 @@ def _bare(xyz: bytes, rpy: bytes, size: bytes | None = None) -> Plate:
     region = Region(min=np.zeros(3), max=np.ones(3))
     solid = None if size is None else np.frombuffer(size)
     return Plate(name="", targets=(), region=region, xyz=parts[0], rpy=parts[1], size=solid)
-
-
-@lru_cache(maxsize=4)
-def shape_of(robot: Robot) -> CapsuleArm:
-    """The arm's capsules."""
-    return capsule_arm(robot)
 
 
 def _link(shape: CapsuleArm, at: Placements, hull: Hull) -> int:

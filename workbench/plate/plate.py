@@ -7,6 +7,7 @@ there, so the same plate serves any arm that stands in the same place.
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -54,6 +55,11 @@ class Target:
     kind: Kind = Kind.SEAT
     sigma: tuple[float, float] | None = None
     locked: bool = False
+
+    @classmethod
+    def at(cls, pose: Matrix4, **said: Any) -> "Target":
+        """The target at a pose of the tool in the robot's base; said: its other fields."""
+        return cls(frozen(pose[:3, 3].copy()), frozen(se3.matrix_to_rpy(pose[:3, :3])), **said)
 
     @cached_property
     def pose(self) -> Matrix4:

@@ -98,11 +98,6 @@ def read_plate(path: Path | str) -> Plate:
     """
     reader = _Reader(path)
     data = reader.load()
-    return plate_from_table(data, reader)
-
-
-def plate_from_table(data: dict[str, Any], reader: _Reader) -> Plate:
-    """A plate from the parsed tables of its file."""
     reader.keys(data, PLATE_KEYS, "the plate")
     if "region" not in data:
         raise reader.fail("it has no region; give region = { min = […], max = […], cube = 0.05 } in m")

@@ -22,6 +22,7 @@ variable projection). `linearise_targets` is for a plate whose targets are of di
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
@@ -138,6 +139,8 @@ def linearise_reading(
     )
 
 
+Maker = Callable[[Robot, Plate, float, float], Reading]
+"""From arm, plate and the standard deviations of one visit [m], [rad]."""
 HALF_CUBE = 0.02
 """Half the side of the cube on the tool that is pressed against six contacts [m]."""
 REACH_OUT = 0.75
@@ -145,9 +148,11 @@ REACH_OUT = 0.75
 INSET, LIFT = 0.06, 0.05
 """How far a ball-bar's anchors stand from the plate's edges, and how high their balls lie over it [m]."""
 
+SEAT = (1e-4, float(np.deg2rad(0.02)))
+"""Standard deviations where nothing else is said: position [m], rotation about an axis [rad]."""
 SIGMAS: Mapping[str, tuple[float, float | None]] = MappingProxyType(
     {
-        "seat": (1e-4, float(np.deg2rad(0.02))),
+        "seat": SEAT,
         "socket": (5e-5, None),
         "point": (1e-4, None),
         "contacts": (3e-5, None),
@@ -177,41 +182,13 @@ def reading_named(
     if visits < 1:
         raise OptionError(f"visits of a target must be at least 1, got {visits}")
     position, rotation = sigma or SIGMAS[name]
-    rotation = SIGMAS["seat"][1] if rotation is None else rotation
+    rotation = SEAT[1] if rotation is None else rotation
     if not (position > 0.0 and (rotation or 1.0) > 0.0):
         raise OptionError("the instrument's standard deviations must be positive")
-    return MAKERS[name](robot, plate, position, float(rotation or 0.0), visits)
+    return replace(MAKERS[name](robot, plate, position, rotation), visits=visits)
 
 
-def _seat(robot: Robot, plate: Plate, position: float, rotation: float, visits: int) -> Reading:
-    return Reading(
-        name="seat",
-        kind=Kind.SEAT,
-        look=lambda poses: _seen(PoseObservation, poses),
-        sigma=frozen(np.repeat([position, rotation], 3)),
-        visits=visits,
-    )
-
-
-def _socket(robot: Robot, plate: Plate, position: float, rotation: float, visits: int) -> Reading:
-    return _place("socket", Kind.SOCKET, position, visits)
-
-
-def _point(robot: Robot, plate: Plate, position: float, rotation: float, visits: int) -> Reading:
-    return _place("point", Kind.POINT, position, visits)
-
-
-def _place(name: str, kind: Kind, position: float, visits: int) -> Reading:
-    return Reading(
-        name=name,
-        kind=kind,
-        look=lambda poses: _seen(PointObservation, poses),
-        sigma=frozen(np.full(3, position)),
-        visits=visits,
-    )
-
-
-def _contacts(robot: Robot, plate: Plate, position: float, rotation: float, visits: int) -> Reading:
+def _contacts(robot: Robot, plate: Plate, position: float, rotation: float) -> Reading:
     wrenches = contact_rows()
 
     def look(poses: Float[np.ndarray, "rows 4 4"]) -> Look:
@@ -220,12 +197,10 @@ def _contacts(robot: Robot, plate: Plate, position: float, rotation: float, visi
         turn[:, :3, :3] = turn[:, 3:, 3:] = np.swapaxes(poses[:, :3, :3], 1, 2)
         return Look(wrenches @ turn @ seen.by_twist, seen.by_unknown)
 
-    return Reading(
-        name="contacts", kind=Kind.SEAT, look=look, sigma=frozen(np.full(6, position)), visits=visits
-    )
+    return Reading(name="contacts", kind=Kind.SEAT, look=look, sigma=frozen(np.full(6, position)))
 
 
-def _ball_bar(robot: Robot, plate: Plate, position: float, rotation: float, visits: int) -> Reading:
+def _ball_bar(robot: Robot, plate: Plate, position: float, rotation: float) -> Reading:
     anchors = anchors_of(robot, plate)
 
     def look(poses: Float[np.ndarray, "rows 4 4"]) -> Look:
@@ -238,14 +213,30 @@ def _ball_bar(robot: Robot, plate: Plate, position: float, rotation: float, visi
         look=look,
         sigma=frozen(np.full(len(anchors), position)),
         unknown_sigma=frozen(np.full(3 * len(anchors), ANCHOR_SIGMA)),
-        visits=visits,
         blocks=False,
         anchors=_anchors(plate),
     )
 
 
-MAKERS: Mapping[str, Callable[[Robot, Plate, float, float, int], Reading]] = MappingProxyType(
-    {"seat": _seat, "socket": _socket, "point": _point, "contacts": _contacts, "ball-bar": _ball_bar}
+def _seen_by(observation: type[PoseObservation] | type[PointObservation], kind: Kind) -> Maker:
+    """What makes the reading of a kind of target that is seen as a whole."""
+
+    def make(robot: Robot, plate: Plate, position: float, rotation: float) -> Reading:
+        parts = [position, rotation] if observation is PoseObservation else [position]
+        look = partial(_seen, observation)
+        return Reading(name=str(kind), kind=kind, look=look, sigma=frozen(np.repeat(parts, 3)))
+
+    return make
+
+
+MAKERS: Mapping[str, Maker] = MappingProxyType(
+    {
+        "seat": _seen_by(PoseObservation, Kind.SEAT),
+        "socket": _seen_by(PointObservation, Kind.SOCKET),
+        "point": _seen_by(PointObservation, Kind.POINT),
+        "contacts": _contacts,
+        "ball-bar": _ball_bar,
+    }
 )
 """What makes each reading."""
 
@@ -312,19 +303,13 @@ def usual_reading(plate: Plate) -> str:
 
 def usual_sigma(plate: Plate) -> tuple[float, float]:
     """Usual standard deviations of what is read at the targets [m], [rad]."""
-    return SIGMAS[usual_reading(plate)][0], float(SIGMAS["seat"][1] or 0.0)
+    return SIGMAS[usual_reading(plate)][0], SEAT[1]
 
 
 def assumptions(plate: Plate, sigma: tuple[float, float]) -> str:
     """What a predicted error holds, for people: instrument, making, and play in the seats."""
     turns = f", {np.rad2deg(sigma[1]):.2g}°" if plate.has_seats else ""
     return f"instrument {1e3 * sigma[0]:.3g} mm{turns}; {plate.assumptions}"
-
-
-SIGMA_POSITION = 1e-4
-"""Standard deviation of a target's position where nothing else is said [m]."""
-SIGMA_ROTATION = float(np.deg2rad(0.02))
-"""And of its rotation about an axis [rad]."""
 
 
 def linearise_targets(
@@ -334,8 +319,7 @@ def linearise_targets(
     *,
     slots: Int[np.ndarray, " rows"] | None = None,
     names: tuple[str, ...] | None = None,
-    sigma_position: float = SIGMA_POSITION,
-    sigma_rotation: float = SIGMA_ROTATION,
+    sigma: tuple[float, float] = SEAT,
     additive: bool = False,
 ) -> Linearisation:
     """Linearisation of measurements at a plate's targets.
@@ -344,12 +328,11 @@ def linearise_targets(
         q: Joint positions at targets [rad or m].
         slots: Target of each row; all in order if None.
         names: Constants to identify; the robot's default free ones if None.
-        sigma_position: Standard deviation of the instrument's positions [m].
-        sigma_rotation: And of its rotations [rad].
+        sigma: Standard deviations of the instrument's positions [m] and rotations [rad].
         additive: Whether each measurement must stand for itself, so that sets add up: a ball-bar's anchors
             then count as if drawn anew for every target.
     """
-    whole = linearise(robot, q, names=names, sigma_position=sigma_position, sigma_rotation=sigma_rotation)
+    whole = linearise(robot, q, names=names, sigma_position=sigma[0], sigma_rotation=sigma[1])
     slots = np.arange(len(plate)) if slots is None else slots
     return (
         rows_of_targets(whole, plate, slots)

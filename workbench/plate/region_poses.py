@@ -15,8 +15,6 @@ from jaxtyping import Float
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.damped_newton import Task
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -117,7 +115,7 @@ def nearby_poses(
     Raises:
         DataError: practically no such pose can be reached.
     """
-    places = in_base(robot, tool_poses(robot, Motion(measured)))
+    places = in_base(robot, measured)
     found = np.zeros((0, robot.dof))
     tries = 0
     while len(found) < number:

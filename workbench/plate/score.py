@@ -7,7 +7,6 @@ that the arm can't reach, or at which it would run into plate or blocks, can't b
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
 from typing import TYPE_CHECKING, final
 
 import numpy as np
@@ -27,7 +26,7 @@ from workbench.plate.free_constants import identified_names, visible, visible_ba
 from workbench.plate.observability import I, O, evaluate
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import PredictedError, position_weight, predicted_error
-from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets, usual_sigma
+from workbench.plate.readings import SEAT, linearise_targets, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import Measurable, choose_branches, measurable, single_branches
 from workbench.plate.tolerances import EXACT, Making
@@ -77,8 +76,6 @@ class PlateScore(AbstractShown):
     """A plate's score.
 
     Args:
-        plate: The plate.
-        robot: The arm.
         measured: In the branches that are to be measured.
         single: In the best single branch for all targets; None where no branch reaches all.
         sigma: Standard deviations of the instrument [m], [rad]; they whiten the rows for all indices but O.
@@ -97,11 +94,6 @@ class PlateScore(AbstractShown):
     region_rows: int
     can: Measurable
     outcome: Outcome
-
-    @property
-    def hits(self) -> tuple[str, ...]:
-        """What the arm would run into at each target; empty where it is clear."""
-        return self.can.hits
 
     @property
     def left_out(self) -> str:
@@ -135,8 +127,6 @@ class TargetScorer:
     """Scores sets of joint positions at a plate's targets; what they share is computed once.
 
     Args:
-        robot: Nominal arm.
-        plate: The targets.
         q_region: Poses for which the error is predicted [rad or m].
         names: What is identified.
         basis: Combinations of it that can be seen, from `visible_basis`.
@@ -148,31 +138,27 @@ class TargetScorer:
     q_region: Float[np.ndarray, "rows n"]
     names: tuple[str, ...]
     basis: Float[np.ndarray, "p r"] | None
-    sigma: tuple[float, float] = (SIGMA_POSITION, SIGMA_ROTATION)
+    sigma: tuple[float, float] = SEAT
 
     def score(
         self, q: Float[np.ndarray, "rows n"], branches: tuple[str, ...], targets: Int[np.ndarray, " rows"]
     ) -> SetScore:
         """The score of one row of joint positions for each of these targets; the others don't count."""
         whole = linearise_targets(
-            self.robot,
-            self.plate,
-            q,
-            slots=targets,
-            names=self.names,
-            sigma_position=self.sigma[0],
-            sigma_rotation=self.sigma[1],
+            self.robot, self.plate, q, slots=targets, names=self.names, sigma=self.sigma
         )
         seen = visible(whole, self.basis)
-        arm = linearise_targets(
-            self.robot, self.plate, q, slots=targets, additive=True
-        )  # O is of the arm's own constants
-        index = self._index(whole)
+        # O is of the arm's own constants
+        arm = linearise_targets(self.robot, self.plate, q, slots=targets, additive=True)
+        weight = position_weight(self.robot, self.q_region, self.names, whole.weights)
+        index = I(visible_weight(weight, self.basis))
         value = index.value(seen)
         lost = index.contributions(seen)
+        unseen = seen.unidentifiable if self.basis is None else self.basis @ seen.unidentifiable
+        named = dict(zip(targets.tolist(), branches, strict=True))
         return SetScore(
             q=self._spread(q, targets),
-            branches=self._named(branches, targets),
+            branches=tuple(named.get(i, "") for i in range(len(self.plate))),
             per_target=self._spread(O().per_pose(arm), targets),
             shares=self._spread(lost / value if value > 0 else np.zeros(len(q)), targets),
             stacked=_ratio(arm),
@@ -182,7 +168,7 @@ class TargetScorer:
             rank=whole.rank(),
             visible=len(seen.names),
             names=self.names,
-            open=frozen(self._open(whole, seen)),
+            open=frozen(unseen * whole.weights[:, None]),
             error=predicted_error(whole, self.robot, self.q_region),
         )
 
@@ -191,18 +177,6 @@ class TargetScorer:
         every = np.full((len(self.plate), *values.shape[1:]), np.nan)
         every[targets] = values
         return frozen(every)
-
-    def _named(self, branches: tuple[str, ...], targets: np.ndarray) -> tuple[str, ...]:
-        known = dict(zip(targets.tolist(), branches, strict=True))
-        return tuple(known.get(i, "") for i in range(len(self.plate)))
-
-    def _index(self, whole: Linearisation) -> I:
-        weight = position_weight(self.robot, self.q_region, self.names, whole.weights)
-        return I(visible_weight(weight, self.basis))
-
-    def _open(self, whole: Linearisation, seen: Linearisation) -> Float[np.ndarray, "p missing"]:
-        unseen = seen.unidentifiable if self.basis is None else self.basis @ seen.unidentifiable
-        return unseen * whole.weights[:, None]
 
 
 @one_thread()
@@ -248,8 +222,7 @@ def score_plate(
         goal=q_region,
         rng=np.random.default_rng(seed),
         names=names,
-        sigma_position=sigma[0],
-        sigma_rotation=sigma[1],
+        sigma=sigma,
         starts=STARTS,
         progress=progress,
         cancel=cancel,
@@ -309,6 +282,10 @@ def score_plates(
     for number, plate in enumerate(plates):
         if scores and cancel is not None and cancel():
             break
+
+        def report_part(share: float, done: int = number) -> None:
+            report((done + share) / len(plates))
+
         scores.append(
             score_plate(
                 robot,
@@ -318,7 +295,7 @@ def score_plates(
                 tool=tool,
                 matter=matter,
                 seed=seed,
-                progress=partial(_part_of, report, number, len(plates)),
+                progress=report_part,
                 cancel=cancel,
             )
         )
@@ -330,10 +307,6 @@ def alike(plates: Sequence[Plate], making: Making | None = None) -> tuple[Plate,
     stated = [plate.making for plate in plates if plate.making != EXACT]
     common = making or next(iter(stated), EXACT)
     return tuple(plate.made(common) for plate in plates)
-
-
-def _part_of(report: Progress, done: int, of: int, part: float) -> None:
-    report((done + part) / of)
 
 
 def _ratio(linearisation: Linearisation) -> float:

@@ -13,9 +13,7 @@ from jaxtyping import Float, Int
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.solve import Branch, Task
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.linearisation import Linearisation
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.progress import Cancel, Progress
@@ -28,7 +26,7 @@ from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.poses.exchange import exchange
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error
-from workbench.plate.readings import SIGMA_POSITION, SIGMA_ROTATION, linearise_targets
+from workbench.plate.readings import SEAT, linearise_targets
 
 THERE = 1e-6
 """Joint angles put the tool there if no entry of its pose is off by more [m, 1]."""
@@ -161,7 +159,7 @@ def _is_there(robot: Robot, target: Target) -> bool:
     """Whether a target's joint angles put the tool into its whole pose."""
     if target.q is None or len(target.q) != robot.dof:
         return False
-    at = in_base(robot, tool_poses(robot, Motion(target.q[None])))
+    at = in_base(robot, target.q[None])
     return bool(np.abs(at[0] - target.pose).max() < THERE)
 
 
@@ -180,8 +178,7 @@ def choose_branches(
     goal: Float[np.ndarray, "rows n"] | str,
     rng: np.random.Generator,
     names: tuple[str, ...] | None = None,
-    sigma_position: float = SIGMA_POSITION,
-    sigma_rotation: float = SIGMA_ROTATION,
+    sigma: tuple[float, float] = SEAT,
     starts: int = STARTS,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
@@ -194,8 +191,7 @@ def choose_branches(
         goal: Joint positions of poses that matter (see `plate.region_poses`), whose predicted error is made
             small, or the name of an index `O1` … `O5` to be made large.
         names: Constants to be identified; the robot's default free ones if None.
-        sigma_position: Standard deviation of a target's position [m].
-        sigma_rotation: Standard deviation of its rotation [rad]; unused for sockets and points.
+        sigma: Standard deviations of the instrument's positions [m] and rotations [rad].
         starts: Random mixes to start from, beside every single branch.
 
     Raises:
@@ -205,16 +201,7 @@ def choose_branches(
     slots = np.repeat(np.arange(len(solutions)), [len(target) for target in solutions])
     labels = [branch.name for target in solutions for branch in target]
     q = np.array([branch.q for target in solutions for branch in target])
-    linearisation = linearise_targets(
-        robot,
-        plate,
-        q,
-        slots=slots,
-        names=names,
-        sigma_position=sigma_position,
-        sigma_rotation=sigma_rotation,
-        additive=True,
-    )
+    linearisation = linearise_targets(robot, plate, q, slots=slots, names=names, sigma=sigma, additive=True)
     basis = visible_basis(robot, names)
     options = _information(visible(linearisation, basis))
     allowed = _allowed(plate, slots, labels)

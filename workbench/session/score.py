@@ -55,8 +55,7 @@ def score(
         np.stack([states[i].q for i in used]),
         slots=np.array(used),
         names=names,
-        sigma_position=noise.position,
-        sigma_rotation=noise.rotation,
+        sigma=(noise.position, noise.rotation),
     )
     per_target[used] = O().per_pose(linearisation)
     expected = predicted_error(linearisation, robot, region_q) if len(region_q) else None

@@ -9,7 +9,6 @@ from rich.console import RenderableType
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
-from workbench.base import se3
 from workbench.base.types import Outcome, frozen
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.optimiser.target_blocks import SHAPE, Places, places_of, shapes_of
@@ -128,13 +127,7 @@ def describe(
 
 def _plate(setting: Setting, targets: Candidates) -> Plate:
     made = [
-        Target(
-            xyz=frozen(pose[:3, 3].copy()),
-            rpy=frozen(se3.matrix_to_rpy(pose[:3, :3])),
-            branch=branch,
-            q=frozen(q.copy()),
-            kind=setting.reading.kind,
-        )
+        Target.at(pose, branch=branch, q=frozen(q.copy()), kind=setting.reading.kind)
         for pose, q, branch in zip(targets.poses, targets.q, branches_of(setting, targets), strict=True)
     ]
     name = f"{setting.plate.name}, optimised"

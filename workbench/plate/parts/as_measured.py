@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError
-from workbench.base.types import Matrix4, frozen
+from workbench.base.types import frozen
 from workbench.base.units import parse_heading
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.orientation import read_orientation
@@ -159,7 +159,7 @@ def measured_plate(measured: MeasuredTargets) -> Plate:
     """A plate of nothing but measured targets, in the robot's base; its region is their bounding box."""
     order = np.argsort(measured.numbers)
     kind = Kind.SEAT if measured.turned else Kind.SOCKET
-    targets = tuple(_target(measured.poses[i], kind=kind, sigma=measured.sigma[i]) for i in order)
+    targets = tuple(Target.at(measured.poses[i], kind=kind, sigma=measured.sigma[i]) for i in order)
     places = measured.poses[:, :3, 3]
     low, high = places.min(axis=0), places.max(axis=0)
     centre = 0.5 * (low + high)
@@ -210,7 +210,8 @@ def as_measured(nominal: Plate, measured: MeasuredTargets, *, frame: PlateFrame 
     for i, row in enumerate(rows):
         position, rotation = measured.sigma[i]
         sigma = (position, rotation if measured.turned else float(nominal.known[row, 1]))
-        targets[row] = replace(targets[row], xyz=frozen(poses[i, :3, 3]), rpy=_rpy(poses[i]), sigma=sigma)
+        there = Target.at(poses[i])
+        targets[row] = replace(targets[row], xyz=there.xyz, rpy=there.rpy, sigma=sigma)
     left = sorted(set(range(1, len(nominal) + 1)) - set(measured.numbers))
     notes = [_deviation_note(deviations, measured)]
     if left:
@@ -251,11 +252,3 @@ def _deviation_note(deviations: np.ndarray, measured: MeasuredTargets) -> str:
 
 def _by_position(measured: MeasuredTargets) -> tuple[str, ...]:
     return () if measured.turned else (f"{measured.source} gives places, no orientations",)
-
-
-def _target(pose: Matrix4, *, kind: Kind, sigma: tuple[float, float]) -> Target:
-    return Target(xyz=frozen(pose[:3, 3].copy()), rpy=_rpy(pose), kind=kind, sigma=sigma)
-
-
-def _rpy(pose: Matrix4) -> np.ndarray:
-    return frozen(se3.matrix_to_rpy(pose[:3, :3]))

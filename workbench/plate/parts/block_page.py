@@ -78,10 +78,7 @@ def _front(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
     half, (low, high) = 0.5 * MM * block.side, (MM * h for h in block.heights)
     items: list[Item] = [view.line([(-half, 0.0), (half, 0.0), (half, low), (-half, high)])]
     for bore in block.bores:
-        across = 0.5 * bore.diameter * np.array([bore.direction[2], 0.0, -bore.direction[0]])
-        ends = [bore.bottom] if bore.conical else [bore.bottom - across, bore.bottom + across]
-        outline = MM * np.array([bore.mouth + across, bore.mouth - across, *ends])
-        items.append(view.line(outline[:, [0, 2]], Layer.HIDDEN))
+        items.append(view.line(MM * bore.outline, Layer.HIDDEN))
     items.append(view.line([(0.0, -4.0), (0.0, MM * block.height + 6.0)], Layer.CENTRES, closed=False))
     reach = half / view.scale
     if block.tilt > FLAT and low > ROOM * view.scale:
@@ -96,12 +93,7 @@ def _front(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
         at = view.at((half, high)) - [0.0, 4.0]
         items.append(Angle(view.at((half, low)), 1.5 * reach, 180.0 - tilt, 180.0, words, at))
     items.append(Words("A", view.at((0.7 * half, 0.0)) - [0.0, 4.0], 1.2 * TEXT, "center"))
-    items.append(
-        Words(
-            f"FRONT (along +y), {_right(block)}", view.at((0.0, high)) + np.array([0.0, 12.0]), TEXT, "center"
-        )
-    )
-    return items
+    return [*items, view.title(f"FRONT (along +y), {_right(block)}", (0.0, high), 12.0)]
 
 
 def _foot(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
@@ -123,12 +115,7 @@ def _foot(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
     items.append(view.across((-half, -half), (half, -half), (0.0, -reach - 10.0), 0.0))
     items.append(view.across((half, -half), (half, half), (reach + 10.0, 0.0), 90.0))
     items.append(Words("B", view.at((0.0, 0.0)) + np.array([4.0, 3.0]), 1.2 * TEXT))
-    items.append(
-        Words(
-            f"FOOT (from below), {_right(block)}", view.at((0.0, half)) + np.array([0.0, 4.0]), TEXT, "center"
-        )
-    )
-    return items
+    return [*items, view.title(f"FOOT (from below), {_right(block)}", (0.0, half), 4.0)]
 
 
 def _face(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
@@ -149,12 +136,7 @@ def _face(block: Block, view: View, tolerances: Tolerances) -> list[Item]:
             items += _index(view, block.on_face(bore), tolerances, top)
     items.append(view.across((-slope, -half), (slope, -half), (0.0, -half / view.scale - 10.0), 0.0, "(<>)"))
     items.append(Words("u", view.at((slope + 9.0, -1.0)), 1.2 * TEXT))
-    items.append(
-        Words(
-            f"FACE (square on), {_right(block)}", view.at((0.0, half)) + np.array([0.0, 16.0]), TEXT, "center"
-        )
-    )
-    return items
+    return [*items, view.title(f"FACE (square on), {_right(block)}", (0.0, half), 16.0)]
 
 
 def _index(view: View, place: tuple[float, float], tolerances: Tolerances, top: np.ndarray) -> list[Item]:

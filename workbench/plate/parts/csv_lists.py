@@ -26,7 +26,7 @@ from workbench.plate.parts.page_frame import (
     longest,
     position_words,
 )
-from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab
+from workbench.plate.parts.parts import Bore, Fixture, Purpose, Slab
 from workbench.plate.plate import Kind, Plate
 
 TARGET_COLUMNS = ("target", "x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
@@ -36,20 +36,12 @@ MM = 1e3
 def holes_csv(fixture: Fixture) -> str:
     """Every hole of the plate: label, what it is, place from the lower left corner, diameter, depth."""
     head = ("hole", "purpose", "x[mm]", "y[mm]", "diameter[mm]", "depth[mm]", "through")
-    return _table(
-        head,
-        (
-            (
-                bore.label,
-                bore.purpose,
-                *(f"{v:.4f}" for v in fixture.from_corner(bore.mouth)),
-                f"{MM * bore.diameter:.3f}",
-                f"{MM * bore.depth:.3f}",
-                "yes" if bore.through else "no",
-            )
-            for bore in fixture.slab.bores
-        ),
-    )
+    rows = []
+    for bore in fixture.slab.bores:
+        place = (f"{v:.4f}" for v in fixture.from_corner(bore.mouth))
+        sizes = (f"{MM * bore.diameter:.3f}", f"{MM * bore.depth:.3f}", "yes" if bore.through else "no")
+        rows.append((bore.label, bore.purpose, *place, *sizes))
+    return _table(head, rows)
 
 
 def blocks_csv(fixture: Fixture) -> str:
@@ -93,17 +85,8 @@ def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
 
 def bores_csv(fixture: Fixture) -> str:
     """Every bore of every shape of block: on face or foot, its place there, size, depth and tolerance."""
-    head = (
-        "shape",
-        "on",
-        "purpose",
-        "u[mm]",
-        "v[mm]",
-        "from_downhill[deg]",
-        "diameter[mm]",
-        "size",
-        "depth[mm]",
-    )
+    places = ("u[mm]", "v[mm]", "from_downhill[deg]")
+    head = ("shape", "on", "purpose", *places, "diameter[mm]", "size", "depth[mm]", "position_tolerance")
     rows = []
     for shape in fixture.shapes:
         for bore in shape.block.bores:
@@ -113,7 +96,7 @@ def bores_csv(fixture: Fixture) -> str:
             numbers = (f"{value:z.4f}" for value in (u, v, angle, MM * bore.diameter))
             words = (bore.size, f"{MM * bore.depth:.4f}", position_words(bore, fixture.tolerances))
             rows.append((shape.letter, "face" if on_face else "foot", str(bore.purpose), *numbers, *words))
-    return _table((*head, "position_tolerance"), rows)
+    return _table(head, rows)
 
 
 def parts_csv(fixture: Fixture) -> str:
@@ -121,23 +104,18 @@ def parts_csv(fixture: Fixture) -> str:
     made: list[tuple[str, int, str, str, str]] = [
         ("plate", 1, fixture.stock.sheet, _edges(fixture.slab), "plate")
     ]
-    made += [
-        (
-            f"block {s.letter}",
-            len(s.numbers),
-            fixture.stock.bar.format(side=MM * s.block.side),
-            _bar(s.block),
-            f"block-{s.letter}",
-        )
-        for s in fixture.shapes
-    ]
+    for shape in fixture.shapes:
+        side = MM * shape.block.side
+        size = f"bar {side:.0f} × {side:.0f} × {MM * shape.block.heights[1]:.1f}"
+        bar, files = fixture.stock.bar.format(side=side), f"block-{shape.letter}"
+        made.append((f"block {shape.letter}", len(shape.numbers), bar, size, files))
     for part in fixture.others:
-        size = (
-            _edges(part)
-            if isinstance(part, Slab)
-            else f"Ø{MM * max(d for d, _ in part.steps):.0f} × {MM * part.length:.1f}"
-        )
-        made.append((part.name, part.quantity, BOTTOM if isinstance(part, Slab) else STEEL, size, part.name))
+        if isinstance(part, Slab):
+            material, size = BOTTOM, _edges(part)
+        else:
+            material = STEEL
+            size = f"Ø{MM * max(d for d, _ in part.steps):.0f} × {MM * part.length:.1f}"
+        made.append((part.name, part.quantity, material, size, part.name))
     count = len(fixture.blocks)
     stock, kinds = fixture.stock, {block.kind for block in fixture.blocks}
     thickness = fixture.slab.size[2]
@@ -168,11 +146,6 @@ def parts_csv(fixture: Fixture) -> str:
 def _screw(thickness: float, depth: float) -> str:
     """The longest screw sold that goes through a plate and ends above the bottom of its hole [m]."""
     return f"{longest(SCREWS, MM * (thickness + depth) - SHORT_OF):g} long"
-
-
-def _bar(block: Block) -> str:
-    side = f"{MM * block.side:.0f}"
-    return f"bar {side} × {side} × {MM * block.heights[1]:.1f}"
 
 
 def _edges(slab: Slab) -> str:
@@ -255,13 +228,8 @@ def _checks_of_targets(plate: Plate, fixture: Fixture) -> Iterator[Check]:
     held = "anchor" if fixture.anchored else "target"
     for number, (target, turned) in enumerate(zip(plate.mounted, angles, strict=True), start=1):
         for axis, value in zip("xyz", MM * target.xyz, strict=True):
-            yield (
-                f"{held} {number}",
-                f"{axis} in the robot's base",
-                "mm",
-                float(value),
-                MM * bounds[number - 1],
-            )
+            bound = MM * bounds[number - 1]
+            yield f"{held} {number}", f"{axis} in the robot's base", "mm", float(value), bound
         if target.kind is Kind.SEAT:
             for axis, value in zip(("roll", "pitch", "yaw"), turned, strict=True):
                 yield f"target {number}", axis, "deg", float(value), np.rad2deg(making.angle)

@@ -165,6 +165,10 @@ class View:
         up = -off - TEXT if under else off
         return Words(words, self.at(centre) + np.array([0.0, up]), TEXT, "center")
 
+    def title(self, words: str, under: Point, gap: float) -> Words:
+        """Words in the middle over a point, so far above it on paper [mm]."""
+        return Words(words, self.at(under) + np.array([0.0, gap]), TEXT, "center")
+
     def across(self, a: Point, b: Point, base: Point, turn: float, text: str = "<>") -> Dimension:
         """A dimension; its line goes through a point of the paper relative to the origin [mm]."""
         return Dimension(self.at(a), self.at(b), self.origin + np.asarray(base, float), turn, text)

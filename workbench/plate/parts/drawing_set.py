@@ -6,6 +6,8 @@ plate is seen from above, its datums are its top (A) and its lower and left edge
 the side and its end.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from workbench.plate.parts.block_page import block_page
@@ -64,7 +66,8 @@ def slab_page(fixture: Fixture, slab: Slab) -> Page:
         items.append(Words("C", view.at((0.0, 0.0)) - np.array([5.0, -3.0]), 1.2 * TEXT))
     across = view.across((0, 0), (length, 0), (0.0, -10.0), 0.0)
     up = view.across((length, 0), (length, width), (length / scale + 16.0, 0.0), 90.0)
-    items += [across, up, *_ordinates(np.array(_named(fixture, slab, places)), view, width)]
+    measured = [fixture.from_corner(block.pose[:3, 3]) for block in fixture.blocks] if own else places
+    items += [across, up, *_ordinates(np.array(measured), view, width)]
     left = view.origin[0] + length / scale + 34.0
     rows = [("hole", "x", "y", "size", "for")] + [
         (bore.label, f"{x:z.3f}", f"{y:z.3f}", bore.size.split(" (core")[0], SHORT[bore.purpose])
@@ -97,13 +100,6 @@ def slab_page(fixture: Fixture, slab: Slab) -> Page:
     return Page(name=slab.name, paper=paper, scale=scale, items=tuple(items))
 
 
-def _named(fixture: Fixture, slab: Slab, places: list[np.ndarray]) -> list[np.ndarray]:
-    """Points with ordinates: the blocks' feet, or every hole."""
-    if slab is not fixture.slab:
-        return places
-    return [np.array(fixture.from_corner(block.pose[:3, 3])) for block in fixture.blocks]
-
-
 def _feet(fixture: Fixture, view: View) -> list[Item]:
     """Outlines of the blocks with number and shape, a tick where faces slope down, and the robot's base."""
     items: list[Item] = []
@@ -134,10 +130,8 @@ def _ordinates(places: np.ndarray, view: View, width: float) -> list[Item]:
     """Places along x above the plate, along y left of it, spread where they would touch."""
     items: list[Item] = []
     for x, label in spread(places[:, 0] / view.scale, 4.2):
-        start, foot = (
-            view.origin + np.array([x, width / view.scale]),
-            view.origin + np.array([label, width / view.scale + 10.0]),
-        )
+        start = view.origin + np.array([x, width / view.scale])
+        foot = view.origin + np.array([label, width / view.scale + 10.0])
         items.append(Line(np.array([start + np.array([0, 1]), foot - [0, 3], foot]), Layer.DIMENSIONS))
         items.append(Words(f"{x * view.scale:z.3f}", foot + np.array([1.2, 1.0]), TEXT, "left", 90.0))
     for y, label in spread(places[:, 1] / view.scale, 4.2):
@@ -210,17 +204,8 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
         items += end.hole((x, y), 2.0 * across)
         there.setdefault((round(x, 6), round(y, 6)), []).append(bore)
         depth = "through" if bore.through else millimetres(bore.depth)
-        rows.append(
-            (
-                bore.label,
-                SHORT[bore.purpose],
-                f"{x:z.3f}",
-                f"{y:z.3f}",
-                bore.size,
-                depth,
-                AXIAL if bore.conical else position_words(bore, fixture.tolerances),
-            )
-        )
+        held = AXIAL if bore.conical else position_words(bore, fixture.tolerances)
+        rows.append((bore.label, SHORT[bore.purpose], f"{x:z.3f}", f"{y:z.3f}", bore.size, depth, held))
     for place, bores in there.items():
         words, widest_bore = ", ".join(b.label for b in bores), max(b.diameter for b in bores)
         if bores[0].purpose is Purpose.FLANGE:  # outside the rim
@@ -232,14 +217,7 @@ def turned_page(fixture: Fixture, part: Turned) -> Page:
         items.append(end.label(place, neck / 0.8 if beyond else MM * widest_bore, words))
     left = end.origin[0] + 0.5 * widest / scale + 22.0
     items += table(rows, np.array([left, top - BORDER - 6.0]), (12, 26, 18, 18, 34, 20, 32))
-    items += [
-        Words(
-            "END (from z = top), x right, y up",
-            end.origin + np.array([0.0, 0.5 * widest / scale + 6.0]),
-            TEXT,
-            "center",
-        )
-    ]
+    items.append(end.title("END (from z = top), x right, y up", (0.0, 0.5 * widest), 6.0))
     notes = ["All stand-offs of one length within 0.02.", *thread_notes(part.bores)]
     if probe:
         pinned = any(bore.purpose is Purpose.PIN for bore in part.bores)
@@ -284,11 +262,6 @@ def pages_of(fixture: Fixture) -> tuple[Page, ...]:
         for part in fixture.others
     ]
     return tuple(
-        Page(
-            name=page.name,
-            paper=page.paper,
-            scale=page.scale,
-            items=(*page.items, *sheet(page, number, len(drawn))),
-        )
+        replace(page, items=(*page.items, *sheet(page, number, len(drawn))))
         for number, page in enumerate(drawn, start=1)
     )

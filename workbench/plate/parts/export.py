@@ -133,14 +133,6 @@ def as_drawn(plate: Plate, fixture: Fixture, stock: Stock) -> Plate:
     return replace(plate, making=Making(position=asked.position, angle=asked.angle, play=play))
 
 
-def _meshes(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
-    return {f"{name}.stl": stl(mesh_of(part)) for name, part in fixture.made}
-
-
-def _steps(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
-    return {f"{name}.step": step_of(part, f"{plate.name} {name}") for name, part in fixture.made}
-
-
 def _lists(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
     lists = {
         "holes": holes_csv(fixture),
@@ -156,10 +148,12 @@ def _lists(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
 
 
 _WRITERS: dict[Format, Callable[[Plate, Fixture], dict[str, bytes]]] = {
-    Format.STL: _meshes,
+    Format.STL: lambda plate, fixture: {f"{name}.stl": stl(mesh_of(part)) for name, part in fixture.made},
     Format.THREE_MF: lambda plate, fixture: {"fixture.3mf": three_mf(fixture)},
     Format.DXF: lambda plate, fixture: {f"{p.name}.dxf": dxf_of(p).encode() for p in pages_of(fixture)},
     Format.PDF: lambda plate, fixture: {"drawings.pdf": pdf_of(pages_of(fixture))},
     Format.CSV: _lists,
-    Format.STEP: _steps,
+    Format.STEP: lambda plate, fixture: {
+        f"{name}.step": step_of(part, f"{plate.name} {name}") for name, part in fixture.made
+    },
 }

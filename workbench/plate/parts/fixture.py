@@ -109,34 +109,30 @@ def _block(plate: Plate, number: int, target: Target, stock: Stock) -> Block:
 
 def _face_bores(number: int, kind: Kind, face: Vector3, tool: np.ndarray, stock: Stock) -> list[Bore]:
     """What locates the tool: bores at the face's centre, along the tool's z axis."""
-    inwards = tool[:, 2]
-
-    def bore(purpose: Purpose, mouth: Vector3, diameter: float, depth: float) -> Bore:
-        return Bore(
-            label=f"{number}", purpose=purpose, mouth=mouth, direction=inwards, diameter=diameter, depth=depth
-        )
-
+    label, inwards = f"{number}", tool[:, 2]
     if kind is Kind.SEAT:
         index = face + stock.index_offset * tool[:, 0]
         return [
-            bore(Purpose.SEAT, face, stock.seat, stock.seat_depth),
-            bore(Purpose.INDEX, index, stock.index, stock.index_depth),
+            Bore(label, Purpose.SEAT, face, inwards, stock.seat, stock.seat_depth),
+            Bore(label, Purpose.INDEX, index, inwards, stock.index, stock.index_depth),
         ]
     if kind is Kind.SOCKET:
-        pocket = [] if stock.magnet is None else [bore(Purpose.MAGNET, face, *stock.magnet)]
-        return [bore(Purpose.SOCKET, face, *stock.cone), *pocket]
-    return [bore(Purpose.TIP, face, stock.centre, 0.5 * stock.centre)]
+        cone = Bore(label, Purpose.SOCKET, face, inwards, *stock.cone)
+        return (
+            [cone]
+            if stock.magnet is None
+            else [cone, Bore(label, Purpose.MAGNET, face, inwards, *stock.magnet)]
+        )
+    return [Bore(label, Purpose.TIP, face, inwards, stock.centre, 0.5 * stock.centre)]
 
 
 def _foot_bores(number: int, stock: Stock) -> list[Bore]:
     """Thread and dowel holes in a block's foot; the dowels lie across the slope."""
+    thread = Bore(f"{number}", Purpose.THREAD, np.zeros(3), UP, stock.core, stock.thread)
     across = np.array([0.0, stock.dowel_offset, 0.0])
-    places = [(Purpose.THREAD, np.zeros(3), stock.core, stock.thread)]
-    if stock.doweled:
-        places += [(Purpose.DOWEL, sign * across, stock.dowel, stock.dowel_depth) for sign in (1.0, -1.0)]
-    return [
-        Bore(label=f"{number}", purpose=purpose, mouth=mouth, direction=UP, diameter=diameter, depth=depth)
-        for purpose, mouth, diameter, depth in places
+    return [thread] + [
+        Bore(f"{number}", Purpose.DOWEL, sign * across, UP, stock.dowel, stock.dowel_depth)
+        for sign in ((1.0, -1.0) if stock.doweled else ())
     ]
 
 
@@ -191,21 +187,17 @@ def _check_on_plate(blocks: tuple[Block, ...], size: Vector3, name: str) -> None
 
 def _under(block: Block, thickness: float, stock: Stock) -> list[Bore]:
     """The slab's holes for one block, right through: 7 for its screw, 7a and 7b for its dowels."""
-    letters = iter("ab")
+    thread, *dowels = (bore for bore in block.bores if bore.direction[2] > 0.0)
+    holes = [(thread, thread.label, thread.purpose if stock.tapped else Purpose.SCREW, stock.clearance)]
+    holes += [
+        (dowel, dowel.label + end, Purpose.DOWEL, stock.dowel)
+        for dowel, end in zip(dowels, "ab", strict=False)
+    ]
     return [
         Bore(
-            label=bore.label + ("" if bore.purpose is Purpose.THREAD else next(letters)),
-            purpose=(bore.purpose if stock.tapped else Purpose.SCREW)
-            if bore.purpose is Purpose.THREAD
-            else Purpose.DOWEL,
-            mouth=se3.apply(block.pose, bore.mouth),
-            direction=DOWN,
-            diameter=stock.clearance if bore.purpose is Purpose.THREAD else stock.dowel,
-            depth=float(thickness),
-            through=True,
+            label, purpose, se3.apply(block.pose, bore.mouth), DOWN, diameter, float(thickness), through=True
         )
-        for bore in block.bores
-        if bore.direction[2] > 0.0
+        for bore, label, purpose, diameter in holes
     ]
 
 
@@ -215,12 +207,12 @@ def _mounting(size: Vector3, blocks: tuple[Block, ...], stock: Stock) -> tuple[t
     free = [corner for corner in corners if not any(_covers(b.pose, corner, stock) for b in blocks)]
     bores = tuple(
         Bore(
-            label=f"M{i}",
-            purpose=Purpose.MOUNTING,
-            mouth=np.array([*corner, 0.0]),
-            direction=DOWN,
-            diameter=stock.mounting,
-            depth=float(size[2]),
+            f"M{i}",
+            Purpose.MOUNTING,
+            np.array([*corner, 0.0]),
+            DOWN,
+            stock.mounting,
+            float(size[2]),
             through=True,
         )
         for i, corner in enumerate(free, start=1)
@@ -247,22 +239,6 @@ RIM = 0.03
 """Material of the bottom plate around its holes [m]."""
 
 
-def _bore(
-    label: str, purpose: Purpose, mouth, direction: Vector3, sizes: tuple[float, float], through=False
-) -> Bore:
-    diameter, depth = sizes
-    place = np.asarray(mouth, float)
-    return Bore(
-        label=label,
-        purpose=purpose,
-        mouth=place,
-        direction=direction,
-        diameter=diameter,
-        depth=depth,
-        through=through,
-    )
-
-
 def _circle(diameter: float) -> np.ndarray:
     """Four points at 45°, 135° … on a circle."""
     angles = np.deg2rad([45.0, 135.0, 225.0, 315.0])
@@ -276,17 +252,17 @@ def probe_of(stock: Stock) -> Turned:
     return _probe(
         stock,
         stock.neck,
-        _bore("P1", Purpose.PIN, face, DOWN, (stock.seat, DEPTHS[0])),
-        _bore("P2", Purpose.PIN, index, DOWN, (stock.index, DEPTHS[1])),
+        Bore("P1", Purpose.PIN, face, DOWN, stock.seat, DEPTHS[0]),
+        Bore("P2", Purpose.PIN, index, DOWN, stock.index, DEPTHS[1]),
     )
 
 
 def ball_probe_of(stock: Stock) -> Turned:
     """The probe with a cone for a ball, whose centre, the tool's origin, lies ¼ diameter over its face."""
     face = np.array([0.0, 0.0, stock.probe])
-    cone = [_bore("P1", Purpose.SOCKET, face, DOWN, stock.cone)]
+    cone = [Bore("P1", Purpose.SOCKET, face, DOWN, *stock.cone)]
     if stock.magnet is not None:
-        cone.append(_bore("P2", Purpose.MAGNET, face, DOWN, stock.magnet))
+        cone.append(Bore("P2", Purpose.MAGNET, face, DOWN, *stock.magnet))
     return _probe(stock, 1.5 * stock.ball, *cone)
 
 
@@ -294,7 +270,7 @@ def _probe(stock: Stock, neck: float, *tip: Bore) -> Turned:
     """A neck on the arm's flange, with what its face needs."""
     flange, circle, hole = stock.flange
     screws = [
-        _bore(f"F{i}", Purpose.FLANGE, place, UP, (hole, FLANGE), through=True)
+        Bore(f"F{i}", Purpose.FLANGE, place, UP, hole, FLANGE, through=True)
         for i, place in enumerate(_circle(circle), start=1)
     ]
     steps = ((flange, FLANGE), (neck, stock.probe - FLANGE))
@@ -329,18 +305,18 @@ def base_parts(pose: Matrix4, slab: Slab, stock: Stock) -> tuple[Slab | None, Tu
     middle = np.array([*(0.5 * (low + high)), 0.0])
     size = np.array([*(high - low), stock.bottom])
     bores = [
-        _bore(f"S{i}", Purpose.STANDOFF, place - middle, DOWN, (stock.mounting, stock.bottom), through=True)
+        Bore(f"S{i}", Purpose.STANDOFF, place - middle, DOWN, stock.mounting, stock.bottom, through=True)
         for i, place in enumerate(places, start=1)
     ]
     bores += [
-        _bore(f"R{i}", Purpose.ROBOT, place - middle, DOWN, (stock.foot[1], stock.bottom), through=True)
+        Bore(f"R{i}", Purpose.ROBOT, place - middle, DOWN, stock.foot[1], stock.bottom, through=True)
         for i, place in enumerate(foot, start=1)
     ]
     diameter, core, depth = stock.post
     depth = min(depth, 0.5 * height - 0.002)
     threads = (
-        _bore("T1", Purpose.THREAD, [0.0, 0.0, 0.0], UP, (core, depth)),
-        _bore("T2", Purpose.THREAD, [0.0, 0.0, height], DOWN, (core, depth)),
+        Bore("T1", Purpose.THREAD, np.zeros(3), UP, core, depth),
+        Bore("T2", Purpose.THREAD, np.array([0.0, 0.0, height]), DOWN, core, depth),
     )
     post = Turned(name="stand-off", steps=((diameter, height),), bores=threads, quantity=len(mounts))
     note = (

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
+from jaxtyping import Float
 
 from workbench.base.types import Matrix4, Vector3
 from workbench.plate.parts.stock import Stock
@@ -44,7 +45,7 @@ THREADS = {0.0042: "M5", 0.005: "M6", 0.0068: "M8"}
 """Threads by the diameter of their core holes [m]."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Bore:
     """A round hole, or a 90° cone, in the frame of its part.
 
@@ -80,14 +81,16 @@ class Bore:
         return f"{cone}Ø{1e3 * self.diameter:.4g} {FITS.get(self.purpose, '')}".strip()
 
     @property
-    def volume(self) -> float:
-        """Material that it takes away [m³]."""
-        return np.pi * self.diameter**2 / 4.0 * self.depth / (3.0 if self.conical else 1.0)
-
-    @property
     def bottom(self) -> Vector3:
         """Centre of its bottom, or its apex [m]."""
         return self.mouth + self.depth * self.direction
+
+    @property
+    def outline(self) -> Float[np.ndarray, "corners 2"]:
+        """Corners seen along y, in x and z of its part [m]."""
+        across = 0.5 * self.diameter * np.array([self.direction[2], 0.0, -self.direction[0]])
+        ends = [self.bottom] if self.conical else [self.bottom - across, self.bottom + across]
+        return np.array([self.mouth + across, self.mouth - across, *ends])[:, [0, 2]]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -105,11 +108,6 @@ class Slab:
     bores: tuple[Bore, ...]
     name: str = "plate"
     quantity: int = 1
-
-    @property
-    def volume(self) -> float:
-        """Volume of the material [m³]."""
-        return float(np.prod(self.size)) - sum(bore.volume for bore in self.bores)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -132,12 +130,6 @@ class Turned:
     def length(self) -> float:
         """Of the part [m]."""
         return sum(length for _, length in self.steps)
-
-    @property
-    def volume(self) -> float:
-        """Volume of the material [m³]."""
-        whole = sum(np.pi / 4.0 * diameter**2 * length for diameter, length in self.steps)
-        return float(whole) - sum(bore.volume for bore in self.bores)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -166,11 +158,6 @@ class Block:
     def azimuth(self) -> float:
         """Direction in which the face slopes down, about the plate's normal from its x axis [rad]."""
         return float(np.arctan2(self.pose[1, 0], self.pose[0, 0]))
-
-    @property
-    def volume(self) -> float:
-        """Volume of the material [m³]."""
-        return self.side**2 * self.height - sum(bore.volume for bore in self.bores)
 
     @property
     def heights(self) -> tuple[float, float]:
@@ -245,9 +232,9 @@ class Fixture:
     slab: Slab
     blocks: tuple[Block, ...]
     tolerances: Tolerances
-    probe: "Turned | None" = None
+    probe: Turned | None = None
     bottom: Slab | None = None
-    standoff: "Turned | None" = None
+    standoff: Turned | None = None
     notes: tuple[str, ...] = field(default=())
     stock: Stock = field(default_factory=Stock)
     anchored: bool = False
@@ -273,12 +260,12 @@ class Fixture:
         return float(x), float(y)
 
     @property
-    def others(self) -> tuple["Slab | Turned", ...]:
+    def others(self) -> tuple[Slab | Turned, ...]:
         """The parts beside plate and blocks."""
         return tuple(part for part in (self.probe, self.bottom, self.standoff) if part is not None)
 
     @property
-    def made(self) -> tuple[tuple[str, "Slab | Block | Turned"], ...]:
+    def made(self) -> tuple[tuple[str, Slab | Block | Turned], ...]:
         """Every part that is made, one of each, by the name of its files; the plate first."""
         blocks = [(f"block-{shape.letter}", shape.block) for shape in self.shapes]
         return ("plate", self.slab), *blocks, *((part.name, part) for part in self.others)

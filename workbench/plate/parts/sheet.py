@@ -7,6 +7,7 @@ front, and of each only the faces towards the viewer, hides what has to be hidde
 import io
 from dataclasses import dataclass, field
 from textwrap import wrap
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -65,7 +66,8 @@ def draw_shape(axes: Axes, shape: BlockShape) -> None:
     axes.axis("off")
     axes.add_patch(Polygon(outline, closed=True, facecolor=tuple(METAL), edgecolor=INK, linewidth=0.8))
     for bore in block.bores:
-        _side_view(axes, bore)
+        pen: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.4, "linestyle": "--"}
+        axes.add_patch(Polygon(MM * bore.outline, closed=True, fill=False, **pen))
     kinds = f"{len(shape.numbers)} × {shape.letter}, {np.rad2deg(block.tilt):.3f}°"
     axes.set_title(kinds)
     for x, height, align in ((-half, high, "right"), (half, low, "left")):
@@ -138,16 +140,6 @@ def _robot(axes: Axes, fixture: Fixture) -> None:
     foot = _on_paper(origin)
     axes.annotate("robot base", (foot[0], foot[1]), color=COLOURS[1], ha="center", va="top", fontsize=7,
                   xytext=(0, -5), textcoords="offset points")  # fmt: skip
-
-
-def _side_view(axes: Axes, bore: Bore) -> None:
-    """A bore's outline, dashed, seen along the block's y axis."""
-    across = 0.5 * bore.diameter * np.array([bore.direction[2], 0.0, -bore.direction[0]])
-    ends = [bore.bottom] if bore.conical else [bore.bottom - across, bore.bottom + across]
-    outline = MM * np.array([bore.mouth + across, bore.mouth - across, *ends])
-    axes.add_patch(
-        Polygon(outline[:, [0, 2]], closed=True, fill=False, edgecolor=INK, linewidth=0.4, linestyle="--")
-    )
 
 
 HEADINGS = ("block", "x", "y", "height", "tilt", "turn", "branch")
@@ -311,7 +303,7 @@ class PlateSheet:
         axes.axis("off")
         axes.text(0.0, 1.0, self.fixture.name, fontsize=16, fontweight="bold", va="top")
         sentences = [*self.facts, *self.expected, *self.notes]
-        words = "\n".join(_wrapped(sentences, 130))
+        words = "\n".join(line for sentence in sentences for line in wrap(sentence, 130))
         axes.text(0.0, 0.85, words, fontsize=7.0, va="top", linespacing=1.35, in_layout=False)
 
     def _table(self, figure) -> None:
@@ -329,7 +321,3 @@ class PlateSheet:
                 weight = "bold" if i == 0 else "normal"
                 axes.text(x, 1.0 - step * (i + (i > 0)), cell, fontsize=size, fontweight=weight, va="top")
         axes.axhline(1.0 - 1.8 * step, color=INK, linewidth=0.5)
-
-
-def _wrapped(sentences: list[str], width: int) -> list[str]:
-    return [line for sentence in sentences for line in wrap(sentence, width)]

@@ -40,7 +40,6 @@ class Stock:
         probe: Length of the probe from the flange to its face.
         neck: Diameter of the probe.
         flange: Diameter of its flange, of the circle of its screws, and of their holes (ISO 9409-1-50-4-M6).
-        pins: How far the pins stand out of the probe, seat and index.
         bottom: Thickness of the plate under the robot.
         foot: Circle of the robot's foot screws and their holes (Ø132 and M8 for arms such as a UR10).
         post: Diameter of a stand-off, and of the core of its thread (M8) and how deep that is.
@@ -74,7 +73,6 @@ class Stock:
     probe: float = 0.060
     neck: float = 0.039
     flange: tuple[float, float, float] = (0.063, 0.050, 0.0066)
-    pins: tuple[float, float] = (0.007, 0.005)
     bottom: float = 0.015
     foot: tuple[float, float] = (0.132, 0.009)
     post: tuple[float, float, float] = (0.030, 0.0068, 0.020)
@@ -96,45 +94,9 @@ class Stock:
         return self.clearance == self.core
 
     @classmethod
-    def printed(cls) -> "Stock":
-        """For a printer: cones for balls of 12 mm over magnets Ø5 × 4, threads as inserts, thicker plate."""
-        return cls(
-            magnet=(0.005, 0.0072),
-            core=0.008,
-            thickness=0.016,
-            doweled=False,
-            bar="printed block {side:.1f} mm square, PETG, foot down, 4 walls, 40 % infill",
-            sheet="any flat board of this thickness, drilled: aluminium or plywood",
-            surfaces="as printed; M6 thread insert pressed in hot, magnet 5 × 4 glued",
-            notes=(OVER_SCREW, "the blocks are printed; plate and probe are machined"),
-        )
-
-    @classmethod
-    def breadboard(cls) -> "Stock":
-        """For an optical breadboard: blocks on M6 studs in its holes, magnets under the balls, no dowels."""
-        return cls(
-            magnet=(0.005, 0.0072),
-            doweled=False,
-            clearance=0.005,
-            fastener="set screw ISO 4026 M6",
-            sheet="bought: optical breadboard, M6 holes 25 mm apart; used holes listed",
-            notes=(
-                "a hole of the breadboard lies at the plate's centre: shift a board whose middle lies "
-                "between holes by half a pitch",
-                OVER_SCREW,
-            ),
-        )
-
-    @classmethod
-    def ball_bar(cls) -> "Stock":
-        """For a ball-bar: machined posts with magnets under their balls."""
-        return cls(magnet=(0.005, 0.0072))
-
-    @classmethod
     def named(cls, made: str) -> "Stock":
         """The stock of a way to make plates (`optimiser.manufacturing`)."""
-        makers = {"printed": cls.printed, "breadboard": cls.breadboard, "ball-bar": cls.ball_bar}
-        return makers.get(made, cls)()
+        return STOCKS.get(made, cls())
 
     @property
     def cone(self) -> tuple[float, float]:
@@ -145,3 +107,32 @@ class Stock:
     def lift(self, kind: Kind) -> float:
         """How far the face lies above the target along its normal [m]."""
         return {Kind.SEAT: 0.0, Kind.SOCKET: -0.25 * self.ball, Kind.POINT: 0.5 * self.centre}[kind]
+
+
+MAGNET = (0.005, 0.0072)
+STOCKS = {
+    "printed": Stock(
+        magnet=MAGNET,
+        core=0.008,
+        thickness=0.016,
+        doweled=False,
+        bar="printed block {side:.1f} mm square, PETG, foot down, 4 walls, 40 % infill",
+        sheet="any flat board of this thickness, drilled: aluminium or plywood",
+        surfaces="as printed; M6 thread insert pressed in hot, magnet 5 × 4 glued",
+        notes=(OVER_SCREW, "the blocks are printed; plate and probe are machined"),
+    ),
+    "breadboard": Stock(
+        magnet=MAGNET,
+        doweled=False,
+        clearance=0.005,
+        fastener="set screw ISO 4026 M6",
+        sheet="bought: optical breadboard, M6 holes 25 mm apart; used holes listed",
+        notes=(
+            "a hole of the breadboard lies at the plate's centre: shift a board whose middle lies "
+            "between holes by half a pitch",
+            OVER_SCREW,
+        ),
+    ),
+    "ball-bar": Stock(magnet=MAGNET),
+}
+"""Stock of the ways to make plates that have one of their own: cones for balls over magnets Ø5 × 4."""

@@ -65,6 +65,11 @@ def choose_poses(
         raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")
     if rows is not None and len(rows) < number:
         raise DataError(f"{candidates}: {len(rows)} rows, but {number} poses are needed; give more rows")
+    matter = None
+    if index == "I" and limits is not None and limits.region is not None:
+        region, towards, cone = limits.region, limits.towards, limits.cone
+        rng = np.random.default_rng(0)
+        matter = region_poses(robot, region, PLATE_POSES, rng=rng, towards=towards, cone=cone)
     return informative_poses(
         robot,
         number,
@@ -72,21 +77,12 @@ def choose_poses(
         candidates=rows,
         names=identified_names(robot, base=base, tool=tool),
         limits=limits,
-        matter=_matter(robot, limits) if index == "I" else None,
+        matter=matter,
         method=Method(method),
         rng=np.random.default_rng(seed),
         progress=progress,
         cancel=cancel,
     )
-
-
-def _matter(robot: Robot, limits: PoseLimits | None) -> np.ndarray | None:
-    """Poses of the limits' region; None where there is none."""
-    if limits is None or limits.region is None:
-        return None
-    rng = np.random.default_rng(0)
-    towards, cone = limits.towards, limits.cone
-    return region_poses(robot, limits.region, PLATE_POSES, rng=rng, towards=towards, cone=cone)
 
 
 def write_poses(robot: Robot, poses: PoseSet, path: Path | str) -> Path:

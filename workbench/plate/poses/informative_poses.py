@@ -16,23 +16,20 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.linearisation import linearise
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.free_constants import visible_basis
-from workbench.plate.observability import O1, AbstractIndex, D, O, Ov1
+from workbench.plate.observability import OV1, AbstractIndex, O
 from workbench.plate.poses.d_optimal import d_bound, d_exchange, greedy_choice
 from workbench.plate.poses.exchange import Exchanged, exchange
 from workbench.plate.poses.gradient import PoseClimb
 from workbench.plate.poses.measuring_order import measuring_order, travels
 from workbench.plate.poses.pose_limits import PoseLimits, feasible_start, folded, sample_poses, walks
 from workbench.plate.poses.sampling import in_base, random_poses
-from workbench.plate.region import Region
 
 CANDIDATES = 300
 """Random candidates for a set, where none are given."""
@@ -40,6 +37,8 @@ LIMITED_CANDIDATES = 1000
 """Random candidates where pairs of poses are limited."""
 WALK = 25
 """Steps of the random walks that candidates come from where the travel is limited."""
+D_OPTIMAL = ("O1", "Ov1", "D")
+"""Indices that the D-optimal choice makes greatest."""
 
 
 class Method(StrEnum):
@@ -107,7 +106,7 @@ class PoseTask:
 
     def pairs(self, pool: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
         """Which candidates clash, and which may follow each other."""
-        places = in_base(self.robot, tool_poses(self.robot, Motion(pool)))[:, :3, 3]
+        places = in_base(self.robot, pool)[:, :3, 3]
         return self.limits.clash(places), self.limits.follow(pool)
 
 
@@ -146,7 +145,6 @@ def informative_poses(
     index: str = "O1",
     candidates: Float[np.ndarray, "options n"] | None = None,
     names: tuple[str, ...] | None = None,
-    region: Region | None = None,
     limits: PoseLimits | None = None,
     matter: Float[np.ndarray, "rows n"] | None = None,
     method: Method = Method.EXCHANGE,
@@ -163,7 +161,6 @@ def informative_poses(
             them. Without, random ones, and the result is improved continuously within the limits.
         names: Constants to be identified, `base.…` and `tool.…` among them where these are unknown; the
             robot's default free ones if None.
-        region: Where the tool has to be; short for `limits`.
         limits: Region, orientation cone, room, spread and travel.
         matter: Poses that matter, for the index `I` [rad or m].
         method: Exchange after the greedy choice, or the greedy choice alone; both are then improved.
@@ -190,13 +187,12 @@ def informative_poses(
     middle = linearise(robot, robot.search_limits.mean(1)[None], names=names)
     goal = index if matter is None or index != "I" else matter
     aim = goal_index(goal, robot, middle, basis)
-    if isinstance(aim, Ov1) and limits.view is None:
+    if aim is OV1 and limits.view is None:
         raise OptionError(
             "index Ov1 is of what cameras see; give --camera, --target, --camera-at, or index O1"
         )
     climb = PoseClimb(robot, aim, options, basis, cancel, limits.view)
-    asked = replace(limits, region=limits.region or region)
-    task = PoseTask(climb, number, asked, candidates, method, rng, progress)
+    task = PoseTask(climb, number, limits, candidates, method, rng, progress)
     if isinstance(climb.index, O):
         return _single(task)
     _check_enough(number, len(middle.names) if basis is None else basis.shape[1], sigma_rotation)
@@ -309,7 +305,7 @@ def _exchanged(task: PoseTask, blocks, start, clash, follow) -> Exchanged:
             (d_exchange(blocks, task.number, start=s, cancel=cancel) for s in (None, start)),
             key=lambda result: result.cost,
         )
-        if isinstance(task.index, O1 | Ov1 | D):
+        if task.index.name in D_OPTIMAL:
             return found
         starts = [found.choice, start]
     return exchange(
@@ -327,10 +323,10 @@ def _exchanged(task: PoseTask, blocks, start, clash, follow) -> Exchanged:
 
 def _bound(task: PoseTask, blocks) -> float | None:
     """Upper bound of the index over all choices of candidates, where there is one."""
-    if not isinstance(task.index, O1 | Ov1 | D):
+    if task.index.name not in D_OPTIMAL:
         return None
     bound = d_bound(blocks, task.number)
-    return bound**2 if isinstance(task.index, D) else bound
+    return bound**2 if task.index.name == "D" else bound
 
 
 def _result(task: PoseTask, q: np.ndarray, before: float, history, outcome: Outcome) -> PoseSet:
@@ -338,6 +334,3 @@ def _result(task: PoseTask, q: np.ndarray, before: float, history, outcome: Outc
     after = task.climb.value(ordered)
     task.report(1.0)
     return PoseSet(frozen(ordered), task.index.name, before, after, (*history, after), outcome)
-
-
-__all__ = ["Method", "PoseSet", "informative_poses", "random_poses"]

@@ -19,8 +19,6 @@ from scipy.spatial.distance import cdist
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.solve import Task
 from workbench.arm.joint_units import sliding
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
@@ -76,7 +74,7 @@ def largest_cube(robot: Robot, *, rng: np.random.Generator) -> Region:
     """
     low, high = robot.search_limits.T
     q = rng.uniform(low, high, (SAMPLES, robot.dof))
-    points = in_base(robot, tool_poses(robot, Motion(q)))[:, :3, 3]
+    points = in_base(robot, q)[:, :3, 3]
     corner, side = points.min(axis=0), float(np.ptp(points, axis=0).max()) / VOXELS
     cells = np.floor((points - corner) / side).astype(np.int64)
     counts = np.zeros(cells.max(axis=0) + 1, np.int64)
@@ -105,22 +103,15 @@ def _cubes(full: Bool[np.ndarray, "x y z"]) -> Int[np.ndarray, "x y z"]:
 def plane_points(cube: Region, number: int) -> Float[np.ndarray, "number 3"]:
     """Points on the cube's four diagonal planes, P1 to P5 of each first, then evenly spread ones [m]."""
     low, high = cube.min, cube.max
-    corner = {
-        name: np.where([bool(b) for b in bits], high, low)
-        for name, bits in zip(
-            "12345678",
-            ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)),
-            strict=True,
-        )
-    }
-    planes = [[corner[c] for c in name] for name in ("1278", "2385", "3456", "4167")]
+    foot = [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]]
+    corners = np.array([[*place, height] for height in (low[2], high[2]) for place in foot])
+    planes = [corners[[int(c) - 1 for c in name]] for name in ("1278", "2385", "3456", "4167")]
     spread = (np.arange(1, number + 1)[:, None] * R2) % 1.0
     spread[EDGE - 1 :: EDGE, 1] = 1.0
     shares = [(plane, point) for point in POINTS for plane in range(4)]
     shares += [(i % 4, point) for i, point in enumerate(spread)]
-    corners = np.array([(planes[plane][0], planes[plane][1], planes[plane][3]) for plane, _ in shares])
     along, up = np.array([point for _, point in shares]).T[:, :, None]
-    a, b, d = corners.transpose(1, 0, 2)
+    a, b, d = np.array([planes[plane][[0, 1, 3]] for plane, _ in shares]).transpose(1, 0, 2)
     places = a + along * (b - a) + up * (d - a)
     again = np.tril(cdist(places, places) < SAME, -1).any(axis=1)
     return places[~again][:number]

@@ -15,8 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from workbench.arm.joint_units import sliding
-from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
-from workbench.arm.motion import Motion
+from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
@@ -83,7 +82,7 @@ class PoseLimits:
 
     def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which joint positions keep all that is asked of single poses."""
-        kept = self.inside(in_base(robot, tool_poses(robot, Motion(q))))
+        kept = self.inside(in_base(robot, q))
         kept[kept] = self._has_room(robot, q[kept])
         if self.view is not None:
             kept[kept] = self.view.admits(robot, q[kept])
@@ -130,7 +129,7 @@ class PoseLimits:
 
     def keeps(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which rows of an ordered set keep all limits, with their neighbours and the others."""
-        poses = in_base(robot, tool_poses(robot, Motion(q)))
+        poses = in_base(robot, q)
         near = self.clash(poses[:, :3, 3])
         np.fill_diagonal(near, False)
         kept = self.admits(robot, q) & ~near.any(1)
@@ -214,7 +213,7 @@ def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str
         )
     box = f"region {region.min.tolist()} to {region.max.tolist()} m"
     q = random_poses(robot, tries, rng=np.random.default_rng(0))
-    poses = in_base(robot, tool_poses(robot, Motion(q)))
+    poses = in_base(robot, q)
     placed, turned = int(limits._in_region(poses).sum()), int(limits._in_cone(poses).sum())
     if limits.towards is None or not placed:
         return (

@@ -18,9 +18,9 @@ BLOCK = 2000
 """Random joint positions tried at a time."""
 
 
-def in_base(robot: Robot, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows 4 4"]:
-    """Poses of the measuring frame seen from the robot's base, where regions and targets are given."""
-    return se3.inverse(robot.base.pose) @ poses
+def in_base(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 4 4"]:
+    """Poses of the tool seen from the robot's base, where regions and targets are given."""
+    return se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q))
 
 
 def random_poses(
@@ -42,7 +42,7 @@ def random_poses(
         )
 
     def inside(q: np.ndarray) -> np.ndarray:
-        return region.contains(in_base(robot, tool_poses(robot, Motion(q)))[:, :3, 3])
+        return region.contains(in_base(robot, q)[:, :3, 3])
 
     return poses_that(robot, number, inside, rng=rng, complaint=complaint)
 

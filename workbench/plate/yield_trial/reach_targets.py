@@ -70,11 +70,12 @@ def reach_targets(
     q = np.tile(branches[:, 0], (arms, 1))
     open_ = np.arange(len(q))
     used = np.full(len(q), -1)
+    low, high = actual.limits.T
     for number in range(branches.shape[1]):
         starts = branches[open_ % count, number]
         found, met = _step(actual, goals[open_], rows[open_], starts, shift[open_])
         found = _turned_back(actual, found)
-        met &= _within(actual, found)
+        met &= ((found >= low) & (found <= high)).all(1)
         q[open_[met]], used[open_[met]] = found[met], number
         open_ = open_[~met]
         if not len(open_):
@@ -108,11 +109,6 @@ def _step(actual, goals, constrained, q, shift) -> tuple[np.ndarray, np.ndarray]
         step = (across @ np.linalg.solve(gram, off[..., None]))[..., 0]
         q = q + step * np.minimum(1.0, STRIDE / np.maximum(np.abs(step).max(1), STRIDE))[:, None]
     return q, np.abs(off).max(1) < MET
-
-
-def _within(actual: Robot, q: np.ndarray) -> np.ndarray:
-    low, high = actual.limits.T
-    return ((q >= low) & (q <= high)).all(1)
 
 
 def _turned_back(actual: Robot, q: np.ndarray) -> np.ndarray:

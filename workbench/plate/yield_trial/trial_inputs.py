@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -22,6 +23,17 @@ LEAST = 1e-9
 """Standard deviation by which exact readings are weighted [m or rad]."""
 TESTS = 48
 """Poses of the region at which each arm is judged."""
+SOURCES = {
+    "seat position": "seat_position",
+    "seat rotation": "seat_rotation",
+    "joint readings": "joint",
+    "target position": "target_position",
+    "target rotation": "target_rotation",
+    "play in the seats": "play",
+    "anchors of the ball-bar": "anchor",
+    "undeclared effects": "undeclared",
+}
+"""Sources of error by their fields."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -58,26 +70,11 @@ class Errors:
 
     def alone(self) -> dict[str, "Errors"]:
         """Every source of error that is not zero, each by itself."""
-        none = np.zeros_like(self.target_position)
-        silent = Errors(
-            seat_position=0.0,
-            seat_rotation=0.0,
-            joint=0.0,
-            target_position=none,
-            target_rotation=none,
-            away=self.away,
-        )
-        sources = {
-            "seat position": replace(silent, seat_position=self.seat_position),
-            "seat rotation": replace(silent, seat_rotation=self.seat_rotation),
-            "joint readings": replace(silent, joint=self.joint),
-            "target position": replace(silent, target_position=self.target_position),
-            "target rotation": replace(silent, target_rotation=self.target_rotation),
-            "play in the seats": replace(silent, play=self.play),
-            "anchors of the ball-bar": replace(silent, anchor=self.anchor),
-            "undeclared effects": replace(silent, undeclared=self.undeclared),
-        }
-        return {name: errors for name, errors in sources.items() if errors.any}
+        none: dict[str, Any] = dict.fromkeys(("seat_position", "seat_rotation", "joint", "anchor"), 0.0)
+        none |= dict.fromkeys(("target_position", "target_rotation"), np.zeros_like(self.target_position))
+        silent = replace(self, **none, play=None, undeclared=None)
+        sources = {words: replace(silent, **{name: getattr(self, name)}) for words, name in SOURCES.items()}
+        return {words: errors for words, errors in sources.items() if errors.any}
 
     @property
     def any(self) -> bool:

@@ -116,10 +116,7 @@ class TakeNextPoses(AbstractChange):
     def apply(self, session: Session) -> Session:
         q = np.asarray(_found(session).measure_next)
         poses = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, Motion(q))
-        new = tuple(
-            Target(frozen(pose[:3, 3]), frozen(se3.matrix_to_rpy(pose[:3, :3])), q=frozen(row.copy()))
-            for pose, row in zip(poses, q, strict=True)
-        )
+        new = tuple(Target.at(pose, q=frozen(row.copy())) for pose, row in zip(poses, q, strict=True))
         plate = session.plate
         for target, row in zip(new, q, strict=True):
             if _on_the_plate(replace(session, plate=plate))(row[None])[0]:
