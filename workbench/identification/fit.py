@@ -73,11 +73,9 @@ class Fit(AbstractShown):
             algorithm=algorithm.name,
             title=algorithm.title,
             problem=problem,
-            x=search.x,
-            outcome=search.outcome,
-            history=search.history,
             seconds=seconds,
             considered=considered,
+            **vars(search),
         )
 
     def summary(self) -> RenderableType:

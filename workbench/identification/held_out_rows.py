@@ -50,19 +50,13 @@ def choose_rows(
         excluded += [(int(r), "nothing was measured that shows the tool's pose") for r in data.row[nothing]]
         keep &= ~nothing
     if region is not None:
-        outside = keep & ~inside(robot, data, region)
+        bare = robot.with_frames(base=Frame()).with_effects()
+        outside = keep & ~region.contains(tool_poses(bare, Motion(data.q))[:, :3, 3])
         excluded += [(int(r), "outside the region") for r in data.row[outside]]
         keep &= ~outside
     if not keep.any():
         raise DataError(f"{data.source}: every row is excluded or outside the region; nothing is left to fit")
     return np.flatnonzero(keep), excluded
-
-
-def inside(robot: Robot, data: Dataset, region: Region) -> np.ndarray:
-    """Rows whose nominal tool position lies in a region of the robot's base."""
-    return region.contains(
-        tool_poses(robot.with_frames(base=Frame()).with_effects(), Motion(data.q))[:, :3, 3]
-    )
 
 
 def divide(used: Dataset, held_out: float | Dataset | tuple[str, ...], seed: int):

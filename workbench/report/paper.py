@@ -151,10 +151,6 @@ class Paper:
         centre = at.left + 0.5 * at.width
         self._text(text, centre, self.y + 6.7, size=12.0, bold=True, colour="white", align="center")
 
-    def space(self, height: float) -> None:
-        """Nothing."""
-        self.y += height
-
     def picture(self, height: float) -> SubFigure:
         """Room for a picture of so many mm across the page."""
         with look():

@@ -1,11 +1,7 @@
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from rich.console import Console
 
-from workbench.arm.built_in_arms import load_robot
 from workbench.identification.report.how_to_apply import controller_use
 from workbench.identification.report.parameters import State, parameter_table
 from workbench.identification.report.table import evaluation_tables, identification_tables, parameters_tables
@@ -96,9 +92,3 @@ def test_other_numbers():
     assert factor(1.0, 1.0) == "unchanged"
     assert factor(1.0, 2.0) == "2 times larger"
     assert factor(1.0, 0.0) == "no error left"
-
-
-def test_tables_need_no_drawing():
-    code = "import sys, workbench.identification.report.table; print('matplotlib' in sys.modules)"
-    assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "False"
-    assert load_robot("aria").dof == 6

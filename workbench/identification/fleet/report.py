@@ -1,6 +1,5 @@
 """A fleet as tables, as plain data (`workbench.fleet/1`), and as a page with its pictures."""
 
-from datetime import date
 from pathlib import Path
 
 import numpy as np
@@ -228,7 +227,7 @@ def _joint(axes: Axes, arm: ArmReport, joint: int, factor: float) -> None:
         axes.text(0.5, 0.5, "offset not identified", transform=axes.transAxes, ha="center", fontsize=7)
         return
     k = history.names.index(name)
-    x, y = _numbers(history.dates), 1e3 * (history.values[:, k] - history.values[0, k])
+    x, y = np.asarray(date2num(list(history.dates))), 1e3 * (history.values[:, k] - history.values[0, k])
     colour = COLOURS[0] if moved is None else COLOURS[1]
     axes.errorbar(x, y, 2e3 * factor * history.std[:, k], fmt="o", ms=3.5, lw=0.9, capsize=2, color=colour)
     if moved is not None:
@@ -245,7 +244,3 @@ def _joint(axes: Axes, arm: ArmReport, joint: int, factor: float) -> None:
     locator = AutoDateLocator(maxticks=4)
     axes.xaxis.set_major_locator(locator)
     axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))
-
-
-def _numbers(dates: tuple[date, ...]) -> np.ndarray:
-    return np.asarray(date2num(list(dates)))

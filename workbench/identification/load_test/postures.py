@@ -257,7 +257,8 @@ def _pairs(
     robot: Robot, moves: _Moves, heavy: _Moves, joint: int, purpose: Purpose, each: int
 ) -> list[PosturePair]:
     """The best pairs for one joint and purpose, of several sizes and from different postures."""
-    first = _hung(moves, heavy) if purpose is Purpose.SIZE and heavy.mass and _weak(moves, joint) else moves
+    is_weak = _worth(moves, joint, Purpose.SIZE).max() * SOFT < RESOLVED * RESOLUTION
+    first = _hung(moves, heavy) if purpose is Purpose.SIZE and heavy.mass and is_weak else moves
     offered = [chosen for chosen in (first, heavy) if _worth(chosen, joint, purpose).max() >= FIRM]
     if not offered:
         most = max(_worth(chosen, joint, purpose).max() for chosen in (first, heavy))
@@ -326,11 +327,6 @@ def _hung(moves: _Moves, heavy: _Moves) -> _Moves:
     q = np.stack([moves.q[0, first]] * 2)
     both = tuple(JointMoments(m.moments[0].about[first], m.moments[0].across[first]) for m in (moves, heavy))
     return _Moves(q, moves.base[first], -heavy.mass, (both[0], both[1]))
-
-
-def _weak(moves: _Moves, joint: int) -> bool:
-    """Whether own weight bends a joint by less than the instrument resolves ten times over."""
-    return bool(_worth(moves, joint, Purpose.SIZE).max() * SOFT < RESOLVED * RESOLUTION)
 
 
 def _worth(moves: _Moves, joint: int, purpose: Purpose) -> Float[np.ndarray, " pairs"]:

@@ -1,6 +1,8 @@
 """Figures of constants: how far each was corrected and how certainly, how far it moves the tool (Katana fig.
 3.8)."""
 
+from typing import Any
+
 import numpy as np
 from matplotlib.figure import Figure
 
@@ -34,21 +36,11 @@ def corrections(run: Run) -> Figure | None:
         axes.set_xscale("symlog", linthresh=10.0, linscale=1.5)
         axes.axvspan(-CERTAIN, CERTAIN, color=INK, alpha=0.08, lw=0)
         axes.axvline(0.0, color=INK, lw=0.6)
-        for mine, colour, marker, words in (
-            (angle, COLOURS[0], "o", "angles"),
-            (~angle, COLOURS[1], "s", "lengths"),
-        ):
+        kinds = ((angle, COLOURS[0], "o", "angles"), (~angle, COLOURS[1], "s", "lengths"))
+        for mine, colour, marker, words in kinds:
             if mine.any():
-                axes.errorbar(
-                    ratio[mine],
-                    place[mine],
-                    xerr=1.0,
-                    fmt=marker,
-                    ms=4,
-                    color=colour,
-                    elinewidth=1.2,
-                    label=words,
-                )
+                style: Any = {"fmt": marker, "ms": 4, "color": colour, "elinewidth": 1.2, "label": words}
+                axes.errorbar(ratio[mine], place[mine], xerr=1.0, **style)
         axes.xaxis.set_major_formatter("{x:g}")
         width = max(1.5 * float(np.abs(ratio).max()), 12.0)
         axes.set_xlim(-width, width)
@@ -57,22 +49,15 @@ def corrections(run: Run) -> Figure | None:
         axes.set_xlabel("correction in standard errors")
         axes.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
         right = axes.secondary_yaxis("right")
-        right.set_yticks(
-            place,
-            [
-                _correction(c, float(fit.std[i]), a)
-                for c, i, a in zip(change.tolist(), shown, angle.tolist(), strict=True)
-            ],
-        )
+        sizes = [
+            f"{signed(1e3 * c, 3)} ± {1e3 * fit.std[i]:.3f} {'mrad' if a else 'mm'}"
+            for c, i, a in zip(change.tolist(), shown, angle, strict=True)
+        ]
+        right.set_yticks(place, sizes)
         right.tick_params(length=0)
         right.spines["right"].set_visible(False)
         grid(axes, "both")
     return figure
-
-
-def _correction(change: float, std: float, angle: bool) -> str:
-    unit = "mrad" if angle else "mm"
-    return f"{signed(1e3 * change, 3)} ± {1e3 * std:.3f} {unit}"
 
 
 MM = 1e3

@@ -104,17 +104,8 @@ def _requirement_json(judged: Judged) -> dict[str, Any]:
 
 def _facts(result: Identification) -> list[tuple[str, str]]:
     data, held_out = result.data, result.held_out_data
-    seen = [
-        words
-        for words, present in (
-            ("position", data.position is not None),
-            ("orientation", data.rotation is not None),
-            ("markers", data.markers is not None),
-            ("distance", data.distance is not None),
-            ("contact", data.contact is not None),
-        )
-        if present
-    ]
+    columns = ("position", "rotation", "markers", "distance", "contact")
+    seen = ["orientation" if n == "rotation" else n for n in columns if getattr(data, n) is not None]
     facts = [
         ("Robot", f"{result.robot.name} ({result.robot.convention}, {result.robot.dof} joints)"),
         ("Measurements", data.source),

@@ -69,27 +69,27 @@ def _paper(words: dict[str, Any], result: Verification) -> bytes:
     left = Place(MARGIN, WIDTH - 2 * MARGIN - 44.0)
     page.words("CERTIFICATE OF VERIFICATION", size=7.5, colour=QUIET, at=left)
     page.words(words["title"], size=19.0, bold=True, at=left, most=2)
-    page.space(1.5)
+    page.y += 1.5
     page.words(words["verdict"], size=9.5, bold=True, colour=colour)
-    page.space(3.0)
+    page.y += 3.0
     half, top = 0.5 * (WIDTH - 2 * MARGIN) - 3.0, page.y
     page.pairs(words["arm"][:9], at=Place(MARGIN, half))
     low, page.y = page.y, top
     page.pairs(words["conditions"], at=Place(MARGIN + half + 6.0, half))
     page.y = max(low, page.y) + 2.0
     page.table(words["errors"][0], words["errors"][1:], (0.25, 0.12, 0.21, 0.12, 0.12, 0.18))
-    page.space(2.0)
+    page.y += 2.0
     draw_error_map(page.picture(76.0), result, ROOM)
     page.words(CAPTION, size=6.5, colour=QUIET)
     if repeats := words["repeats"]:
-        page.space(2.0)
+        page.y += 2.0
         page.table(repeats[0], repeats[1:], (0.18, 0.1, 0.12, 0.12, 0.24, 0.24))
-    page.space(2.0)
+    page.y += 2.0
     for sentence in words["method"]:
         page.words(sentence, size=7.0)
     for sentence in words["warnings"][:4]:
         page.words(f"Note: {sentence}.", size=7.0, bold=True, most=3)
-    page.space(2.0)
+    page.y += 2.0
     for name, digest in words["inputs"][:4]:
         page.words(f"{name}: sha256 {digest}", size=6.0, colour=QUIET, most=2)
     page.words(words["made"], size=6.0, colour=QUIET)
@@ -163,10 +163,7 @@ def _errors(result: Verification) -> list[tuple[str, ...]]:
 def _repeats(result: Verification) -> list[tuple[str, ...]]:
     if not result.repeated:
         return []
-    lines: list[tuple[str, ...]] = [("ISO 9283: rows", *REPEATS[1:])]
-    for pose in worst_first(result)[:REPEATED]:
-        lines.append(repeat_cells(pose))
-    return lines
+    return [("ISO 9283: rows", *REPEATS[1:]), *map(repeat_cells, worst_first(result)[:REPEATED])]
 
 
 def _method(result: Verification) -> list[str]:
