@@ -45,13 +45,13 @@ class Body:
         return merged([p.solid for p in self.parts]) if self.parts else None
 
 
-def make_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
-    """The bodies of the robot's file, or generated ones where it has none, thicker by `swell`."""
-    return file_bodies(robot) or generated_bodies(robot, swell=swell)
+def make_bodies(robot: Robot, *, swell: float = 1.0, is_plain: bool = False) -> tuple[Body, ...]:
+    """The base's body and one per joint, each in its own frame of `body_frames`.
 
-
-def generated_bodies(robot: Robot, *, swell: float = 1.0) -> tuple[Body, ...]:
-    """The base's body and one per joint, each in its own frame of `body_frames`."""
+    Those of the robot's file; generated ones, thicker by `swell`, where it has none or all is to be plain.
+    """
+    if not is_plain and (given := file_bodies(robot)):
+        return given
     drivers = joint_elements(robot)
     order = np.argsort(drivers)
     paths = skeleton.link_paths(robot)

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.robot import Robot
-from workbench.views.appearance.bodies import Body, body_frames, generated_bodies, make_bodies
+from workbench.views.appearance.bodies import Body, body_frames, make_bodies
 from workbench.views.drawables.drawable import Arm
 from workbench.views.drawables.item import Item
 
@@ -21,7 +21,7 @@ def bodies_of(
     robot: Robot, *, swell: float = 1.0, is_plain: bool = False, has_foot: bool = True
 ) -> tuple[Body, ...]:
     """Bodies to draw, also of an arm with meshes from its geometry alone (`is_plain`), or without a foot."""
-    foot, *others = (generated_bodies if is_plain else make_bodies)(robot, swell=swell)
+    foot, *others = make_bodies(robot, swell=swell, is_plain=is_plain)
     return (foot if has_foot else Body(()), *others)
 
 

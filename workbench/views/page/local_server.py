@@ -95,7 +95,7 @@ def local_server(
                 return connection.respond(403, "this page may not talk to the workbench\n")
             if key and not _knows(request, key):
                 return connection.respond(403, "open the link that the workbench printed when it began\n")
-            wanted, here = _session_of(request.path), shown()
+            wanted, here = parse_qs(urlsplit(request.path).query).get(SESSION, [""])[0], shown()
             if wanted and here and wanted != here:
                 return connection.respond(404, _elsewhere(wanted, here))
             if request.path.startswith(telling):
@@ -151,32 +151,25 @@ def _set_by_its_own_thread(server: viser.ViserServer) -> None:
         cure(page.message_buffer)
 
 
-def page_address(server: viser.ViserServer) -> str:
-    """Where its page is opened, by other machines too if they can reach it; with the secret if it has one."""
-    return _link(server)
-
-
 def session_link(server: viser.ViserServer, name: str) -> str:
     """A link that opens the page with this session, and with no other."""
-    return _link(server, **{SESSION: name})
+    return page_address(server, **{SESSION: name})
 
 
 def is_open(server: viser.ViserServer) -> bool:
     """Whether other machines can reach it."""
-    return bool(_key(server))
+    return isinstance(server, LocalServer) and bool(server.key)
 
 
-def _link(server: viser.ViserServer, **asked: str) -> str:
+def page_address(server: viser.ViserServer, **asked: str) -> str:
+    """Where its page is opened, by other machines too if they can reach it; with the secret if it has one."""
     host = server.get_host()
     if host in EVERYWHERE:
         host = _own_address()
-    asked |= {KEY: _key(server)} if _key(server) else {}
+    if isinstance(server, LocalServer) and server.key:
+        asked[KEY] = server.key
     address = f"http://{f'[{host}]' if ':' in host else host}:{server.get_port()}"
     return f"{address}/?{urlencode(asked)}" if asked else address
-
-
-def _key(server: viser.ViserServer) -> str:
-    return server.key if isinstance(server, LocalServer) else ""
 
 
 def _own_address() -> str:
@@ -216,11 +209,6 @@ def stop_server(server: viser.ViserServer) -> None:
     thread = server._websock_server._server_thread
     if thread is not None:
         thread.join(5.0)
-
-
-def _session_of(path: str) -> str:
-    """The session that a link asks for; empty if it leaves that open."""
-    return parse_qs(urlsplit(path).query).get(SESSION, [""])[0]
 
 
 def _elsewhere(wanted: str, here: str) -> str:

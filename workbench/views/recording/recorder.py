@@ -19,7 +19,6 @@ from workbench.views.recording.moment import Moment, Pace
 
 if TYPE_CHECKING:  # rerun is read by the recorder's thread
     from workbench.views.recording.canvas import Canvas
-    from workbench.views.recording.draw_steps import Drawing
 
 STEM = "session"
 MOST_WAITING = 5000
@@ -88,16 +87,13 @@ class Recorder(AbstractKeeper):
             drawing = Drawing(canvas)
             drawing.draw(first)
             canvas.flush()  # a disk without room is told at the beginning
-            self._draw_all(drawing)
+            while (moment := self._next()) is not None:
+                drawing.draw(moment)
+                self._pace.note(moment, time.monotonic())
         except Exception:
             log.exception("the recording ends early")
         finally:
             canvas.close()
-
-    def _draw_all(self, drawing: "Drawing") -> None:
-        while (moment := self._next()) is not None:
-            drawing.draw(moment)
-            self._pace.note(moment, time.monotonic())
 
     def _next(self) -> Moment | None:
         """The next moment, once it is due; None when the session has ended and all is drawn."""

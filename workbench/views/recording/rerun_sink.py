@@ -39,7 +39,10 @@ class RecordingSink(AbstractSink):
 
     def change(self, item: Item, old: Any, new: Any) -> None:
         try:
-            LOG.get(type(new), _log_ready)(self._canvas, self._prefix + item.path, old, new)
+            if isinstance(new, rr.AsComponents):
+                self._canvas.log(self._prefix + item.path, new)
+            else:
+                LOG[type(new)](self._canvas, self._prefix + item.path, old, new)
         except Exception:
             log.exception("%s could not be drawn", item.path)
 
@@ -161,11 +164,6 @@ def _cuboid(cuboid: Cuboid) -> rr.Boxes3D:
         colors=cuboid.colour,
         fill_mode=rr.components.FillMode.MajorWireframe,
     )
-
-
-def _log_ready(canvas: Canvas, path: str, old: object, new: rr.AsComponents) -> None:
-    """What is made as rerun has it."""
-    canvas.log(path, new)
 
 
 def markdown(text: str) -> rr.TextDocument:

@@ -79,12 +79,17 @@ class ArrangePanel(AbstractPanel):
                 hint="Put the selected target 50 mm above the plate, on the 10 mm grid, or at the centre of "
                 "the nearest cube of the region.",
             ),
-            {name: partial(self._snap, name.lower()) for name in ("Plate", "Grid", "Cube")},
+            {
+                name: partial(lambda to: SnapTarget(self._worker.session.selected, to), name.lower())
+                for name in ("Plate", "Grid", "Cube")
+            },
         )
         self._number = self.number(
             "Number", 1, (1, MOST_TARGETS, 1), "Position of the selected target in the measuring order."
         )
-        self.sends(self._number, self._renumber)
+        self.sends(
+            self._number, lambda: RenumberTarget(self._worker.session.selected, int(self._number.value) - 1)
+        )
 
     def _build_pattern(self, gui: viser.GuiApi) -> None:
         self._pattern = gui.add_dropdown(
@@ -105,12 +110,6 @@ class ArrangePanel(AbstractPanel):
             "Replace all unlocked targets by this pattern; Undo reverts this.",
             main=True,
         )
-
-    def _snap(self, to: str) -> SnapTarget:
-        return SnapTarget(self._worker.session.selected, to)
-
-    def _renumber(self) -> RenumberTarget:
-        return RenumberTarget(self._worker.session.selected, int(self._number.value) - 1)
 
     def _search(self) -> ClusterTargets:
         session = self._worker.session

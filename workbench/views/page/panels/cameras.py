@@ -90,7 +90,8 @@ def _camera(session: Session, number_of: int, view: CameraView) -> str:
     off = np.linalg.norm(view.measured - view.predicted, axis=1)
     found = int(np.isfinite(off).sum())
     head = f"{view.name}: image {view.image}" if view.image else f"{view.name}: what it would see here"
-    words = f"{found} corners" if view.image else f"{int(_inside(view).sum())} corners in view"
+    inside = ((view.predicted >= 0.0) & (view.predicted < np.array(view.size))).all(axis=1)
+    words = f"{found} corners" if view.image else f"{int(inside.sum())} corners in view"
     if found and session.identification is not None:
         words += f", {number(float(np.sqrt((off[np.isfinite(off)] ** 2).mean())))} px off the model"
     return block(
@@ -101,11 +102,6 @@ def _camera(session: Session, number_of: int, view: CameraView) -> str:
         testid=f"camera_{number_of}",
         style="margin:4px 0 8px",
     )
-
-
-def _inside(view: CameraView) -> np.ndarray:
-    with np.errstate(invalid="ignore"):
-        return np.all((view.predicted >= 0.0) & (view.predicted < np.array(view.size)), axis=1)
 
 
 def picture_of(view: CameraView) -> str:

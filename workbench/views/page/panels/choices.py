@@ -41,7 +41,7 @@ class ChoicesPanel(AbstractPanel):
         if session.robot is not self._robot:
             self._rebuild(session.robot)
         self._rows.disabled = session.loaded is None
-        set_value(self._rows, shown_rows(session.left_out))
+        set_value(self._rows, ", ".join(map(str, sorted(session.left_out))))
         for name, box in self._boxes.items():
             set_value(box, name not in session.fixed)
 
@@ -84,8 +84,3 @@ def read_rows(words: str) -> tuple[int, ...]:
     except ValueError:
         raise OptionError(f"'{words[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24") from None
     return tuple(sorted(rows))
-
-
-def shown_rows(rows: frozenset[int]) -> str:
-    """The numbers as one types them."""
-    return ", ".join(map(str, sorted(rows)))

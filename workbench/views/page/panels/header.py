@@ -101,7 +101,7 @@ class Header(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        self._gui.set_panel_label(_label(session))
+        self._gui.set_panel_label(f"{session.robot.name} · {session.plate.name}")
         for button in (self._back, self._pause, self._stop):
             button.visible = bool(session.caption)
         self._pause.label = Steer.ON if session.is_paused else Steer.PAUSE
@@ -118,10 +118,6 @@ class Header(AbstractPanel):
             words = text(job.title) + (f": {text(job.text)}" if job.text else " …")
             self._work.content = block(words, testid="job")
             set_value(self._bar, 100.0 * min(max(job.fraction, 0.02), 1.0))
-
-
-def _label(session: Session) -> str:
-    return f"{session.robot.name} · {session.plate.name}"
 
 
 def _verdict(step: Step, *, is_caption: bool) -> str:

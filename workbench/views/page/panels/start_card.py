@@ -8,7 +8,6 @@ from workbench.base.assets import built_in_robots
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.data import LARGEST_FILE, LoadData
 from workbench.session.commands.messages import OpenTab
-from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.state import Session, Severity, Tab
 from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text
@@ -97,8 +96,9 @@ class StartCard(AbstractPanel):
             return
         loaded, unread = self._before
         is_read = session.loaded not in (None, loaded)
-        is_foreign = session.unread is not unread and _is_of_a_known_arm(session.unread)
-        if is_read or is_foreign or session.measuring is not None:
+        file = None if session.unread is unread else session.unread
+        rival = "" if file is None or file.match is None else file.match.rival  # the strip offers that arm
+        if is_read or rival or session.measuring is not None:
             self._leave(Tab.IDENTIFY)
             return
         newest = session.messages[-1] if session.messages else None
@@ -154,8 +154,3 @@ class StartCard(AbstractPanel):
             modal, self._modal = self._modal, None
             modal.close()
             self._worker.submit(OpenTab(tab))
-
-
-def _is_of_a_known_arm(file: MeasurementFile | None) -> bool:
-    """Whether a file that can't be read for this arm is a built-in one's: the strip offers that."""
-    return file is not None and file.match is not None and bool(file.match.rival)
