@@ -75,7 +75,6 @@ def optimise_plate(
         base: Whether the base is identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of everything random.
-        progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the best plate so far.
 
     Raises:
@@ -214,7 +213,6 @@ def try_plate(
         poses: Poses of the tool in the region, in all their branches, at which arms are judged.
         scheduler: Address of a Dask scheduler; this machine's cores if None.
         seed: Of everything random.
-        progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the arms so far.
     """
     check_number(arms)
@@ -297,7 +295,6 @@ def cluster_region(
         cone: Greatest angle from the nearest of them [rad].
         solid: A plate that the arm must not run into, as long as there are such poses; none if None.
         seed: Of the random candidates.
-        progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the best set so far.
     """
     goal: str | np.ndarray = index

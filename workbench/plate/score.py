@@ -203,7 +203,6 @@ def score_plate(
         tool: Whether the tool is.
         matter: Poses for which the error is predicted [rad or m]; those of the plate's own region if None.
         seed: Of the mixes of branches that are tried.
-        progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the best branches so far.
 
     Raises:
@@ -266,7 +265,6 @@ def score_plates(
         base: Whether the base is identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of the mixes of branches that are tried.
-        progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop.
 
     Raises:

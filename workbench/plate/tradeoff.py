@@ -158,7 +158,6 @@ def weigh_choices(
         arms: Virtual arms on which each plate is tried; 0 for none.
         wanted: What every pose of them has to keep; ARIA eq. (3) if None.
         seed: Of everything random.
-        progress: Called with the share of the work done.
         cancel: Asked before each plate whether to stop with those so far.
 
     Raises:

@@ -68,7 +68,6 @@ def measure_poses(
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
         seed: Of the hidden errors, the poses and the noise.
-        progress: Called with the share of the work done.
 
     Returns:
         The actual arm and the rows.
@@ -112,7 +111,6 @@ def measure_plate(
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
         seed: Of the hidden errors and the noise.
-        progress: Called with the share of the work done.
 
     Returns:
         The actual arm and the rows, one a target; those where the arm would run into plate or blocks are

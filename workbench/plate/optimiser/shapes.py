@@ -16,6 +16,7 @@ from jaxtyping import Bool, Float, Int
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.types import Vector3
 from workbench.plate.optimiser import segments
 from workbench.plate.optimiser.target_blocks import block_corners
 from workbench.plate.plate import SQUARE, Plate
@@ -146,15 +147,10 @@ def line_distances(
     return segments.hull_distances(lines, np.stack([hull.corners for hull in hulls]), far)
 
 
-def turned_to(z: np.ndarray) -> np.ndarray:
-    """A rotation whose z axis is given."""
-    sign = 1.0 if z[2] >= 0.0 else -1.0
-    a = -1.0 / (sign + z[2])
-    b = z[0] * z[1] * a
-    return np.array(
-        [
-            [1.0 + sign * z[0] ** 2 * a, b, z[0]],
-            [sign * b, sign + z[1] ** 2 * a, z[1]],
-            [-sign * z[0], -z[1], z[2]],
-        ]
-    )
+def turned_to(direction: Vector3) -> Float[np.ndarray, "3 3"]:
+    """A rotation whose z axis is the direction."""
+    x = np.cross([0.0, 1.0, 0.0], direction)
+    if np.linalg.norm(x) < 0.1:
+        x = np.cross([1.0, 0.0, 0.0], direction)
+    x /= np.linalg.norm(x)
+    return np.column_stack([x, np.cross(direction, x), direction])

@@ -13,6 +13,7 @@ import numpy as np
 
 from workbench.base.errors import FileError, MissingExtraError
 from workbench.base.types import Matrix4, Vector3
+from workbench.plate.optimiser.shapes import turned_to
 from workbench.plate.parts.parts import Block, Bore, Fixture, Slab, Turned
 
 if TYPE_CHECKING:
@@ -123,7 +124,7 @@ def _cutter(bore: Bore) -> Any:
     equal_area = _equal_area()
     start, mouth, end, length = _cut(bore)
     tool = _manifold().cylinder(length, mouth * equal_area, end * equal_area, AROUND)
-    return tool.transform(np.column_stack([_turned_to(bore.direction), start]).tolist())
+    return tool.transform(np.column_stack([turned_to(bore.direction), start]).tolist())
 
 
 def _cut(bore: Bore) -> tuple[Vector3, float, float, float]:
@@ -141,15 +142,6 @@ def _cut(bore: Bore) -> tuple[Vector3, float, float, float]:
 def _equal_area() -> float:
     """Radius of a polygon's corners by that of the circle of its area."""
     return float(np.sqrt(2.0 * np.pi / (AROUND * np.sin(2.0 * np.pi / AROUND))))
-
-
-def _turned_to(direction: Vector3) -> np.ndarray:
-    """A rotation whose z axis is the direction."""
-    x = np.cross([0.0, 1.0, 0.0], direction)
-    if np.linalg.norm(x) < 0.1:
-        x = np.cross([1.0, 0.0, 0.0], direction)
-    x /= np.linalg.norm(x)
-    return np.column_stack([x, np.cross(direction, x), direction])
 
 
 def _manifold() -> Any:

@@ -51,7 +51,6 @@ def choose_poses(
         base: Whether the base is unknown and identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of the random starts.
-        progress: Called with the share of the work done.
         cancel: Asked now and then whether to stop with the best poses so far.
 
     Raises:
