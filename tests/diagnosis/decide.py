@@ -55,8 +55,9 @@ class Sight:
         before, held = self.drives
         bend = turns(self.arm, effect, self.state, held)
         way = own_shift(self.arm, bend)
-        turned, moved = (np.einsum("jrab,rjb->jra", before[:, :, :3, :3], v) for v in (bend - way, way))
-        lever = self.poses[:, :3, 3] - before[:, :, :3, 3]
+        joints = np.flatnonzero(bend.any((0, 2)))
+        axes, lever = before[joints, :, :3, :3], self.poses[:, :3, 3] - before[joints, :, :3, 3]
+        turned, moved = ((axes @ v[:, joints].swapaxes(0, 1)[..., None])[..., 0] for v in (bend - way, way))
         return self._white(np.hstack([(np.cross(turned, lever) + moved).sum(0), turned.sum(0)]))
 
     def columns(self, effect):
@@ -141,9 +142,10 @@ def coefficients(effect):
 
 def _basis(vectors):
     """Orthonormal columns that span the given ones, up to rounding."""
-    u, s, _ = np.linalg.svd(
-        vectors / np.maximum(np.linalg.norm(vectors, axis=0), 1e-300), full_matrices=False
-    )
+    vectors = vectors / np.maximum(np.linalg.norm(vectors, axis=0), 1e-300)
+    if vectors.shape[1] == 1:
+        return vectors
+    u, s, _ = np.linalg.svd(vectors, full_matrices=False)
     return u[:, s > RANK * max(s[0], 1e-300)]
 
 
