@@ -27,8 +27,6 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
         return _built_in(built_in[str(source).lower()])
     words = str(source).split()
     if words and words[0].lower().endswith(".xacro"):
-        from workbench.arm.built_in_arms import expand_xacro
-
         path = expand_xacro(words[0], dict(pair.split(":=", 1) for pair in words[1:] if ":=" in pair))
     else:
         path = Path(source)

@@ -420,13 +420,14 @@ class Robot:
 
         return tool_poses(self, at)
 
-    def _check_effects(self, taken: set[str]) -> None:
+    def _check_effects(self, own: set[str]) -> None:
         """Refuse effects that the arm can't carry, and names that stand for two things."""
+        taken = set(own)
         for effect in self.effects:
             effect.check(self.chain)
         inserted = [e.name for e in self.chain.elements]
         for name in [*(n for e in self.effects for n in e.names), *inserted]:
-            if name in taken and name not in {e.name for e in self.elements}:
+            if name in taken and name not in own:
                 raise RobotError(f"robot '{self.name}' has '{name}' twice among its effects; merge them")
             taken.add(name)
         if len(self.chain.index) != len(self.chain.elements) or set(inserted) & set(self.coefficients):

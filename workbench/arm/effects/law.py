@@ -16,6 +16,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from enum import IntEnum
+from math import isfinite
 from typing import ClassVar, TypeVar
 
 import numpy as np
@@ -194,7 +195,7 @@ class AbstractLaw(ABC):
         elif wrong is None and len(self.coefficients) != len(self.names):
             need = f"{len(self.names)} ({', '.join(self.names)})"
             wrong = f"has {len(self.coefficients)} coefficients but needs {need}"
-        elif wrong is None and not np.isfinite(self.coefficients).all():
+        elif wrong is None and not all(map(isfinite, self.coefficients)):
             wrong = "has a coefficient that is not a finite number"
         if wrong:
             raise RobotError(f"effect '{self.name}' {wrong}")

@@ -221,12 +221,13 @@ def _nearest(wanted: np.ndarray, offered: np.ndarray, most: int, farthest: float
     for start in range(0, len(wanted), BLOCK):
         block = wanted[start : start + BLOCK]
         apart = size - 2.0 * block @ offered.T + (block**2).sum(1)[:, None]
-        best = np.argpartition(apart, min(most, apart.size) - 1, axis=None)[:most]
-        rows, columns = np.divmod(best, len(offered))
-        found.append((apart.ravel()[best], rows + start, columns))
+        near = np.flatnonzero(apart < farthest**2)
+        if len(near) > most:
+            near = near[np.argpartition(apart.ravel()[near], most - 1)[:most]]
+        rows, columns = np.divmod(near, len(offered))
+        found.append((apart.ravel()[near], rows + start, columns))
     apart, rows, columns = (np.concatenate(parts) for parts in zip(*found, strict=True))
     order = np.argsort(apart)[:most]
-    order = order[apart[order] < farthest**2]
     return np.column_stack([rows[order], columns[order]])
 
 
