@@ -67,11 +67,7 @@ class Wanted:
         }
 
     def check(self, errors: RowComponents) -> "WantedCheck":
-        """Judge every row that has a measured point.
-
-        Args:
-            errors: Errors axis by axis.
-        """
+        """Judge every row that has a measured point."""
         sizes = self._sizes(errors.position, errors.rotation)
         return WantedCheck(
             wanted=self,

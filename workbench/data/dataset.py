@@ -27,10 +27,6 @@ UNNUMBERED = frozen(np.zeros(0, np.int64))
 """Stands for row numbers that nobody gave."""
 
 
-def _unnumbered() -> np.ndarray:
-    return UNNUMBERED
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Dataset:
     """Rows of joint positions and observations, in SI and in the measuring frame.
@@ -71,7 +67,7 @@ class Dataset:
     position: Float[np.ndarray, "rows 3"] | None = None
     rotation: Float[np.ndarray, "rows 3 3"] | None = None
     _: KW_ONLY
-    row: Int[np.ndarray, " rows"] = field(default_factory=_unnumbered)
+    row: Int[np.ndarray, " rows"] = field(default_factory=lambda: UNNUMBERED)
     markers: Float[np.ndarray, "rows markers 3"] | None = None
     distance: Float[np.ndarray, " rows"] | None = None
     anchor: Labels | None = None

@@ -13,20 +13,19 @@ LIMIT_FACTOR = 3.0
 """Joint positions beyond this many times the limit are a mistake of units, not of a switch."""
 REACH_FACTOR = 20.0
 """Points farther than this many times the reach from the session's median are a mistake of units."""
+BEYOND = 0.05
+"""How far beyond a limit a joint may be without a note [rad or m]."""
 ALIKE = 1e-6
 """Angles [rad] and lengths [m] below this are no difference."""
 
 
-def check_plausible(
-    dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: float, *, tolerance: float = 0.05
-) -> Dataset:
+def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: float) -> Dataset:
     """The same measurements, with a note on everything odd about them.
 
     Args:
         dataset: Measurements; rows that are kept out are not looked at.
         limits: Lower and upper limit of each joint [rad or m]; infinite where there is none.
         reach: Farthest distance of the tool from the base [m].
-        tolerance: How far beyond a limit a joint may be without a note [rad or m].
 
     Raises:
         ShapeError: The robot has another number of joints.
@@ -43,9 +42,7 @@ def check_plausible(
         return dataset
     _refuse_joint_units(dataset, limits)
     _refuse_length_units(dataset, reach)
-    notes = (
-        _joint_notes(dataset, limits, tolerance) + _observation_notes(dataset, reach) + _repeat_notes(dataset)
-    )
+    notes = _joint_notes(dataset, limits) + _observation_notes(dataset, reach) + _repeat_notes(dataset)
     return replace(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
 
 
@@ -127,15 +124,13 @@ def _clouds(dataset: Dataset) -> list[tuple[np.ndarray, np.ndarray]]:
     return clouds
 
 
-def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"], tolerance: float) -> list[str]:
+def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str]:
     """Joints that never move or go beyond their limits; angles that look too small."""
     q = dataset.q[dataset.included]
     notes = []
     for joint, (low, high) in enumerate(limits):
-        outside = np.flatnonzero(
-            dataset.included
-            & ((dataset.q[:, joint] < low - tolerance) | (dataset.q[:, joint] > high + tolerance))
-        )
+        mine = dataset.q[:, joint]
+        outside = np.flatnonzero(dataset.included & ((mine < low - BEYOND) | (mine > high + BEYOND)))
         if len(outside):
             notes.append(
                 f"joint {joint + 1} is outside its limits ({low:.4g} … {high:.4g}) in {len(outside)} row(s), "

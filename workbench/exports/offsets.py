@@ -88,11 +88,7 @@ class Motor:
 
 
 def read_motors(text: str, joints: int, *, path: str = "the LeRobot calibration") -> tuple[Motor, ...]:
-    """Motors of the first joints of a LeRobot calibration.
-
-    Raises:
-        FileError: no such file, or fewer motors than joints.
-    """
+    """Motors of the first joints of a LeRobot calibration."""
     try:
         table = json.loads(text)
         motors = [Motor(name, *(int(entry[key]) for key in KEYS)) for name, entry in table.items()]

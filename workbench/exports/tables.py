@@ -54,8 +54,16 @@ def _robot(rows: list[dict[str, Any]], convention: str, like: Robot) -> Robot:
     return arm.with_frames(tool=like.tool)
 
 
+class AbstractJointTable(AbstractForm):
+    """A table of the joints, without base and tool."""
+
+    def notes(self, job: Job) -> Iterable[str]:
+        if not np.array_equal(job.robot.tool.pose, np.eye(4)):
+            yield "base and tool are no part of the table"
+
+
 @final
-class DhCsv(AbstractForm):
+class DhCsv(AbstractJointTable):
     """A table for spreadsheets, to the last digit; `workbench new` reads it."""
 
     name = "dh-csv"
@@ -81,12 +89,9 @@ class DhCsv(AbstractForm):
         ]
         return _robot(rows, convention, job.robot)
 
-    def notes(self, job: Job) -> Iterable[str]:
-        return _frames_apart(job)
-
 
 @final
-class DhLatex(AbstractForm):
+class DhLatex(AbstractJointTable):
     """A table for papers: degrees and millimetres, rounded as one reads them."""
 
     name = "dh-latex"
@@ -123,14 +128,6 @@ class DhLatex(AbstractForm):
             )
             rows.append({"type": kind, **values})
         return _robot(rows, first.rpartition("convention = ")[2], job.robot)
-
-    def notes(self, job: Job) -> Iterable[str]:
-        return _frames_apart(job)
-
-
-def _frames_apart(job: Job) -> Iterable[str]:
-    if not np.array_equal(job.robot.tool.pose, np.eye(4)):
-        yield "base and tool are no part of the table"
 
 
 @final

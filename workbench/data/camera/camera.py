@@ -172,11 +172,7 @@ class _Reader(AbstractTableReader):
 
 
 def read_cameras(path: Path | str) -> tuple[Camera, ...]:
-    """Cameras of a file.
-
-    Raises:
-        FileError: names the table and the key that is missing or wrong.
-    """
+    """Cameras of a file."""
     reader = _Reader(path)
     data = reader.load()
     reader.keys(data, {"camera"}, "the file")

@@ -52,11 +52,7 @@ class Folder:
 
 
 def look_into(place: Path | str) -> Folder:
-    """What is in a folder, or in the only one that it holds.
-
-    Raises:
-        FileError: something is missing, or there is more than one of it.
-    """
+    """What is in a folder, or in the only one that it holds."""
     place = Path(place)
     if not place.is_dir():
         raise FileError("is no folder", path=str(place))
@@ -83,11 +79,7 @@ def look_into(place: Path | str) -> Folder:
 
 
 def read_folder(place: Path | str, *, dof: int | None = None, progress: Report | None = None) -> Dataset:
-    """Measurements of a folder; `progress` is told how far the search for corners is.
-
-    Raises:
-        WorkbenchError: files are missing, can't be read, or don't belong together.
-    """
+    """Measurements of a folder; `progress` is told how far the search for corners is."""
     found = look_into(place)
     source: Any = found.corners
     if source is None:
@@ -131,11 +123,7 @@ def packed(place: Path | str) -> bytes:
 
 @contextmanager
 def unpacked(name: str, content: bytes) -> Iterator[Path]:
-    """The folder that a ZIP or tar archive holds, as long as it is looked at.
-
-    Raises:
-        FileError: it is no archive, or too large.
-    """
+    """The folder that a ZIP or tar archive holds, as long as it is looked at."""
     with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
         size = 0
         for number, (inside, data) in enumerate(_members(name, content)):

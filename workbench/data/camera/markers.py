@@ -18,11 +18,7 @@ USUAL = (
 
 @cache
 def opencv(what: str) -> Any:
-    """The library.
-
-    Raises:
-        MissingExtraError: it is not installed, or older than its detectors of markers.
-    """
+    """The library."""
     try:
         import cv2
 

@@ -21,6 +21,9 @@ from workbench.data.camera.target import Target
 MM = 1e3
 TAG = {"cube": 0.75, "dodecahedron": 0.85}
 """Side of a tag, as a part of the edge, where none is given."""
+SQUARE = frozen(np.array([[-1, 1], [1, 1], [1, -1], [-1, -1]], float))
+PLANE = np.array([1.0, 1.0j])
+"""Points of a plane as complex numbers, whose products turn."""
 QUIET = 1.1
 """White around a tag, as a part of its size: its corners must still lie on the face."""
 
@@ -70,7 +73,7 @@ def tag_solid(
         which = f"{shape} {number} needs tags {first} … {first + len(faces) - 1}"
         raise OptionError(f"{which}, {dictionary} has {count(dictionary)}")
     flat = _unfolded(faces)
-    corners = 0.5 * tag * np.array([[-1, 1], [1, 1], [1, -1], [-1, -1]], float)
+    corners = 0.5 * tag * SQUARE
     on_solid = np.stack([_frame(face)[:3, 3] + corners @ _frame(face)[:3, :2].T for face in faces])
     names = first + np.repeat(np.arange(len(faces)), 4)
     target = Target(
@@ -128,7 +131,7 @@ def _fits(face: np.ndarray, side: float) -> bool:
     """Whether a square of this side, along the first edge, lies on the face."""
     pose = _frame(face)
     flat = (face - pose[:3, 3]) @ pose[:3, :2]
-    square = 0.5 * side * np.array([[-1, 1], [1, 1], [1, -1], [-1, -1]], float)
+    square = 0.5 * side * SQUARE
     edges = np.roll(flat, -1, axis=0) - flat
     away = square[:, None] - flat
     return bool((edges[:, 0] * away[..., 1] - edges[:, 1] * away[..., 0] > -1e-12).all())
@@ -147,10 +150,9 @@ def _unfolded(faces: list[np.ndarray]) -> list[Float[np.ndarray, "corners 2"]]:
             own, other = pair
             pose = _frame(face)
             local = (face - pose[:3, 3]) @ pose[:3, :2]
-            a, b = local[other], flat[done][own]
-            turn = _angle(b[1] - b[0]) - _angle(a[1] - a[0])
-            c, s = np.cos(turn), np.sin(turn)
-            flat[k] = (local - a[0]) @ np.array([[c, -s], [s, c]]).T + b[0]
+            (a, c), (b, d) = local[other] @ PLANE, flat[done][own] @ PLANE
+            placed = (local @ PLANE - a) * (d - b) / (c - a) + b
+            flat[k] = np.stack([placed.real, placed.imag], axis=1)
             todo.append(k)
     return [flat[k] for k in range(len(faces))]
 
@@ -160,10 +162,6 @@ def _shared(one: np.ndarray, two: np.ndarray) -> tuple[list[int], list[int]] | N
     near = np.linalg.norm(one[:, None] - two, axis=2) < 1e-9 + 1e-6 * np.ptp(one)
     pairs = np.argwhere(near)
     return None if len(pairs) != 2 else (pairs[:, 0].tolist(), pairs[:, 1].tolist())
-
-
-def _angle(v: np.ndarray) -> float:
-    return float(np.arctan2(v[1], v[0]))
 
 
 def _net(

@@ -115,11 +115,7 @@ def with_boards_in_view(data: Dataset, *, fitted: bool = False) -> Dataset:
 
 
 def with_boards(data: Dataset, owners: Collection[str]) -> Dataset:
-    """With some of its boards only; pictures that show none of them are kept out.
-
-    Raises:
-        DataError: it has none of them.
-    """
+    """With some of its boards only; pictures that show none of them are kept out."""
     rig, pixels, sight = data.rig, data.pixels, data.sight
     assert rig is not None, "data without cameras"
     assert pixels is not None, "they come together"

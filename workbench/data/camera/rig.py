@@ -81,7 +81,7 @@ class Rig:
         """Id and corner of every point."""
         return np.concatenate([np.stack([t.ids, t.corners], axis=1) for t in self.targets])
 
-    @property
+    @cached_property
     def parts(self) -> tuple[tuple[Target, slice], ...]:
         """Every board, and where its points are among all."""
         ends = np.cumsum([len(target) for target in self.targets]).tolist()

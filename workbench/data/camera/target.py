@@ -308,11 +308,7 @@ def read_targets(path: Path | str) -> tuple[Target, ...]:
 
 
 def read_target(path: Path | str) -> Target:
-    """The only target of a file.
-
-    Raises:
-        FileError: names the key that is missing or wrong, or there are several.
-    """
+    """The only target of a file."""
     found = read_targets(path)
     if len(found) > 1:
         raise FileError(f"has {len(found)} boards; give a file of one of them here", path=str(path))

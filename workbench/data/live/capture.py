@@ -72,12 +72,7 @@ class Capture:
         return self.targets[self.current]
 
     def store(self, sample: Sample) -> "Capture":
-        """The capture with the sample stored for the current target, and the next open one made current.
-
-        Raises:
-            DataError: The sample has no measured position.
-            ShapeError: The sample has another number of joints than those stored before.
-        """
+        """The capture with the sample stored for the current target, and the next open one made current."""
         if sample.position is None:
             raise DataError("the instrument sees nothing in this sample: wait until a position comes with it")
         joints = next((len(other.q) for other in self.taken if other is not None), len(sample.q))
@@ -101,11 +96,7 @@ class Capture:
         return replace(self, current=index)
 
     def dataset(self, *, source: str = "live capture") -> Dataset:
-        """What has been stored, in the order of the targets; a target's name is its group.
-
-        Raises:
-            DataError: Nothing has been stored.
-        """
+        """What has been stored, in the order of the targets; a target's name is its group."""
         rows = [i for i, sample in enumerate(self.taken) if sample is not None]
         kept = [sample for sample in self.taken if sample is not None]
         if not kept:

@@ -12,11 +12,7 @@ from workbench.data.live.sample import LONGEST_LINE, Sample, format_sample
 
 
 def parse_address(text: str) -> tuple[str, int]:
-    """Host and port of 'host:port', ':port' or 'port'.
-
-    Raises:
-        OptionError: It is no address.
-    """
+    """Host and port of 'host:port', ':port' or 'port'."""
     host, _, port = text.strip().rpartition(":")
     if not port.isdecimal() or not 0 <= int(port) <= 65535:
         raise OptionError(f"address must be host:port, such as localhost:5000, got '{text}'")
@@ -112,10 +108,6 @@ def accept_one(
         timeout: How long to wait [s]; None: for ever.
         ready: Told the port as soon as it can be connected to.
         nobody: Words for nobody coming in time.
-
-    Raises:
-        OptionError: it is no address.
-        FileError: the port is taken, or nobody came in time.
     """
     host, port = parse_address(address)
     try:
@@ -153,9 +145,6 @@ def send_samples(samples: Iterable[Sample], write: Callable[[str], object], *, s
 
     Returns:
         How many were written; fewer than all when the other side went away.
-
-    Raises:
-        OptionError: a negative speed.
     """
     if not speed >= 0.0:
         raise OptionError(f"--speed must be at least 0 (0: without waiting), got {speed:g}")

@@ -139,10 +139,6 @@ def samples(
         joints: Number of joints of the robot; None: any.
         source: Name of the source, for messages.
         on_error: Is told of a bad line, which is then passed over; None: a bad line raises.
-
-    Raises:
-        FileError: A line is no sample.
-        ShapeError: A sample has another number of joints.
     """
     for number, text in enumerate(lines, start=1):
         if not text.strip():

@@ -13,6 +13,7 @@ the board.
 """
 
 from collections.abc import Mapping
+from functools import cached_property
 from itertools import product
 from typing import NamedTuple, final
 
@@ -94,6 +95,11 @@ class PixelObservation(AbstractObservation):
             names += [f"{target.owner}.{part}" for part in parts]
         return tuple(names)
 
+    @cached_property
+    def _place(self) -> dict[str, int]:
+        """Number of each unknown."""
+        return {name: k for k, name in enumerate(self.unknowns)}
+
     @property
     def known(self) -> Mapping[str, Unknown]:
         found: dict[str, Unknown] = {}
@@ -159,7 +165,7 @@ class PixelObservation(AbstractObservation):
         return z if camera.mounted is Mount.WORLD else se3.inverse(x)
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
-        place = {name: k for k, name in enumerate(self.unknowns)}
+        place = self._place
         residual = np.zeros(self.measured.shape)
         by_twist = np.zeros((*self.measured.shape, 6))
         by_unknown = np.zeros((*self.measured.shape, len(place)))

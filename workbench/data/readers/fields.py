@@ -68,9 +68,6 @@ class Fields:
         Args:
             keys: Their names.
             missing: What stands for a column that is not there; None: all must be there, or none.
-
-        Raises:
-            FileError: Only some are there; names those that are missing.
         """
         absent = [key for key in keys if key not in self.values]
         if len(absent) == len(keys):
@@ -230,9 +227,6 @@ def in_base(fields: Fields, *, usual: str = MEASURING) -> bool:
     Args:
         fields: Columns in SI.
         usual: What a file without the column means.
-
-    Raises:
-        FileError: The column says something else, or different things.
     """
     named = fields.values.get("pose_frame")
     if named is None:

@@ -126,27 +126,24 @@ def is_commanded(name: str) -> bool:
     return bool(_COMMANDED.search(normalised(name)))
 
 
+_QUANTITIES = (
+    (r"q\d+", JOINT),
+    (r"(sigma_)?[xyz]|m\d+[xyz]|distance", (Quantity.LENGTH,)),
+    (r"roll|pitch|yaw|zxz_(phi|theta|psi)|(sigma_)?r[xyz]|tilt_[xy]\d+", (Quantity.ANGLE,)),
+    (r"(torque|moment_).*", (Quantity.TORQUE,)),
+    (r"force_.*", (Quantity.FORCE,)),
+    (r"time", (Quantity.TIME,)),
+    (r"temperature", (Quantity.TEMPERATURE,)),
+    (r"payload", (Quantity.MASS,)),
+    (r"[uv]", (Quantity.PIXEL,)),
+)
+
+
 def quantities_of(key: str) -> tuple[Quantity, ...]:
     """What the column measures; empty for labels."""
     if key in LABELS:
         return ()
-    if re.fullmatch(r"q\d+", key):
-        return JOINT
-    if re.fullmatch(r"(sigma_)?[xyz]|m\d+[xyz]|distance", key):
-        return (Quantity.LENGTH,)
-    if re.fullmatch(r"roll|pitch|yaw|zxz_(phi|theta|psi)|(sigma_)?r[xyz]|tilt_[xy]\d+", key):
-        return (Quantity.ANGLE,)
-    if key.startswith(("torque", "moment_")):
-        return (Quantity.TORQUE,)
-    if key.startswith("force_"):
-        return (Quantity.FORCE,)
-    return {
-        "time": (Quantity.TIME,),
-        "temperature": (Quantity.TEMPERATURE,),
-        "payload": (Quantity.MASS,),
-        "u": (Quantity.PIXEL,),
-        "v": (Quantity.PIXEL,),
-    }.get(key, (Quantity.NUMBER,))
+    return next((found for pattern, found in _QUANTITIES if re.fullmatch(pattern, key)), (Quantity.NUMBER,))
 
 
 def split_ending(name: str) -> tuple[str, str] | None:

@@ -65,11 +65,7 @@ class _Reader(AbstractTableReader):
 
 
 def read_mapping(path: Path | str) -> ColumnMapping:
-    """A stored mapping.
-
-    Raises:
-        FileError: no such file, or one that is no mapping.
-    """
+    """A stored mapping."""
     reader = _Reader(path)
     data = reader.load()
     reader.keys(data, {"columns", "joints", "layout", "sheet"}, "the mapping")

@@ -44,9 +44,6 @@ def read_orientation(
     Args:
         fields: Columns in SI.
         usable: Rows that the file does not keep out; the others are not checked, and unreadable ones are NaN.
-
-    Raises:
-        FileError: A form lacks a column, a value is no rotation, or two forms disagree.
     """
     if fields.rotation is not None:
         return fields.rotation, ()

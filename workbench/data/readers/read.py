@@ -188,10 +188,6 @@ def read_marker_rows(path: Path | str, rows: int) -> Float[np.ndarray, "rows mar
     """Where markers sit [m]: on the tool by design (one row), or on the base by design and as seen (two).
 
     The columns are those of measurements, `m1x[mm] m1y[mm] m1z[mm] …`.
-
-    Raises:
-        FileError: another number of rows, fewer than three markers, or a gap.
-        WorkbenchError: as for measurements.
     """
     fields = read_fields(path, layout="plain")
     if fields.rows != rows:

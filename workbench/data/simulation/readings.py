@@ -50,16 +50,7 @@ def read(
     rng: np.random.Generator,
     anchors: Mapping[str, Vector3],
 ) -> dict[str, Any]:
-    """The columns of a dataset that an instrument fills.
-
-    Args:
-        instrument: One that touches nothing.
-        actual: The arm.
-        motion: Its state.
-        poses: Of the tool, in the measuring frame.
-        rng: Source of the noise.
-        anchors: Places that distances are measured from [m].
-    """
+    """The columns of a dataset that an instrument without touch fills, at poses in the measuring frame."""
     rows, (sigma, turn) = len(poses), instrument.deviations
     if instrument.observes is Observes.TILT:
         return {"tilt": _tilts(instrument, actual, motion, rng)}

@@ -106,6 +106,12 @@ def _places(effect: AbstractEffect, chain: Chain) -> list[int]:
     return chain.indices(effect.elements(chain)).tolist()
 
 
+def _loads(effect: AbstractEffect, chain: Chain, components: np.ndarray) -> list:
+    """Element, joint and component of its wrench, and coefficient of each term."""
+    each = np.repeat(effect.coefficients, len(components) // len(effect.coefficients)).tolist()
+    return list(zip(_places(effect, chain), components.tolist(), each, strict=True))
+
+
 def _faded(term: Term, learned: Learned | None) -> Term:
     if learned is None:
         return term
@@ -114,15 +120,13 @@ def _faded(term: Term, learned: Learned | None) -> Term:
 
 @terms_of.register
 def _(effect: JointCompliance, chain: Chain) -> list[Term]:
-    own = own_components(chain, effect.joints).tolist()
-    rows = zip(_places(effect, chain), own, effect.coefficients, strict=True)
+    rows = _loads(effect, chain, own_components(chain, effect.joints))
     return [Term(Kind.LOAD, e, i, j, a=-c) for e, (i, j), c in rows]
 
 
 @terms_of.register
 def _(effect: Backlash, chain: Chain) -> list[Term]:
-    own = own_components(chain, effect.joints).tolist()
-    rows = zip(_places(effect, chain), own, effect.coefficients, strict=True)
+    rows = _loads(effect, chain, own_components(chain, effect.joints))
     if effect.by == "motion":
         return [Term(Kind.DIRECTION, e, i, a=-c) for e, (i, _), c in rows]
     return [Term(Kind.PLAY, e, i, j, a=-c, b=effect.width) for e, (i, j), c in rows]
@@ -130,16 +134,14 @@ def _(effect: Backlash, chain: Chain) -> list[Term]:
 
 @terms_of.register
 def _(effect: BearingCompliance, chain: Chain) -> list[Term]:
-    across = across_components(chain, effect.joints).tolist()
-    rows = zip(_places(effect, chain), across, np.repeat(effect.coefficients, 2).tolist(), strict=True)
+    rows = _loads(effect, chain, across_components(chain, effect.joints))
     return [Term(Kind.LOAD, e, i, j, a=-c) for e, (i, j), c in rows]
 
 
 @terms_of.register
 def _(effect: ClearanceTilt, chain: Chain) -> list[Term]:
-    across = across_components(chain, effect.joints).tolist()
-    rows = zip(_places(effect, chain), across, np.repeat(effect.coefficients, 2).tolist(), strict=True)
-    return [Term(Kind.TIP, e, i, j, across[place ^ 1][1], a=-c) for place, (e, (i, j), c) in enumerate(rows)]
+    rows = _loads(effect, chain, across_components(chain, effect.joints))
+    return [Term(Kind.TIP, e, i, j, rows[k ^ 1][1][1], a=-c) for k, (e, (i, j), c) in enumerate(rows)]
 
 
 @terms_of.register
