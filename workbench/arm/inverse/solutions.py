@@ -10,6 +10,7 @@ more random starts make up for it.
 """
 
 from collections.abc import Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from typing import no_type_check
 
@@ -23,7 +24,7 @@ from workbench.arm.inverse.reduced_arm import Arm
 
 ENTRIES = (0, 1, 2)
 """Joints at which the loop is entered."""
-RANDOM_STARTS = 32
+RANDOM_STARTS = 48
 """Random starts per target besides the algebraic ones."""
 MORE_STARTS = 96
 """Further ones for a target with a solution of a smaller singular value than `VAGUE`."""
@@ -74,6 +75,7 @@ def all_solutions(
     if is_algebraic(arm, task):
         starts = [algebraic_starts(arm, targets, ENTRIES), random_starts(arm, (rows, RANDOM_STARTS), rng)]
         found = _extend(arm, targets, found, np.concatenate(starts, 1), task)
+        rng = deepcopy(rng)  # whatever is drawn later does not depend on how many more were needed here
         for i in range(rows):
             if (_smallest(arm, found[i], task) < VAGUE).any():
                 more = random_starts(arm, (1, MORE_STARTS), rng)
