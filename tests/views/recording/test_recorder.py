@@ -15,7 +15,7 @@ from workbench.session import Worker
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.undo import Undo
 from workbench.session.journal import replay
-from workbench.session.journal.compare_numbers import check
+from workbench.session.journal.compare_numbers import ROUNDING, check, compare
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.numbers import SUBJECTS, numbers_of
@@ -106,10 +106,12 @@ def test_a_session_that_goes_on_has_another_file(copy, reader):
 
 
 def test_a_restored_session_is_the_replayed_one(sample, replayed):
+    """An older version drew the sample's numbers: they agree but for the last digits."""
     restored, again = restore(sample), replayed.session
-    same_targets(restored, again)
+    pairs = [*compare(numbers_of(restored, SUBJECTS), numbers_of(again, SUBJECTS))]
+    assert pairs and max(pair.size for pair in pairs) <= ROUNDING
     a, b = restored.identification.runs["opt2"].fit, again.identification.runs["opt2"].fit
-    assert a.x.tolist() == b.x.tolist()
+    assert a.x == pytest.approx(b.x, rel=1e-9)
 
 
 def same_targets(restored, again):
