@@ -96,7 +96,7 @@ def test_a_load_that_turns_within_the_play_is_said(arms):
     chosen = inverse.choose(found, near=balanced)
     error = np.linalg.norm(reached(robot, chosen.q, Motion(balanced[None]))[:3, 3] - target[:3, 3])
     assert 1e-5 < error < 2e-3 * robot.reach
-    assert "joint2 gives way so unevenly" in found.note
+    assert "the deflection of joint2 jumps" in found.note
     assert f"'{chosen.name}'" in found.note
     followed = inverse.follow(robot, target, balanced)
     assert not followed.converged

@@ -103,7 +103,7 @@ def test_a_scheduler_that_is_lost_is_said(cluster):
     import spread_work
 
     address, scheduler = cluster
-    with pytest.raises(OptionError, match="was lost in the middle of the work, and nothing of it is kept"):
+    with pytest.raises(OptionError, match="was lost, and no results were kept"):
         parallel.spread(
             spread_work.slowly,
             [(k,) for k in range(20)],

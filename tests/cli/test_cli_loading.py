@@ -40,7 +40,7 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
 @pytest.mark.parametrize(
     ("words", "told"),
     [
-        (("katana450", "--joints", "1"), "no gravity acts about it"),
+        (("katana450", "--joints", "1"), "gravity exerts no moment about it"),
         (("katana450", "--joints", "2,7"), "joint must be 1–5, got 7"),
         (("katana450", "--joints", "two"), "--joints"),
         (("katana450", "--added-mass", "-1"), "added mass must be at least 0 kg, got -1"),

@@ -95,7 +95,7 @@ def test_a_repeated_row_is_not_its_own_neighbour():
     ("effect", "words"),
     [
         (EncoderScale((0,), (0.005,)), "Joint 1 slides 0.5 % too far"),
-        (JointCompliance((0,), (2e-6,)), "Joint 1 gives way by 2 µm/N under the force along its axis"),
+        (JointCompliance((0,), (2e-6,)), "Joint 1 deflects by 2 µm/N under the force along its axis"),
         (JointCoupling((0, 1), (1e-3,)), "Joint 1 moves along with joint 2: 0.001 mm/mrad of its angle"),
         (JointCoupling((1, 0), (1e-3,)), "Joint 2 moves along with joint 1: 0.001 mrad/mm of its travel"),
         (

@@ -288,7 +288,7 @@ def test_what_effects_cost_is_in_the_figure(tmp_path):
     warm = arm.with_effects(EFFECTS["thermal-growth"]((), (2e-5,)))
     done = export_robot(FORMS["ur-kinematics"], tmp_path / "k.yaml", Job(robot=warm), rows=5)
     assert done.position < EXACT
-    assert any("does not count" in note and "thermal-growth" in note for note in done.notes)
+    assert any("does not include" in note and "thermal-growth" in note for note in done.notes)
 
 
 def test_the_command(run, tmp_path):

@@ -292,7 +292,7 @@ def test_no_geometry_is_taken_with_intrinsics_that_the_pictures_contradict(tmp_p
     robot, data = written(tmp_path, "ur5", shots, k=wrong)
     run = wb.identify(robot, data, algorithms=("opt2",))
     refused = {step.name: step.refused for step in run.gate.steps}
-    assert "geometry would bend" in refused["geometry"]
+    assert "geometry would be distorted" in refused["geometry"]
     assert re.search(
         "the given intrinsics do not suit the pictures.*fx 13(49|50|51).*calibrate", *run.gate.doubts
     )

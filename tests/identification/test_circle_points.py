@@ -69,7 +69,7 @@ def test_what_is_no_circle(katana):
     rows = Dataset(q=q, row=np.arange(40), position=tool_poses(katana, Motion(q))[:, :3, 3])
     with pytest.raises(DataError) as error:
         circle_axes(katana, rows)
-    assert "turned alone" in str(error.value)
+    assert "moved alone" in str(error.value)
     with pytest.raises(OptionError):
         circle_poses(katana, 24, rng=np.random.default_rng(0))
 

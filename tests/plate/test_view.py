@@ -110,7 +110,7 @@ def test_a_far_picture_tells_less(aria):
 
 def test_the_index_needs_a_camera(aria):
     assert index_named("Ov1").name == "Ov1"
-    with pytest.raises(OptionError, match="what cameras see"):
+    with pytest.raises(OptionError, match="needs cameras"):
         informative_poses(aria, 8, rng=np.random.default_rng(0), index="Ov1")
     blind = replace(view(), cameras=(pose([0.4, 0.0, 1.1]),))
     with pytest.raises(DataError, match="correct --camera-at"):

@@ -80,7 +80,7 @@ STATES = [
     (
         "first",
         lambda s: replace(s, done=(s.best,), wanted=None),
-        "Good enough? Say below what error you want (Wanted [mm])",
+        "Good enough? Set the required error below (Wanted [mm])",
         Tone.PLAIN,
         "Measure",
         Tab.MEASURE,
@@ -139,7 +139,7 @@ STATES = [
     (
         "identified",
         lambda s: with_noise(s, 1.2),
-        "is the instrument's noise",
+        "is instrument noise",
         Tone.GOOD,
         "Take the arm away",
         Tab.IDENTIFY,
@@ -213,7 +213,7 @@ STATES = [
     (
         "added",
         lambda s: told(s, causes=()),
-        "A residual map predicts it; no cause is named",
+        "A residual map predicts the rest; no cause is named",
         Tone.GOOD,
         "Take the arm away",
         Tab.IDENTIFY,
@@ -222,7 +222,7 @@ STATES = [
     (
         "added",
         lambda s: told(s, verdict=Verdict.PARTLY),
-        "No known effect explains what is left",
+        "No known effect explains the rest",
         Tone.GOOD,
         "Take the arm away",
         Tab.IDENTIFY,

@@ -76,7 +76,7 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
         session = worker.session
     finally:
         worker.close()
-    assert "pictures are not diagnosed" in session.messages[-1].text
+    assert "pictures can't be diagnosed" in session.messages[-1].text
     gate = session.identification.gate
     assert gate.step.name == "joint zeros"
     (view,) = camera_views(session)

@@ -45,7 +45,7 @@ def test_a_watched_folder(first, shots, tmp_path):
         (tmp_path / "0.png").write_bytes((shots / "0.png").read_bytes())
         session = until(worker, lambda s: s.shooting is not None and s.shooting.last is not None)
         assert not session.shooting.kept
-        assert "nobody says its joints" in _shown(session.shooting)
+        assert "its joints are unknown" in _shown(session.shooting)
         (tmp_path / "joints.csv").write_text((shots / "joints.csv").read_text())
         session = until(worker, lambda s: len(s.shooting.kept) == 1)
         assert session.shooting.kept[0].blur < 2.0

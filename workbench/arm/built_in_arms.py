@@ -1,5 +1,5 @@
-"""The arms that come with the package, and one door for a built-in name or a file: TOML, URDF, or xacro,
-which is expanded with arguments as `xacro FILE name:=value` does.
+"""The built-in arms, and a single loader for a built-in name or a file: TOML, URDF, or xacro, which is
+expanded with arguments like `xacro FILE name:=value`.
 """
 
 import atexit
@@ -74,7 +74,7 @@ def check_robot_file(path: Path | str, *, effects: bool = False) -> Path:
 
 
 def expand_xacro(path: Path | str, arguments: dict[str, str]) -> Path:
-    """The URDF of a xacro, in a folder that is gone when the program ends.
+    """The URDF expanded from a xacro, in a temporary folder that is removed when the program ends.
 
     Packages are looked for beside the file, in the folders above it, and where ROS has them.
 

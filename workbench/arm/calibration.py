@@ -1,4 +1,4 @@
-"""What a calibrated arm says of its own calibration: which poses made it, and how sure its constants are.
+"""Calibration record of a calibrated arm: the poses used, and the standard errors of its constants.
 
 Every pose is kept as four bytes, the CRC-32 of its joint positions rounded to `ROUNDING`: enough to tell
 whether a later measurement was among them, and no burden in the robot's file. Two poses of a thousand are
@@ -23,7 +23,7 @@ ROUNDING = 1e-6
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Calibration:
-    """Where an arm's values come from.
+    """Origin of an arm's values.
 
     Args:
         source: Name of the file of measurements.

@@ -1,4 +1,4 @@
-"""Linearisation: the whitened identification Jacobian of a set of measurements, and what follows from it.
+"""Linearisation: the whitened identification Jacobian of some measurements, and derived quantities.
 
     r(p + δ) ≈ r(p) − J δ,        J = diag(1/σ) ∂predicted/∂p,        C = (JᵀJ)⁺
 

@@ -1,4 +1,4 @@
-"""Masses as the moving joints carry them: a link behind a fixed joint counts to the body it is bolted to.
+"""Masses carried by the moving joints: a link behind a fixed joint belongs to the body it is bolted to.
 
 Files that have one body per moving joint (URDF frames, `elementary` tables) need this form; links before
 the first moving joint are carried by the base and drop out.

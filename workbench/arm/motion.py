@@ -1,4 +1,4 @@
-"""The state in which a robot is observed: what the laws of effects may depend on, one row a pose."""
+"""The state in which a robot is observed: what the laws of effects may depend on, one row per pose."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
@@ -22,7 +22,7 @@ COLUMNS = {
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """Joint positions and whatever else is known of each row; None where nothing is.
+    """Joint positions and whatever else is known of each row; None if unknown.
 
     Args:
         q: Joint positions [rad or m].

@@ -1,4 +1,4 @@
-"""Parameters of an identification: what each number is called, means, and may become."""
+"""Parameters of an identification: names, meanings and bounds."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""The arm of which only the tool's poses are known: three slides and three turns that reach any of them."""
+"""A substitute arm if only tool poses are known: three prismatic and three revolute joints."""
 
 from functools import cache
 

@@ -1,4 +1,4 @@
-"""A robot: the elements of its arm, what is known of its joints, and its base and tool frames.
+"""A robot: the elements of its arm, its joint data, and its base and tool frames.
 
 The full chain is always T_b^0 · arm · T_n^e (ARIA eq. 6). A frame is written as a translation, a constant
 rotation, and three small rotations about its own axes (`roll`, `pitch`, `yaw`, zero until identified), so
@@ -53,7 +53,7 @@ class JointKind(StrEnum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Joint:
-    """What is known of one joint and the link after it, apart from the geometry.
+    """Data of one joint and the link after it, apart from the geometry.
 
     Args:
         name: `joint1` … for moving joints, `fixed1` … for the others.

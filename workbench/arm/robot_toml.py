@@ -1,4 +1,4 @@
-"""Robots as TOML files: the tables of `formats.md`, read with one clear sentence for each mistake."""
+"""Robots as TOML files: the tables of `formats.md`, read with one clear sentence for each error."""
 
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Combinations of constants that measurements can't tell apart, in words."""
+"""Combinations of constants that measurements can't separate, in words."""
 
 from dataclasses import dataclass
 

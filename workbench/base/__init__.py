@@ -1,1 +1,1 @@
-"""What everything stands on: errors, types, units, rigid motions, files."""
+"""Foundations: errors, types, units, rigid motions, files."""

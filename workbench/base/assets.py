@@ -1,4 +1,4 @@
-"""Where the files are that come with the package."""
+"""Location of the files that come with the package."""
 
 from functools import cache
 from pathlib import Path

@@ -1,7 +1,8 @@
-"""A function run in a process of its own, with bounds of time and memory, that can be cancelled.
+"""Running a function in a child process with time and memory limits; it can be cancelled.
 
-Readers of binary formats are written in C or unpack what they read: a hostile file can crash them, or grow
-from a few kilobytes to all memory there is. In a child this ends the child, never the program.
+Readers of binary formats are written in C or decompress their input: a malicious file can crash them, or
+expand from a few kilobytes to all available memory. In a child process this ends the child, never the
+program.
 """
 
 import contextlib
@@ -42,7 +43,7 @@ def in_child(
     memory: int = 500 * MEBIBYTE,
     cancel: Cancel = never,
 ) -> Any:
-    """What a function returns, computed in a process of its own.
+    """The result of a function, computed in a child process.
 
     Args:
         function: Found by its module and name; its module should import little.

@@ -1,4 +1,4 @@
-"""What can go wrong at the door: one base class, final subclasses, data as attributes.
+"""Input errors: one base class, final subclasses, data as attributes.
 
 Every message is one sentence that says what, where, and what to do. Bad input raises; a fit that does
 not converge or cannot see a parameter is an `Outcome` in the result, never an exception.
@@ -12,14 +12,14 @@ INTERRUPTED, STOPPED = 130, "stopped"
 
 
 class WorkbenchError(Exception):
-    """Base of all errors that a user can cause and mend; what it quotes of a file is cut to be read."""
+    """Base of all errors that a user can cause and fix; long quotations from files are shortened."""
 
     def __init__(self, message: str):
         super().__init__(brief(message))
 
 
 class ShapeError(WorkbenchError):
-    """An array has another shape than the robot or its companion arrays ask for."""
+    """An array's shape does not match the robot or the other arrays."""
 
     def __init__(self, message: str, *, expected: int, found: int):
         super().__init__(message)
@@ -28,7 +28,7 @@ class ShapeError(WorkbenchError):
 
 
 class FileError(WorkbenchError):
-    """A file can't be read as what it should be; carries the place where reading stopped."""
+    """A file can't be read as the expected kind; carries the position where reading stopped."""
 
     def __init__(self, message: str, *, path: str, line: int | None = None, column: str | None = None):
         where = path + (f", line {line}" if line is not None else "")
@@ -52,11 +52,11 @@ class RobotError(WorkbenchError):
 
 
 class DataError(WorkbenchError):
-    """Measurements that can't be what they claim (too few rows, impossible values, wrong robot)."""
+    """Invalid or inconsistent measurements (too few rows, impossible values, wrong robot)."""
 
 
 class OptionError(WorkbenchError):
-    """An option or argument that the command or function does not take; names what it does take."""
+    """An invalid option or argument; names the valid ones."""
 
 
 class MissingExtraError(WorkbenchError):

@@ -1,4 +1,4 @@
-"""Files and folders of files, read with a clear error and written whole or not at all."""
+"""Reading files and folders with clear errors, and writing them atomically."""
 
 import contextlib
 import errno
@@ -72,7 +72,7 @@ def write_bytes(path: Path | str, content: bytes) -> Path:
 
 
 def check_writable(path: Path | str, *, folder: bool = False) -> None:
-    """Refuse a place where nothing can be written before any work begins; leaves nothing there.
+    """Check before any work begins that a path can be written; leaves nothing behind.
 
     Args:
         path: A file or folder that is to be made or replaced.
@@ -95,7 +95,7 @@ def check_writable(path: Path | str, *, folder: bool = False) -> None:
 
 @contextlib.contextmanager
 def _said(path: Path) -> Iterator[None]:
-    """What the disk has against writing, in one sentence that names the file or folder."""
+    """Why writing failed, in one sentence that names the file or folder."""
     try:
         yield
     except OSError as error:

@@ -1,4 +1,4 @@
-"""Work in pieces, on the cores of this machine or on a Dask cluster.
+"""Parallel work in pieces, on the cores of this machine or on a Dask cluster.
 
 A piece is a function of its arguments alone, so the results are the same wherever it runs, and one whose
 worker is lost is done again by another. Results come back in the order of the pieces.
@@ -50,8 +50,8 @@ def spread(
 
     Raises:
         MissingExtraError: a scheduler is given, and Dask is not installed.
-        OptionError: nobody answers at the scheduler's address or works for it, its workers have other
-            versions, or it was lost on the way.
+        OptionError: the scheduler does not answer or has no workers, its workers have other versions, or the
+            connection was lost.
     """
     if workers is not None and workers < 1:
         raise OptionError(f"--workers must be at least 1, got {workers}")
@@ -123,7 +123,7 @@ def _on_cluster(
 
 @contextmanager
 def _quiet() -> Iterator[None]:
-    """Dask says nothing of its own: of a lost scheduler it tells by the page, and we in one sentence."""
+    """Silence Dask's own messages, which fill pages; this module reports errors in one sentence."""
     before = [(handler, handler.level) for handler in logging.getLogger("distributed").handlers]
     try:
         for handler, _ in before:
@@ -147,13 +147,13 @@ def _result(future: Any, scheduler: str) -> Any:
         ) from None
     except CancelledError:
         raise OptionError(
-            f"the Dask scheduler at {scheduler} was lost in the middle of the work, and nothing of it is "
-            "kept; start it and its workers again"
+            f"the connection to the Dask scheduler at {scheduler} was lost, and no results were kept; "
+            "restart it and its workers"
         ) from None
 
 
 def _check_workers(client: Any, scheduler: str) -> None:
-    """Refuse a cluster without workers, or with some whose results could be others than ours."""
+    """Refuse a cluster without workers, or with workers whose results could differ from local ones."""
     try:
         client.wait_for_workers(1, timeout=CONNECTING)
         theirs = client.run(versions)
@@ -177,7 +177,7 @@ def _check_workers(client: Any, scheduler: str) -> None:
 
 
 def versions() -> dict[str, str]:
-    """What decides what a computation gives."""
+    """The versions that a result depends on."""
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
     libraries = {name: version(name) for name in ("numpy", "scipy", "numba")}
     return {"workbench": package_version(), "Python": python, **libraries}

@@ -1,4 +1,4 @@
-"""Long work tells how far it is and asks now and then whether to stop."""
+"""Callbacks by which long computations report progress and check whether to stop."""
 
 from collections.abc import Callable
 
@@ -11,9 +11,9 @@ Cancel = Callable[[], bool]
 
 
 class Cancelled(Exception):
-    """Work stopped because it was asked to; no error, so whoever asked need not be told."""
+    """Work was stopped on request; not an error, so it need not be reported."""
 
 
 def never() -> bool:
-    """The answer of work that nobody stops."""
+    """The default cancel callback: never stop."""
     return False

@@ -1,6 +1,6 @@
-"""Registries of parts that others may add to: by their names in files, in their order.
+"""Extensible registries: parts by their names in files, in order.
 
-A part from elsewhere needs nothing of ours to be edited. Its module calls
+A part from another package can be added without editing this one. Its module calls
 
     from workbench.arm.effects import EFFECTS
 

@@ -1,9 +1,10 @@
-"""One thread of linear algebra while we compute or a session is open, and large work in pieces on two.
+"""Limit linear algebra to one thread during computations and sessions, and run large work in pieces on two.
 
 Our matrices are small: with a second thread for each of them a fit takes 5 to 15 times as long. The limit
 belongs to the process, so that calls in several threads share one: the first sets it, the last lifts it.
-Newer threadpoolctl obeys the first thread that asks, as long as it lives, and ignores all others in silence:
-a task after a fit in the main thread would have no limit, and round otherwise. So no thread keeps that right.
+Newer versions of threadpoolctl obey the first thread that sets a limit, as long as it lives, and silently
+ignore all others: a task after a fit in the main thread would have no limit, and vice versa. Therefore no
+thread keeps that ownership.
 """
 
 import threading

@@ -1,4 +1,4 @@
-"""Reading TOML files of our own with one clear sentence for each mistake.
+"""Reading the package's TOML files, with one clear sentence for each error.
 
 A file's reader (robots, plates) extends `AbstractTableReader` with what its tables mean; how a number, a
 list or a key must look is said here once.
@@ -18,7 +18,7 @@ from workbench.base.types import frozen
 LARGEST_FILE = 16 * 2**20
 """Files beyond this size are refused [bytes]."""
 MOST_TABLES = 1000
-"""Tables of one name beyond this number are refused: what is computed from them would never end."""
+"""More tables of one name than this are refused: computing with them would take forever."""
 LARGEST = 1e100
 """Numbers beyond this overflow when they are squared."""
 

@@ -35,7 +35,7 @@ class Outcome(StrEnum):
 
     @property
     def ok(self) -> bool:
-        """True when the answer can be used as an optimum."""
+        """Whether the result can be used as an optimum."""
         return self is Outcome.CONVERGED
 
 

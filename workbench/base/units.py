@@ -1,4 +1,4 @@
-"""Units at the door: from a column's heading to SI numbers, and back for panels and reports.
+"""Unit conversion on input and output: from column headings to SI, and back for panels and reports.
 
 Inside the package every number is SI (temperatures in degC). A unit is looked up once, as
 SI = scale · value + offset, in a registry that is built when the first uncommon unit is asked for.

@@ -39,7 +39,7 @@ def capital(sentence: str) -> str:
 
 
 def brief(sentence: str) -> str:
-    """A sentence in one line that can be read: long values that it quotes are cut, as is its middle."""
+    """A sentence as one readable line: long quoted values are shortened, and so is its middle."""
     line = sentence if sentence.isprintable() else "".join(c if c.isprintable() else " " for c in sentence)
     line = _LONG.sub(lambda found: f"'{found[1][: QUOTED - 20]} …'", line)
     return line if len(line) <= LONGEST else f"{line[: LONGEST - 103]} … {line[-100:]}"

@@ -1,7 +1,7 @@
-"""The commands. Each one reads, calls one verb of the package, and shows or writes what came back.
+"""The commands. Each reads its input, calls one function of the package, and shows or writes the result.
 
-Everything heavy is imported inside the commands, so that `workbench --help` answers at once. A mistake of
-the user ends with one sentence on standard error and exit status 1; nothing is then written.
+Heavy modules are imported inside the commands, so that `workbench --help` responds immediately. A user error
+ends with one sentence on standard error and exit status 1, and nothing is written.
 """
 
 import atexit
@@ -31,9 +31,9 @@ from workbench.cli.options import option
 from workbench.cli.sessions import open_session
 
 ROBOTS, MEASUREMENTS = (".urdf", ".toml"), (".csv", ".tsv", ".txt", ".xlsx", ".parquet", ".mat")
-"""Endings of files that the app opens where a command is expected."""
+"""File extensions that the app opens in place of a command."""
 OPENED = ("robot", "plate", "data", "session", "step", "demo", "source")
-"""Options that tell what the app is to show; without any of them it asks."""
+"""Options that determine what the app shows; without any of them it asks."""
 
 app = typer.Typer(
     name="workbench",
@@ -54,7 +54,7 @@ USUALLY = gc.get_threshold()
 
 
 def main() -> None:
-    """Entry point of the `workbench` command; alone, or with a file, it opens the app."""
+    """Entry point of the `workbench` command; without arguments, or with only a file, it opens the app."""
     gc.set_threshold(COLLECTED_EVERY)
     atexit.register(gc.freeze)  # a last search of all objects would take a tenth of a short command
     sys.exit(run(lambda words: app(list(words)), opened(sys.argv[1:])))
@@ -84,16 +84,16 @@ def serve(
     data: Annotated[Path | None, option("Measurements to load at once.")] = None,
     port: Annotated[int | None, option("Port; 8090 or else any free one if not given.")] = None,
     host: Annotated[
-        str, option("Address to listen on; others than loopback are open to the network.")
+        str, option("Address to listen on; anything but loopback is open to the network.")
     ] = "127.0.0.1",
     open_browser: Annotated[bool, option("--open/--no-open", "Open the page in the browser.")] = True,
     session: Annotated[
-        Path | None, option("Go on with this recording, or record here; recordings/DATE-ROBOT if not given.")
+        Path | None, option("Continue this recording, or record here; recordings/DATE-ROBOT if not given.")
     ] = None,
     step: Annotated[
         int | None, option("With --session: branch off after this step, into a new recording.")
     ] = None,
-    demo: Annotated[bool, option("--demo", "Play a story of two minutes first.")] = False,
+    demo: Annotated[bool, option("--demo", "Play a two-minute demo first.")] = False,
     record: Annotated[bool, option("--record/--no-record", "Record the session.")] = True,
     rerun: Annotated[
         str | None, option("Show the session in this open rerun viewer as well: HOST:PORT.")
@@ -126,7 +126,7 @@ def serve(
 
 
 def _say_ready(text: str) -> None:
-    """The page's address, or what there is to say about it."""
+    """Print the page's address, or a note about it."""
     opt.say(f"page:     {text}" if text.startswith("http") else f"note:     {text}")
 
 
@@ -152,7 +152,7 @@ PANELS: dict[str, tuple] = {
     "Paths": (paths.paths, paths.compensate, paths.pencil),
     "Files": (calibration.export, sessions.review, sessions.replay, studies.works),
 }
-"""Commands, and groups of them, under what one wants from them."""
+"""Commands and command groups by purpose."""
 for panel, entries in PANELS.items():
     for entry in entries:
         if isinstance(entry, typer.Typer):

@@ -1,4 +1,4 @@
-"""The commands that look at an arm by itself: redundancy, axes, loading; new, for one's own."""
+"""Commands about a single arm: redundancy, axes, loading, and new for your own robot."""
 
 from pathlib import Path
 from typing import Annotated
@@ -11,12 +11,12 @@ from workbench.cli.options import argument, option
 
 def redundancy(
     robot: opt.RobotOption,
-    frames: Annotated[bool, option("--frames", "With the constants of base and tool.")] = False,
-    points: Annotated[bool, option("--points", "As seen by points alone, without orientation.")] = False,
-    free: Annotated[bool, option("--free", "Only the constants that the robot frees.")] = False,
+    frames: Annotated[bool, option("--frames", "Include the constants of base and tool.")] = False,
+    points: Annotated[bool, option("--points", "Measured by points only, without orientation.")] = False,
+    free: Annotated[bool, option("--free", "Only the robot's free constants.")] = False,
     json: opt.JsonOption = None,
 ) -> None:
-    """Which constants of an arm no measurement tells apart, and may be removed."""
+    """Constants of an arm that no measurement can separate, and which of them may be removed."""
     from workbench.identification.redundancy import redundancy as found_of
     from workbench.identification.report.arm import redundancy_json, redundancy_text
 
@@ -31,7 +31,7 @@ def redundancy(
 def axes(
     data: opt.DataArgument, robot: opt.RobotOption, files: opt.FileOptions, json: opt.JsonOption = None
 ) -> None:
-    """Circle-point analysis: where each joint's axis is, from rows in which it turned alone."""
+    """Circle-point analysis: locate each joint's axis from rows in which only that joint moved."""
     from workbench.identification.circle_points import circle_axes
     from workbench.identification.report.arm import axes_json, axes_table
 
@@ -48,22 +48,22 @@ def new(
     pose: Annotated[
         list[str] | None,
         option(
-            "A pose as the pendant shows it, flange in the robot's base: "
-            '"q1,…,qn = x,y,z,roll,pitch,yaw"; three times or more. Units are found.'
+            "A pose as shown on the pendant, flange in the robot's base: "
+            '"q1,…,qn = x,y,z,roll,pitch,yaw"; give three or more. Units are detected.'
         ),
     ] = None,
     poses: Annotated[
-        Path | None, option("The same as a measurement file, whose headings tell the units.")
+        Path | None, option("The same as a measurement file, with units in the headings.")
     ] = None,
     name: Annotated[str | None, option("Name of the robot.")] = None,
     apply: Annotated[
-        Path | None, option("With --for: a file of the arm's controller or driver, read in.")
+        Path | None, option("With --for: a file of the arm's controller or driver to import.")
     ] = None,
     form: Annotated[str | None, option("--for", "With --apply: its form, such as ur-calibration.")] = None,
     tip: opt.TipOption = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """One's own robot: signs, offsets, units and convention found from three poses of the pendant."""
+    """Your own robot: signs, offsets, units and convention determined from three pendant poses."""
     from dataclasses import replace
 
     from workbench.arm.built_in_arms import check_robot_file, save_robot
@@ -73,7 +73,7 @@ def new(
         raise OptionError("--apply FILE and --for NAME belong together")
     if apply is None and not pose and poses is None:
         raise OptionError(
-            'three poses or more are needed to check a robot: --pose "q1,…,qn = x,y,z,roll,pitch,yaw" for '
+            'at least three poses are needed to check a robot: --pose "q1,…,qn = x,y,z,roll,pitch,yaw" for '
             "each, or --poses FILE"
         )
     check_robot_file(out)
@@ -94,15 +94,13 @@ def new(
 
 
 def _applied(nominal, path: Path, form: str):
-    """A known arm with what its controller or driver has of it."""
+    """A known arm with the calibration stored in its controller or driver."""
     from workbench.exports import Job, form_named
 
     text = form_named(form).text_of(path)
     arm = form_named(form).read(text, Job(robot=nominal, nominal=nominal, source=text))
     if arm is None:
-        raise OptionError(
-            f"a file of the form {form} can't be read in; it computes with a calibration's TOML"
-        )
+        raise OptionError(f"files of the form {form} can't be imported; use the calibration's TOML instead")
     return arm
 
 
@@ -121,20 +119,20 @@ def _poses(source: str, path: Path, tip: str | None):
 def loading(
     robot: Annotated[str, argument("Robot with masses: a .toml file, or a built-in arm.")],
     joints: Annotated[
-        str | None, option("Joints to load, 2,3 …; else all, those that no gravity turns by side pulls.")
+        str | None, option("Joints to load, such as 2,3; default: all, by side pulls if gravity can't.")
     ] = None,
-    added_mass: Annotated[float, option("Mass that can be hung onto the tool [kg].")] = 0.0,
-    pairs: Annotated[int, option("Pairs of postures for every joint and purpose.")] = 4,
-    repeats: Annotated[int, option("Readings of every posture.")] = 10,
+    added_mass: Annotated[float, option("Mass that can be attached to the tool [kg].")] = 0.0,
+    pairs: Annotated[int, option("Pairs of postures for each joint and purpose.")] = 4,
+    repeats: Annotated[int, option("Readings per posture.")] = 10,
     force: Annotated[float, option("Greatest side pull at the tool [N].")] = 40.0,
     centre_tolerance: Annotated[
-        str, option("How well the links' centres of mass are known (one σ along each axis).")
+        str, option("Standard deviation of the links' centres of mass along each axis.")
     ] = "2mm",
     out: Annotated[Path | None, option("Write postures, readings and a picture into this folder.")] = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
-    """Postures in which inclinometers show clearance, backlash and stiffness, tried on a virtual arm."""
+    """Postures in which inclinometers reveal clearance, backlash and stiffness, tried on a virtual arm."""
     from workbench.identification.load_test.experiment import run_load_test
     from workbench.identification.load_test.report import load_test_json, load_test_table
 

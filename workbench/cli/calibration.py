@@ -27,7 +27,7 @@ def identify(
     bounds: Annotated[
         list[str] | None, option("Bound for OPT1, in SI: joint1.theta=-0.1:0.1. May be repeated.")
     ] = None,
-    loss: Annotated[str, option("squares, huber, or tukey: how much outlying rows count.")] = "squares",
+    loss: Annotated[str, option("squares, huber, or tukey: weighting of outliers.")] = "squares",
     prior: Annotated[
         Path | None, option("An earlier result (--json) of this robot, as prior knowledge.")
     ] = None,
@@ -117,7 +117,7 @@ def evaluate(
     frames: Annotated[str, option("given: fit nothing; fit: fit only base and tool.")] = "given",
     json: opt.JsonOption = None,
 ) -> None:
-    """Errors of a nominal or calibrated robot on measurements; nothing of the arm is fitted."""
+    """Errors of a nominal or calibrated robot on measurements, without fitting the arm."""
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
 
@@ -130,7 +130,7 @@ def evaluate(
 
 
 def with_markers(data, tool: Path | None, base: Path | None):
-    """Rows whose markers have become poses of the tool in the robot's base frame (ARIA 5.1)."""
+    """Rows with markers converted to tool poses in the robot's base frame (ARIA 5.1)."""
     from workbench.data.observations.markers import marker_poses, synchronise
     from workbench.data.readers.read import read_marker_rows
 
@@ -150,19 +150,19 @@ def export(
         Path | None, option("Write controller-ready numbers here (.json): joint offsets, tool, base.")
     ] = None,
     form: Annotated[
-        str | None, option("--for", "Write --out in this form; `--for list` names them all.")
+        str | None, option("--for", "Write --out in this form; `--for list` lists all forms.")
     ] = None,
     out: Annotated[Path | None, option("With --for: file to write.")] = None,
     source: Annotated[
-        Path | None, option("With --for: file of this form to bring up to date; left as it is.")
+        Path | None, option("With --for: existing file of this form to update; it is not modified.")
     ] = None,
     nominal: Annotated[
-        str | None, option("The robot as its controller computes it: for --controller, some --for.")
+        str | None, option("The robot model of the controller: for --controller and some --for.")
     ] = None,
     tip: opt.TipOption = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """Write a robot in another form: URDF, TOML, or what a controller, a driver, a program loads."""
+    """Write a robot in another form: URDF, TOML, or a file for a controller, driver or program."""
     from workbench.exports import FORMS, form_named
 
     if form == "list":
@@ -176,7 +176,7 @@ def export(
         raise OptionError("--for NAME and --out FILE belong together; --source goes with them")
     chosen = None if form is None else form_named(form)
     if controller is not None and nominal is None:
-        raise OptionError("--controller needs --nominal ROBOT, the model that the controller has")
+        raise OptionError("--controller needs --nominal ROBOT, the controller's own model")
     opt.check_writable(urdf, toml, controller, out, json)
     if chosen is not None and out is not None:
         _export_for(chosen, out, arm, nominal, source, json)
@@ -193,7 +193,7 @@ def export(
 
 
 def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None, json: Path | None) -> None:
-    """Write one form, and say what it holds."""
+    """Write one form, and report how much of the calibration it holds."""
     from workbench.exports import Job, export_robot
 
     text = None if source is None else form.text_of(source)

@@ -11,15 +11,15 @@ from workbench.cli.options import option
 def board(
     out: Annotated[Path, option("Write the sheet here (.pdf to print, or .png).")],
     squares: Annotated[str, option("Squares across x down.")] = "5x7",
-    square: Annotated[str, option("Side of a square; of a solid: its edges.")] = "36mm",
-    marker: Annotated[str | None, option("Side of a marker; what suits the squares if not given.")] = None,
+    square: Annotated[str, option("Side of a square; for a solid, length of its edges.")] = "36mm",
+    marker: Annotated[str | None, option("Side of a marker; chosen to fit the squares if not given.")] = None,
     dictionary: Annotated[str, option("Dictionary of the markers.")] = "DICT_6X6_250",
     shape: Annotated[str, option("board, or tags on a cube or dodecahedron.")] = "board",
-    mounted: Annotated[str, option("What will carry it: tool or world.")] = "tool",
-    boards: Annotated[int, option("How many, with markers of their own, for one arm and camera.")] = 1,
-    dpi: Annotated[float, option("Dots per inch of a .png.")] = 300.0,
+    mounted: Annotated[str, option("Where it will be mounted: tool or world.")] = "tool",
+    boards: Annotated[int, option("Number of boards with different markers, for one arm and camera.")] = 1,
+    dpi: Annotated[float, option("Resolution of a .png [dots per inch].")] = 300.0,
 ) -> None:
-    """A ChArUco board (or a solid of tags) to print at its true size, and target.toml beside it."""
+    """A ChArUco board (or a polyhedron of tags) to print at true size, and its target.toml."""
     from workbench.base.files import write_bytes
     from workbench.data.camera.camera import Mount
     from workbench.data.camera.polyhedron import Shape, tag_solid
@@ -75,7 +75,7 @@ def _across_down(text: str) -> tuple[int, int]:
 
 
 def view_of(camera: Path, target: Path | None, places: list[str], target_at: str, depth: str | None):
-    """Cameras and target with their rough places, from the options of `poses`."""
+    """Cameras and target with their rough poses, from the options of `poses`."""
     import numpy as np
 
     from workbench.cli.options import two_lengths

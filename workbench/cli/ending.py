@@ -1,7 +1,7 @@
-"""How a command ends: one sentence on standard error, and an exit status that scripts can trust.
+"""How a command ends: one sentence on standard error, and a reliable exit status for scripts.
 
-0 is success and 1 a mistake that a user can mend, or a disk that is full; 2 a result that is no good one,
-or words that are no command; 130 Ctrl-C. A reader that closes the pipe, such as `head`, is no mistake.
+0 is success, 1 an error that the user can fix or a full disk, 2 an unreliable result or an invalid command
+line, 130 Ctrl-C. A reader that closes the pipe, such as `head`, is not an error.
 """
 
 import contextlib
@@ -19,13 +19,13 @@ from workbench.base.files import STANDARD_OUTPUT
 from workbench.base.wording import brief
 
 SECTIONS = ("Start", "Calibrate", "Plates", "Paths", "Files")
-"""What one wants from commands, in the order of the help."""
+"""Purposes of commands, in the order of the help."""
 
 
 class Commands(typer.core.TyperGroup):
-    """Commands under what one wants from them, each with its whole first sentence.
+    """Commands grouped by purpose, each with its complete first sentence.
 
-    What they raise comes out as it is, while typer would end some of it without a word.
+    Exceptions propagate unchanged, while typer would swallow some of them silently.
     """
 
     def format_commands(self, ctx: Any, formatter: Any) -> None:
@@ -41,18 +41,18 @@ class Commands(typer.core.TyperGroup):
                 formatter.write_dl(rows)
 
     def make_context(self, *words: Any, **options: Any) -> Any:
-        """Typer's, where the help is shown."""
+        """Typer's context, created where the help is shown."""
         with _past_typer():
             return super().make_context(*words, **options)
 
     def invoke(self, ctx: Any) -> Any:
-        """Typer's, where a command is carried out."""
+        """Typer's invocation of a command."""
         with _past_typer():
             return super().invoke(ctx)
 
 
 def group(name: str, help: str) -> typer.Typer:
-    """Commands that are called by two words."""
+    """A group of two-word commands."""
     return typer.Typer(name=name, help=help, no_args_is_help=True, cls=Commands)
 
 
@@ -65,14 +65,14 @@ def _past_typer() -> Iterator[None]:
 
 
 class _Raised(Exception):
-    """Carries what was raised past typer."""
+    """Carries an exception past typer."""
 
     def __init__(self, error: BaseException):
         self.error = error
 
 
 def run(command: Callable[[Sequence[str]], None], words: Sequence[str]) -> int:
-    """The exit status of a command for its words; what goes wrong is said.
+    """Run a command, print what goes wrong, and return its exit status.
 
     Args:
         command: Carries the words out; may raise anything, or `SystemExit`.
@@ -132,7 +132,7 @@ def _flush(status: int, sentence: str = "") -> int:
 
 
 def _discard_output() -> None:
-    """Let what can't be written go, so that it is not tried again at the end."""
+    """Discard output that can't be written, so that it is not tried again at exit."""
     with contextlib.suppress(OSError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, 1)
@@ -140,7 +140,7 @@ def _discard_output() -> None:
 
 
 def _messages_to_stderr(words: Sequence[str]) -> contextlib.AbstractContextManager:
-    """Words go to standard error where a result goes to standard output."""
+    """Send messages to standard error if a result goes to standard output."""
     given = {part for word in words for part in (word, word.partition("=")[2])}
     return (
         contextlib.redirect_stdout(sys.stderr) if given & set(STANDARD_OUTPUT) else contextlib.nullcontext()

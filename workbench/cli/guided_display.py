@@ -21,7 +21,7 @@ from workbench.data.live.acquisition import ArmState, Status
 
 KEYS = "Enter stores · f forces · r row again · n/p next/previous · q ends"
 NEAR = 1e-3, float(np.deg2rad(0.5))
-"""Deviations below these are shown as near [m], [rad]."""
+"""Deviations below these are shown in green [m], [rad]."""
 NOTHING, DEGREES = "–", 180.0 / np.pi
 MARKS = 50
 """Targets that the line of marks shows."""
@@ -29,7 +29,7 @@ MARKS = 50
 
 @contextmanager
 def live_view(console: Console) -> Iterator[Callable[[Status], None]]:
-    """A function that draws a status over the last one."""
+    """A function that redraws the status in place."""
     with Live(console=console, auto_refresh=False, transient=True) as live:
         yield lambda status: live.update(render(status), refresh=True)
 
@@ -84,7 +84,7 @@ def _size(values: Vector3, scale: float, near: float) -> Text:
 
 
 def _state(status: Status) -> Text:
-    """Whether the arm stands still, and the angle that is left."""
+    """Whether the arm stands still, and the remaining angle."""
     if status.silence > 0.0:
         return Text(f"the source has been silent for {status.silence:.0f} s", style="bold red")
     if status.arm_state is None:
@@ -108,12 +108,12 @@ def _marks(status: Status) -> Text:
 
 
 LOOK = 0.05
-"""How often the reading looks whether it is still wanted [s]."""
+"""Interval at which the key reader checks whether to stop [s]."""
 
 
 @contextmanager
 def keyboard() -> Iterator[Iterator[str] | None]:
-    """Keys as they are struck; None where there is no terminal to strike them in.
+    """Keys as they are pressed; None without a terminal.
 
     The terminal gives single keys without echo inside the block, and is as before after it.
     """
@@ -134,7 +134,7 @@ def keyboard() -> Iterator[Iterator[str] | None]:
 
 
 def _open() -> int | None:
-    """The controlling terminal, if there is one and we stand in its foreground."""
+    """The controlling terminal, if there is one and this process is in its foreground."""
     try:
         import termios
 

@@ -21,7 +21,7 @@ def simulate(
         str, option("With --poses: random, iso-cube, circle-points, or an index to maximise: O, O1 … O5.")
     ] = "random",
     instrument: Annotated[
-        str | None, option("What measures: plate, laser-tracker, tracker-6d, optotrak …")
+        str | None, option("Instrument: plate, laser-tracker, tracker-6d, optotrak …")
     ] = None,
     branch: Annotated[
         str, option("With --plate: designed, mixed, auto (one branch), or a branch by name.")
@@ -33,7 +33,7 @@ def simulate(
     of: Annotated[str | None, option("Measure this arm instead of one with hidden errors.")] = None,
     seed: opt.SeedOption = 0,
 ) -> None:
-    """A virtual arm with hidden manufacturing errors, measured."""
+    """Simulate measurements of a virtual arm with hidden manufacturing errors."""
     from workbench.arm.joint_units import sliding_numbers
 
     if (plate is None) == (poses is None):  # from here on one of the two is given
@@ -83,10 +83,10 @@ def preview(
     data: opt.DataArgument,
     files: opt.FileOptions,
     save_mapping: Annotated[
-        Path | None, option("Write what was understood here (.toml), to correct and use again.")
+        Path | None, option("Write the detected columns here (.toml), to correct and reuse.")
     ] = None,
 ) -> None:
-    """What a file would be read as: every column with its meaning and units, decisions, problems."""
+    """How a file would be read: every column with its meaning and units, decisions, problems."""
     from rich.markup import escape
 
     from workbench.data.readers.mapping import read_mapping, write_mapping
@@ -124,22 +124,22 @@ def poses(
         str | None, option('Where the tool has to be: a plate\'s region, or "x,y,z:x,y,z" in m.')
     ] = None,
     towards: Annotated[
-        str | None, option('Orientation to stay near: "roll,pitch,yaw" in degrees, or a plate.')
+        str | None, option('Orientation to stay close to: "roll,pitch,yaw" in degrees, or a plate.')
     ] = None,
-    cone: Annotated[str, option("With --towards: how far from it.")] = "60deg",
-    margin: Annotated[str, option("Least distance of turning joints from their limits.")] = "0deg",
-    spread: Annotated[str, option("Least distance between the tool's places.")] = "0mm",
+    cone: Annotated[str, option("With --towards: greatest angle from it.")] = "60deg",
+    margin: Annotated[str, option("Least distance of revolute joints from their limits.")] = "0deg",
+    spread: Annotated[str, option("Least distance between tool positions.")] = "0mm",
     travel: Annotated[str | None, option("Greatest travel of any joint from one pose to the next.")] = None,
     method: Annotated[str, option("exchange, or greedy: the choice before any exchange.")] = "exchange",
     unknown: opt.UnknownOption = None,
-    camera: Annotated[Path | None, option("A camera.toml: the target has to be in view.")] = None,
+    camera: Annotated[Path | None, option("A camera.toml: the target must be in view.")] = None,
     target: Annotated[Path | None, option("With --camera: the target.toml in view.")] = None,
     camera_at: Annotated[
         list[str] | None,
-        option('Rough place of each camera, world or tool: "x,y,z,roll,pitch,yaw" in m and °.'),
+        option('Rough pose of each camera, in the world or on the tool: "x,y,z,roll,pitch,yaw" in m and °.'),
     ] = None,
-    target_at: Annotated[str, option("Likewise of the target.")] = "0,0,0,0,0,0",
-    depth: Annotated[str | None, option("Where pictures are sharp: 300mm,900mm.")] = None,
+    target_at: Annotated[str, option("The same for the target.")] = "0,0,0,0,0,0",
+    depth: Annotated[str | None, option("Distances at which pictures are sharp: 300mm,900mm.")] = None,
     out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
@@ -188,14 +188,14 @@ def capture(
     plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
     out: Annotated[Path, option("Write the measurements here (.csv), row by row.")],
     source: Annotated[str, option("--from", "- (standard input), HOST:PORT, or listen:HOST:PORT.")] = "-",
-    still_window: Annotated[str, option("How long the arm must have stood still.")] = "0.5s",
-    still_joint: Annotated[str, option("How far a joint's readings may range in that time.")] = "0.02deg",
+    still_window: Annotated[str, option("Time that the arm must have stood still.")] = "0.5s",
+    still_joint: Annotated[str, option("Range of a joint's readings allowed in that time.")] = "0.02deg",
     session: Annotated[str, option("Name of this placement of robot and instrument.")] = "",
     force: Annotated[
-        bool, option("--force", "Keep what the source asks to keep even while the arm moves.")
+        bool, option("--force", "Store samples that the source asks for even while the arm moves.")
     ] = False,
 ) -> None:
-    """Guided measuring: steer the arm to each target of a plate, and a key or the source stores the row.
+    """Guided measurement: move the arm to each target of a plate and store a row by a key or from the source.
 
     The source sends one JSON object a line. Keys: Enter or space stores, f stores although the arm moves,
     r takes the shown target's row again or else the last one, n and p go to the next and the previous target,
@@ -237,17 +237,17 @@ def drive(
     plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
     to: Annotated[str, option("- (standard output), or HOST:PORT to wait at.")] = "-",
     instrument: Annotated[
-        str, option("What sees the tool: tracker-6d, laser-tracker …; plate: nothing, the seat holds it.")
+        str, option("Instrument: tracker-6d, laser-tracker …; plate: none, the seat fixes the tool.")
     ] = "tracker-6d",
     branch: Annotated[str, option("designed, mixed, auto (one branch), or a branch by name.")] = "designed",
     rate: Annotated[float, option("Samples a second.")] = 50.0,
     dwell: Annotated[str, option("How long the arm stands at each target.")] = "1s",
-    speed: Annotated[float, option("Times faster than real; 0: without waiting.")] = 1.0,
+    speed: Annotated[float, option("Speed-up over real time; 0: without waiting.")] = 1.0,
     actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[str | None, option("Drive this arm instead of one with hidden errors.")] = None,
     seed: opt.SeedOption = 0,
 ) -> None:
-    """A virtual arm in place of a real one's driver: JSON lines of an arm steered from target to target."""
+    """A virtual arm in place of a real driver: JSON lines of an arm moving from target to target."""
     from workbench.data.live.connection import send_samples
     from workbench.data.simulation.driver import Pace
     from workbench.plate.virtual_measuring import drive_plate
@@ -270,7 +270,7 @@ def drive(
 
 @contextmanager
 def lines_of(source: str) -> Iterator[Iterable[str]]:
-    """Lines of a live source: standard input, a place to connect to, or one to wait at."""
+    """Lines of a live source: standard input, an address to connect to, or a port to listen on."""
     from workbench.data.live.connection import connect, listen
 
     if source == "-":
@@ -288,7 +288,7 @@ def lines_of(source: str) -> Iterator[Iterable[str]]:
 
 @contextmanager
 def guided(console) -> Iterator[tuple]:
-    """Keys and live view where a terminal has both, else neither."""
+    """Keys and live view if the terminal supports both, otherwise neither."""
     from workbench.cli.guided_display import keyboard, live_view
 
     if not console.is_terminal:
@@ -304,7 +304,7 @@ def guided(console) -> Iterator[tuple]:
 
 @contextmanager
 def receiver(to: str) -> Iterator[Callable[[str], object]]:
-    """Where lines go: standard output, or the first that connects."""
+    """Destination of the lines: standard output, or the first client that connects."""
     import os
 
     from workbench.data.live.connection import first_listener, writer_to

@@ -1,4 +1,4 @@
-"""Options that several commands share, and the words of the others turned into values."""
+"""Options that several commands share, and the parsing of option values."""
 
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
@@ -36,7 +36,7 @@ DataArgument = Annotated[
 ColumnsOption = Annotated[
     str | None,
     option(
-        'What the columns are where headings are missing: "q1[deg],…,x[mm],…", "-" to skip one; '
+        'Meaning of the columns if headings are missing: "q1[deg],…,x[mm],…", "-" to skip one; '
         'in MATLAB files "q[rad|row]=Q,xyz[mm|row]=P".'
     ),
 ]
@@ -52,11 +52,11 @@ FramesOption = Annotated[
 ]
 SaveOption = Annotated[Path | None, option("--save", "Write the calibrated robot here (.toml or .urdf).")]
 ReportOption = Annotated[Path | None, option("--report", "Write an HTML report into this folder.")]
-ExcludeOption = Annotated[str | None, option("--exclude", "Data rows to keep out, comma-separated, from 0.")]
+ExcludeOption = Annotated[str | None, option("--exclude", "Data rows to exclude, comma-separated, from 0.")]
 NoiseOption = Annotated[
     str | None, option("--noise", 'Standard deviations of the instrument: "0.05mm,0.01deg".')
 ]
-WantedOption = Annotated[str | None, option('What every pose has to keep: "0.3mm", or "0.3mm,0.1deg".')]
+WantedOption = Annotated[str | None, option('Error limit for every pose: "0.3mm", or "0.3mm,0.1deg".')]
 TipOption = Annotated[str | None, option("Last link of the chain, for a URDF with several.")]
 SchedulerOption = Annotated[
     str | None, option("Dask scheduler, such as tcp://host:8786; else this machine's cores.")
@@ -66,7 +66,7 @@ SeedOption = Annotated[int, option("Seed of the random numbers.")]
 
 @dataclass(frozen=True)
 class FileOptions:
-    """How a file of measurements is read."""
+    """Options for reading a measurement file."""
 
     columns: ColumnsOption = None
     sheet: SheetOption = None
@@ -75,16 +75,13 @@ class FileOptions:
         option("Layout of the file, recognised if not given: plain, ipa-grid, mocap, c3d, ros-bag …"),
     ] = None
     mapping: Annotated[
-        Path | None,
-        option("A stored choice of what the columns are (.toml), as preview --save-mapping writes it."),
+        Path | None, option("A column mapping (.toml), as written by preview --save-mapping.")
     ] = None
     joints: Annotated[
         Path | None,
-        option(
-            "Joints of measurements that have none: a table or a robot's log, joined by name, time or row."
-        ),
+        option("Joints for measurements without any: a table or a robot's log, joined by name, time or row."),
     ] = None
-    camera: Annotated[Path | None, option("The data are pixels of the cameras of this camera.toml.")] = None
+    camera: Annotated[Path | None, option("The data are pixels from the cameras in this camera.toml.")] = None
     target: Annotated[Path | None, option("With --camera: the board or tags in view, a target.toml.")] = None
 
     def read(self, path: Path, arm):
@@ -109,7 +106,7 @@ class FileOptions:
         )
 
     def read_whole(self, path: Path, arm):
-        """Measurements of another file, which has its own joints."""
+        """Measurements from another file, with its own number of joints."""
         return replace(self, joints=None).read(path, arm)
 
 
@@ -132,12 +129,12 @@ class FitOptions:
         Path | None, option("Markers on the base, two rows (as designed, as seen), to align the frames.")
     ] = None
     seed: SeedOption = 0
-    force: Annotated[bool, option("--force", "Go on though the rows are clearly those of another arm.")] = (
+    force: Annotated[bool, option("--force", "Continue even if the rows clearly belong to another arm.")] = (
         False
     )
 
     def check_same_arm(self, arm, rows) -> None:
-        """End with status 2 where the rows are clearly another arm's, unless that is meant."""
+        """End with status 2 if the rows clearly belong to another arm, unless forced."""
         from workbench.data.misread import checked
         from workbench.identification.arm_match import arm_match
 
@@ -145,7 +142,7 @@ class FitOptions:
         found = arm_match(arm, checked(arm, rows))
         if found.is_foreign and not self.force:
             rival = f"--robot {found.rival}, or " if found.rival else "the robot that was measured, or "
-            fail(f"{found.words}; give {rival}--force to go on all the same")
+            fail(f"{found.words}; give {rival}--force to continue anyway")
 
     def choices(self, arm, files: FileOptions):
         """The same in SI."""
@@ -171,13 +168,13 @@ class OutputOptions:
     json: JsonOption = None
 
     def check(self, *, effects: bool = False) -> None:
-        """Refuse what can't be written before the work begins; `effects`: the arm may get some."""
+        """Refuse unwritable outputs before the work begins; `effects`: the arm may get some."""
         check_robot_file(self.save, effects=effects)
         check_writable(self.save, self.json, folder=self.report)
 
 
 def flattened(command: Callable[..., None]) -> Callable[..., None]:
-    """A command whose arguments that are records of options become these options."""
+    """A command whose option-record arguments are expanded into their options."""
     own = signature(command)
     records: dict[str, Any] = {
         name: p.annotation for name, p in own.parameters.items() if is_dataclass(p.annotation)
@@ -249,7 +246,7 @@ def bounds_of(texts: list[str]) -> dict[str, tuple[float, float]]:
 
 
 def noise_of(text: str):
-    """Standard deviations from people's units."""
+    """Standard deviations from values with units."""
     parts = [part.strip() for part in text.split(",")]
     if len(parts) not in (1, 2):
         raise OptionError(f'--noise must be like "0.05mm,0.01deg" or "0.05mm", got \'{text}\'')
@@ -361,7 +358,7 @@ def save_robot(arm, path: Path) -> Path:
 
 
 def check_robot_file(path: Path | None, *, effects: bool = False) -> None:
-    """Refuse an ending that no robot file has (or none with effects), before the work begins."""
+    """Refuse a file extension that robots (or robots with effects) can't have, before the work begins."""
     from workbench.arm.built_in_arms import check_robot_file as check
 
     if path is not None:
@@ -369,37 +366,37 @@ def check_robot_file(path: Path | None, *, effects: bool = False) -> None:
 
 
 def fail(sentence: str) -> NoReturn:
-    """End with exit status 2 and the reason on standard error: there is a result, but not a good one."""
+    """End with exit status 2 and the reason on standard error: there is a result, but it is unreliable."""
     print(f"workbench: {sentence}", file=sys.stderr)
     raise typer.Exit(2)
 
 
 def check_converged(fit) -> None:
-    """End with status 2 where a fit's search did not end at an optimum."""
+    """End with status 2 if a fit did not end at an optimum."""
     if not fit.outcome.ok:
         fail(f"the fit ({fit.title}) did not converge: {fit.outcome}; its best answer was kept")
 
 
 def say(text: str) -> None:
-    """One line of the answer."""
+    """Print one line of the result."""
     print(text)
 
 
 def say_notes(notes: Iterable[str]) -> None:
-    """What to know of the answer, a line each."""
+    """Print the notes of the result, one per line."""
     for note in notes:
         say(f"note: {note}")
 
 
 def show(renderable) -> None:
-    """A table of the answer."""
+    """Print a table of the result."""
     from rich.console import Console
 
     Console().print(renderable)
 
 
 def write_result(json: Path | None, content) -> None:
-    """Write the result where `--json` says, if it does."""
+    """Write the result to the file given by `--json`, if any."""
     from workbench.report.json import write_json
 
     if json is not None:
@@ -408,7 +405,7 @@ def write_result(json: Path | None, content) -> None:
 
 @contextmanager
 def progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
-    """A progress bar on standard error, if anybody looks."""
+    """A progress bar on standard error, if that is a terminal."""
     if not sys.stderr.isatty():
         yield lambda part, text: None
         return

@@ -11,16 +11,16 @@ from workbench.cli.ending import group
 from workbench.cli.options import argument, option
 
 paths = group(
-    "path", "Trajectories along a circle or a line, from rest to rest, with the tool's direction held."
+    "path", "Trajectories along a circle or a line, from rest to rest, with constant tool direction."
 )
 
-SpeedOption = Annotated[float | None, option("Greatest speed of any joint [rad/s or m/s]; else not checked.")]
+SpeedOption = Annotated[float | None, option("Maximum joint speed [rad/s or m/s]; default: no check.")]
 DurationOption = Annotated[float, option("Time from beginning to end [s].")]
 
 
 @dataclass(frozen=True)
 class PlanOptions:
-    """The arm that runs a path, how, and where the plan goes."""
+    """Options for the arm that runs a path, the motion, and the output."""
 
     robot: opt.RobotOption
     out: Annotated[Path, option("Write time, joints and poses here (.csv).")]
@@ -61,12 +61,10 @@ def circle(
     through: Annotated[
         list[str] | None, option("A point x,y,z [m] in the robot's base frame; three or more, in order.")
     ] = None,
-    taught: Annotated[
-        Path | None, option("Joints at three points or more, led there by hand, instead.")
-    ] = None,
+    taught: Annotated[Path | None, option("Instead, joints at three or more points taught by hand.")] = None,
     duration: DurationOption = 20.0,
 ) -> None:
-    """A circle through points, or through points that were taught."""
+    """A circle through given or taught points."""
     import numpy as np
 
     from workbench.paths.curves import circle_through
@@ -111,17 +109,15 @@ def compensate(
     ],
     robot: Annotated[str, option("The calibrated robot (.toml or .urdf).")],
     out: Annotated[Path, option("Write the corrected joints here (.csv).")],
-    nominal: Annotated[
-        str | None, option("The robot as its controller computes it; needed for joints.")
-    ] = None,
+    nominal: Annotated[str | None, option("The robot model of the controller; needed for joints.")] = None,
     method: Annotated[str, option("iterated, or one-step: Δq = −Jᵀ(JJᵀ + λ)⁻¹ Δx.")] = "iterated",
     payload: Annotated[float | None, option("Mass at the tool [kg].")] = None,
     temperature: Annotated[float | None, option("Temperature [degC].")] = None,
     max_speed: SpeedOption = None,
     positions_only: Annotated[
-        bool, option("--positions-only", "Orientations do not matter; Katana eq. (5.22).")
+        bool, option("--positions-only", "Ignore orientations; Katana eq. (5.22).")
     ] = False,
-    moving: Annotated[bool, option("--moving", "Loads with the links' inertia; else those at rest.")] = False,
+    moving: Annotated[bool, option("--moving", "Include inertial loads, not just static ones.")] = False,
     json: opt.JsonOption = None,
     columns: opt.ColumnsOption = None,
     sheet: opt.SheetOption = None,
@@ -150,9 +146,7 @@ def compensate(
     opt.write_result(json, compensation_json(found))
 
 
-pencil = group(
-    "pencil", "Tracking checked with pencil, paper and a potentiometer: a circle drawn on a printed one."
-)
+pencil = group("pencil", "Check tracking with pencil, paper and a potentiometer: retrace a printed circle.")
 
 RadiusOption = Annotated[str, option("Radius of the printed circle, such as 100mm.")]
 DotsOption = Annotated[float, option("Dots per inch.")]
@@ -165,7 +159,7 @@ def sheet(
     radius: RadiusOption = "100mm",
     dpi: DotsOption = 300.0,
 ) -> None:
-    """The sheet to print: a red circle, marks at its quarters, a long one where the path begins."""
+    """The sheet to print: a red circle with quarter marks and a long mark where the path begins."""
     from workbench.paths.pencil.check import write_sheet
 
     opt.check_writable(out)
@@ -181,7 +175,7 @@ def draw(
     dpi: DotsOption = 300.0,
     seed: opt.SeedOption = 0,
 ) -> None:
-    """A virtual arm draws the circle: its scan and the readings."""
+    """Let a virtual arm draw the circle: scan and potentiometer readings."""
     from workbench.data.readers import read_trajectory
     from workbench.paths.pencil.check import draw_path
 
@@ -197,7 +191,7 @@ def draw(
 def errors(
     scan: Annotated[Path, argument("Scan of the sheet with the drawing, in colour.")],
     radius: RadiusOption = "100mm",
-    path: Annotated[Path | None, option("The circle that was commanded: time and poses.")] = None,
+    path: Annotated[Path | None, option("The commanded circle: time and poses.")] = None,
     readings: Annotated[
         Path | None, option("Potentiometer: time[s], distance[mm] beyond its length at rest.")
     ] = None,

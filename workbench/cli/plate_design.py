@@ -1,4 +1,4 @@
-"""The commands that design a plate and try it out: plate optimise, plate yield."""
+"""Commands that design a plate and try it out: plate optimise, tradeoff, yield."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,18 +12,18 @@ from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, mak
 
 @dataclass(frozen=True)
 class BlockOptions:
-    """What the blocks of a designed plate may be."""
+    """Options for the blocks of a designed plate."""
 
     blocks: Annotated[str, option("Blocks: flat, stepped or tilted.")] = "tilted"
     heights: Annotated[str | None, option('Heights of blocks: "40mm,120mm".')] = None
-    angles: Annotated[
-        str | None, option('The only tilts that may be made: "0deg,15deg,30deg"; any if not given.')
-    ] = None
+    angles: Annotated[str | None, option('The only tilts allowed: "0deg,15deg,30deg"; any if not given.')] = (
+        None
+    )
     tilt: Annotated[str, option("Greatest tilt of a block.")] = "45deg"
-    turn: Annotated[str, option("Blocks are turned by multiples of this; 0deg: at will.")] = "0deg"
+    turn: Annotated[str, option("Blocks are rotated in multiples of this angle; 0deg: any angle.")] = "0deg"
 
     def of(self, reading: str):
-        """The same in SI, for targets that are read in this way."""
+        """The same in SI, for targets with this reading."""
         from workbench.plate.optimiser.manufacturing import IN_THE_AIR
         from workbench.plate.optimiser.target_blocks import Blocks, BlockStyle
 
@@ -39,12 +39,12 @@ class BlockOptions:
 
 @dataclass(frozen=True)
 class MarginOptions:
-    """The distances that a designed plate keeps."""
+    """Options for the margins of a designed plate."""
 
     clearance: Annotated[str, option("Least distance from plate, blocks, table, arm.")] = "10mm"
     limit_margin: Annotated[str, option("Least distance of joints from their limits.")] = "10deg"
     spacing: Annotated[str, option("Least distance of two targets on the plate.")] = "80mm"
-    retreat: Annotated[str, option("How far the probe must be able to go back.")] = "50mm"
+    retreat: Annotated[str, option("Distance over which the probe must be able to retract.")] = "50mm"
     floor: Annotated[str, option("Height of the table in the robot's base; none: there is no table.")] = "0mm"
 
     def constraints(self):
@@ -72,28 +72,27 @@ def optimise(
     branches: Annotated[str, option("mixed, or single: one branch for all targets.")] = "mixed",
     reading: Annotated[
         str | None,
-        option("What is read: seat, socket, point, contacts, ball-bar; as in the plate if not given."),
+        option("Reading at a target: seat, socket, point, contacts, ball-bar; as in the plate if not given."),
     ] = None,
     shapes: Annotated[
-        int | None,
-        option("How many different blocks may be made, for cheap making; any number if not given."),
+        int | None, option("Maximum number of different blocks, to make the plate cheaper; any if not given.")
     ] = None,
     made: Annotated[
         str | None,
-        option("From what people own: machined, printed, breadboard or ball-bar; sets what fits it."),
+        option("Manufacturing method: machined, printed, breadboard or ball-bar; sets matching defaults."),
     ] = None,
     noise: Annotated[
         str | None, option('Standard deviations of a visit: "0.1mm,0.02deg"; usual ones if not given.')
     ] = None,
-    visits: Annotated[int, option("How often each target is visited.")] = 1,
+    visits: Annotated[int, option("Number of visits to each target.")] = 1,
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
-    places: Annotated[int, option("Random blocks from which the search begins.")] = 2500,
+    places: Annotated[int, option("Number of random blocks at the start of the search.")] = 2500,
     unknown: opt.UnknownOption = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
-    """The best plate for a region: places, block angles and branches, reachable and free of collisions."""
+    """The best plate for a region: positions, block angles and branches, reachable and collision-free."""
     from dataclasses import replace
 
     from workbench.plate import design as plate_design
@@ -144,28 +143,28 @@ def optimise(
 def yield_(
     plate: PlateArgument,
     robot: opt.RobotOption,
-    arms: Annotated[int, option("How many virtual arms.")] = 10_000,
+    arms: Annotated[int, option("Number of virtual arms.")] = 10_000,
     noise: Annotated[
-        str | None, option('How well a target returns and is read: "0.1mm,0.02deg"; usual ones if not given.')
+        str | None, option('Repeatability and reading of a target: "0.1mm,0.02deg"; usual ones if not given.')
     ] = None,
-    joint_noise: Annotated[str, option("Of the joint readings.")] = "0deg",
+    joint_noise: Annotated[str, option("Standard deviation of the joint readings.")] = "0deg",
     tolerance: ToleranceOption = None,
     play: PlayOption = None,
     effects_of: Annotated[
-        str | None, option("--effects-of", "Robot file whose effects the actual arms have, undeclared.")
+        str | None, option("--effects-of", "Robot file with undeclared effects of the actual arms.")
     ] = None,
     errors: Annotated[
-        str, option("Greatest manufacturing errors of the arms: length and angle.")
+        str, option("Maximum manufacturing errors of the arms: length and angle.")
     ] = "5mm,5deg",
     orientations: Annotated[
-        str | None, option("Judge about the orientations of this plate's targets, to compare plates.")
+        str | None, option("Evaluate near the orientations of this plate's targets, to compare plates.")
     ] = None,
-    poses: Annotated[int, option("Poses of the region at which arms are judged.")] = 500,
+    poses: Annotated[int, option("Number of poses of the region at which arms are evaluated.")] = 500,
     scheduler: opt.SchedulerOption = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
-    """How many arms of a production are good enough after a calibration with the plate, and what to blame."""
+    """How many arms of a production run meet the requirement after calibration with the plate."""
     from workbench.plate import design as plate_design
     from workbench.plate.report.design import yield_json, yield_tables
 
@@ -197,15 +196,15 @@ def yield_(
 def tradeoff(
     plate: PlateArgument,
     robot: opt.RobotOption,
-    out: Annotated[Path, option("Folder for the picture and a plate (.toml) for each choice.")],
+    out: Annotated[Path, option("Folder for the plot and a plate (.toml) for each option.")],
     targets: Annotated[str, option("Numbers of targets.")] = "8,12,16",
-    made: Annotated[str, option("Ways to make them.")] = "machined,printed,breadboard",
-    places: Annotated[int, option("Random blocks from which each search begins.")] = 500,
-    arms: Annotated[int, option("Try each on so many virtual arms; 0: none.")] = 0,
+    made: Annotated[str, option("Manufacturing methods.")] = "machined,printed,breadboard",
+    places: Annotated[int, option("Number of random blocks at the start of each search.")] = 500,
+    arms: Annotated[int, option("Number of virtual arms to try each plate on; 0: none.")] = 0,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
-    """What does it buy me: predicted error against price, by targets, shapes and ways to make them."""
+    """Predicted error against price, by number of targets, block shapes and manufacturing method."""
     from workbench.base.files import write_folder
     from workbench.cli.options import whole_numbers
     from workbench.plate.plate_toml import plate_text

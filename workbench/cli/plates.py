@@ -12,7 +12,7 @@ from workbench.cli import options as opt
 from workbench.cli.ending import group
 from workbench.cli.options import argument, option
 
-plates = group("plate", "Fixture plates: their score, their design, their making.")
+plates = group("plate", "Fixture plates: score, design, manufacture.")
 
 PlateArgument = Annotated[str, argument("Plate: a .toml file, or the built-in table2.")]
 NoiseOption = Annotated[
@@ -24,14 +24,14 @@ ToleranceOption = Annotated[
 PlayOption = Annotated[
     str | None,
     option(
-        'Play of the probe in a seat, ±: "0.012mm,0.08deg"; pins: that of the drawn g6 pins; none. '
+        'Play of the probe in a seat (±): "0.012mm,0.08deg"; pins: that of the drawn g6 pins; none. '
         "As the plate says if not given; optimise assumes pins where it states none."
     ),
 ]
 
 
 USUAL = "0.1mm,0.02deg"
-"""The instrument with which plates are compared."""
+"""Instrument assumed for the comparison."""
 
 
 def sigma_of(noise: str | None) -> tuple[float, float] | None:
@@ -40,7 +40,7 @@ def sigma_of(noise: str | None) -> tuple[float, float] | None:
 
 
 def making_of(plate, tolerance: str | None, play: str | None):
-    """How a plate is made: what was given, and the rest as its file says; None where nothing was given."""
+    """Tolerances of a plate: as given, the rest from its file; None if nothing was given."""
     from workbench.plate.parts.stock import Stock
 
     making = plate.making
@@ -55,7 +55,7 @@ def making_of(plate, tolerance: str | None, play: str | None):
 
 @dataclass(frozen=True)
 class ScoreOptions:
-    """What a plate's score assumes, and where it goes."""
+    """Options for the assumptions and the output of a plate's score."""
 
     noise: NoiseOption = None
     tolerance: ToleranceOption = None
@@ -81,7 +81,7 @@ class ScoreOptions:
 @plates.command()
 @opt.flattened
 def score(plate: PlateArgument, robot: opt.RobotOption, how: ScoreOptions) -> None:
-    """What a plate tells about the arm: O per target, all indices, predicted errors in its region."""
+    """How well a plate determines the arm: O per target, all indices, predicted errors in its region."""
     from workbench.plate.report.plates import score_json, score_tables
 
     with how.choices("score") as choices:
@@ -99,7 +99,7 @@ def compare(
     robot: opt.RobotOption,
     how: ScoreOptions,
 ) -> None:
-    """Plates side by side, all made alike: errors predicted in the first one's region, ranks and indices."""
+    """Compare plates of equal tolerances: predicted errors in the first one's region, ranks, indices."""
     from workbench.plate.report.plates import comparison_json, comparison_table
     from workbench.plate.score import alike, score_plates
 
@@ -132,17 +132,17 @@ def _with_unique_names(plates, given: list[str]) -> list:
 def cluster(
     robot: opt.RobotOption,
     region: Annotated[
-        str, option('A plate whose region is meant, or "x,y,z:x,y,z", its corners in m.')
+        str, option('A plate whose region to use, or "x,y,z:x,y,z", its corners in m.')
     ] = "table2",
     plate: Annotated[
-        str | None, option("A plate whose region is meant, and near whose orientations to stay.")
+        str | None, option("A plate whose region to use and whose orientations to stay close to.")
     ] = None,
     side: Annotated[str | None, option("Side of the cubes; as the plate says if not given.")] = None,
-    number: Annotated[int, option("How many poses.")] = 10,
+    number: Annotated[int, option("Number of poses.")] = 10,
     index: Annotated[
-        str, option("Chooses between sets of equal O: I (predicted error), O1 … O5, A, D.")
+        str, option("Criterion for choosing between sets of equal O: I (predicted error), O1 … O5, A, D.")
     ] = "I",
-    cone: Annotated[str, option("With --plate: how far from its orientations.")] = "60deg",
+    cone: Annotated[str, option("With --plate: greatest angle from its orientations.")] = "60deg",
     out: Annotated[Path | None, option("Write the poses as a plate here (.toml).")] = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
@@ -183,13 +183,13 @@ def export(
     formats: Annotated[
         str | None, option("What to write: stl,3mf,dxf,pdf,csv,sheet,step; all but step if not given.")
     ] = None,
-    robot: Annotated[str | None, option("Arm for which the sheet says what accuracy to expect.")] = None,
+    robot: Annotated[str | None, option("Arm for which the sheet states the expected accuracy.")] = None,
     noise: NoiseOption = None,
     tolerance: ToleranceOption = None,
-    made: Annotated[str, option("From what: machined, printed, breadboard or ball-bar.")] = "machined",
+    made: Annotated[str, option("Made how: machined, printed, breadboard or ball-bar.")] = "machined",
     printed: Annotated[bool, option("--printed", "The same as --made printed.")] = False,
 ) -> None:
-    """Everything to make a plate: drawing set, solids, lists, and a sheet with the expected accuracy."""
+    """Export all that is needed to make a plate: drawings, solids, lists, and the expected accuracy."""
     from workbench.plate.optimiser.manufacturing import MANNERS
     from workbench.plate.parts import export as plate_making
     from workbench.plate.parts.stock import Stock
@@ -228,10 +228,10 @@ def as_measured(
         str, option("Measured in the frame of the robot's base, or of the plate (its top centre).")
     ] = "base",
     uncertainty: Annotated[
-        str, option("Of the machine (one σ), where its table has no sigma columns.")
+        str, option("Standard deviation of the machine, if its table has no sigma columns.")
     ] = "0.005mm,0.01deg",
 ) -> None:
-    """The plate as it came out: measured targets in place of the drawn ones; region and branches stay."""
+    """The plate as manufactured: measured targets replace the drawn ones; region and branches stay."""
     from workbench.plate.parts.as_measured import as_measured as replaced
     from workbench.plate.parts.as_measured import frame_named, read_measured_targets
     from workbench.plate.plate_toml import load_plate

@@ -20,10 +20,10 @@ def review(
     recording: RecordingArgument,
     others: Annotated[
         list[Path] | None,
-        option("--with", "Another recording, to compare; more than one: what moved over time."),
+        option("--with", "Another recording to compare with; give several to see changes over time."),
     ] = None,
     web: Annotated[bool, option("--web", "Open the viewer in the browser.")] = False,
-    out: Annotated[Path | None, option("Write the pictures here (.rrd) and open no viewer.")] = None,
+    out: Annotated[Path | None, option("Write the scene here (.rrd) instead of opening a viewer.")] = None,
     json: opt.JsonOption = None,
 ) -> None:
     """Open recorded sessions in the rerun viewer; two of them side by side."""
@@ -61,7 +61,7 @@ def replay(
     report: Annotated[Path | None, option("Write the session's report here (.html), one file.")] = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """Do a recorded session again and compare all numbers with those of then."""
+    """Replay a recorded session and compare all numbers with the recorded ones."""
     from workbench.session.journal.compare_numbers import check
     from workbench.session.journal.reader import read_recording
 
@@ -81,12 +81,12 @@ def replay(
 
 
 HEAD_START = 3.0
-"""How long a recording leaves the processor to the page's first picture [s]; nothing is lost meanwhile."""
+"""How long a recording waits so as not to delay the page's first picture [s]; nothing is lost meanwhile."""
 
 
 @dataclass(frozen=True, eq=False)
 class Opening:
-    """What the app begins with.
+    """How the app starts.
 
     Args:
         read: Reads nominal robot and fixture; None as the fixture for one that is made for the arm.

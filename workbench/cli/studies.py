@@ -1,4 +1,4 @@
-"""The commands that do the two works again: `workbench reproduce aria` and `workbench reproduce katana`.
+"""Commands that reproduce the two works: `workbench reproduce aria` and `workbench reproduce katana`.
 
 The studies belong to a checkout (`tests/studies`), not to what users install.
 """
@@ -14,7 +14,7 @@ from workbench.cli.ending import group
 from workbench.cli.options import option
 
 TESTS = Path(__file__).resolve().parents[2] / "tests"
-"""Where a checkout has the studies."""
+"""Location of the studies in a checkout."""
 
 PageOption = Annotated[Path | None, option("Write a page with pictures and tables into this folder.")]
 works = group("reproduce", "The works behind this program done again: printed numbers beside ours.")
@@ -35,7 +35,7 @@ def reproduce() -> None:
 @works.command()
 def aria(
     out: PageOption = None,
-    arms: Annotated[int, option("How many virtual arms are compared.")] = 100,
+    arms: Annotated[int, option("Number of virtual arms compared.")] = 100,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
@@ -52,11 +52,11 @@ def aria(
 @works.command()
 def katana(
     out: PageOption = None,
-    arms: Annotated[int, option("How many virtual arms are calibrated in every way.")] = 40,
+    arms: Annotated[int, option("Number of virtual arms calibrated with every method.")] = 40,
     weighed: Annotated[
-        int, option("How many compare influence-based identification with least squares.")
+        int, option("Number of arms for comparing influence-based identification with least squares.")
     ] = 200,
-    diagnosed: Annotated[int, option("How many of the arms are diagnosed.")] = 4,
+    diagnosed: Annotated[int, option("Number of arms that are diagnosed.")] = 4,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:

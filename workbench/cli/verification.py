@@ -1,4 +1,4 @@
-"""The commands for calibrated arms: verify on fresh poses, fleet over time and arms, rezero after a knock."""
+"""Commands for calibrated arms: verify on fresh poses, compare a fleet over time, rezero after a knock."""
 
 from pathlib import Path
 from typing import Annotated
@@ -20,9 +20,9 @@ def verify(
         Path | None, option("Measurements of the calibration; its poses are left out of the verification.")
     ] = None,
     frames: Annotated[
-        str, option("given: fit nothing; fit: fit base and tool, as the instrument was moved.")
+        str, option("given: fit nothing; fit: fit base and tool, if the instrument was moved.")
     ] = "given",
-    same: Annotated[str, option("Rows whose joints differ by less visit one pose.")] = "0.02deg",
+    same: Annotated[str, option("Rows whose joints differ by less count as one pose.")] = "0.02deg",
     fact: Annotated[
         list[str] | None, option('For the certificate, such as "Serial number=A-1047". May be repeated.')
     ] = None,
@@ -76,7 +76,7 @@ def fact_of(text: str) -> tuple[str, str]:
 def fleet(
     folder: Annotated[Path, argument("ARM/DATE.toml (calibrated) or ARM/DATE.csv (measured) for each arm.")],
     robot: Annotated[str | None, option("Nominal robot, with which measurements are identified.")] = None,
-    allowed: Annotated[str, option("Measure again when a drift will have moved the tool by this.")] = "0.1mm",
+    allowed: Annotated[str, option("Drift of the tool after which to measure again.")] = "0.1mm",
     workers: Annotated[
         int | None, option("Processes on this machine; as many as it has cores if not given.")
     ] = None,
@@ -112,10 +112,10 @@ def rezero(
     files: opt.FileOptions,
     replaced: Annotated[str | None, option("Joints that were replaced, such as 3.")] = None,
     prior: Annotated[
-        Path | None, option("Result of the calibration (--json): how well it knows the arm.")
+        Path | None, option("Result of the calibration (--json), as prior knowledge of the arm.")
     ] = None,
     tolerance: Annotated[
-        str, option("How well the calibration knows lengths and angles, without --prior.")
+        str, option("Without --prior: standard deviations of the calibrated lengths and angles.")
     ] = "0.1mm,0.006deg",
     noise: opt.NoiseOption = None,
     frames: opt.FramesOption = "auto",
@@ -123,7 +123,7 @@ def rezero(
     save: opt.SaveOption = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """After a knock or a new motor: which joint's zero moved since the calibration, by how much."""
+    """After a knock or a motor replacement: which joint's zero has moved, and by how much."""
     from workbench.identification.prior import read_prior
     from workbench.identification.rezero.record import Verdict
 

@@ -26,7 +26,7 @@ from workbench.data.prediction import RowComponents
 
 @dataclass(frozen=True, kw_only=True)
 class Wanted:
-    """What an arm has to keep at every pose.
+    """Maximum errors of an arm at every pose.
 
     Args:
         position: Greatest position error [m].
@@ -170,7 +170,7 @@ class WantedCheck:
 
 @dataclass(frozen=True, kw_only=True)
 class Requirement:
-    """How far off the tool may be.
+    """Allowed deviation of the tool.
 
     Args:
         radius: Radius r_t of what the tip has to hit [m].
@@ -224,7 +224,7 @@ class Requirement:
 
 
 def usual_wanted(name: str) -> Wanted | None:
-    """What is asked of an arm of that name where nobody says: eq. (3) of ARIA, nothing of others."""
+    """The default requirement for an arm by name: eq. (3) for ARIA, none for others."""
     return Requirement().wanted if name == "ARIA" else None
 
 

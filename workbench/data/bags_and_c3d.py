@@ -1,6 +1,6 @@
 """Bags of ROS 1 and 2 (mcap too) and C3D files: their arrays, read in a child with bounds of time and memory.
 
-`read_bag` and `read_c3d` are the only ways to the foreign readers.
+`read_bag` and `read_c3d` are the only entry points to the third-party readers.
 """
 
 import math

@@ -1,7 +1,8 @@
-"""Excel, parquet and MATLAB files: what is in their cells, read in a child with bounds of time and memory.
+"""Excel, Parquet and MATLAB files: their cells, read in a child process with time and memory limits.
 
-`read_workbook`, `read_columns` and `read_arrays` are the only ways to the foreign readers. What is plainly
-broken or too large is refused before a child is begun; the rest of what a file can do ends with the child.
+`read_workbook`, `read_columns` and `read_arrays` are the only entry points to the third-party readers. What
+is plainly broken or too large is refused before a child is begun; the rest of what a file can do ends with
+the child.
 """
 
 import io

@@ -1,4 +1,4 @@
-"""Direction of every joint's last motion, from the order of the rows in time: it drives backlash."""
+"""Direction of every joint's last motion, from the order of the rows in time; the driver of backlash."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Measurements that are read as something else than they are, as the arm itself tells.
+"""Detecting misread measurements by comparison with the arm.
 
 A quaternion in another order, or of the opposite turn, is a rotation all the same, and metres that are called
 millimetres are lengths: only an arm that can't have moved like that gives them away.

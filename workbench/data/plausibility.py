@@ -1,4 +1,4 @@
-"""What measurements can be for a given arm: units that were mislabelled, rows that say nothing new."""
+"""Plausibility of measurements for a given arm: mislabelled units, repeated rows."""
 
 from dataclasses import replace
 

@@ -1,4 +1,4 @@
-"""Where a model expects the tool at measured rows, and how far off it was found, axis by axis.
+"""Predicted tool poses at measured rows, and errors axis by axis.
 
 Every session of measurements may have its own base and tool, and what drives the arm's effects (payload,
 temperature, direction of motion …) differs from row to row. Both are taken into account here and nowhere

@@ -1,1 +1,1 @@
-"""Diagnosis: what a fit leaves is traced to an effect that the model lacks."""
+"""Diagnosis: trace the residual error of a fit to effects that the model lacks."""

@@ -1,4 +1,4 @@
-"""Columns of candidates: how every residual component answers to coefficients of effects.
+"""Candidate columns: derivatives of every residual component with respect to effect coefficients.
 
 An effect's column is the sum of its elements' twists times its law, seen by the block's observation and
 whitened; the moments are those of the arm as it is bent by what was accepted. Of the total derivative the

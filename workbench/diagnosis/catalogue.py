@@ -1,6 +1,6 @@
-"""What is tried on an arm: whatever every registered effect offers for its joints and the measured rows.
+"""The candidates for an arm: all that the registered effects offer for its joints and the rows.
 
-What can't be tried is said, with the reason.
+Candidates that can't be tried are reported with the reason.
 """
 
 from collections.abc import Iterator
@@ -74,7 +74,7 @@ def _still(motion: Motion) -> Iterator[str]:
 def _drivers(motion: Motion) -> Iterator[str]:
     """Sentences on drivers that don't vary, or vary together."""
     if motion.payload is not None and len(motion) and np.ptp(motion.payload) == 0.0:
-        yield "the payload is the same in all rows: it can't be told from the arm's own weight"
+        yield "the payload is the same in all rows: it can't be separated from the arm's own weight"
     known = {n: v for n, v in motion.drivers.items() if n in ("time", "temperature", "payload")}
     varied = {n: v for n, v in known.items() if np.isfinite(v).all() and np.ptp(v) > 0}
     for a, b in combinations(varied, 2):

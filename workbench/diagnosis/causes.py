@@ -1,4 +1,4 @@
-"""What a diagnosis claims: causes of a size that matters, with odds. The rest predicts and claims nothing.
+"""The claims of a diagnosis: causes of significant size, with odds. The rest predicts without naming a cause.
 
 Effects of one kind that joints have together are one cause. An accepted effect is a cause if
 
@@ -209,8 +209,8 @@ class ResidualMap:
         names = ", ".join(str(j + 1) for j in self.joints)
         where = f" of joint{'s' if len(self.joints) > 1 else ''} {names}" if names else ""
         return (
-            f"A residual map{where} takes the error from {self.before_mm:.3g} to {self.after_mm:.3g} mm; "
-            "it predicts, and names no cause"
+            f"A residual map{where} takes the error from {self.before_mm:.3g} to {self.after_mm:.3g} mm; it "
+            "predicts, but names no cause"
         )
 
 

@@ -55,7 +55,7 @@ def diagnose(
     progress: Report | None = None,
     cancel: Cancel | None = None,
 ) -> Diagnosis:
-    """Find what the model of an arm lacks, add it, and judge it on rows that took no part.
+    """Find the effects that the model of an arm lacks, add them, and validate them on held-out rows.
 
     Args:
         robot: Nominal arm; effects that it carries already act as they are.

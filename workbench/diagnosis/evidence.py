@@ -1,4 +1,4 @@
-"""How well a model of effects explains what the geometry leaves: log evidence, p-value, cross-validation.
+"""How well a model of effects explains the residuals: log evidence, p-value, cross-validation.
 
 The residual is normal with unknown variance. Free coefficients are charged as in the Bayesian information
 criterion, ½ log N each; coefficients that share a variance are integrated out, their precision λ being the
@@ -108,7 +108,7 @@ def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Le
 
 
 def offer(left: Left, candidate: Candidate) -> Offer | None:
-    """What a candidate would add to a model; None where the rows don't show it."""
+    """What a candidate would add to a model; None if it is unobservable in the rows."""
     return next(iter(offers(left, [candidate])), None)
 
 

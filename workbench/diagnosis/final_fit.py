@@ -1,6 +1,6 @@
-"""What a diagnosis saves: its model fitted once more on all rows, those that no arm explains left out.
+"""The result that a diagnosis saves: its model refitted on all rows except those that no arm explains.
 
-Every figure of held-out rows is from before: they are fitted only once everything has been decided.
+All errors of held-out rows are from before: these rows are fitted only after everything has been decided.
 
 Whether what is left is noise, its structure tells: residuals of neighbouring poses agree where the model
 lacks something. The statistic is the mean product of every row's residual with its nearest neighbour's in

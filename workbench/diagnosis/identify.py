@@ -1,4 +1,4 @@
-"""Identification from pictures, with effects of the arm as the last step of what they may identify."""
+"""Identification from pictures, with effects of the arm as the last step."""
 
 from functools import wraps
 

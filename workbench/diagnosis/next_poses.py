@@ -1,4 +1,4 @@
-"""Poses to measure next: those that best separate effects which the rows can't tell apart, or sharpen them.
+"""Poses to measure next: those that best separate confounded effects, or reduce their uncertainty.
 
 Poses are drawn over the joint ranges that were measured, where the arm keeps clear of itself. The
 information matrix of geometry, accepted effects and their rivals grows by every pose; the next one is that
@@ -72,7 +72,7 @@ def next_poses(
     count: int = 5,
     measurable: Measurable | None = None,
 ) -> tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]:
-    """Joint positions to measure next, and why each of them, once those before it are measured.
+    """Joint positions to measure next, and the reason for each once those before it are measured.
 
     Args:
         problem: What was fitted.
@@ -160,10 +160,10 @@ def _reason(
     is_open = old[best] > OPEN
     sharper = f"± {factor * new[best] / scale[best]:.2g} {unit}"
     if is_open:
-        words = f"shows {mine.name} for the first time: {sharper}"
+        words = f"makes {mine.name} observable: {sharper}"
     else:
         verb = (
-            f"tells {mine.name} from {unknowns[other].name}"
+            f"separates {mine.name} from {unknowns[other].name}"
             if alike[other] > ALIKE
             else f"sharpens {mine.name}"
         )

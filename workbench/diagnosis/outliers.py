@@ -1,4 +1,4 @@
-"""Rows that no model of the arm explains: mis-seated targets, mistyped numbers. They are set apart and named.
+"""Rows that no model of the arm explains: mis-seated targets, mistyped numbers. They are excluded and named.
 
 Positions and rotations are judged apart, each compared with what the typical row leaves (the median, so that
 up to half may be wrong), leverage taken into account: a row that was fitted leaves less than it was off, one
@@ -27,7 +27,7 @@ ROUNDS = 8
 
 
 def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
-    """A fit that rows far off do not pull: Tukey's weights by the worse of position and rotation.
+    """A fit insensitive to outliers: Tukey's weights by the worse of position and rotation.
 
     Args:
         problem: All rows.

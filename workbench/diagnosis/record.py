@@ -1,4 +1,4 @@
-"""What a diagnosis hands back."""
+"""The result of a diagnosis."""
 
 from dataclasses import dataclass
 from enum import StrEnum

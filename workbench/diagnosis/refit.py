@@ -1,4 +1,4 @@
-"""Geometry and accepted effects fitted together, nothing linearised."""
+"""Joint nonlinear fit of geometry and accepted effects."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

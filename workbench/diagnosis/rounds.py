@@ -1,4 +1,4 @@
-"""The rounds of a diagnosis: fit, set outliers apart, weigh anew, search for effects, fit again.
+"""The rounds of a diagnosis: fit, exclude outliers, reweight, search for effects, fit again.
 
 A stage is everything that holds after a fit. Rounds end when a search finds what was fitted, or what an
 earlier one has found already: then the fit that says most with least is kept.
@@ -226,7 +226,7 @@ def _fit(stage: Stage, grams: Grams | None, model: Model, on_step) -> Stage:
 
 
 def _without_outliers(stage: Stage, grams: Grams | None, on_step) -> Stage:
-    """Set outliers apart until the rows stand still, then weigh by what the fit leaves."""
+    """Exclude outliers until the selection no longer changes, then weight by the residuals of the fit."""
     for _ in range(1 if large(stage.fitted.problem) else OUTLIER_ROUNDS):
         whole = _on_all_rows(stage)
         keep = ~find_outliers(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor)

@@ -1,6 +1,6 @@
 """The search for effects: add the best, exchange, prune, until chance explains the rest.
 
-A candidate enters when three judges agree: the evidence prefers it to every other, chance would add as much
+A candidate enters if three criteria agree: the evidence prefers it to every other, chance would add as much
 in less than `ALPHA` of all arms (corrected for the number of candidates that were tried), and the error on
 folds that took no part in the fit falls. After each entry every effect is tried against all others in its
 place, and joints with several maps of their own against one smooth map.
@@ -70,7 +70,7 @@ def search(
     *,
     on_step: Callable[[Model], bool] | None = None,
 ) -> Found:
-    """Find the effects that the rows ask for.
+    """Find the effects that the rows support.
 
     Args:
         grams: Inner products at a fit.
@@ -109,7 +109,7 @@ def as_found(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> Fo
 
 
 def significant(found: Offer, tries: int) -> bool:
-    """Whether chance would hardly add as much, for so many candidates."""
+    """Whether the gain is significant for so many candidates."""
     return bool(found.gain > 0.0 and found.log_p + np.log(max(tries, 1)) < np.log(ALPHA))
 
 
@@ -254,7 +254,7 @@ def worth(grams: Grams, rest: Model, group: Model) -> float:
 
 
 def prune(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
-    """Drop effects, the weakest first, that the others make superfluous."""
+    """Drop effects made redundant by the others, the weakest first."""
     while model:
         own = [_own_offer(grams, model, k) for k in range(len(model))]
         weakest = int(np.argmin([o.gain for o in own]))

@@ -1,4 +1,4 @@
-"""Effects of load that the rows can't show, and how much they may bias the sizes of those that were found.
+"""Load effects that are undetectable in the rows, and how much they may bias the sizes of those found.
 
 Beside an accepted model, whose columns are A, the coefficient c of another effect with the column a would be
 found to be ĉ with the standard error
@@ -36,7 +36,7 @@ IDLE = 0.01
 
 
 class Reason(StrEnum):
-    """Why the rows can't show an effect."""
+    """Why an effect is undetectable."""
 
     UNLOADED = "no row loads it"
     COVERED = "the rest of the model does the same"
@@ -110,7 +110,7 @@ def hidden_variance(searched: Searched, missing: Sequence[Undetectable]) -> dict
 
 
 def describe(missing: Sequence[Undetectable]) -> str:
-    """One sentence on what the rows can't show; empty if there is nothing."""
+    """One sentence on the undetectable effects; empty if there are none."""
     groups: dict[tuple[Reason, tuple[int, ...]], list[str]] = {}
     joints: dict[tuple[Reason, str], list[int]] = {}
     for item in missing:

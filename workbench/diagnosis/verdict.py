@@ -1,4 +1,4 @@
-"""The verdict: what the rows allow to be said, in one sentence."""
+"""The verdict of a diagnosis, in one sentence."""
 
 from collections.abc import Sequence
 
@@ -23,7 +23,7 @@ LEADS = 0.5
 """Part of what is left that noise of joint readings must make for the verdict to begin with it."""
 SETTLE = "let the arm settle before its joints are read, or average several readings"
 """What to do about it …"""
-LOOK = "look there for friction that winds up the drive, a worn coupling or a poor encoder"
+LOOK = "check it for friction that winds up the drive, a worn coupling or a poor encoder"
 """… and where one joint scatters alone."""
 LITTLE = np.deg2rad(30.0)
 """A joint that turned less than this moved little [rad]; less than `STILL`, not at all."""
@@ -123,7 +123,7 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
 
 def _lost(added: bool, nominal: Errors, after: Errors) -> str:
     """A sentence where not even the geometry explains much."""
-    end = "The effects that were added mean little until then" if added else "No effects were added"
+    end = "The effects that were added mean little before that" if added else "No effects were added"
     return (
         f"The geometry explains little: {after.position_mm.rms:.3g} of {nominal.position_mm.rms:.3g} mm "
         f"remain. Check the robot, the units, the frames and the sessions. {end}."
@@ -162,7 +162,7 @@ def coverage(data: Dataset, chain: Chain) -> list[str]:
     span = np.ptp(data.q, axis=0)
     little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < LITTLE]
     notes = [
-        f"joint {j + 1} moved over only {np.rad2deg(span[j]):.0f}°; beyond, nothing is known of it"
+        f"joint {j + 1} moved over only {np.rad2deg(span[j]):.0f}°; outside this range nothing is known of it"
         for j in little
     ]
     if data.group is not None and len(set(data.group.tolist())) == 1:
@@ -171,7 +171,7 @@ def coverage(data: Dataset, chain: Chain) -> list[str]:
     if together < int((span > STILL).sum()):
         notes.append(
             f"the joints moved together, in {together} instead of {data.joints} independent directions: the "
-            "result holds for such poses, and effects of different joints can hardly be told apart"
+            "result is valid for such poses, and effects of different joints can hardly be separated"
         )
     return notes
 

@@ -1,4 +1,4 @@
-"""What a controller, a driver or a program loads of a calibration: one file a form, and one line here."""
+"""Export formats for controllers, drivers and programs: one file per format, and one line here."""
 
 from workbench.base.errors import OptionError
 from workbench.base.registry import Registry

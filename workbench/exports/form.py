@@ -1,8 +1,8 @@
-"""Forms in which a calibration reaches a controller, a driver or a program: one file each.
+"""Export formats of a calibration for controllers, drivers and programs: one file each.
 
-A form writes text and reads its own text back as the arm that whoever loads the file computes. That arm is
-compared with the calibrated one over poses within the limits, so that what a form can't hold is measured on
-the very file that was written, never claimed.
+A form writes a text and reads it back as the arm that a consumer of the file would compute. That arm is
+compared with the calibrated one over poses within the limits, so that the error due to whatever a form can't
+represent is measured on the written file itself.
 """
 
 from abc import ABC, abstractmethod
@@ -101,7 +101,7 @@ class AbstractForm(ABC):
         """
 
     def notes(self, job: Job) -> Iterable[str]:
-        """What to know before the file is used, one sentence each."""
+        """Notes on using the file, one sentence each."""
         return ()
 
 
@@ -125,7 +125,7 @@ class Exported:
 
     @property
     def verdict(self) -> str:
-        """How much of the calibration the file holds."""
+        """How much of the calibration the file represents."""
         if self.position is None or self.rotation is None:
             return "the whole calibrated model"
         if max(self.position, self.rotation) < EXACT:
@@ -157,9 +157,9 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         known, unknown = divided(job.robot)
         apart = apart_from(job.robot.with_effects(*known), read, rows)
         if known:
-            notes.append(f"no place for the effects {_names(known)}; what that costs is in the figure above")
+            notes.append(f"can't hold the effects {_names(known)}; the figure above includes the error")
         if unknown:
-            notes.append(f"no place for {_names(unknown)}, which the figure above does not count")
+            notes.append(f"can't hold {_names(unknown)}, which the figure above does not include")
     return Exported(
         path=write_text(path, text), position=apart[0], rotation=apart[1], rows=rows, notes=tuple(notes)
     )

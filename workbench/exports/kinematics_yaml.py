@@ -6,7 +6,8 @@
     OpenArm   openarm_description    the same
 
 Their joints turn about their own z axes (OpenArm: about those of its URDF). UR and xArm have no place for
-what lies behind the last joint: as far as it is no turn about that joint's axis, it is said as a tool frame.
+what lies behind the last joint: unless it is a rotation about that joint's axis, it is reported as a tool
+frame.
 
 Sources: default_kinematics.yaml and ur_calibration of the UR ROS 2 packages; gen_kinematics_params.py of
 xarm_ros2; robots/fr3/kinematics.yaml of franka_description; config/arm of openarm_description.
@@ -88,7 +89,7 @@ class KinematicsYaml(AbstractForm):
     def notes(self, job: Job) -> Iterable[str]:
         yield from self.advice
         if job.robot.effects:
-            yield "geometry alone: this form has no place for effects"
+            yield "geometry only: this form can't hold effects"
         if not self.flange:
             yield from tool_note(self._tool(job).pose)
 

@@ -1,4 +1,4 @@
-"""Forms that hold joint offsets: a card to type from, and the motor calibration of LeRobot arms.
+"""Formats for joint offsets: a card of numbers to type in, and the motor calibration of LeRobot arms.
 
     LeRobot    degrees = (raw − (range_min + range_max) / 2) · 360 / 4095
 

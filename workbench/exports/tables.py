@@ -59,7 +59,7 @@ class AbstractJointTable(AbstractForm):
 
     def notes(self, job: Job) -> Iterable[str]:
         if not np.array_equal(job.robot.tool.pose, np.eye(4)):
-            yield "base and tool are no part of the table"
+            yield "base and tool are not part of the table"
 
 
 @final

@@ -1,4 +1,4 @@
-"""Where base and tool roughly are, before anything else is known: closed forms, then a short fit.
+"""Initial alignment of base and tool, before anything else is known: closed forms, then a short fit.
 
 With full poses B_i = X A_i Z (A the arm's nominal pose, X the base, Z the tool) both come from `hand_eye`.
 With points alone the base (Arun's rigid fit) and the tool point (linear) are found in turns; repeated visits
@@ -36,7 +36,7 @@ def align(
     known: Mapping[str, float] | None = None,
     limit: int = 100,
 ) -> Robot:
-    """The nominal arm with the base and tool that fit the rows best; geometry is not touched.
+    """The nominal arm with the base and tool that fit the rows best; the geometry is unchanged.
 
     Args:
         robot: Nominal arm; frames that are not free stay as they are.

@@ -1,4 +1,4 @@
-"""Whether rows can be an arm's at all: asked before a fit, which would bend any arm into any rows.
+"""Check before a fit, which would distort any arm to match any rows, whether the rows are its own.
 
 The nominal arm is brought to the rows with the best base and tool. An arm's own rows are then off by its
 errors of making, a hundredth of its reach, and inside its joint limits. Rows of another arm are off by a
@@ -42,7 +42,7 @@ BETTER = 5.0
 
 @dataclass(frozen=True, kw_only=True)
 class ArmMatch:
-    """How well rows and a nominal arm go together.
+    """How well rows match a nominal arm.
 
     Args:
         robot: Name of the arm.

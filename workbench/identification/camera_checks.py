@@ -1,4 +1,4 @@
-"""What camera, target and pictures contradict: intrinsics, or a print's size, that are not what was given."""
+"""Contradictions between pictures, camera and target: wrong intrinsics or a wrong print size."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -31,7 +31,7 @@ OUT_OF_LINE, FAR_OFF = 6.0, 2e-3
 
 @dataclass(frozen=True, eq=False)
 class PictureFit:
-    """Pictures with some of what was given let go, all corners weighed alike; `x` is the answer."""
+    """A fit with some given properties freed and all corners weighted alike; `x` is the solution."""
 
     problem: Problem
     x: Float[np.ndarray, " p"]
@@ -117,7 +117,7 @@ class Doubts:
 
 
 def find_doubts(fitted: Callable[[Dataset], PictureFit], data: Dataset) -> Doubts:
-    """What the pictures contradict of camera and target.
+    """The given properties of camera and target that the pictures contradict.
 
     The pictures are fitted as given, with free intrinsics in place of fixed ones, and with a target of any
     size: what then suits them, and as given does not, is to blame; both, where the pictures can't tell.
@@ -159,7 +159,7 @@ def _sentences(rig: Rig, given: PictureFit, lens: PictureFit, size: PictureFit) 
     by_size = f"{size.pixel:.2f} px with {_larger(size, rig)}"
     if is_either:
         yield (
-            "the target's size or the focal length is not what was given, and the pictures can't tell which: "
+            "the target's size or the focal length is wrong, and the pictures can't determine which: "
             f"corners {given.pixel:.2f} px off as given, {by_size}, {_by_lens(lens, rig)}; check the printed "
             'square\'s side, or leave the intrinsics to be refined with free = "auto"'
         )

@@ -1,9 +1,9 @@
-"""The gate of what pictures may identify: freedom grows only as far as it carries.
+"""Stepwise identification from pictures: parameters are freed only as far as the pictures support them.
 
 First camera and target alone, then the joints' zeros, then the arm's geometry, then effects beside it, where
-geometry leaves more than chance. Each step is weighed in mm at the tool, frames aside: with Σ the covariance
-of the arm's constants and J̃ their effect on the tool's positions at the measured poses, less what a base and
-a tool frame could do as well,
+geometry leaves more than chance. Each step is assessed in mm at the tool, excluding frames: with Σ the
+covariance of the arm's constants and J̃ their effect on the tool's positions at the measured poses, less what
+a base and a tool frame could do as well,
 
     uncertainty² = mean tr(J̃ Σ J̃ᵀ),    moved² = mean |J̃ d|²,    d = change of the constants
 
@@ -67,7 +67,8 @@ FIRST_WIDTH = 3e-4
 BLOCKS = 10
 """Blocks of joint space that are left out in turns."""
 CONFOUNDED = 1e-5
-"""A constant whose column is this small beside what camera and target do alone can't be told from them."""
+"""A constant whose column is this small after removing that of camera and target can't be separated from
+them."""
 UNSEEN = 1e-9
 """Information that is left of an unknown, such as a board's place, which only the block left out shows."""
 Seek = Callable[[Robot, Problem, np.ndarray], tuple[AbstractEffect, ...]]
@@ -136,7 +137,7 @@ def pass_gate(
         bent = _with_effects(robot, data, last, at, zeros, build, seek)
         step = _step(EFFECTS, bent or at, taken)
         nothing = (
-            f"no effect of the arm stands out in the {in_mm(step.lack)} that geometry leaves unexplained"
+            f"no effect of the arm stands out in the {in_mm(step.lack)} that the geometry leaves unexplained"
         )
         steps.append(judged(step, steps) if bent else replace(step, refused=nothing))
         if bent and not steps[-1].refused:

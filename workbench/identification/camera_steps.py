@@ -1,4 +1,4 @@
-"""Steps of the gate: what each frees, how far it carries, why it is not taken, and what to measure next."""
+"""Steps of identification from pictures: parameters, benefit, reasons for rejection, advice."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -21,7 +21,7 @@ HINTED = 0.5
 """More pictures are advised for a step that moves the tool by this part of what it is uncertain."""
 MEANINGLESS = 1e-5
 """Errors of the tool below this [m] are none."""
-BENT = "what was given of camera or target is wrong, and the geometry would bend to make up for it"
+BENT = "the given camera or target data are wrong, and the geometry would be distorted to compensate"
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,7 +94,7 @@ class Gate:
             return self.doubts[0]
         reasons = [f"{step.name}: {step.refused}" for step in self.steps[1:]]
         if not reasons:
-            return "it has no constant that these pictures could show"
+            return "it has no constant that these pictures could determine"
         return "; ".join([*reasons, self.advice] if self.advice else reasons)
 
     @property

@@ -1,4 +1,4 @@
-"""Circle-point analysis: where each joint's axis really is, from circles that a point of the tool describes.
+"""Circle-point analysis: the actual axis of each joint, from circles traced by a point of the tool.
 
 Rows in which one joint alone turned are found in the data. Their points lie on a circle; its plane's normal
 is the axis's direction and its centre a point of the axis (Katana §2.2.4). Against the model's axis stand the
@@ -72,7 +72,7 @@ def circle_axes(robot: Robot, data: Dataset) -> tuple[CircleAxis, ...]:
     )
     if not found:
         raise DataError(
-            f"{data.source}: no joint was turned alone through {LEAST} poses or more; measure circle points "
+            f"{data.source}: no joint was moved alone through {LEAST} poses or more; measure circle points "
             "(workbench simulate --index circle-points shows how)"
         )
     return found

@@ -1,4 +1,4 @@
-"""Controller-ready numbers: joint offsets, tool and base, for a controller that takes nothing else.
+"""Controller-ready numbers: joint offsets, tool and base, for a controller that accepts nothing else.
 
 Most controllers compute with the nominal geometry and let their user set a zero offset for every joint, a
 tool frame and a base frame. Those are chosen here so that the nominal arm with them comes closest to the
@@ -6,8 +6,8 @@ calibrated arm over the joint positions that matter (Gauss–Newton on
 
     Σ_rows ‖Δp‖² + L² ‖Δφ‖²,
 
-Δp and Δφ the pose errors of the nominal arm, L a lever that turns angles into lengths). What remains is
-what only the full model can correct, and is said.
+Δp and Δφ the pose errors of the nominal arm, L a lever that turns angles into lengths). The remaining error,
+which only the full model can correct, is reported.
 
 Some of these numbers do the same: a turn of the base about the first axis is an offset of joint 1, one of
 the tool about the last axis an offset of the last joint. They are taken in order (offsets, tool, base),
@@ -41,7 +41,7 @@ REPEATS = 1e-8
 
 
 class Part(StrEnum):
-    """What a controller takes."""
+    """The parts that a controller accepts."""
 
     OFFSETS = "offsets"
     TOOL = "tool"
@@ -101,7 +101,7 @@ def controller_numbers(
     lever: float = LEVER,
     rng: np.random.Generator | None = None,
 ) -> ControllerNumbers:
-    """The joint offsets, tool and base with which the nominal arm is most like the calibrated one.
+    """The joint offsets, tool and base with which the nominal arm comes closest to the calibrated one.
 
     The search begins with the calibrated arm's base and tool; a part that is not allowed keeps them, and
     offsets that are not allowed are 0.
@@ -182,7 +182,7 @@ def _parts(parts: Sequence[Part | str]) -> tuple[Part, ...]:
     except ValueError as error:
         raise OptionError(f"{error}; a controller takes {', '.join(Part)}") from None
     if not given:
-        raise OptionError(f"a controller that takes nothing needs no numbers; choose from {', '.join(Part)}")
+        raise OptionError(f"at least one part is needed; choose from {', '.join(Part)}")
     return tuple(p for p in Part if p in given)
 
 

@@ -1,4 +1,4 @@
-"""Evaluation: the errors of a given model on data, nothing fitted."""
+"""Evaluation: errors of a given model on data, without fitting."""
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
@@ -25,7 +25,7 @@ def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evalua
     notes = list(data.notes)
     used = data.take(data.included)
     if not len(used):
-        raise DataError(f"{data.source}: every row is excluded; nothing is left to evaluate")
+        raise DataError(f"{data.source}: all rows are excluded; there is nothing to evaluate")
     notes += robot.fading(used.q, used.row)
     if fit_frames:
         choice = choose_frames(robot, used, free=())

@@ -1,4 +1,4 @@
-"""How wrong a calibrated arm is expected to be, at poses that were and that were not like the measured ones.
+"""Expected error of a calibrated arm, at poses like the measured ones and elsewhere.
 
 The covariance of the identified constants moves the tool by J Σ Jᵀ. Rows of one kind (one elbow, one
 region) may leave a combination of constants so uncertain that the model is good only near them; the two

@@ -1,4 +1,4 @@
-"""The linear algebra that every algorithm shares: one factorisation, its rank, and what it can't see.
+"""The linear algebra shared by all algorithms: one factorisation, its rank, and its null space.
 
 The whitened Jacobian is compressed to its triangular factor, whatever the number of rows. Every parameter is
 measured in a natural unit: what changes the arm by 1 rad or 1 m, which weigh alike for arms of about a metre.

@@ -1,4 +1,4 @@
-"""What a fit hands back: parameters with standard errors, and what the rows could not see.
+"""The result of a fit: parameters with standard errors, and the unobservable combinations.
 
 Everything here is computed at the answer from one factorisation, whichever algorithm found it.
 """

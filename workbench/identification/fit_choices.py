@@ -1,4 +1,4 @@
-"""What is chosen for a fit, whether to identify or to diagnose: its rows, frames, free constants, noise."""
+"""Choices for a fit, for identification and diagnosis: rows, frames, free constants, noise."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace

@@ -1,4 +1,4 @@
-"""What of base and tool is unknown: as the robot's file says, or decided from the data and said.
+"""Unknown parts of base and tool: as stated in the robot's file, or decided from the data and reported.
 
 Where the file says `auto`, models of growing freedom are fitted (frames as given, base free, tool free too,
 base or tool of every session its own) and the simplest one is taken that no freer one beats by more than
@@ -215,7 +215,7 @@ def _trial(robot, data, freedom, words, noise, free, effects, prior, known) -> _
 
 
 def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: Mapping[str, float]) -> None:
-    """Refuse a base that is declared known but stands elsewhere, and say where it stands."""
+    """Refuse a base that is declared known but is elsewhere, and report where it is."""
     base, tool = visible_parts(data, known)
     if not base:
         return

@@ -1,4 +1,4 @@
-"""Which rows a run uses, which it holds out, and what it says of those it leaves."""
+"""Selection of rows: those used, those held out, and notes on the others."""
 
 from collections.abc import Mapping, Sequence
 
@@ -181,7 +181,7 @@ def unused_observations(data: Dataset) -> list[str]:
             words.append(f"{int(beside.sum())} rows also carry {kind.unused_words}, which are not used there")
         left &= ~applies
     if all(not kind.sees_tool for kind in OBSERVATIONS if kind.applies(data).any()):
-        words.append("only tilts of links were measured: errors of position are not known, and shown as 0")
+        words.append("only tilts of links were measured: position errors are unknown and shown as 0")
     return words
 
 

@@ -1,4 +1,4 @@
-"""Standard deviations of the measurements: as given, from repeated rows, or from what a fit leaves.
+"""Standard deviations of the measurements: as given, from repeated rows, or from the residuals of a fit.
 
 What a row states of itself is the instrument's repeatability, never the whole error. What is left beyond it,
 mostly what the model lacks, is one more variance s² per channel, so that every component has
@@ -31,7 +31,7 @@ SAME_JOINTS = 1e-7
 ENOUGH_REPEATS = 8
 """Degrees of freedom that repeats must have to be believed."""
 ENOUGH_SPARE = 10.0
-"""Numbers to spare below which noise of joint readings is not told from that of the instrument."""
+"""Degrees of freedom below which noise of joint readings is not separated from that of the instrument."""
 LEAST_PART = 1e-3
 """Part of what is left below which s counts as 0 where all rows state their own."""
 SMALLEST = Noise(1e-8, 1e-8)

@@ -1,4 +1,4 @@
-"""Whether the calibrated arm keeps what is wanted: on held-out rows, or on the fitted ones if none were."""
+"""Pass or fail of the calibrated arm against the required error, on held-out rows if there are any."""
 
 from dataclasses import dataclass
 
@@ -47,7 +47,7 @@ class Judged:
 
 
 def judge(result: Identification, wanted: Wanted) -> Judged:
-    """The best fit by what is wanted."""
+    """Assess the best fit against the required error."""
     held_out = len(result.held_out_data) > 0
     rows = result.held_out_data if held_out else result.data.take(result.train_rows)
     check = wanted.check(row_components(result.best.fit.calibrated, rows))

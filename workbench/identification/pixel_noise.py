@@ -1,4 +1,4 @@
-"""How far corners scatter, and how far the model's tool is off in every picture: variances by likelihood.
+"""Maximum-likelihood variances of corner noise and of the tool-pose error in every picture.
 
 What an arm's model lacks moves all corners of a picture together. With B the derivative of these corners by
 the tool's twist, their residuals have the covariance

@@ -1,4 +1,4 @@
-"""What every run on measured rows does first: rows chosen and held out, frames decided, noise estimated."""
+"""Preparation of every run on measured rows: choose and hold out rows, decide frames, estimate noise."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -102,7 +102,7 @@ class Prepared:
         )
 
     def at_home(self, robot: Robot, rows: Dataset) -> Robot:
-        """The robot with bases for sessions that took no part in the fit, from those of the rows."""
+        """The robot with bases for sessions that are not in the fit, estimated from their own rows."""
         new = [name for name in rows.sessions if name in self.new_sessions]
         if not new:
             return robot
@@ -308,7 +308,7 @@ def _with_noise(problem: Problem, noise: Noise | None, cancel: Cancel | None) ->
         return problem, "noise as the file states it row by row"
     words = _noise_words(problem.noise, turned)
     if own is noises.Given.NONE:
-        return problem, f"the rows are weighed by what the geometry alone leaves: {words}"
+        return problem, f"the rows are weighted by the residuals of the geometry alone: {words}"
     floor = noises.stated(problem)
     said = f" ({_noise_words(floor, turned)})" if floor is not None else ""
     return problem, f"noise as the file states it row by row{said}, and {words} more that the fit leaves"

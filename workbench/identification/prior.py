@@ -1,4 +1,4 @@
-"""What one calibration knows for the next, as information: nothing where nothing was seen.
+"""Prior knowledge from one calibration for the next, in information form: zero where nothing was observed.
 
 A covariance can't say "unknown"; its inverse can, with a zero. Unknowns that do not carry over (frames,
 instruments, a joint that was replaced) are eliminated by the Schur complement, so that what was known only
@@ -63,7 +63,7 @@ class Prior:
         """A problem with this knowledge of its unknowns, beside what it knows already."""
         shared = self.keep(lambda name: name in problem.names)
         if not shared.names:
-            raise OptionError("the prior knowledge speaks of none of the constants that are identified here")
+            raise OptionError("the prior knowledge covers none of the constants identified here")
         return problem.with_prior(shared.names, shared.values, shared.whitening)
 
     @property

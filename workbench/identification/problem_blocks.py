@@ -1,4 +1,4 @@
-"""Blocks of a problem: rows of one session seen in one way, ready to be evaluated.
+"""Blocks of a problem: rows of one session with one kind of observation, ready to be evaluated.
 
 A problem's rows are split so that each block has one chain (base, arm, tool of its session) and one
 observation; long ones are cut so that their twists stay in the processor's cache.

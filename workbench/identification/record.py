@@ -1,4 +1,4 @@
-"""Records of a whole identification or evaluation: what was used, decided and found, and how good it is."""
+"""Results of an identification or evaluation: data, decisions, parameters and errors."""
 
 from collections.abc import Iterable
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
 """Corrections of an arm's constants beyond these [m], [rad] are hardly errors of making."""
 HARDLY_BETTER, FAR_FROM_GOOD, COARSE = 0.7, 0.01, 1.0
 """What is left of the nominal error, of the reach, and in mm, from which on a fit is suspicious."""
-LOOK_AGAIN = "no arm is made that wrong: are robot, units and order of the joints the right ones?"
+LOOK_AGAIN = "no arm is manufactured that badly: check robot, units and joint order"
 ALIKE = 1e-6
 """Relative difference of two costs that is no difference."""
 
@@ -99,7 +99,7 @@ class Run(AbstractShown):
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Identification(AbstractShown):
-    """A whole run: what was used, decided, found, and how good it is.
+    """A complete run: data, decisions, parameters and errors.
 
     Args:
         nominal_robot: The arm as it was given.
@@ -172,7 +172,7 @@ class Identification(AbstractShown):
         return arm_match(self.nominal_robot, self.data) if suspicious else None
 
     def doubts(self, run: Run) -> tuple[str, ...]:
-        """Why a calibrated arm is hardly one: rows of another arm, or constants that moved too far."""
+        """Reasons to doubt a calibrated arm: rows of another arm, or constants that moved too far."""
         foreign = (self.match.words,) if self.match is not None and self.match.is_foreign else ()
         return foreign + run.implausible
 
@@ -183,7 +183,7 @@ class Identification(AbstractShown):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the user should know: how the searches ended, and what the rows left open."""
+        """Warnings for the user: how the searches ended, and what the rows left undetermined."""
         searches = (w for run in self.runs.values() for w in run.fit.warnings)
         found = [*searches, *_cautions(self.best.fit)]
         if self.match is not None and self.match.is_foreign:
@@ -197,8 +197,8 @@ class Identification(AbstractShown):
             found.append(f"nothing of the arm was identified: {self.gate.refused}")
         if self.gate is None and after > max(min(HARDLY_BETTER * before, too_much), COARSE):
             found.append(
-                f"the geometry explains little: {after:.1f} of {before:.1f} mm are left; are robot, frames "
-                "and sessions the right ones?"
+                f"the geometry explains little: {after:.1f} of {before:.1f} mm are left; check robot, frames "
+                "and sessions"
             )
         unchanged = self.gate is not None and not self.gate.taken
         if not unchanged and (
@@ -317,7 +317,7 @@ def _cautions(fit: Fit) -> tuple[str, ...]:
     """What the rows left open, the same for all algorithms."""
     found = []
     if fit.spare < 1.0:
-        found.append("no measured number is to spare, so errors can't be judged; measure more poses")
+        found.append("there are no spare measurements, so errors can't be assessed; measure more poses")
     if fit.hardly_seen:
         found.append(
             f"hardly seen, so no step was taken along: {'; '.join(c.words for c in fit.hardly_seen)}"

@@ -1,4 +1,4 @@
-"""Redundant constants of an arm: which of them change nothing that others do not change alike.
+"""Redundant constants of an arm: those whose effect other constants can reproduce.
 
 The tool's twists per constant are taken at random poses all over the joint space; what these can't tell apart
 no measurement can. Constants are kept one after the other, those that the robot's file frees first, as long
@@ -33,7 +33,7 @@ NOTHING_NEW = 1e-7
 
 @dataclass(frozen=True, kw_only=True)
 class Redundancy:
-    """What a set of constants holds twice.
+    """The redundancy in a set of constants.
 
     Args:
         independent: Those kept, which suffice for all.

@@ -1,4 +1,4 @@
-"""What a trajectory asks for: poses that the tool is to take, and joints that a controller would send.
+"""Requirements of a trajectory: poses that the tool is to take, and joints that a controller would send.
 
 The controller computes with the nominal geometry. Joints that it was taught stand for the poses that they
 have there; poses are reached through its inverse kinematics, in one branch from beginning to end. Both arms

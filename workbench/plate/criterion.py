@@ -1,4 +1,4 @@
-"""Criteria: what a choice of measurements is to make small, as a function of its information alone.
+"""Criteria: costs to be minimised by a choice of measurements, functions of its information matrix alone.
 
 The information of a set is the Gram matrix G = Σ AᵢᵀAᵢ of its scaled, whitened Jacobian. Leaving a
 measurement out and putting another one in adds and takes two small products, so an exchange needs no

@@ -81,7 +81,7 @@ def map_cubes(
     progress: Progress | None = None,
     cancel: Cancel | None = None,
 ) -> CubeMap | None:
-    """Look at every cube of a region.
+    """Evaluate every cube of a region.
 
     Args:
         rotations: Orientations of the tool that are tried at every centre, robot's base.

@@ -1,4 +1,4 @@
-"""A plate designed, its poses clustered, and tried out on a production of virtual arms, as one call each."""
+"""Designing a plate, clustering poses, and trying a plate on virtual arms, as one call each."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -137,7 +137,7 @@ def _priced(search: Callable[[Wish], PlateDesign], wish: Wish) -> PlateDesign:
 
 
 def _price(what: str, found: PlateDesign, free: PlateDesign, others: str) -> str:
-    """What a restriction costs, in words."""
+    """The accuracy cost of a restriction, in words."""
     extra = found.cost - free.cost
     price = f"{1e3 * extra:.3f} mm ({100 * extra / free.cost:.0f} %)" if extra >= 5e-7 else "no accuracy"
     return f"{what} cost {price}: {1e3 * found.cost:.3f} mm instead of {1e3 * free.cost:.3f} mm with {others}"
@@ -193,7 +193,7 @@ def try_plate(
     progress: Progress | None = None,
     cancel: Cancel | None = None,
 ) -> Yield:
-    """How many arms of a production meet the requirement after a calibration with a plate.
+    """How many arms of a production run meet the requirement after a calibration with a plate.
 
     Args:
         robot: Nominal arm with limits.

@@ -1,4 +1,4 @@
-"""Base and tool freedom: which constants a calibration identifies, and which of them can be seen at all.
+"""Free constants: those that a calibration identifies, and those that are observable at all.
 
 A free base and the first joint's zero turn the arm alike, a free tool and the last joint's too: no set of
 measurements tells them apart, whatever is measured. Indices of the whole parameter vector would all be zero.

@@ -1,4 +1,4 @@
-"""Guided measuring as one call: samples and keys come in, a file of measurements grows row by row.
+"""Guided measurement as one call: from samples and keys to a measurement file, row by row.
 
 The file is whole after every row, so that whatever ends the program, no row is lost.
 """
@@ -29,7 +29,7 @@ WAITING = 2000
 """Samples that may wait; a faster source has to."""
 
 KEYS = {"\r": "store", "\n": "store", " ": "store", "f": "force", "r": "again", "n": "next", "p": "previous"}
-"""What a key asks for; `q` ends."""
+"""Commands by key; `q` ends."""
 
 Show = Callable[[Status], None]
 Say = Callable[[str], None]
@@ -138,7 +138,7 @@ def _nothing_stored(run: "_Run") -> str:
 
 
 def _pump(source: Iterable, events: queue.Queue, act: Callable, *, at_end: Callable | None = None) -> None:
-    """Hand everything that a source gives to the loop, from a thread of its own."""
+    """Pass everything from a source to the loop, in a separate thread."""
 
     def run() -> None:
         try:

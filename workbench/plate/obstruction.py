@@ -1,4 +1,4 @@
-"""What an arm would run into at the targets of a plate: a target that it can't stand at is not measurable.
+"""Collisions of the arm at the targets of a plate: a blocked target is not measurable.
 
 This is the quick look that dragging needs, without margins: capsules along the arm's links, as the optimiser
 has them for arms without meshes, against the plate's solid and the blocks as they are drawn. Left out are

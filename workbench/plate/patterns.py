@@ -21,7 +21,7 @@ Places = Float[np.ndarray, "number 2"]
 MOST_TARGETS = 200
 """More targets than this are refused."""
 CIRCLE, TARGETS = "Circle", 10
-"""What the plate of an arm without one of its own is called, and how many targets it has."""
+"""Name and number of targets of the default plate."""
 ROOM = 0.14
 """Least radius of that circle [m]: its blocks stand side by side."""
 TILTS = (float(np.deg2rad(-150.0)), float(np.deg2rad(-160.0)))

@@ -27,7 +27,7 @@ SQUARE = frozen(np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]))
 
 
 class Kind(StrEnum):
-    """What a target constrains of the tool."""
+    """The degrees of freedom that a target constrains."""
 
     SEAT = "seat"
     SOCKET = "socket"

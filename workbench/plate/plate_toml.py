@@ -1,4 +1,4 @@
-"""Plates as TOML files: the tables of `formats.md`, read with one clear sentence for each mistake."""
+"""Plates as TOML files: the tables of `formats.md`, read with one clear sentence for each error."""
 
 from functools import cache
 from pathlib import Path

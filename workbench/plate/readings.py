@@ -296,7 +296,7 @@ def _rows(poses: np.ndarray, **columns: Any) -> Dataset:
 
 
 def usual_reading(plate: Plate) -> str:
-    """What is read at the targets where nothing else is said; a seat's pose where they differ."""
+    """The default reading at the targets; a seat's pose if they differ."""
     kinds = {target.kind for target in plate.targets}
     return "ball-bar" if plate.anchors is not None else str(next(iter(kinds))) if len(kinds) == 1 else "seat"
 

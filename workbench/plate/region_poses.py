@@ -71,7 +71,7 @@ def region_poses(
 def plate_region_poses(
     robot: Robot, plate: Plate, number: int = PLATE_POSES, *, cone: float = PLATE_CONE
 ) -> Float[np.ndarray, "rows n"]:
-    """Poses that a plate's region asks for: any place and branch, turned from a target by up to a cone.
+    """Poses of a plate's region: any position and branch, turned from a target by up to a cone.
 
     Plates of the same region and orientations give the same array, on the page and in a terminal, so that
     predicted errors compare. An arm of fewer than six joints takes the orientations that it has there.

@@ -255,7 +255,7 @@ def score_plates(
     progress: Progress | None = None,
     cancel: Cancel | None = None,
 ) -> tuple[PlateScore, ...]:
-    """Scores over the same poses: those that the first plate's region asks for.
+    """Scores over the same poses: those of the first plate's region.
 
     Args:
         robot: Nominal arm.

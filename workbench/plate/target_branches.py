@@ -91,7 +91,7 @@ def _solutions(robot: Robot, plate: Plate) -> tuple[tuple[tuple[Branch, ...], ..
 
 @dataclass(frozen=True, eq=False)
 class Measurable:
-    """The targets of a plate that an arm can stand at.
+    """The targets of a plate that an arm can visit.
 
     Args:
         rows: Their numbers, counted from 0.
@@ -109,7 +109,7 @@ class Measurable:
 
     @property
     def lacking(self) -> dict[int, str]:
-        """The targets that it can't stand at, counted from 0, with the reason in words."""
+        """The targets that it can't visit, counted from 0, with the reason in words."""
         both = enumerate(zip(self.hits, self.away, strict=True))
         return {
             i: f"blocked: {hit}" if hit else f"out of reach: {away}" for i, (hit, away) in both if hit or away

@@ -33,7 +33,7 @@ SETTING_UP = 0.5
 """Share of a machined block's price that a shape costs once."""
 FRONT_WORDS = "●: none is both cheaper and better; open: a ball shows no orientation; prices are rough"
 FEW = 3
-"""Shapes where few are wanted."""
+"""Number of block shapes if few are requested."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -1,1 +1,1 @@
-"""What every report is built from: drawings as SVG, numbers for people, templates."""
+"""Building blocks of all reports: SVG drawings, formatted numbers, templates."""

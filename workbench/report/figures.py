@@ -1,4 +1,4 @@
-"""Drawing to SVG: one look for all figures, and files that do not change unless the result does.
+"""SVG figures in one style, with files that change only if the result does.
 
 Figures are made without pyplot, so that nothing is shown and no window system is asked for. Their ink is
 written as `currentColor` and their ground is transparent: a picture takes the colours of the page that it

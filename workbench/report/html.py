@@ -1,4 +1,4 @@
-"""Pages that need nothing else: no network, no scripts, their pictures inside.
+"""Self-contained HTML pages: no network, no scripts, embedded pictures.
 
 All have one head and one look (`page.html`) and share their tables, cards and figures (`parts.html`).
 Everything that is written into a page passes through the template's escaping; only our own pictures are put

@@ -1,4 +1,4 @@
-"""Numbers for people: enough digits to compare, none that mean nothing."""
+"""Number formatting for people: enough digits to compare, no meaningless ones."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""A page of paper that is filled from the top: words, tables and pictures, as PDF.
+"""PDF pages filled from the top with text, tables and pictures.
 
 Lengths are in mm from the upper left corner. Words are broken by the width of their letters, so that nothing
 runs out of the page.

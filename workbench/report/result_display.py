@@ -1,4 +1,4 @@
-"""Results that people look at: the same small tables in a terminal and in a notebook.
+"""Display of results: the same small tables in a terminal and in a notebook.
 
 A result says what it shows as `rich` renderables (`summary`); here they become text and HTML.
 """
@@ -20,7 +20,7 @@ class AbstractShown(ABC):
 
     @abstractmethod
     def summary(self) -> RenderableType:
-        """What a person wants to see of it first."""
+        """The key results, for display."""
 
     def __repr__(self) -> str:
         return as_text(self.summary())

@@ -1,4 +1,4 @@
-"""How the arm gives way where it stands: what its effects add at each joint, from the pose alone."""
+"""Deflection of the arm in its current pose: what its effects add at each joint, from the pose alone."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -16,18 +16,18 @@ from workbench.base.errors import WorkbenchError
 from workbench.session.state import Session
 
 MOST_DRAWN = 0.1
-"""Farthest that a bent arm is drawn from the straight one, in reaches."""
+"""Maximum displacement at which a deflected arm is drawn, as a multiple of its reach."""
 HALVINGS = 40
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Bending:
-    """An arm as it stands bent in one pose.
+    """The deflection of an arm in one pose.
 
     Args:
         shift: What the effects add to each element of the chain, one row [rad or m].
         about: What they add along each joint's own coordinate [rad or m].
-        across: By how much each joint's link tips over, about the two axes across [rad].
+        across: Tilt of each joint's link about the two axes across the joint's own [rad].
         moment: Moment about and across each joint's axis that holds the later link [N m]; None without loads.
     """
 
@@ -38,7 +38,7 @@ class Bending:
 
 
 def bending_robot(session: Session) -> Robot | None:
-    """The arm that is drawn bent: the shown fit where it has effects, else the opened one; None without."""
+    """The arm whose deflection is drawn: the shown fit, or else the opened one; None without effects."""
     for robot in (session.calibrated, session.robot):
         if robot is not None and robot.effects:
             return _driven_by_pose(robot)

@@ -1,4 +1,4 @@
-"""Where cameras and target are, what a camera sees at a pose, and how well the tool is known there.
+"""Poses of cameras and target, what a camera sees at a pose, and the uncertainty of the tool there.
 
 Before anything is identified, camera and target are where closed forms put them with the nominal arm.
 """
@@ -29,7 +29,7 @@ COLUMNS, ROWS = 8, 6
 
 @dataclass(frozen=True, eq=False)
 class CameraView:
-    """One camera, as it sees the target with the arm where it stands in the scene.
+    """One camera, and its view of the target with the arm as shown in the scene.
 
     Args:
         name: Of the camera.
@@ -110,7 +110,7 @@ def camera_views(session: Session) -> tuple[CameraView, ...]:
 
 
 def tool_covariance(session: Session) -> Float[np.ndarray, "3 3"] | None:
-    """Covariance of the tool's place [m²] that the identified constants leave, where the arm stands.
+    """Covariance of the tool's position [m²] in the current posture, from that of the identified constants.
 
     What a base and a tool frame could do as well is aside: the camera takes it.
     """

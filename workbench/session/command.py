@@ -1,4 +1,4 @@
-"""What a command is: a frozen record that can be checked, carried out, written down, and done again.
+"""Commands: frozen records that can be checked, executed, written to the journal, and replayed.
 
 A class of this kind is a frozen dataclass, and known by its name, from its definition on: `kinds` lists them,
 and no list is kept elsewhere. The journal writes that name and the fields, so both stay as they are.
@@ -23,7 +23,7 @@ def computed(value: Callable[[Any], Hashable]) -> Any:
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
 class AbstractCommand(ABC):
-    """Something that a user asks for, with plain values as fields."""
+    """A user request, with plain values as fields."""
 
     __dataclass_fields__: ClassVar[dict[str, Any]]
 
@@ -36,7 +36,7 @@ class AbstractCommand(ABC):
     @property
     @abstractmethod
     def title(self) -> str:
-        """What it does, in words for the journal and for messages."""
+        """Description for the journal and for messages."""
 
     @property
     def key(self) -> Hashable | None:
@@ -89,13 +89,13 @@ class AbstractTask(AbstractCommand):
 
 
 class AbstractChore(AbstractTask):
-    """A computation that the session itself asks for, so that no change has to wait for it.
+    """A computation that the session itself requests, so that no change has to wait for it.
 
     Chores run beside tasks, one at a time, and are cancelled when the session no longer needs them.
     """
 
     is_redone: ClassVar[bool] = False
-    """Whether a session that is opened again asks for it again, so that opening need not wait for it."""
+    """Whether a reopened session requests it again, so that reopening need not wait for it."""
 
     @classmethod
     @abstractmethod

@@ -1,4 +1,4 @@
-"""Measured against predicted, row by row, in the frame of the robot's base: what the overlay shows.
+"""Measured against predicted, row by row, in the robot's base frame, as shown by the overlay.
 
 Every session of measurements may have its own base and tool. The base of the shown fit (or, before there is
 one, the nominal base) brings measured and predicted poses alike into the base's frame.
@@ -26,7 +26,7 @@ DRAWN_LENGTH = 0.05
 
 
 class Stage(StrEnum):
-    """How much of the actual arm a model has."""
+    """Stages of the model."""
 
     NOMINAL = "nominal"
     GEOMETRY = "geometry"
@@ -89,7 +89,7 @@ class Comparison:
 
 
 def exaggeration_for(errors: Float[np.ndarray, " rows"]) -> float:
-    """A round factor that draws a typical error [m] about as long as a hand is wide."""
+    """A round factor that draws a typical error [m] at most 5 cm long."""
     typical = np.nanmedian(errors) if np.isfinite(errors).any() else 0.0
     fitting = [step for step in STEPS if step * typical <= DRAWN_LENGTH]
     return max(fitting, default=STEPS[0])
@@ -146,7 +146,7 @@ def _compared(
 
 
 def into_base(robot: Robot, data: Dataset) -> Poses:
-    """What brings every row's measured coordinates into the frame of the robot's base."""
+    """Transforms from every row's measuring frame to the robot's base frame."""
     found = np.empty((len(data), 4, 4))
     for name in data.sessions:
         found[data.in_session(name)] = se3.inverse(robot.session_frames(name).base.pose)

@@ -1,4 +1,4 @@
-"""What the cubes of the region show: numbers of the chosen field, with their unit and their scale."""
+"""Values shown by the cubes of the region: the chosen field, with unit and colour scale."""
 
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,4 +1,4 @@
-"""What a session hands out as files: name and content of each."""
+"""Files that a session can export, with their names and contents."""
 
 import csv
 import io
@@ -29,7 +29,7 @@ File = tuple[str, bytes]
 
 
 def plate_toml(session: Session) -> File:
-    """The plate with its targets as they stand."""
+    """The plate with its current targets."""
     return f"{_stem(session.plate.name)}.toml", plate_text(session.plate).encode()
 
 
@@ -101,7 +101,7 @@ def calibrated_urdf(session: Session) -> File:
 
 
 def rezeroed_toml(session: Session) -> File:
-    """The calibrated arm with the zeros that were found.
+    """The calibrated arm with the identified zeros.
 
     Raises:
         DataError: none were, or what was found speaks against them.
@@ -137,7 +137,7 @@ def report_zip(session: Session) -> File:
 
 
 def fixture_zip(session: Session) -> File:
-    """Everything that a workshop needs to make the plate as it stands, as a folder in a ZIP file.
+    """Everything that a workshop needs to make the current plate, as a folder in a ZIP file.
 
     Raises:
         OptionError: the plate can't be made; says why.

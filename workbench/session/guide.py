@@ -1,4 +1,4 @@
-"""The guide: where a session stands, in one sentence, and what to do next. Nothing here computes or draws.
+"""The guide: the state of a session in one sentence, and what to do next. Nothing here computes or draws.
 
 Drag → measure → identify → diagnose → add → compare → take away; the second button of a step leads back.
 """
@@ -31,7 +31,7 @@ NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 ENOUGH = 0.95
 """Share of virtual arms that have to keep the wanted error."""
 BEYOND_NOISE = 1.5
-"""How many times the instrument's noise is left where it is not noise alone."""
+"""Ratio of remaining error to instrument noise above which it is not noise alone."""
 
 
 class Tone(StrEnum):
@@ -62,7 +62,7 @@ class Action:
 
 @dataclass(frozen=True)
 class Step:
-    """Where a session stands.
+    """The state of a session.
 
     Args:
         sentence: The verdict.
@@ -97,7 +97,7 @@ POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
 
 
 def guide(session: Session) -> Step:
-    """Where this session stands."""
+    """The state of this session."""
     if session.caption:
         return Step(session.caption, figure=_figure(session))
     if session.job is not None:
@@ -126,11 +126,11 @@ def guide(session: Session) -> Step:
             return _foreign(session.loaded.match)
         return Step(f"{rows} rows of {session.loaded.name} are loaded.", next=FIT, other=LOAD)
     if session.accepted:
-        found, left = session.diagnosis, "This is the arm as it is"
+        found, left = session.diagnosis, "This is the arm without calibration"
         if found is not None and not found.causes:
-            left = "A residual map predicts it; no cause is named"
+            left = "A residual map predicts the rest; no cause is named"
         elif found is not None and found.verdict is Verdict.PARTLY:
-            left = "No known effect explains what is left"
+            left = "No known effect explains the rest"
         return Step(f"{stages_in_words(session)} mm. {left}.", Tone.GOOD, TAKE, COMPARE)
     if session.diagnosis is not None:
         return _diagnosed(session.diagnosis)
@@ -216,7 +216,7 @@ def _figure(session: Session) -> str:
 
 
 def _design(session: Session) -> Step:
-    """The plate, as long as nothing is measured on it."""
+    """The step for the plate, before anything is measured on it."""
     bad = [(i, state) for i, state in enumerate(session.states) if not state.measurable]
     if bad:
         (first, state), count = bad[0], len(session.plate)
@@ -232,7 +232,7 @@ def _design(session: Session) -> Step:
         return Step(f"{words}. Or let the program place all targets.", next=improve, other=LOAD)
     words = capital(_predicted(session))
     if session.wanted is None or np.isnan(session.score.position):
-        words = f"{words}. Good enough? Say below what error you want (Wanted [mm]), or measure."
+        words = f"{words}. Good enough? Set the required error below (Wanted [mm]), or measure."
         return Step(words, next=LOAD, other=improve)
     wanted = session.wanted.words
     if not session.wanted.kept_by_norms(session.score.position, session.score.rotation):
@@ -249,7 +249,7 @@ def _design(session: Session) -> Step:
 def _predicted(session: Session) -> str:
     now, first = (1e3 * score.position for score in (session.score, session.first_score))
     if not np.isfinite(now):
-        return "the predicted error is not known yet"
+        return "the predicted error has not been computed yet"
     began = f", {first:.3g} mm at first" if np.isfinite(first) and f"{first:.3g}" != f"{now:.3g}" else ""
     return f"predicted error after calibration {now:.3g} mm rms{began}"
 
@@ -279,7 +279,7 @@ def _identified(session: Session, found: Identification) -> Step:
         return Step(words, Tone.GOOD, TAKE, COMPARE)
     rows, times = len(found.train_rows), share_of_noise(session, found)
     if times <= BEYOND_NOISE:
-        words = f"{stages_in_words(session)} mm: what is left is the instrument's noise."
+        words = f"{stages_in_words(session)} mm: the remaining error is instrument noise."
         return Step(words, Tone.GOOD, TAKE, COMPARE)
     if rows < LEAST_ROWS:
         words = f"{left:.3g} mm left. {rows} rows are too few to look for a cause; it takes {LEAST_ROWS}."
@@ -301,5 +301,5 @@ def _diagnosed(found: Diagnosis) -> Step:
         others = f" and {more} more" if more else ""
         return Step(f"{first.label} ({first.confidence}){others}: {fall}.", Tone.GOOD, ADD, poses)
     if found.verdict is Verdict.UNEXPLAINED:
-        return Step(f"{before:.3g} mm left, and no effect explains it.", Tone.CAREFUL, poses, TAKE)
+        return Step(f"{before:.3g} mm left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
     return Step(f"{before:.3g} mm left, all of it noise: the geometry is enough.", Tone.GOOD, TAKE, COMPARE)

@@ -1,4 +1,4 @@
-"""What is left along the motion of every joint, and the laws of effects that are laid over it.
+"""Residuals along the motion of every joint, and the laws of effects plotted over them.
 
 A vector at the tool is projected onto the direction in which the tool moves when one joint moves: an error
 that a joint makes shows as a curve over its own position.

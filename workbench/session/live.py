@@ -1,4 +1,4 @@
-"""Arms that send samples: a live source, and the virtual arm of a guided measurement."""
+"""Sources of samples: a live source, and the virtual arm of a guided measurement."""
 
 import threading
 import time
@@ -24,7 +24,7 @@ PACE = Pace(rate=20.0)
 
 @final
 class VirtualDriver(AbstractView):
-    """Carries out the motions that the session asks for, each in a thread of its own; a new one ends the old.
+    """Executes the motions that the session requests, each in its own thread; a new one ends the previous.
 
     Args:
         worker: Whose session is watched, and who gets the samples.
@@ -86,7 +86,7 @@ RATE = 20.0
 MOVED = 1e-4
 """Change of a joint that is worth showing while nothing is measured [rad or m]."""
 SILENT = 2.0
-"""A source that says nothing for so long is said to be silent [s]."""
+"""A source without samples for this long counts as silent [s]."""
 
 
 @final

@@ -1,4 +1,4 @@
-"""Measurements of a session, what was understood of them, and the guided measurement under way."""
+"""Measurements of a session, how they were interpreted, and the running guided measurement."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from workbench.identification.arm_match import ArmMatch
 
 @dataclass(frozen=True, eq=False)
 class MeasurementFile:
-    """A file as its columns were understood, whether it could be read so or not.
+    """A file and the interpretation of its columns, whether or not it could be read that way.
 
     Args:
         name: Its name.
@@ -35,7 +35,7 @@ class MeasurementFile:
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """Measurements, and what was understood of them.
+    """Measurements, and how they were interpreted.
 
     Args:
         dataset: The rows.

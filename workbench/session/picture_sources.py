@@ -1,4 +1,4 @@
-"""What takes pictures for a session: a folder that is watched, or a camera that OpenCV knows.
+"""Sources of pictures for a session: a watched folder, or an OpenCV camera.
 
 Joints of a picture are where the live source says that the arm stands; without one, those of its row in a
 table of the folder, as soon as it is there.

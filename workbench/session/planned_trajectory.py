@@ -1,4 +1,4 @@
-"""A planned trajectory: what the controller sends, and where nominal and calibrated tool then are."""
+"""A planned trajectory: the commanded joints, and the resulting nominal and calibrated tool poses."""
 
 from dataclasses import dataclass, field
 

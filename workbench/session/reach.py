@@ -1,11 +1,11 @@
-"""How the arm stands at targets: solved from nothing, or followed from where it stood before.
+"""The arm's postures at targets: solved from scratch, or followed from the previous posture.
 
-A target is followed from its last joint positions, so that a dragged target keeps its branch as long as
-that branch reaches it. Where following fails, all branches are tried; where none reaches, the arm stands as
-near as it comes and the reason is kept.
+A target is followed from its last joint positions, so that a dragged target keeps its branch as long as that
+branch reaches it. If following fails, all branches are tried; if none reaches, the arm takes the nearest
+posture it can and the reason is kept.
 
-Where the arm would run into plate or blocks (`plate/obstruction.py`) a branch that is left to the program
-yields to one that keeps clear, if any does.
+Where the arm would run into plate or blocks (`plate/obstruction.py`) an automatically chosen branch is
+replaced by a collision-free one, if there is any.
 """
 
 from collections.abc import Collection
@@ -37,7 +37,7 @@ def place_all(
     seed: int = 0,
     cancel: Cancel = never,
 ) -> tuple[TargetState, ...]:
-    """The arm at every target, in the mix of branches that tells most about the region.
+    """The arm at every target, in the most informative mix of branches for the region.
 
     Args:
         robot: The arm.
@@ -71,7 +71,7 @@ def place_all(
 def with_obstacles(
     robot: Robot, plate: Plate, states: tuple[TargetState, ...], known: Collection[TargetState] = ()
 ) -> tuple[TargetState, ...]:
-    """The same states, each with what the arm runs into on the plate as it stands now.
+    """The same states, each with the obstacle that the arm hits on the current plate.
 
     Args:
         robot: The arm.
@@ -107,7 +107,7 @@ def branches_to(robot: Robot, target: Target) -> tuple[Branch, ...]:
 
 
 def place(robot: Robot, target: Target, near: Float[np.ndarray, " n"]) -> TargetState:
-    """The arm at a target from nothing: in its named branch, or else in the one nearest to `near`."""
+    """The arm at a target, solved from scratch: in its named branch, or else in the one nearest to `near`."""
     return _state(_solve(robot, target), near=near, branch=target.branch)
 
 

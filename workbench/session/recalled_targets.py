@@ -1,4 +1,4 @@
-"""Targets and scores as a journal has them, to the last digit, without working them out again.
+"""Targets and scores restored exactly from a journal, without recomputing them.
 
 A recalled score lacks what is shown of the present one alone: `completed` adds that at the end.
 """

@@ -1,4 +1,4 @@
-"""The score of a set of targets: how well measurements there would determine the robot's parameters.
+"""The score of a set of targets: how well measurements at them would determine the robot's parameters.
 
 Errors are predicted for poses of the region about the orientations of the plate as it was loaded: of that
 plate the same number as `plate score` says, of a changed one that of `plate compare` with it.

@@ -1,4 +1,4 @@
-"""The beginning of a session: a robot, a plate, and what follows from the two.
+"""The start of a session: a robot, a plate, and everything derived from them.
 
 An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is. An arm with
 fewer than six joints can't take any orientation: each of its targets is turned about the vertical until the

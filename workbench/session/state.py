@@ -1,4 +1,4 @@
-"""What a session is: plain frozen data that views draw and commands replace.
+"""The session state: plain frozen data that views draw and commands replace.
 
 Nothing here computes. Parts that a command does not touch stay the same objects, so a view sees by identity
 what it has to draw anew.
@@ -40,7 +40,7 @@ MESSAGES = 4
 
 
 class Focus(StrEnum):
-    """What the arm in the scene stands at: target, measured row, where it was jogged, or a trajectory."""
+    """What sets the posture of the arm in the scene: a target, a measured row, jogging, or a trajectory."""
 
     TARGET = "target"
     ROW = "row"
@@ -112,7 +112,7 @@ class Message:
 
 @dataclass(frozen=True, eq=False)
 class TargetState:
-    """How the arm stands at a target.
+    """The arm's posture at a target.
 
     Args:
         q: Joint positions: of the solution, or of the nearest that the arm comes [rad or m].
@@ -145,7 +145,7 @@ class TargetState:
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """What the present targets would tell about the robot.
+    """How well the current targets would determine the robot.
 
     Args:
         per_target: Index O of each target alone (ARIA eq. 17); NaN where it can't be measured.
@@ -193,7 +193,7 @@ class Trial:
 
 @dataclass(frozen=True)
 class Drag:
-    """Which browser drags which target at present: nobody else can move that target meanwhile."""
+    """Which browser is dragging which target; nobody else can move that target meanwhile."""
 
     client: int
     target: int
@@ -265,7 +265,7 @@ class Source:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Session:
-    """Everything that is known and shown at one moment.
+    """The complete state at one moment.
 
     Args:
         robot: Nominal robot.
@@ -397,7 +397,7 @@ class Session:
 
     @property
     def tried(self) -> Yield | None:
-        """The yield of the plate as it stands, if it was tried."""
+        """The yield of the current plate, if it was tried."""
         trial, now = self.trial, (self.plate, self.noise, self.wanted)
         return trial.found if trial is not None and (trial.plate, trial.noise, trial.wanted) == now else None
 
@@ -423,7 +423,7 @@ class Session:
         return self.play.is_running and self.focus is Focus.TRACK
 
     def check_target(self, number: int) -> None:
-        """Refuse a target that is not there."""
+        """Refuse a target that does not exist."""
         if not 0 <= number < len(self.plate):
             raise OptionError(f"target must be 1 to {len(self.plate)}, got {number + 1}")
 

@@ -1,4 +1,4 @@
-"""Pictures taken one by one before a camera: what each shows, and which are kept with their joints."""
+"""Pictures taken one by one: what each shows, and which are kept with their joints."""
 
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -56,7 +56,7 @@ class Shot:
                 f"it is blurred by {self.blur:.1f} px, more than {SHARP:g}: hold still, focus, or add light"
             )
         if self.q is None:
-            return "nobody says its joints: connect the arm (--source), or add its row to the folder's CSV"
+            return "its joints are unknown: connect the arm (--source), or add a row to the folder's CSV"
         return "" if self.still else "the target still moves, or has not moved since the last picture"
 
 

@@ -1,4 +1,4 @@
-"""What commands about targets share: steps for undo, the score after a change, the history of scores."""
+"""Shared helpers of target commands: undo steps, the score after a change, the history of scores."""
 
 from dataclasses import replace
 
@@ -35,7 +35,7 @@ def check_unlocked(session: Session, number: int) -> None:
 
 
 def begin_step(session: Session) -> Session:
-    """The session that undo comes back to is the present one."""
+    """Make the current session the one that undo restores."""
     step = Step(session.plate, session.states)
     return replace(session, done=(*session.done, step)[-UNDO_STEPS:], undone=())
 
@@ -60,7 +60,7 @@ def with_targets(
 def move_targets(
     session: Session, plate: Plate, states: tuple[TargetState, ...], *, selected: int | None = None
 ) -> Session:
-    """The session with these targets, scored, as a step of its own."""
+    """The session with these targets, scored, as a separate step."""
     return commit_step(with_targets(begin_step(session), plate, states, selected=selected))
 
 

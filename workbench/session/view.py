@@ -27,7 +27,7 @@ Tell = Callable[[Severity, str], None]
 
 
 class AbstractKeeper(ABC):
-    """Told of every command by the worker's thread; must be quick and never raise."""
+    """Notified of every command by the worker's thread; must be quick and never raise."""
 
     @abstractmethod
     def begin(self, session: Session, *, step: int, at: float, tell: Tell) -> None:

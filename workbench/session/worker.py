@@ -1,11 +1,11 @@
 """The worker: one thread that owns the session, takes commands in order, and has the views draw.
 
-Callers only put commands into the queue. A waiting command that has a key (a drag) gives way to a newer one
+Callers only put commands into the queue. A waiting command that has a key (a drag) is replaced by a newer one
 of the same key; a command without a key is a barrier, so that order never changes. A task is computed in a
-second thread from the snapshot at its start, so dragging goes on meanwhile; there is one task at a time,
-and it can be cancelled. Chores, which the session itself asks for, have a thread of their own; one that is
-no longer needed is cancelled and forgotten. Whatever a command raises becomes a message; the session stays
-as it was.
+second thread from the snapshot at its start, so dragging goes on meanwhile; there is one task at a time, and
+it can be cancelled. Chores, which the session itself asks for, have a thread of their own; one that is no
+longer needed is cancelled and forgotten. Whatever a command raises becomes a message; the session stays as it
+was.
 """
 
 import logging

@@ -1,1 +1,1 @@
-"""The views of a session: what is drawn, in the browser and in recordings."""
+"""Views of a session: the page in the browser and recordings."""

@@ -375,7 +375,7 @@ def test_the_first_card_can_be_opened_again(app, look):
     screen = look()
     screen.tab("More")
     screen.press("What do you have?")
-    screen.wait_text("start", "Undo brings back")
+    screen.wait_text("start", "Undo restores")
     screen.press("Only a robot")
     screen.wait_text("start", "Robot: ARIA")
     screen.press("Design a plate for it")

@@ -37,7 +37,7 @@ def test_rows_of_another_arm_are_refused_and_undo_brings_an_arm_back(app, look, 
     screen.tab("More")
     screen.choose("Robot", "katana450")
     screen.press("Change to this robot")
-    screen.wait_text("question", "Undo brings them back")
+    screen.wait_text("question", "Undo restores them")
     screen.press("Cancel")
     screen.page.wait_for_selector('[data-testid="question"]', state="detached")
     screen.press("Change to UR5 (CB3)")

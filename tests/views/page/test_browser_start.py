@@ -54,7 +54,7 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
         press("Identify the geometry")
         says("something is not geometry")
         shown = page.locator('[data-testid="unjudged"]:visible').inner_text()
-        assert shown.startswith("0 mm: no error is wanted, so nothing is judged.")
+        assert shown.startswith("0 mm: no requirement, so there is no pass or fail.")
         assert page.locator('[data-testid="requirement"]').count() == 0
         press("Find the cause")
         says(name)

@@ -35,7 +35,7 @@ def test_links_do_something_a_hand_at_work_costs_fewer_pixels_and_the_end_is_sai
         page.mouse.up()
         page.wait_for_function(f"usual => ({width})() === usual", arg=usual)
         server.stop()
-        page.locator(".gone", has_text="The workbench has ended").wait_for()
+        page.locator(".gone", has_text="The workbench has stopped").wait_for()
     finally:
         server.stop()
         page.close()

@@ -1,4 +1,4 @@
-"""Effects that an arm may carry beside its geometry: one file each, and one line here."""
+"""Effects beyond geometry: one file each, and one line here."""
 
 from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.base_drift import BaseDrift

@@ -1,4 +1,4 @@
-"""Backlash: a joint lies on one flank of its play or on the other.
+"""Backlash: a joint rests on one flank of its play or the other.
 
     Δv = −c tanh(τ/w),      by = "moment": the load decides; τ the holding moment about the axis
     Δv = −c direction,      by = "motion": the link lags behind the drive

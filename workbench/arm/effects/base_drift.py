@@ -1,9 +1,9 @@
-"""Base drift: the measuring frame creeps with time.
+"""Base drift: the measuring frame drifts with time.
 
     Δv = c (t − t_ref)
 
 for the base's position, along the axes of the measuring frame, and for three rotations behind its own, about
-the axes of the base; c [m/s] and [rad/s]. Gravity stays with the arm: it is the instrument that creeps.
+the axes of the base; c [m/s] and [rad/s]. Gravity stays fixed to the arm: it is the instrument that drifts.
 """
 
 from dataclasses import dataclass
@@ -52,7 +52,7 @@ class BaseDrift(AbstractEffect):
     def sentence(self, chain, motion):
         speed, turning = np.linalg.norm(self.coefficients[:3]), np.linalg.norm(self.coefficients[3:])
         turned = np.rad2deg(SECONDS * turning)
-        return f"The measuring frame creeps with time: {1e3 * SECONDS * speed:.3g} mm/h and {turned:.2g} °/h"
+        return f"The measuring frame drifts with time: {1e3 * SECONDS * speed:.3g} mm/h and {turned:.2g} °/h"
 
     @classmethod
     def offers(cls, arm, motion):

@@ -1,4 +1,4 @@
-"""Bearing compliance: the later link tips over in proportion to the moment across the joint's axis.
+"""Bearing compliance: the distal link tilts in proportion to the moment across the joint's axis.
 
     (Δv_x, Δv_y) = −c (τ_x, τ_y)
 
@@ -36,5 +36,5 @@ class BearingCompliance(AbstractEffect):
 
     def sentence(self, chain, motion):
         if len(self.joints) > 1:
-            return f"{self.where} tip over by up to {self.size(chain)} under the moments across their axes"
-        return f"{self.where} tips over by {self.size(chain)} under the moment across its axis"
+            return f"{self.where} tilt by up to {self.size(chain)} under the moments across their axes"
+        return f"{self.where} tilts by {self.size(chain)} under the moment across its axis"

@@ -1,4 +1,4 @@
-"""Clearance tilt: a loose bearing lets the later link tip over by a fixed angle, the way the load pushes it.
+"""Clearance tilt: a loose bearing lets the distal link tilt by a fixed angle in the direction of the load.
 
     (Δv_x, Δv_y) = −c (τ_x, τ_y) / |(τ_x, τ_y)|
 
@@ -41,8 +41,8 @@ class ClearanceTilt(AbstractEffect):
 
     def sentence(self, chain, motion):
         if len(self.joints) > 1:
-            return f"{self.where} have loose bearings: they tip over by up to {self.size(chain)} under load"
-        return f"{self.where} has a loose bearing: it tips over by {self.size(chain)} the way the load pushes"
+            return f"{self.where} have loose bearings: they tilt by up to {self.size(chain)} under load"
+        return f"{self.where} has a loose bearing: it tilts by {self.size(chain)} in the load's direction"
 
 
 def _direction(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,8 +1,8 @@
 """Effects: a law, and everything else that the package knows of it.
 
 An effect's file holds its law (`law.py`), what a diagnosis should try (`offers`), a sentence for people, its
-pictures as numbers (`pictures.py`), an example to hide in a virtual arm, and flags. Whoever works with
-effects asks them; nobody else tells one from another.
+pictures as numbers (`pictures.py`), an example to hide in a virtual arm, and flags. Other code uses this
+interface and never distinguishes effects by name.
 """
 
 from abc import abstractmethod
@@ -54,7 +54,7 @@ class AbstractEffect(AbstractLaw):
     """One effect with its coefficients. Only `name`, `law` and `sentence` have no default."""
 
     moves_arm: ClassVar[bool] = True
-    """Whether it is the arm that it moves, and not the instrument that looks at it."""
+    """Whether it moves the arm rather than the instrument."""
     has_play: ClassVar[bool] = False
     """Whether it leaps by its coefficients [rad or m] where its cause changes sign."""
     handicap: ClassVar[float] = 0.0
@@ -113,7 +113,7 @@ class AbstractEffect(AbstractLaw):
         return tuple(usual_views(self, state))
 
     def caveat(self, motion: Motion) -> str | None:
-        """What to beware of when it was learned on some rows, one sentence; nothing by default."""
+        """A caveat about the rows that it was learned from, one sentence; empty by default."""
         return None
 
     @property

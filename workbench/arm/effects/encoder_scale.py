@@ -1,4 +1,4 @@
-"""Encoder scale: a joint moves a little further than the controller counts.
+"""Encoder scale: a joint moves slightly further than the controller reports.
 
 Δv = c q,      c without unit
 """

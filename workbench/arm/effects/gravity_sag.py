@@ -1,4 +1,4 @@
-"""Gravity sag: a joint gives way to the weight of what it carries, though nobody knows the masses.
+"""Gravity sag: a joint deflects under the weight that it carries, with unknown masses.
 
 The moment about joint j's axis u is linear in masses and first moments of the links behind it. Its compliance
 c times these are the unknowns; d is the direction of gravity, seen from the robot's base:
@@ -119,7 +119,7 @@ class GravitySag(AbstractEffect):
         pairs = zip(self._terms, np.abs(self.coefficients).tolist(), strict=True)
         largest = readable(max((v for term, v in pairs if term[-1] in "xyz"), default=0.0), "rad")
         products = f"products of compliance and weight up to {largest}"
-        return f"{self.where} gives way to the weight behind it, by {products}"
+        return f"{self.where} deflects under the weight it carries, by {products}"
 
     @classmethod
     def offers(cls, arm, motion):

@@ -1,4 +1,4 @@
-"""Joint compliance: the angle about a joint's axis gives way in proportion to the moment about it.
+"""Joint compliance: a joint deflects about its axis in proportion to the moment about it.
 
 Δv = −c τ,      τ the holding moment about (force along) the axis, c [rad/(N m) or m/N]
 """
@@ -36,5 +36,5 @@ class JointCompliance(AbstractEffect):
     def sentence(self, chain, motion):
         load = "moment about" if turns(chain, self.joints[0]) else "force along"
         if len(self.joints) > 1:
-            return f"{self.where} give way by up to {self.size(chain)} under the {load} their axes"
-        return f"{self.where} gives way by {self.size(chain)} under the {load} its axis"
+            return f"{self.where} deflect by up to {self.size(chain)} under the {load} their axes"
+        return f"{self.where} deflects by {self.size(chain)} under the {load} its axis"

@@ -1,4 +1,4 @@
-"""Link flexure: a link (the last one: with the tool) bends and twists at its root with the moment it carries.
+"""Link flexure: a link (the last one with the tool) bends and twists at its root under its moment.
 
     Δv_x = −c_x τ'_x,      Δv_y = −c_y τ'_y,      τ' = R(v)ᵀ τ
 

@@ -1,4 +1,4 @@
-"""Pictures of effects as plain numbers: an increment over what drives it, and the law between the two.
+"""Plot data of effects: an increment over its driver, and the law that relates the two.
 
 A report draws them with what the measured rows show of the same increment. Errors of joints are looked at one
 element at a time; a tilt whose direction the load decides, along that direction; changes of many elements at

@@ -3,7 +3,7 @@
     Δv = c (T − T_ref) ℓ,      ℓ the length of the element (with its drive), c [1/K]
 
 A constant origin, as a URDF joint has one, grows through the three corrections that follow it. The base is
-left out: it belongs to the floor.
+excluded: it is fixed to the floor.
 """
 
 from dataclasses import dataclass, replace

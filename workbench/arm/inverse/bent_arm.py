@@ -1,7 +1,7 @@
-"""Joint coordinates with which an arm that bends reaches its targets.
+"""Joint coordinates with which a deflecting arm reaches its targets.
 
-The rigid arm T(q) is sent to where the bent one B(q) must not: with D(q) = T(q) B(q)⁻¹ the bent arm is at the
-target T* exactly where the rigid one is at D(q) T*. From a solution for the rigid arm
+The target of the rigid arm T(q) is offset by the deflection of the bent one B(q): with D(q) = T(q) B(q)⁻¹ the
+bent arm is at the target T* exactly where the rigid one is at D(q) T*. From a solution for the rigid arm
 
     q ← q + s (T⁻¹(D(q) T*) − q)
 

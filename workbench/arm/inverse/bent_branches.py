@@ -1,4 +1,4 @@
-"""The branches of an arm that bends: its geometry's, each moved to where the bent arm is at the target."""
+"""The branches of a deflecting arm: those of its geometry, corrected so that it meets the target."""
 
 from dataclasses import replace
 from functools import partial
@@ -83,13 +83,13 @@ def _nearest(best: Branch, branches: tuple[Branch, ...], found: Refined) -> Near
 
 
 def _jumping(robot: Robot, name: str, q: np.ndarray, left: float, motion: Motion | None) -> str:
-    """Which joint gives way so unevenly that nothing holds the target."""
+    """The joint whose deflection jumps so that no joint position holds the target."""
     probes = q + PROBE * np.concatenate([np.eye(len(q)), -np.eye(len(q))])
     rows = np.zeros(len(probes), np.int64)
     state = Motion(probes) if motion is None else motion.take(rows).at(probes)
     jump = np.ptp(shift_of(robot, state), axis=0)
     owner = robot.chain.elements[int(np.argmax(jump))].name.partition(".")[0]
     return (
-        f"'{name}' is held only to {1e3 * left:.3g} mm: {owner} gives way so unevenly there (its load "
+        f"'{name}' is held only to {1e3 * left:.3g} mm: the deflection of {owner} jumps there (its load "
         "changes direction within its play) that no joint position reaches the target"
     )

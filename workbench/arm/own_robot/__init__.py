@@ -1,1 +1,1 @@
-"""One's own robot: a table or a description read so that it gives the poses of the pendant."""
+"""The user's own robot: interpreting a table or description so that it reproduces the pendant's poses."""

@@ -1,4 +1,4 @@
-"""An arm, or a table of one, checked against poses that were typed from its pendant.
+"""Checking an arm, or its table, against poses typed from its pendant.
 
 A table is CSV: Denavit–Hartenberg constants of a joint in each row, with units in the headings or without.
 """

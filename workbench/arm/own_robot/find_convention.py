@@ -1,4 +1,4 @@
-"""How a robot's table must be read to give the poses that its pendant shows: by trying.
+"""Finding the interpretation of a robot's table that reproduces the poses shown on its pendant, by trial.
 
     T_i = C_0 Z(s_1 q_i1 + o_1) C_1 … Z(s_n q_in + o_n) C_n,      s_k = ±1, o_k offsets, i the typed poses
 
@@ -71,7 +71,7 @@ class Found:
     @property
     def changes(self) -> tuple[str, ...]:
         """What differs from the table as it was given, one sentence each."""
-        flips = [f"joint {k + 1} counts the other way" for k in np.flatnonzero(self.signs < 0)]
+        flips = [f"joint {k + 1} is inverted" for k in np.flatnonzero(self.signs < 0)]
         slides = [not e.axis.turns for e in self.robot.elements if e.joint is not None]
         moves = [
             f"joint {k + 1} has an offset of {1e3 * v:.3f} mm" if slides[k] else
@@ -107,7 +107,7 @@ class _Fit:
 
 
 def find_convention(readings: Iterable[Reading], typed: Sequence[Typed]) -> Found:
-    """The reading of a table with which it gives some poses.
+    """The interpretation of a table that reproduces given poses.
 
     Args:
         readings: What the table may mean; the likeliest first (`table_readings`).
@@ -135,7 +135,7 @@ def find_convention(readings: Iterable[Reading], typed: Sequence[Typed]) -> Foun
     tried = len(readings) * len(typed)
     if not fits:
         raise DataError(
-            f"none of {tried} readings of the table gives the typed poses; check that the pendant shows the "
+            f"none of {tried} readings of the table fits the typed poses; check that the pendant shows the "
             "flange (no tool) in the robot's base (no user frame), and every number of the table"
         )
     fits.sort(key=lambda f: f.cost)

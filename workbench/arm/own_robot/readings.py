@@ -1,4 +1,4 @@
-"""What a joint table and numbers typed from a pendant may mean: conventions, units, kinds of angles."""
+"""Possible meanings of a joint table and of numbers typed from a pendant: conventions, units, angle types."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""An arm whose joints count the other way, or from elsewhere."""
+"""Arms with inverted or offset joints."""
 
 from collections.abc import Sequence
 from dataclasses import replace

@@ -1,8 +1,8 @@
-"""What a robot's effects add to its chain, and the derivative of that.
+"""The increments that a robot's effects add to its chain, and their derivative.
 
     s = Σ_e c_e φ_e(state, W(p, s)),      W the wrenches through the joints of the arm as it is bent
 
-Wrenches depend on the bent pose, so that s is a fixed point; a joint gives way by milliradians, and each
+Wrenches depend on the bent pose, so that s is a fixed point; a joint deflects by milliradians, and each
 round brings some three digits. With φ's slope in W, the total derivative of s is
 
     (1 − ∂s/∂v) ds = ∂s/∂p dp + φ dc

@@ -1,4 +1,4 @@
-"""Moments at the joints, at rest and in motion, apart into the drive's own and those that tip the bearing.
+"""Joint moments, at rest and in motion, split into drive torques and tilting moments on the bearing.
 
     η_i = (moment about the axis, moments about the two axes across it)
 

@@ -1,7 +1,7 @@
-"""A folder as people keep it: pictures or a table of their corners, joints, cameras and target beside them.
+"""Reading a folder with pictures or a table of their corners, joints, cameras and target.
 
-What a file is, its content says and not its name: `[[camera]]` tables, a target, corners (a column `u[px]`),
-joints or tool poses.
+The kind of a file is determined by its content, not its name: `[[camera]]` tables, a target, corners (a
+column `u[px]`), joints or tool poses.
 """
 
 import io

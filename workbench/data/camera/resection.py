@@ -1,4 +1,4 @@
-"""Where the target is in each picture, from that picture alone; corners that contradict it are set apart.
+"""Pose of the target in each picture, from that picture alone; contradicting corners are excluded.
 
 Every plane of the target that is in view (a board, or each tag) gives a pose by its homography, and the one
 mirrored in depth; six points or more off one plane give one by the direct linear transform. The pose that

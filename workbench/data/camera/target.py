@@ -1,6 +1,6 @@
-"""What a camera looks at: a ChArUco board or points at known places, or several of them, and `target.toml`.
+"""Camera targets: a ChArUco board or points at known positions, or several of these, and `target.toml`.
 
-Of several boards each has its own pose, and where they are to one another nobody has to know. Their markers
+Each of several boards has its own pose, and their relative poses need not be known. Their markers
 and corners are told apart by their numbers: those of a ChArUco board go on where the boards before it end.
 """
 

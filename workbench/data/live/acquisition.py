@@ -122,7 +122,7 @@ class PoseSource(StrEnum):
 
 @dataclass(frozen=True)
 class Event:
-    """What a request has led to: one sentence, and whether the stored rows have changed."""
+    """The result of a request: one sentence, and whether the stored rows have changed."""
 
     message: str
     changed: bool = False

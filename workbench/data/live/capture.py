@@ -1,4 +1,4 @@
-"""Targets to be measured one after the other, and the sample stored for each.
+"""Targets to be measured in sequence, and the sample stored for each.
 
 A `Capture` is plain data: storing a row gives a new one. A row that was taken badly is taken again.
 """

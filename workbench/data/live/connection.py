@@ -1,4 +1,4 @@
-"""Where samples come from and go to: text streams and TCP sockets."""
+"""Transport of samples: text streams and TCP sockets."""
 
 import ipaddress
 import socket

@@ -1,4 +1,4 @@
-"""Samples of a live source, one JSON object a line, read and written.
+"""Reading and writing samples of a live source, one JSON object per line.
 
     {"time": 12.3, "q": [0.1, …], "xyz": [0.4, 0.1, 0.3], "quat": [1, 0, 0, 0], "capture": true}
 

@@ -1,4 +1,4 @@
-"""What an instrument can see: one file per observation, all with the same three answers."""
+"""Observations: one file per kind, all with the same interface."""
 
 from workbench.data.observations.contact import ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation

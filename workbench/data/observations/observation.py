@@ -1,4 +1,4 @@
-"""The contract of an observation: residual = measured − predicted, and how the prediction changes.
+"""The interface of an observation: residual = measured − predicted, and derivatives of the prediction.
 
 An observation holds the rows that it sees. Its prediction depends on the tool's pose and on unknowns of
 its own (an anchor, a contact point, marker offsets); both derivatives are given in closed form, so that

@@ -1,4 +1,4 @@
-"""What each column of a table is, and everything that stands against using it."""
+"""The meaning of each column of a table, and problems that prevent its use."""
 
 import re
 from collections import Counter

@@ -1,4 +1,4 @@
-"""The kind of a file by its first bytes: read, or refused with a sentence that says what it is."""
+"""The kind of a file by its first bytes: accepted, or refused with a sentence that names it."""
 
 from enum import StrEnum
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Which heading means what: our own names, and the names that controllers and people use for the same.
+"""Meanings of headings: our own names, and synonyms used by controllers and people.
 
 A key is the name of formats.md ('q1', 'x', 'qw', 'm2y', 'tilt_x3', …). A heading of another spelling is
 recognised only where it can't mean anything else; commanded values are never taken for measured ones.

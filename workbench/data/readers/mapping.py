@@ -1,4 +1,4 @@
-"""A stored choice of what the columns of a file are, to be used again for every file of that kind.
+"""Stored column mappings, reusable for every file of the same kind.
 
 layout = "plain"              # optional, like sheet
 [columns]                     # the file's heading = ours, with the unit; "-" leaves a column out

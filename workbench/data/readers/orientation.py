@@ -1,4 +1,4 @@
-"""The five ways to write an orientation, each checked and turned into rotation matrices.
+"""The five representations of orientation, each checked and converted into rotation matrices.
 
 Roll, pitch, yaw mean R = Rz(yaw) Ry(pitch) Rx(roll); quaternions are (w, x, y, z); rx, ry, rz is a rotation
 vector (axis times angle); zxz_phi, zxz_theta, zxz_psi are the Euler angles of R = Rz(Φ) Rx(θ) Rz(Ψ); r11 …

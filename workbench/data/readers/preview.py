@@ -1,4 +1,4 @@
-"""What a file would be read as, before it is read: for the panel that asks 'is this right?'."""
+"""Preview of how a file would be read, for the user to confirm or correct."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""What every row says of one increment: the apparent error of a joint, a tilt, a length.
+"""Apparent error of a joint, a tilt or a length in every row.
 
 A row's whitened residual r (measured − predicted) is laid along the whitened column J of the increment; the
 best size and its standard error are

@@ -1,4 +1,4 @@
-"""The report of a diagnosis: an HTML page that needs nothing else, its pictures beside it, and the result."""
+"""The report of a diagnosis: a self-contained HTML page, its pictures as files, and the result."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""Every picture of a diagnosis, with what it shows and how to read it."""
+"""All pictures of a diagnosis, with captions that explain how to read them."""
 
 from functools import partial
 

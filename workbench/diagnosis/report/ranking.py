@@ -1,4 +1,4 @@
-"""Picture of the ranking: what each candidate would have brought to the geometry alone."""
+"""Picture of the ranking: what each candidate would add to the geometry alone."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -39,7 +39,7 @@ def ranking(result: Diagnosis) -> Figure | None:
 
 
 def _gains(axes: Axes, best, place, mine) -> None:
-    """Log evidence, and what chance would say to it."""
+    """Log evidence, and the probability that chance adds as much."""
     gains = np.array([r.gain for r in best])
     for chosen, colour, words in ((mine, COLOURS[1], "added to the model"), (~mine, NOMINAL, "not added")):
         axes.barh(place[chosen], gains[chosen], color=colour, height=0.65, label=words)

@@ -25,7 +25,7 @@ NAMED = 15
 LISTED = 6
 """Most coefficients of one effect that are listed one by one."""
 RANKED = 5
-"""Candidates that a summary shows."""
+"""Number of candidates in a summary."""
 
 
 def diagnosis_tables(result: Diagnosis) -> RenderableType:
@@ -147,7 +147,7 @@ def chance(p: float) -> str:
 
 
 def alternatives(result: Diagnosis) -> list[str]:
-    """Effects that would do nearly as well in the place of each one, a line each."""
+    """Alternatives that fit nearly as well as each effect, one line each."""
     with_all = judged(result.after).position_mm.mean
     return [_instead(found, with_all) for found in result.effects if found.alternatives]
 
@@ -163,7 +163,7 @@ def _instead(found: Accepted, with_all: float) -> str:
 
 
 def outlier_words(result: Diagnosis) -> str:
-    """Which rows were set apart, and what to do."""
+    """Which rows were excluded as outliers, and what to do."""
     rows = sorted(result.data.row[result.outliers].tolist())
     shown = ", ".join(map(str, rows[:NAMED])) + (" …" if len(rows) > NAMED else "")
     subject, it = (f"data rows {shown}", "them") if len(rows) > 1 else (f"data row {shown}", "it")

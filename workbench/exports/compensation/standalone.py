@@ -4,9 +4,9 @@
     q, left = correct_poses(poses, near)         poses of the tool in the robot's base → joints near `near`
     poses = forward(q)                           where this arm's tool is, bent as it is
 
-Rows in, rows out. `left` holds what the arm still misses, a row [m, rad]; a row that a correction would make
-worse keeps its joints. Loads are those of the arm at rest; payload [kg], temperature [degC] and direction
-(sign of each joint's last motion) are numbers, or arrays with a row for each.
+Rows in, rows out. `left` is the remaining error per row [m, rad]; a row that a correction would make worse
+keeps its joints. Loads are those of the arm at rest; payload [kg], temperature [degC] and direction (sign of
+each joint's last motion) are numbers, or arrays with a row for each.
 """
 
 import numpy as np
@@ -35,14 +35,14 @@ class State:
 
 
 def correct(wanted, *, payload=0.0, temperature=None, direction=None):
-    """Joint positions (rows, n) with which this arm is where the nominal one would be, and what is left."""
+    """Joint positions (rows, n) that bring this arm to the nominal arm's poses, and the remaining errors."""
     q = np.atleast_2d(np.asarray(wanted, float))
     poses = _geometry(ARM["nominal"], q)[0]
     return correct_poses(poses, q, payload=payload, temperature=temperature, direction=direction)
 
 
 def correct_poses(poses, near, *, payload=0.0, temperature=None, direction=None):
-    """Joint positions (rows, n) with which this arm takes poses (rows, 4, 4), and what is left."""
+    """Joint positions (rows, n) that bring this arm to poses (rows, 4, 4), and the remaining errors."""
     q = np.atleast_2d(np.asarray(near, float))
     poses = np.reshape(np.asarray(poses, float), (-1, 4, 4))
     state = State(len(q), payload, temperature, direction)
@@ -66,7 +66,7 @@ def _missed(poses, q, state):
 
 
 def _iterate(poses, q, state):
-    """The rigid arm sent to where the bent one must not, until the bent one is where it must."""
+    """Move the rigid arm's target until the deflected arm meets the intended one."""
     limits = np.array(ARM["limits"]).T
     x = np.clip(q, *limits)
     best, step, left = x.copy(), np.zeros_like(x), np.full((len(x), 2), np.inf)
@@ -133,7 +133,7 @@ def _refine(targets, start, limits):
 
 
 def _normal(tool, axes, points, r, weight2):
-    """JᵀJ and Jᵀr, rotations weighted, as far as the task asks for them."""
+    """JᵀJ and Jᵀr, with the weighted rotations that the task constrains."""
     slides = np.array(ARM["slides"], bool)[None, :, None]
     linear = np.where(slides, axes, np.cross(axes, tool[:, None, :3, 3] - points))
     turn = np.where(slides, 0.0, axes)
@@ -203,7 +203,7 @@ def _frames(q, shift):
 
 
 def _bent(q, state):
-    """Poses of the tool, at the fixed point of loads and what they bend."""
+    """Poses of the tool at the fixed point of loads and deflections."""
     shift = np.zeros((len(q), len(ARM["chain"])))
     rigid = _frames(q, shift) if any(t["kind"] == 5 for t in ARM["terms"]) else []
     for term in ARM["terms"]:

@@ -94,7 +94,7 @@ def terms_of(effect: AbstractEffect, chain: Chain) -> list[Term]:
     """The terms of an effect with its coefficients.
 
     Raises:
-        OptionError: nobody said how it is lowered.
+        OptionError: no lowering is registered for it.
     """
     raise OptionError(
         f"a program can't hold the effect '{effect.name}'; register its terms "

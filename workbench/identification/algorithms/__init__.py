@@ -12,6 +12,6 @@ ALGORITHMS: Registry[AbstractIdentifier] = Registry(
 )
 """The identification algorithms by their names in files and commands."""
 USUAL = ("ols", "opt1", "opt2")
-"""The paper's three, which run where nothing else is said."""
+"""The paper's three algorithms, which run by default."""
 
 __all__ = ["ALGORITHMS", "USUAL", "AbstractIdentifier"]

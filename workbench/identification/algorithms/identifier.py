@@ -1,7 +1,7 @@
-"""The contract of an identification algorithm, and what it hands back.
+"""The interface of an identification algorithm, and its result.
 
 An algorithm takes a `Problem` and searches from its start. What is computed at the answer (covariance,
-rank, row residuals) is the same for all and stands in `identification/fit.py`.
+rank, row residuals) is the same for all algorithms and is implemented in `identification/fit.py`.
 """
 
 from abc import ABC, abstractmethod
@@ -57,7 +57,7 @@ class AbstractIdentifier(ABC):
     title: ClassVar[str]
     """As in tables and figures."""
     summary: ClassVar[str]
-    """What it does, in one sentence for whoever chooses it."""
+    """Description in one sentence, to help users choose."""
 
     @abstractmethod
     def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:

@@ -1,4 +1,4 @@
-"""INFLUENCE: every pose corrects the constants on its own, the influential most (Katana eqs. 3.5–3.8).
+"""INFLUENCE: every pose corrects the constants separately, the most influential most (Katana eqs. 3.5–3.8).
 
 At each pose the smallest change of constants that explains its residual is sought in small steps,
 

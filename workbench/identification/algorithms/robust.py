@@ -1,8 +1,8 @@
-"""Robust loss: rows with large residuals count less, so that a few bad ones do not bend the model.
+"""Robust loss: rows with large residuals get less weight, so that a few bad ones do not distort the model.
 
 Iteratively reweighted least squares by whole rows: a row's weight follows from its standardised residual
 under Huber's or Tukey's function, with the scale from the median; the fit is repeated until the weights
-stand still. Uncertainties then come from the reweighted problem's own factorisation.
+converge. Uncertainties then come from the reweighted problem's own factorisation.
 
 Source: Holland, Welsch, Robust regression using iteratively reweighted least-squares, 1977.
 """

@@ -1,4 +1,4 @@
-"""What moved between the calibrations of an arm: at once, or little by little, and how sure that is.
+"""Changes between the calibrations of an arm: sudden or gradual, and their significance.
 
 A constant's values x_t with standard errors σ_t are compared with three laws: x = c, a step
 x = c + s [t ≥ t_k] for each t_k, and a line x = c + v t. Each is fitted by weighted least squares with a

@@ -1,4 +1,4 @@
-"""The load test, planned and simulated: clearance, backlash and stiffness of each joint by inclinometers.
+"""The load test, planned and simulated: clearance, backlash and stiffness of each joint from inclinometers.
 
 The readings of all postures are fitted together, the directions of the axes with them, so that no posture has
 to be exact. Joints about which no gravity acts, as they stand upright, are pulled sideways at the tool
@@ -184,7 +184,7 @@ def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: I
 def _certain(
     robot: Robot, data: Dataset, asked: Sequence[JointTilting], known: Mapping[str, float]
 ) -> Bool[np.ndarray, " rows"]:
-    """Postures in which no joint whose play is asked for may lie on another side than the model says."""
+    """Postures in which the side of the play is certain for every tested joint."""
     about, across = clear_of_reversals(robot, Motion.of(data), known)
     turns, tips = (
         [j.joint for j in asked if np.isfinite(getattr(j, word))] for word in ("backlash", "clearance")
@@ -241,7 +241,7 @@ def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) 
 
 
 def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random.Generator) -> Dataset:
-    """Poses of the tool under the pulls, by a tracker that stands where it sees them all."""
+    """Poses of the tool under the pulls, measured by a tracker that sees them all."""
     data = simulate(actual, Motion(loads.q, wrench=loads.wrench), instrument=tracker, rng=rng)
     position, turn = tracker.deviations
     return replace(data, sigma=np.tile([position] * 3 + [turn or position] * 3, (len(loads.q), 1)))

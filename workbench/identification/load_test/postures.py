@@ -246,9 +246,9 @@ def _asked(robot: Robot, joints: Sequence[int] | None, unturned: tuple[int, ...]
             raise OptionError(f"joint must be 1–{robot.dof}, got {joint + 1} (robot '{robot.name}')")
         if joint in unturned:
             raise OptionError(
-                f"joint {joint + 1} of '{robot.name}' stands upright or carries its load on its axis: no "
-                "gravity acts about it, so inclinometers can't show it; ask for all joints to pull at the "
-                "tool instead"
+                f"joint {joint + 1} of '{robot.name}' has a vertical axis or carries its load on its axis: "
+                "gravity exerts no moment about it, so inclinometers can't test it; ask for all joints to "
+                "use side pulls at the tool instead"
             )
     return tuple(dict.fromkeys(joints))
 

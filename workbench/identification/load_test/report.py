@@ -59,9 +59,9 @@ def notes(found: LoadTest) -> list[str]:
         mass = max(pair.added.max() for pair in found.plan.pairs)
         out.append(f"{mass:g} kg were hung onto the tool for joint {_listed(masses)}")
     for joint in found.plan.unturned:
-        words = f"no gravity acts about joint {joint + 1}: inclinometers show how it tips"
+        words = f"gravity exerts no moment about joint {joint + 1}: inclinometers show how it tilts"
         pulled = any(s.joint == joint for s in found.side)
-        out.append(words + (", poses under sideways pulls how it turns" if pulled else " and nothing else"))
+        out.append(words + (", poses under side pulls how it rotates" if pulled else " and nothing else"))
     for joint, purpose in found.plan.missing:
         out.append(f"no posture loads joint {joint + 1} so that it {LACKING[purpose]}")
     centre = max(j.com_tolerance for j in found.robot.joints)

@@ -1,4 +1,4 @@
-"""What is told of an arm by itself: constants that its model holds twice, axes that circles show."""
+"""Reports on a single arm: redundant constants of its model, axes from circle points."""
 
 import numpy as np
 from rich import box

@@ -1,4 +1,4 @@
-"""What pictures told: where camera and target are, which joints' zeros moved, and what the gate decided."""
+"""Results from pictures: poses of camera and target, joint zeros that moved, decisions of the steps."""
 
 from collections.abc import Iterator
 from typing import NamedTuple

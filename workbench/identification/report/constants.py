@@ -1,4 +1,4 @@
-"""Figures of constants: how far each was corrected and how certainly, how far it moves the tool (Katana fig.
+"""Figures of constants: correction and its significance, influence on the tool (Katana fig.
 3.8)."""
 
 from typing import Any

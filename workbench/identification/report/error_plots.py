@@ -1,4 +1,4 @@
-"""Figures of single rows: before and after, against the noise, and against the place and the joints."""
+"""Figures of single rows: before and after, against the noise, and over position and joints."""
 
 import numpy as np
 from matplotlib.axes import Axes

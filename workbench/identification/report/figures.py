@@ -1,4 +1,4 @@
-"""Figures of one identification: what the errors were and are, where they lie, and what was corrected.
+"""Figures of one identification: errors before and after, where they occur, and the corrections.
 
 The paper's arrays of error plots are in `error_grid`; `all_figures` makes everything that a report shows.
 """
@@ -71,11 +71,11 @@ def pictures(result: Identification, *, wanted: Wanted | None = None) -> tuple[P
         Picture(NAMES[2], "Before and after, row by row",
          f"Nominal arm (grey; base and tool fitted where free) and {best_title} (blue; held-out rows in the "
          "colour of the text). Circled: rows that stand out." + thin, lambda: before_after(result, place)),
-        Picture(NAMES[3], "What is left, against the noise",
+        Picture(NAMES[3], "Residuals against the noise",
          f"Residual components of {best_title} on the fitted rows, and the normal distribution of the noise "
          "that weighed them. Wider or lopsided residuals mean that something is missing from the model.",
          lambda: residual_histogram(result)),
-        Picture(NAMES[4], "Where the error is left",
+        Picture(NAMES[4], "Where errors remain",
          f"Error of {best_title} against the distance from the first axis and against every joint; the line "
          "is the running median. A trend means that something is missing from the model there." + thin,
          lambda: error_where(result)),

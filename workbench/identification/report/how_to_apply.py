@@ -1,4 +1,4 @@
-"""How to use a calibration: what a controller can take of it, and what that leaves."""
+"""How to use a calibration: the part that a controller can apply, and the remaining error."""
 
 from dataclasses import dataclass
 from typing import Any

@@ -1,4 +1,4 @@
-"""The report as one HTML page that needs nothing else: no network, no scripts, its pictures inside.
+"""The report as one self-contained HTML page: no network, no scripts, embedded pictures.
 
 Everything that is written into the page passes through the template's escaping; only our own pictures
 are put in as they are.

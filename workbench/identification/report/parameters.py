@@ -25,8 +25,8 @@ class State(StrEnum):
 
 LEGEND = {
     State.HELD: "held at its nominal value",
-    State.SHARED: "moves together with others that no row tells apart; shares are the smallest possible",
-    State.UNSEEN: "no row shows it; left at its nominal value",
+    State.SHARED: "can't be separated from others; shares are the smallest possible",
+    State.UNSEEN: "unobservable; left at its nominal value",
 }
 
 

@@ -25,7 +25,7 @@ AXES = ("x", "y", "z")
 
 
 def identification_tables(result: Identification, *, parameters: bool = True) -> RenderableType:
-    """Errors, parameters of the best fit, and everything that the user should know.
+    """Errors, parameters of the best fit, and all notes for the user.
 
     Args:
         parameters: Whether to show the parameter table as well.

@@ -1,1 +1,1 @@
-"""Joint zeros found again after a knock or a new motor, with the last calibration as prior knowledge."""
+"""Re-identifying joint zeros after a knock or a motor replacement, with the last calibration as prior."""

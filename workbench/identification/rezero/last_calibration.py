@@ -1,4 +1,4 @@
-"""What the last calibration knows of an arm of which some joints may have moved since."""
+"""Prior knowledge from the last calibration of an arm some of whose joints may have moved since."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ UNKNOWN = 0.05
 
 @dataclass(frozen=True, eq=False)
 class Knowledge:
-    """Prior knowledge of an arm's constants, and what has been let go of it.
+    """Prior knowledge of an arm's constants, some of it released.
 
     Args:
         robot: The arm as calibrated.

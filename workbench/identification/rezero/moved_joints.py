@@ -1,4 +1,4 @@
-"""Joint zeros after a knock or a new motor: which joint moved, by how much, and what the rows can't tell.
+"""Joint zeros after a knock or a motor replacement: which moved, by how much, what is ambiguous.
 
 The last calibration is prior knowledge: every constant of the geometry is an unknown that is known to its
 standard deviation, every joint's zero one of which nothing is known any more. Few poses then determine the

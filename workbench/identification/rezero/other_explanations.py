@@ -1,4 +1,4 @@
-"""What else than zeros the rows may show: a bent link, a frame elsewhere, a row that is wrong.
+"""Alternative explanations to moved zeros: a bent link, a moved frame, a wrong row.
 
 Each is let go beside all zeros. One that leaves far less, and not by chance, speaks against the zeros: they
 would only make up for it where it was measured. Where both links of a joint leave far less than either of
@@ -33,7 +33,7 @@ CERTAIN = 2.0
 
 
 class _Cause(NamedTuple):
-    """Something else that was let go.
+    """An alternative cause, with its constants freed.
 
     Args:
         words: What it is.
@@ -86,7 +86,7 @@ def _causes(knowledge: Knowledge, zeros: Optimum) -> Iterator[_Cause]:
         if loose and not (joint < 0 and problem.frames.base):
             yield _Cause(
                 f"{f'link {joint + 1}' if joint >= 0 else 'the foot'} is not as calibrated",
-                "look whether it is bent, then calibrate again with 'workbench identify'",
+                "check whether it is bent, then recalibrate with 'workbench identify'",
                 knowledge.problem(problem, zeros.x, (*offsets, *loose)),
                 len(loose),
                 tuple(loose),

@@ -1,4 +1,4 @@
-"""What a search for moved joints hands back."""
+"""The result of a search for moved joints."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -128,7 +128,7 @@ class Rezero(AbstractShown):
             return f"moved: {'; '.join(s.words for s in self.moved)} (95 %){self._untold}"
         told = [s for s in self.shifts if s.determined]
         if not told:
-            return "the rows determine no joint's zero; measure more poses that differ in all joints"
+            return "the rows determine no joint zero; measure more poses that differ in all joints"
         widest = max(told, key=lambda s: s.half).cells[2].replace("±", "± ")
         still = f"{_joints(told)} did not move" if self._untold else "no joint moved"
         words = f"by more than chance; zeros are certain to {widest} or better (95 %)"

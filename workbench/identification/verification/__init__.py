@@ -1,1 +1,1 @@
-"""Verification: fresh poses judge a calibrated arm, and a certificate says so."""
+"""Verification of a calibrated arm on fresh poses, with a certificate."""

@@ -1,4 +1,4 @@
-"""A certificate on one page, as PDF and as HTML: what was verified, how, with which numbers, by whom.
+"""A one-page certificate, as PDF and as HTML: what was verified, how, with what result, and by whom.
 
 Both are made from the same words. The page needs nothing else: no network, no scripts, its picture inside.
 """

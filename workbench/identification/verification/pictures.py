@@ -1,4 +1,4 @@
-"""Where in the work space a verified arm is how far off, and how many poses are within what."""
+"""Error map of a verified arm over its workspace, and the distribution of its errors."""
 
 import numpy as np
 from jaxtyping import Float

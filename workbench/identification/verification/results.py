@@ -1,4 +1,4 @@
-"""A verification as tables and as plain data: the schema `workbench.verification/1`."""
+"""A verification as tables and plain data: the schema `workbench.verification/1`."""
 
 import numpy as np
 from rich.console import Group, RenderableType

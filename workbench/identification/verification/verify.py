@@ -118,7 +118,7 @@ class Verification(AbstractShown):
         """The answer in one sentence."""
         rows = f"{counted(len(self.within), 'measurement')} of {counted(self.poses, 'fresh pose')}"
         if self.wanted is None:
-            return f"Not judged against a figure: {rows} (give a wanted error to have it judged)."
+            return f"No pass or fail: {rows} (give a required error to get one)."
         if self.passed:
             return (
                 f"Passed: all {rows} are within {self.wanted.words}; with 95 % confidence so are at least "
@@ -176,7 +176,7 @@ def verify(
     fresh, warnings = _fresh(robot, data, used, same)
     if data.distance is not None or data.contact is not None:
         warnings.append(
-            "places of anchors and contacts were fitted to these rows, which makes errors smaller"
+            "positions of anchors and contacts were fitted to these rows, which reduces the errors"
         )
     found = evaluate(robot, data.take(fresh), fit_frames=fit_frames)
     rng = np.random.default_rng(seed)
@@ -188,7 +188,7 @@ def verify(
     if poses < ENOUGH:
         warnings.append(f"{counted(poses, 'different pose')}: practitioners ask for {ENOUGH} or more")
     if fit_frames:
-        warnings.append("base and tool were fitted to these rows, which makes the errors smaller")
+        warnings.append("base and tool were fitted to these rows, which reduces the errors")
     return Verification(
         evaluation=replace(found, notes=(*found.notes, cycle_words(repeated))),
         position=Bounds.of(found.rows.position, pose, group, rng),
@@ -229,7 +229,7 @@ def _fresh(
         warnings.append(f"{counted(int(old.sum()), 'row')} left out: the calibration used the same joints")
     elif robot.calibration is None and used is None:
         warnings.append(
-            "the robot's file does not say which poses its calibration used: give them (--used) to be sure "
+            "the robot's file does not list the poses of its calibration: give them (--used) to make sure "
             "that none of these is among them"
         )
     copies = _copies(data)

@@ -1,4 +1,4 @@
-"""What a fixture must respect, and plain words for what can't be had."""
+"""Constraints of a fixture, and clear messages for infeasible ones."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

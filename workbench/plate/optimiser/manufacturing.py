@@ -1,4 +1,4 @@
-"""Ways to make a plate, from what people own: how exact each is, what it costs, what is to be measured after.
+"""Manufacturing methods for plates: accuracy, price, and what to measure afterwards.
 
 | name       | what it is                                                              | targets within     |
 |------------|-------------------------------------------------------------------------|--------------------|
@@ -29,7 +29,7 @@ DEGREE = float(np.deg2rad(1.0))
 
 @dataclass(frozen=True, kw_only=True)
 class Manner:
-    """A way to make a plate.
+    """A manufacturing method.
 
     Args:
         making: How exact it is; the play of seats comes on top where there are pins.

@@ -62,7 +62,7 @@ class Postures(StrEnum):
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Wish:
-    """What is asked of a fixture.
+    """Requirements for a fixture.
 
     Args:
         number: How many targets; as many as the given plate has if None.

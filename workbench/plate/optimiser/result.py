@@ -1,4 +1,4 @@
-"""What a plate optimiser hands back: the plate, what it is worth, and the margins that it keeps."""
+"""The result of the plate optimiser: the plate, its predicted error, and its margins."""
 
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, final

@@ -1,4 +1,4 @@
-"""Shapes that must not touch: convex hulls that stand still, and an arm as bodies that move with its links.
+"""Collision shapes: static convex hulls, and the arm as bodies that move with its links.
 
 An arm is a row of pieces, each fixed to a body: 0 is the base, k the link after moving joint k. Neighbouring
 bodies touch by design and are never checked against each other in full. The probe, at the end of the last

@@ -1,4 +1,4 @@
-"""Blocks: what stands on a plate and locates the tool, as numbers that a search can vary.
+"""Blocks that stand on a plate and locate the tool, as numbers that a search can vary.
 
 A block has six numbers on its plate: where its face's centre lies (u, v from the plate's centre, h above its
 top), how far the face leans (tilt) and to which side (azimuth), and how the tool is turned about the face's

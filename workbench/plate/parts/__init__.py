@@ -1,1 +1,1 @@
-"""Making a plate: its parts as solids and drawings, and the plate as it was measured after making."""
+"""Manufacturing a plate: its parts as solids and drawings, and the plate as measured afterwards."""

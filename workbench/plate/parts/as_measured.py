@@ -1,4 +1,4 @@
-"""A plate as a measuring machine found it after making: its targets replace the nominal ones.
+"""A plate as measured after manufacture: the measured targets replace the nominal ones.
 
 The file is a table like any other (CSV, decimal commas, Excel …): `target` counts from 1, then the place
 `x[mm] y[mm] z[mm]`, an orientation in any of the usual forms if there is one, and `sigma_x[mm] …` if the
@@ -151,7 +151,7 @@ def _sigma(
         silent.append(not said.all())
     words = (f"{1e3 * uncertainty[0]:.3g} mm", f"{np.rad2deg(uncertainty[1]):.3g}°")
     assumed = ", ".join(word for word, missing in zip(words, silent, strict=True) if missing)
-    note = f"{fields.source} does not say how exact the machine is; {assumed} (one σ) is assumed"
+    note = f"{fields.source} does not state the machine's accuracy; assuming {assumed} (one σ)"
     return tuple(zip(means[0].tolist(), means[1].tolist(), strict=True)), (note,) if assumed else ()
 
 

@@ -153,7 +153,7 @@ def _edges(slab: Slab) -> str:
 
 
 def inspection_csv(plate: Plate, fixture: Fixture) -> str:
-    """What a measuring machine checks: nominal, least and greatest, and a column for what it finds."""
+    """Inspection list: nominal, least and greatest value, and a column for the measured one."""
     head = ("item", "part", "feature", "unit", "nominal", "least", "greatest", "measured")
     checks = [
         *_checks_of_holes(fixture),

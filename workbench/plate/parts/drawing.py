@@ -1,7 +1,7 @@
 """Drawing pages: lines, circles, words and dimensions in millimetres of paper, written as PDF and as DXF.
 
-A page is said once; both files are made of the same items. In DXF everything is enlarged by the page's scale,
-so that parts are 1:1 there and dimensions measure what they say.
+A page is described once; both files are made from the same items. In DXF everything is enlarged by the page's
+scale, so that parts are 1:1 there and dimensions measure what they say.
 """
 
 import io

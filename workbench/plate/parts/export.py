@@ -1,6 +1,6 @@
 """All files that are needed to make a plate, in one folder: solids, drawings, lists and the sheet.
 
-What can't be written because an optional library is missing is left out and said; the rest is written.
+Formats whose optional library is missing are skipped and reported; the rest is written.
 """
 
 from collections.abc import Callable, Sequence

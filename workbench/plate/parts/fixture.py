@@ -1,4 +1,4 @@
-"""From a plate's targets to parts that a workshop can make, or one sentence on why it can't.
+"""From a plate's targets to manufacturable parts, or one sentence on why it can't be made.
 
 A seat is a face with a bore for the probe's pin and an index hole on the tool's x axis, so that all six
 coordinates are constrained. A socket is a 90° cone in which a ball rests with its centre at the target: the

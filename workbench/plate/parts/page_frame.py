@@ -1,4 +1,4 @@
-"""What all pages of a drawing set have: border, title block, tables, and the words for holes."""
+"""Common elements of drawing pages: border, title block, tables, and hole callouts."""
 
 from collections.abc import Sequence
 

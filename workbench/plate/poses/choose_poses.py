@@ -1,4 +1,4 @@
-"""Informative poses as one call, as a table and JSON, and as the file that a measurement starts from."""
+"""Informative poses as one call, with output as a table, as JSON, and as a file for measuring."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""D-optimal choice of a few among many candidates: greedy, by fast exchange, and a proven bound.
+"""D-optimal choice of a few among many candidates: greedy, fast exchange, and a proven bound.
 
 With C the inverse of the information Σ AᵢᵀAᵢ of what is chosen and V_j = B_j C B_jᵀ of every candidate's
 block B_j, the determinant grows by det(I + V_j) when candidate j is added. With W_j = B_j C Aᵢᵀ it grows by

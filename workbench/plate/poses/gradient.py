@@ -1,4 +1,4 @@
-"""Continuous improvement of poses: up the gradient of an index, within joint limits and what else is asked.
+"""Gradient ascent of an index over poses, within joint limits and other constraints.
 
 The gradient by the joint positions is that of the index by the Jacobian's entries, through central
 differences of the Jacobian. Free poses climb log(index) by L-BFGS within the joint limits. Poses that must

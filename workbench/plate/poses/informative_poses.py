@@ -1,4 +1,4 @@
-"""Informative poses: joint positions whose measurement shows the parameters best.
+"""Informative poses: joint positions whose measurement determines the parameters best.
 
 For `O` this is the paper's way, ARIA eqs. (17), (18) and §4.1.2: random starts, each improved by itself
 within the joint limits. Every pose climbs to the maximum next to its own start, so the starts' spread is
@@ -78,7 +78,7 @@ class PoseTask:
         return self.climb.index
 
     def pool(self) -> np.ndarray:
-        """The candidates that keep what is asked of single poses."""
+        """The candidates that satisfy the limits on single poses."""
         if self.candidates is None:
             count = max(LIMITED_CANDIDATES if self.limits.pairs else CANDIDATES, 5 * self.number)
             drawn = folded(self.robot, sample_poses(self.robot, count, self.limits, rng=self.rng))
@@ -188,9 +188,7 @@ def informative_poses(
     goal = index if matter is None or index != "I" else matter
     aim = goal_index(goal, robot, middle, basis)
     if aim is OV1 and limits.view is None:
-        raise OptionError(
-            "index Ov1 is of what cameras see; give --camera, --target, --camera-at, or index O1"
-        )
+        raise OptionError("index Ov1 needs cameras; give --camera, --target and --camera-at, or use index O1")
     climb = PoseClimb(robot, aim, options, basis, cancel, limits.view)
     task = PoseTask(climb, number, limits, candidates, method, rng, progress)
     if isinstance(climb.index, O):

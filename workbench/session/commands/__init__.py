@@ -1,4 +1,4 @@
-"""Commands: everything that can be asked of a session, one file per subject; new files are found here."""
+"""Commands: all requests to a session, one file per subject; new files are discovered automatically."""
 
 import pkgutil
 from importlib import import_module

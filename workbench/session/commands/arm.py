@@ -1,4 +1,4 @@
-"""Commands about the arm and the plate as wholes: another arm, another plate, jogging by hand."""
+"""Commands for the arm and the plate as a whole: changing the arm or plate, jogging."""
 
 import shutil
 import tempfile
@@ -35,7 +35,7 @@ LARGEST_MODEL = 2 * 1024 * 1024
 
 
 class ChooseRobot(AbstractTask):
-    """Begin anew with another built-in robot; undo brings back this one with all that was measured.
+    """Start over with another built-in robot; undo restores the current one with its measurements.
 
     Args:
         name: Which one.
@@ -56,7 +56,7 @@ class ChooseRobot(AbstractTask):
             raise OptionError("there are no measurements of a file to keep")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        progress(0.2, "working out how it reaches the targets")
+        progress(0.2, "solving inverse kinematics for the targets")
         robot = _robot_that_gives(self.name, self.poses) if self.poses else load_robot(self.name)
         if self.keep and session.loaded is None and (file := session.unread) is not None:
             begun = start_with(robot, session, cancel=cancel)
@@ -71,7 +71,7 @@ class ChooseRobot(AbstractTask):
 
 
 class LoadModel(AbstractTask):
-    """Begin anew with a robot or a plate from a file.
+    """Start over with a robot or plate from a file.
 
     Args:
         name: Its name, of which only the ending matters.
@@ -122,7 +122,7 @@ class LoadModel(AbstractTask):
 
 
 class Jog(AbstractChange):
-    """Put the arm at these joint positions; nothing is measured or moved there.
+    """Move the arm in the scene to these joint positions; nothing is measured.
 
     Args:
         q: Joint positions [rad or m].
@@ -145,7 +145,7 @@ class Jog(AbstractChange):
 
 
 class JogTo(AbstractChange):
-    """Bring the tool to a typed pose, by the solution next to where the arm stands.
+    """Move the tool to a typed pose, by the solution nearest to the current posture.
 
     Args:
         xyz: Position of the tool, robot's base [m].
@@ -193,7 +193,7 @@ def _robot_that_gives(source: Path | str, poses: tuple[str, ...]) -> Robot:
 
 
 def start_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
-    """A session with another robot: on its own plate, or on the user's if it can stand at half of it."""
+    """A session with another robot: on its own plate, or on the user's if it reaches half of the targets."""
     if not is_untouched(session):
         given = session.is_plate_given
         begun = start(robot, session.plate, is_given=given, noise=session.noise, cancel=cancel)

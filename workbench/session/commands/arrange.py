@@ -1,4 +1,4 @@
-"""Commands that place targets: snap one, type the whole table, lay them out in a pattern."""
+"""Commands that place targets: snap one, enter the whole table, arrange them in a pattern."""
 
 from dataclasses import replace
 from enum import StrEnum
@@ -31,7 +31,7 @@ class Snap(StrEnum):
 
 
 class SnapTarget(AbstractChange):
-    """Put a target on the nearest place above the plate, of the grid, or at the centre of a cube."""
+    """Move a target to the nearest position above the plate, on the grid, or at the centre of a cube."""
 
     target: int
     to: str
@@ -87,7 +87,7 @@ class PlaceTargets(AbstractChange):
 
 
 class ApplyPattern(AbstractChange):
-    """Lay the targets out in a pattern (ARIA §4.3); locked targets stay, and count.
+    """Arrange the targets in a pattern (ARIA §4.3); locked targets stay, and count towards the number.
 
     Args:
         name: circle, line, grid or spiral.

@@ -1,4 +1,4 @@
-"""Commands about comparing: which fit, which measured row, what is laid over the scene."""
+"""Commands for comparison: the shown fit, the shown row, the overlays in the scene."""
 
 from dataclasses import replace
 
@@ -18,7 +18,7 @@ def with_fit(session: Session, algorithm: str) -> Session:
 
 
 def with_comparison(session: Session) -> Session:
-    """The session with its measurements compared with every model that is known of them."""
+    """The session with its measurements compared with every available model."""
     found, loaded = session.identification, session.loaded
     if loaded is None:
         return replace(session, comparison=None)
@@ -90,7 +90,7 @@ class ShowRow(AbstractChange):
 
 
 class SetOverlay(AbstractChange):
-    """Choose what is laid over the scene, and how much the errors are exaggerated."""
+    """Choose the overlays in the scene and the exaggeration of the errors."""
 
     title = "Set the overlay"
     key = "overlay"
@@ -126,7 +126,7 @@ class SetDark(AbstractChange):
 
 
 class FollowSystem(AbstractChange):
-    """Be as dark as the system of a page prefers, unless somebody has chosen by hand."""
+    """Follow the system's light or dark preference, unless the user has chosen one."""
 
     title = "As the system prefers"
     key = "system"

@@ -1,4 +1,4 @@
-"""Commands about measurements: load a file, measure a virtual arm, forget them."""
+"""Commands for measurements: load a file, measure a virtual arm, remove them."""
 
 import re
 import tempfile
@@ -140,7 +140,7 @@ class LoadData(AbstractTask):
 class MeasureVirtualArm(AbstractTask):
     """Measure a virtual arm with hidden manufacturing errors at the targets as they stand.
 
-    Besides, it is measured at poses near the targets in the region, which are kept for checking only.
+    It is also measured at poses in the region near the targets, which are used for checking only.
 
     Args:
         seed: Of the hidden errors and of the noise: the same seed is the same arm.
@@ -212,21 +212,21 @@ class ForgetData(AbstractChange):
 
 
 def check_seed(seed: int) -> None:
-    """Refuse what numpy's generators do not take."""
+    """Refuse a seed that numpy's generators don't accept."""
     if not 0 <= seed <= MOST_SEED:
         raise OptionError(f"the seed must be 0 to {MOST_SEED}, got {seed}")
 
 
 def check_measurable(session: Session) -> None:
-    """Refuse where the arm can stand at no target."""
+    """Refuse if the arm reaches none of the targets."""
     if not any(state.measurable for state in session.states):
         raise DataError(
-            "the arm can stand at none of the targets; drag some within reach, or choose other branches"
+            "the arm reaches none of the targets; drag some within reach, or choose other branches"
         )
 
 
 def matched_to_arm(robot: Robot, loaded: Loaded) -> Loaded:
-    """Measurements of a file with all that is said of them for this arm.
+    """Measurements of a file with all notes for this arm.
 
     Raises:
         ShapeError: the arm has another number of joints.
@@ -238,7 +238,7 @@ def matched_to_arm(robot: Robot, loaded: Loaded) -> Loaded:
 
 
 def measurements(session: Session) -> Loaded:
-    """The loaded measurements; refused where there are none."""
+    """The loaded measurements; refused if there are none."""
     if session.loaded is None:
         raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
     return session.loaded
@@ -251,10 +251,10 @@ def check_unchanged(session: Session, loaded: Loaded, what: str) -> None:
 
 
 def check_same_arm(session: Session, *, anyway: bool) -> None:
-    """Refuse rows of another arm, unless they are wanted all the same."""
+    """Refuse rows of another arm, unless forced."""
     loaded = measurements(session)
     if loaded.match is not None and loaded.is_foreign and not anyway:
-        raise DataError(f"{loaded.match.words}; change the robot, or go on all the same")
+        raise DataError(f"{loaded.match.words}; change the robot, or continue anyway")
 
 
 def instrument_of(session: Session) -> Instrument:
@@ -268,7 +268,7 @@ def instrument_of(session: Session) -> Instrument:
 
 
 def reached_postures(actual: Robot, session: Session) -> tuple[list[int], np.ndarray]:
-    """Targets that the actual arm reaches, and how: as the nominal arm does, or next to that.
+    """Targets that the actual arm reaches, with postures in the nominal arm's branch or the nearest.
 
     Its manufacturing errors may carry a joint beyond its limit; it then takes the nearest other branch.
     """
@@ -286,7 +286,7 @@ def reached_postures(actual: Robot, session: Session) -> tuple[list[int], np.nda
 
 
 def with_data(session: Session, loaded: Loaded | None) -> Session:
-    """The session with other measurements, or none; what was found from the old ones is gone."""
+    """The session with other measurements, or none; results from the old ones are dropped."""
     view = session.cube_view
     session = replace(
         session,
@@ -336,7 +336,7 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
 
 
 def _on_page(problem: str, remedy: str) -> str:
-    """What is wrong with a file, with what the page can do about it."""
+    """The problem with a file, and a remedy on the page."""
     return f"{problem.replace(OPTION, '')}; {remedy}"
 
 
@@ -383,7 +383,7 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
 
 
 def observation_words(dataset: Dataset) -> str:
-    """What the instrument saw, in words."""
+    """What the instrument measured, in words."""
     found: list[str] = []
     seen: set[str] = set()
     for first, second, words in OBSERVATIONS:

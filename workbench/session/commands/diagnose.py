@@ -1,4 +1,4 @@
-"""Commands that find what the model lacks, add it, measure where it would show best, find moved zeros."""
+"""Commands that find missing effects, add them, measure at the most informative poses, find moved zeros."""
 
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -50,7 +50,7 @@ class Diagnose(AbstractTask):
         check_same_arm(session, anyway=self.anyway or session.identification is not None)
         dataset = measurements(session).dataset
         if dataset.rig is not None:
-            raise DataError("pictures are not diagnosed; Identify weighs what they may tell of the arm")
+            raise DataError("pictures can't be diagnosed; Identify decides what they can determine")
         rows = len(dataset) - len(session.left_out)
         if rows < LEAST_ROWS:
             raise DataError(
@@ -101,7 +101,7 @@ class AddEffects(AbstractTask):
 
 
 class TakeNextPoses(AbstractChange):
-    """Make the poses that the diagnosis wants to be measured next new targets of the plate."""
+    """Add the poses that the diagnosis suggests as new targets of the plate."""
 
     title = "Add the suggested poses as targets"
 

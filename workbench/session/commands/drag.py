@@ -38,7 +38,7 @@ NOBODY = 0
 
 
 class SelectTarget(AbstractChange):
-    """Look at a target; the arm goes there."""
+    """Select a target; the arm moves there."""
 
     target: int
 
@@ -59,7 +59,7 @@ class SelectTarget(AbstractChange):
 
 
 class GrabTarget(AbstractChange):
-    """Begin to drag a target: nobody else can move it until it is dropped."""
+    """Start dragging a target: nobody else can move it until it is dropped."""
 
     target: int
     client: int = NOBODY
@@ -81,7 +81,7 @@ class GrabTarget(AbstractChange):
 
 @dataclass(frozen=True)
 class Posture:
-    """How the arm stood at a target.
+    """The arm's posture at a target.
 
     Args:
         q: Joint positions [rad or m].
@@ -105,7 +105,7 @@ class Posture:
 
 
 class MoveTarget(AbstractChange):
-    """Put a target somewhere, in the robot's base: by dragging, or with typed coordinates.
+    """Move a target, in the robot's base frame: by dragging, or with typed coordinates.
 
     Args:
         target: Which one, counted from 0.
@@ -195,7 +195,7 @@ class DropTarget(AbstractChange):
 
 
 def check_place(number: int, xyz: tuple[float, ...], rpy: tuple[float, ...]) -> None:
-    """Refuse a place that is not finite, or absurdly far away."""
+    """Refuse a position that is not finite or too far away."""
     if not np.isfinite((*xyz, *rpy)).all():
         raise OptionError(f"the coordinates of target {number + 1} must be finite numbers")
     if max(abs(v) for v in xyz) > FARTHEST:

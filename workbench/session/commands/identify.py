@@ -16,7 +16,7 @@ from workbench.session.comparison import exaggeration_for
 from workbench.session.state import Focus, Session, Severity
 
 PREFERRED = ("opt2", "ols", "opt1")
-"""Whose robot is shown first: chosen beforehand, so that held-out rows take no part in it."""
+"""Algorithm whose robot is shown first, fixed in advance so that held-out rows have no influence on it."""
 
 
 class Identify(AbstractTask):
@@ -89,7 +89,7 @@ def _summary(found: Identification, fit: str) -> str:
 
 
 class SetWanted(AbstractChange):
-    """Say what errors the calibrated arm has to keep.
+    """Set the maximum errors of the calibrated arm.
 
     Args:
         position: Greatest position error [m]; None: nothing is wanted, and nothing judged.
@@ -118,7 +118,7 @@ class SetWanted(AbstractChange):
 
 
 class LeaveRowsOut(AbstractChange):
-    """Keep exactly these measured rows out of the next identification.
+    """Exclude exactly these measured rows from the next identification.
 
     Args:
         rows: Numbers of the data's rows, counted from 0.

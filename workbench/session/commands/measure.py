@@ -1,4 +1,4 @@
-"""Guided measuring: an arm is brought from target to target, its rows stored one by one (ARIA 5.1)."""
+"""Guided measurement: the arm moves from target to target, and rows are stored one by one (ARIA 5.1)."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -105,7 +105,7 @@ class DriveArm(AbstractChange):
 
 
 class TakeSample(AbstractChange):
-    """What the arm and the instrument say at one time; left alone when nothing is being measured.
+    """A sample from the arm and the instrument; ignored unless a measurement is running.
 
     Args:
         time: By the source's clock [s].
@@ -181,7 +181,7 @@ class TakeAgain(AbstractChange):
 
 
 class NextWanted(AbstractChange):
-    """Want the next target, or the one before; what is stored stays until it is stored anew."""
+    """Go to the next or previous target; stored rows stay until they are stored again."""
 
     title = "Go to another target"
 
@@ -243,7 +243,7 @@ def _measurement(session: Session) -> Measuring:
 
 
 def _after(session: Session, ask: Callable[[Acquisition], Event]) -> Session:
-    """The session after something was asked of its acquisition."""
+    """The session after a request to its acquisition."""
     measuring = _measurement(session)
     acquisition = measuring.acquisition.copy()
     ask(acquisition)
@@ -266,7 +266,7 @@ def acquisition_of(session: Session, numbers: list[int], instrument: Instrument)
 
 
 class TellSource(AbstractChange):
-    """What has become of the live source.
+    """Report the state of the live source.
 
     Args:
         name: Where it is.
@@ -298,7 +298,7 @@ class TellSource(AbstractChange):
 
 
 class FollowSource(AbstractChange):
-    """Let the arm in the scene stand where the real one does, or at its target as before.
+    """Let the arm in the scene follow the real one, or return to its target.
 
     Args:
         is_followed: Whether it follows.

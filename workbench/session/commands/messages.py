@@ -1,4 +1,4 @@
-"""Messages, told by the program and put away by the user; and which tab is open."""
+"""Messages, shown by the program and dismissed by the user; and the open tab."""
 
 from dataclasses import replace
 from enum import StrEnum
@@ -8,7 +8,7 @@ from workbench.session.state import Opened, Session, Severity, Tab
 
 
 class Tell(AbstractChange):
-    """Show a message, for what goes wrong outside the worker (a file that is too large)."""
+    """Show a message about a problem outside the worker (such as a file that is too large)."""
 
     title = "Message"
 
@@ -20,7 +20,7 @@ class Tell(AbstractChange):
 
 
 class Dismiss(AbstractChange):
-    """Put the messages away."""
+    """Dismiss the messages."""
 
     title = "Dismiss the messages"
     key = "dismiss"
@@ -41,7 +41,7 @@ class SetCaption(AbstractChange):
 
 
 class Steer(StrEnum):
-    """What one can do with a demo besides stopping it."""
+    """Controls of a demo besides stopping it."""
 
     PAUSE = "Pause"
     ON = "Go on"
@@ -49,7 +49,7 @@ class Steer(StrEnum):
 
 
 class SteerDemo(AbstractChange):
-    """Let the demo wait, go on, or tell the scene before once more."""
+    """Pause or continue the demo, or replay the previous scene."""
 
     how: Steer
 

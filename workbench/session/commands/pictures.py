@@ -1,4 +1,4 @@
-"""Commands about pictures: load a folder of them as one archive; take them live, one by one."""
+"""Commands for pictures: load a folder as one archive, or take pictures live."""
 
 import tempfile
 from dataclasses import field, replace
@@ -121,7 +121,7 @@ class BeginShooting(AbstractChange):
 
 
 class TakeShot(AbstractChange):
-    """Take in a picture: kept where it is sharp, shows the target, and its joints are known."""
+    """Process a picture: kept if it is sharp, shows the target, and its joints are known."""
 
     is_automatic = True
 

@@ -1,4 +1,4 @@
-"""Commands about whole plates: equal index (ARIA §4.2), the least error, yield, error against price."""
+"""Commands for whole plates: equal index (ARIA §4.2), least error, yield, error against price."""
 
 from dataclasses import replace
 from typing import Any
@@ -120,7 +120,7 @@ class TryPlate(AbstractTask):
         if not 1 <= self.arms <= MOST_ARMS:
             raise OptionError(f"the number of virtual arms must be 1 to {MOST_ARMS}, got {self.arms}")
         if session.wanted is None:
-            raise OptionError("no error is wanted that the arms could keep; give one as 'Wanted [mm]' first")
+            raise OptionError("no required error is set to test the arms against; set 'Wanted [mm]' first")
         for i, state in enumerate(session.states):
             if not state.measurable:
                 raise OptionError(f"target {i + 1} is {state.obstacle}; move it, then try the plate")
@@ -153,7 +153,7 @@ LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))
 
 
 class SetNoise(AbstractChange):
-    """Say how well the instrument measures; the predicted errors follow.
+    """Set the instrument's noise; the predicted errors are updated.
 
     Args:
         position: Standard deviation of a coordinate [m].
@@ -182,7 +182,7 @@ class SetNoise(AbstractChange):
 
 
 class WeighPlates(AbstractTask):
-    """Search plates of several sizes, made in several ways, and set their error against their price.
+    """Search plates of several sizes and manufacturing methods, and compare their errors and prices.
 
     Args:
         numbers: Of targets.
@@ -215,7 +215,7 @@ class WeighPlates(AbstractTask):
 
 
 class OpenChoice(AbstractChange):
-    """Put a plate that was weighed in the place of the present one; Undo brings that back.
+    """Replace the current plate by one from the comparison; Undo restores the current one.
 
     Args:
         number: Of the choice, counted from 0, the cheapest first.
@@ -232,7 +232,7 @@ class OpenChoice(AbstractChange):
             raise OptionError(
                 f"the plate must be 1 to {count}, got {self.number + 1}"
                 if count
-                else "no plates have been weighed yet; press Weigh plates first"
+                else "no plates have been compared yet; press Weigh plates first"
             )
 
     def apply(self, session: Session) -> Session:

@@ -1,4 +1,4 @@
-"""Commands about the region: its corners and cubes, what colours them, and the work behind the colours."""
+"""Commands for the region: its corners and cubes, their colours, and the computations behind these."""
 
 from dataclasses import replace
 from typing import Any
@@ -18,7 +18,7 @@ from workbench.session.state import CubeView, Field, Session
 from workbench.session.target_steps import begin_step, rescore
 
 MOST_CUBES = 12_000
-"""More cubes than this are refused: the page would no longer be fluid."""
+"""More cubes than this are refused: the page would no longer be responsive."""
 FARTHEST = 10.0
 """Corners beyond this are refused [m]."""
 ORIENTATIONS = 8
@@ -115,7 +115,7 @@ class SampleRegion(AbstractChore):
 
 
 class MapCubes(AbstractChore):
-    """Look at every cube of the region, once somebody wants to see them."""
+    """Evaluate every cube of the region, once the cubes are shown."""
 
     is_redone = True
 
@@ -155,7 +155,7 @@ class MapCubes(AbstractChore):
 
 
 CHORES = (SampleRegion, MapCubes)
-"""What a session asks for by itself, the most urgent first."""
+"""Computations that a session requests by itself, the most urgent first."""
 
 
 def corner(point: np.ndarray) -> Corner:

@@ -52,7 +52,7 @@ KATANA = 1e-3 * np.array(
 
 
 def erring_robot(session: Session) -> Robot | None:
-    """The arm that does not do what the nominal one would: the shown fit, or the opened arm's own effects."""
+    """The arm that deviates from the nominal one: the shown fit, or the opened arm with its own effects."""
     return session.calibrated or bending_robot(session)
 
 
@@ -134,7 +134,7 @@ SLOWEST, FASTEST = 0.1, 10.0
 
 
 class PlanTrack(AbstractTask):
-    """Plan a trajectory with the nominal arm, and see what the calibrated one makes of it.
+    """Plan a trajectory with the nominal arm, and compute how the calibrated one follows it.
 
     Args:
         kind: `circle` or `line`.
@@ -191,7 +191,7 @@ class PlanTrack(AbstractTask):
 
 
 class PlayTrack(AbstractChange):
-    """Go on along the trajectory; from its beginning if it has come to its end."""
+    """Play the trajectory from where it stopped, or from the start if it has ended."""
 
     title = "Play the trajectory"
     key = "play"

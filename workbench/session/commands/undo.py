@@ -1,4 +1,4 @@
-"""Commands that go back: undo, redo, to the plate as loaded, to the best one so far."""
+"""Commands that restore earlier states: undo, redo, the plate as loaded, the best plate so far."""
 
 from dataclasses import replace
 
@@ -48,7 +48,7 @@ class Redo(AbstractStep):
 
 
 class ResetTargets(AbstractStep):
-    """Put the plate back to how it was loaded; can be undone."""
+    """Restore the plate as loaded; can be undone."""
 
     title = "Reset the targets"
 
@@ -60,7 +60,7 @@ class ResetTargets(AbstractStep):
 
 
 class RestoreBest(AbstractStep):
-    """Put the plate back to where it was best so far; can be undone."""
+    """Restore the best plate so far; can be undone."""
 
     title = "Back to the best plate so far"
 
@@ -71,7 +71,7 @@ class RestoreBest(AbstractStep):
 
 
 class GoBackTo(AbstractChange):
-    """Put the plate back to how it was after a step of the history; can be undone.
+    """Restore the plate as it was after a step of the history; can be undone.
 
     Args:
         step: Which, counted from 0.

@@ -1,4 +1,4 @@
-"""The journal: every command with what became of it, in memory and in a folder that can be opened again.
+"""The journal: every command with its outcome, in memory and in a folder that can be reopened.
 
 A recording is a folder: `journal.jsonl` (a header, then one line a command), and `inputs/` with copies of the
 robot, the plate and the measurement files. The journal is the truth; pictures are drawn from it.

@@ -1,4 +1,4 @@
-"""A replay that compares: the numbers that were written then, with those that come out now.
+"""Replay with comparison of the recorded numbers with the recomputed ones.
 
 The same machine comes to the same digits. Another processor rounds sums in another order, so that numbers
 are the same up to `ROUNDING`; what differs by more is a difference.
@@ -16,8 +16,8 @@ from workbench.session.state import Session
 
 ROUNDING = 1e-9
 """Difference of two numbers, relative to the larger of them and 1, that rounding explains."""
-SENTENCES = {"notes", "warnings", "message", "reason"}
-"""What another version may word otherwise."""
+SENTENCES = {"notes", "warnings", "message", "reason", "sentence", "words", "next_reasons"}
+"""Texts that another version may word differently."""
 RETIRED = {f"{of}.{part}" for of in ("score", "best") for part in ("position", "rotation")} | {
     "identification.noise"
 }
@@ -53,7 +53,7 @@ class Difference:
 
 @dataclass(frozen=True, eq=False)
 class Replayed:
-    """What a replay came to.
+    """The result of a replay.
 
     Args:
         session: After the last command.
@@ -101,7 +101,7 @@ class Replayed:
 
 
 def check(recording: Recording, *, progress: Progress = lambda part, title: None) -> Replayed:
-    """Do all commands again and compare every number of the journal."""
+    """Replay all commands and compare every number of the journal."""
     session, written = recording.first, recording.header.get("numbers", {})
     pairs = list(compare(written, numbers_of(session, written)))
     sessions = steps(recording.first, recording.entries)

@@ -1,4 +1,4 @@
-"""One line of the journal: a command, and what became of it."""
+"""One line of the journal: a command and its outcome."""
 
 from dataclasses import dataclass
 from enum import StrEnum
@@ -7,7 +7,7 @@ from workbench.session.command import AbstractCommand
 
 
 class Ending(StrEnum):
-    """What became of a command."""
+    """Outcome of a command."""
 
     DONE = "done"
     REFUSED = "refused"

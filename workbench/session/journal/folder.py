@@ -1,4 +1,4 @@
-"""A recording's folder: begun, gone on with, branched.
+"""A recording's folder: creating, continuing and branching it.
 
     recordings/2026-11-21-133000-aria/
         journal.jsonl     a header, then one line a command
@@ -42,7 +42,7 @@ NO_MORE = "from here on the session is not recorded"
 
 @dataclass(frozen=True, eq=False)
 class Begun:
-    """A session, and what follows it.
+    """A new session and its keepers.
 
     Args:
         session: To begin with.
@@ -71,7 +71,7 @@ class Begun:
 
 
 def unrecorded(robot: Robot, plate: Plate, *, is_given: bool = False) -> Begun:
-    """A new session that leaves no trace."""
+    """A new session without a recording."""
     return Begun(start(robot, plate, is_given=is_given))
 
 
@@ -80,7 +80,7 @@ def begin(
 ) -> Begun:
     """A new session, recorded in a new folder.
 
-    Where none can be made the session begins all the same, and its user is told.
+    If none can be created the session starts anyway, and the user is told.
 
     Args:
         robot: Nominal robot.
@@ -103,7 +103,7 @@ def begin(
 
 
 def resume(recording: Recording, session: Session) -> Begun:
-    """Go on with a recording at its end, in its own folder.
+    """Continue a recording at its end, in its own folder.
 
     Args:
         recording: As it was read.

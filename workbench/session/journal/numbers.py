@@ -1,4 +1,4 @@
-"""The numbers of a session that a journal keeps with every command, and that a replay must come to again.
+"""The numbers of a session that the journal stores with every command and a replay must reproduce.
 
 Each subject says which parts of the session it depends on. Parts that a command did not touch stay the same
 objects, so only what changed is written. A new subject is one more entry of `SUBJECTS`.

@@ -1,7 +1,7 @@
-"""Reading a recording: its header, its commands, and what can be said about its end.
+"""Reading a recording: its header, its commands, and the state of its last line.
 
-A last line without an end, or one that is no JSON, is the trace of a program that was stopped or of a loss of
-power while it was written: it is left out, and said. Any other damage is refused, with the step up to which
+A last line without a line end, or one that is not valid JSON, means that the program was stopped or lost
+power while writing it: it is skipped with a note. Any other damage is refused, with the last step up to which
 the recording can be used.
 """
 

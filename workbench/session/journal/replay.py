@@ -1,4 +1,4 @@
-"""Doing the commands of a journal again.
+"""Replaying the commands of a journal.
 
 A task is computed from the session at its start and put into the session at its end, with other commands
 in between. Its entry says how many entries there were at its start, so that a replay does the same.
@@ -35,7 +35,7 @@ def steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
 
 
 def do_again(session: Session, entry: Entry, bases: dict[int, Session], *, step: int) -> Session:
-    """Carry one done command out, a task from the session that it began from.
+    """Execute one recorded command, a task from the session that it started from.
 
     Raises:
         OptionError: it can't be carried out here, as the recording is damaged or of another version.

@@ -1,1 +1,1 @@
-"""How things look, for every view alike: solids of arms and targets, and one meaning for each colour."""
+"""Appearance shared by all views: solids of arms and targets, and one meaning per colour."""

@@ -1,4 +1,4 @@
-"""Bodies for an arm that has no meshes: made from its chain, so that they fit any convention.
+"""Bodies for an arm without meshes, generated from its chain and therefore independent of the convention.
 
 The link after joint k is drawn along the path that the chain takes from that joint's axis to the next one;
 a cylinder marks each axis. All parts of a link move with the frame right after the joint's own element.
@@ -35,7 +35,7 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """What moves with one frame: the base, or the link after a joint."""
+    """A body that moves with one frame: the base, or the link after a joint."""
 
     parts: tuple[Part, ...]
 

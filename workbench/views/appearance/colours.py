@@ -1,4 +1,4 @@
-"""The palette: one meaning, one colour; and colours of errors, on one logarithmic scale for all models."""
+"""The palette, with one colour per meaning, and a logarithmic colour scale for the errors of all models."""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""The arms: nominal, calibrated, bent by its effects, and in the other branches of the selected target."""
+"""The arms: nominal, calibrated, deflected by effects, and in the other branches of the selected target."""
 
 from collections.abc import Iterator
 
@@ -29,7 +29,7 @@ SAME = 1e-6
 
 
 def arms(session: Session) -> Iterator[Item]:
-    """The nominal arm where it stands, and the calibrated one about it."""
+    """The nominal arm in its current posture, and the calibrated one as a shell around it."""
     q, overlay = drawn_joints(session), session.overlay
     is_shown = overlay.nominal or session.focus is not Focus.ROW
     yield nominal_arm_at(session.robot, q, is_shown=is_shown)
@@ -39,7 +39,7 @@ def arms(session: Session) -> Iterator[Item]:
 
 
 def bent_arm(session: Session) -> Iterator[Item]:
-    """The arm as its effects bend it, exaggerated and said so, over the one that stands straight."""
+    """The arm deflected by its effects, labelled with its exaggeration, over the rigid one."""
     robot, overlay = bending_robot(session), session.overlay
     if robot is not None:
         inputs = robot, drawn_joints(session), overlay.bending
@@ -48,7 +48,7 @@ def bent_arm(session: Session) -> Iterator[Item]:
 
 
 def blame(session: Session) -> Iterator[Item]:
-    """A glow about every joint of the effect whose law is shown, and its name."""
+    """A glow around every joint of the effect whose law is shown, with its name."""
     effect = shown_effect(session)
     for k, joint in enumerate(() if effect is None else effect.joints):
         inputs = session.robot, drawn_joints(session), joint

@@ -1,4 +1,4 @@
-"""Cameras: what each can see as a frustum, the target before it, and how well the tool is known there."""
+"""Cameras: the frustum of each, the target in front of it, and the uncertainty of the tool."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -25,7 +25,7 @@ EDGES = (0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4, 1)
 
 
 def cameras(session: Session) -> Iterator[Item]:
-    """Frusta and target with the arm where it stands."""
+    """Frusta and target for the arm's current posture."""
     views = camera_views(session)
     is_shown = session.focus is not Focus.TRACK
     for view in views:
@@ -35,7 +35,7 @@ def cameras(session: Session) -> Iterator[Item]:
 
 
 def ellipsoid(session: Session) -> Iterator[Item]:
-    """Where the tool may be, 95 %, enlarged by a factor that is said beside it."""
+    """95 % confidence ellipsoid of the tool, enlarged by a factor shown beside it."""
     covariance = tool_covariance(session)
     if covariance is None or session.focus is Focus.TRACK:
         return

@@ -1,4 +1,4 @@
-"""What can be drawn: plain data in the frame of the robot's base, lengths in metres, colours 0 to 255."""
+"""Drawables: plain data in the frame of the robot's base, lengths in metres, colours 0 to 255."""
 
 from dataclasses import dataclass, field
 

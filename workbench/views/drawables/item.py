@@ -1,4 +1,4 @@
-"""Items, and what a sink is: what has changed is decided here, once for every view and subject."""
+"""Items and sinks: change detection, in one place for every view and subject."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable
@@ -10,7 +10,7 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Item:
-    """Something that is drawn; made only where what it is made from has changed.
+    """Something to draw, rebuilt only if its inputs have changed.
 
     Args:
         path: Its name among all that is drawn.
@@ -76,7 +76,7 @@ class AbstractSink(ABC):
 
     @abstractmethod
     def puts_off(self, item: Item) -> bool:
-        """Whether an item that has changed keeps its older picture, if it has any, for now."""
+        """Whether drawing a changed item is deferred, keeping its older picture, if any."""
 
     @abstractmethod
     def show(self, item: Item) -> None:

@@ -1,4 +1,4 @@
-"""Measured rows: where the tool was, how much either arm errs there, and which row is looked at."""
+"""Measured rows: tool positions, errors of both arms, and the selected row."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -41,7 +41,7 @@ def measured(session: Session) -> Iterator[Item]:
 
 
 def looked_at(session: Session) -> Iterator[Item]:
-    """Measured orientations, and the place of the row that is looked at."""
+    """Measured orientations, and the position of the selected row."""
     rows = session.comparison
     if rows is None:
         return

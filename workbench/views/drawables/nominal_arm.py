@@ -1,4 +1,4 @@
-"""The nominal arm: what is drawn first, before there is a session; so nothing here needs one."""
+"""The nominal arm, which is drawn first, before there is a session; nothing here depends on one."""
 
 from functools import lru_cache
 

@@ -25,7 +25,7 @@ def plate(session: Session) -> Iterator[Item]:
 
 
 def plate_before(session: Session) -> Iterator[Item]:
-    """Grey blocks where targets stood before the last step, or before the drag that is under way."""
+    """Grey blocks at the targets' positions before the last step or before the current drag."""
     if not session.done or session.focus is not Focus.TARGET:
         return
     before, now = session.done[-1].plate, session.plate.targets

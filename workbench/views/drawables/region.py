@@ -1,4 +1,4 @@
-"""The region that matters, its cubes, and how far the arm reaches about a dragged target."""
+"""The region of interest, its cubes, and the arm's reach at the height of a dragged target."""
 
 from collections.abc import Iterator
 from functools import partial

@@ -1,4 +1,4 @@
-"""What of a session is drawn where: on the page, in recordings, and while a trajectory is played."""
+"""Which parts of a session are drawn on the page, in recordings, and during a trajectory."""
 
 from collections.abc import Iterator
 

@@ -1,4 +1,4 @@
-"""A trajectory: the planned path, where the tool goes, and the arm on its way with the trail of errors."""
+"""A trajectory: the planned path, the actual tool path, and the moving arm with its trail of errors."""
 
 from collections.abc import Iterator
 
@@ -20,7 +20,7 @@ LEAST = 1e-6
 
 
 def track(session: Session) -> Iterator[Item]:
-    """The planned path, and where the tool that errs goes, exactly where they are."""
+    """The planned path and the calibrated arm's actual tool path, at their true positions."""
     planned = session.track
     if planned is not None:
         is_shown = session.focus is Focus.TRACK

@@ -1,1 +1,1 @@
-"""The browser view: a hardened local viser server, a scene, and panels that only send commands."""
+"""The browser view: a secured local viser server, a scene, and panels that only send commands."""

@@ -1,4 +1,4 @@
-"""Where a page's camera stands to see some places."""
+"""Camera poses that bring given points into view."""
 
 import numpy as np
 import viser
@@ -43,14 +43,14 @@ def look_at(
 
 
 def view_of(places: Float[np.ndarray, "places 3"], *, along: Vector3 = VIEW) -> tuple[Vector3, Vector3]:
-    """Where a camera stands and looks at that has all places in its picture [m]."""
+    """Camera position and point of view that show all given points [m]."""
     middle = 0.5 * (places.min(0) + places.max(0))
     radius = max(float(np.linalg.norm(places - middle, axis=1).max()), LEAST)
     return middle + FAR * radius * along / np.linalg.norm(along), middle
 
 
 def view_of_region(robot: Robot, region: Region) -> tuple[Vector3, Vector3]:
-    """Where a camera stands and looks at that has an arm and what stands before it in its picture [m]."""
+    """Camera position and point of view that show an arm and what is in front of it [m]."""
     middle = 0.5 * (region.min + region.max)
     height = 0.24 * robot.reach - height_above_floor(robot)
     look_at = np.array([0.62 * middle[0], 0.62 * middle[1], height])

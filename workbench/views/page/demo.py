@@ -1,4 +1,4 @@
-"""The demo: a story of about two minutes, told with commands like a user's; any other command ends it."""
+"""The demo: about two minutes of commands like those of a user; any other command ends it."""
 
 import threading
 import time
@@ -94,7 +94,7 @@ class Demo:
         self._leave()
 
     def _tell(self, scene: Scene) -> None:
-        """One scene, up to its end, or until somebody wants back or out."""
+        """Play one scene to its end, or until the user goes back or stops."""
         if scene.caption:
             self._submit(SetCaption(scene.caption))
         if scene.tab is not self._tab:
@@ -110,7 +110,7 @@ class Demo:
             self._wait(scene.seconds)
 
     def _wait(self, seconds: float) -> None:
-        """Let so much of the film pass; a pause is not counted."""
+        """Wait for this long, not counting pauses."""
         end = time.monotonic() + self._pace * seconds
         while not (self._stop.is_set() or self._back.is_set()) and (left := end - time.monotonic()) > 0.0:
             if not self._on.is_set():
@@ -126,7 +126,7 @@ class Demo:
         self._worker.submit(command)
 
     def _leave(self) -> None:
-        """Let go what is held, take the caption away, and say goodbye if the story was told."""
+        """Release any target, remove the caption, and say goodbye if the demo was completed."""
         last: list[AbstractCommand] = [DropTarget(CLIENT), SetCaption("")]
         if self.is_finished:
             last.append(Tell(END, Severity.INFO))
@@ -143,23 +143,23 @@ def story(session: Callable[[], Session]) -> Iterator[Scene]:
         seconds=8.0,
     )
     yield Scene(
-        "A target is dragged; the arm follows, and the numbers show at once what the position is worth.",
+        "A target is dragged; the arm follows, and the numbers immediately show how good the position is.",
         drag(session(), 0, np.array([-0.10, -0.14, 0.08])),
         seconds=9.0,
     )
     yield Scene(
-        "The cubes show the predicted error throughout the region. They follow the drag too.",
+        "The cubes show the predicted error throughout the region and are updated during the drag.",
         (ShowCubes(CubeView(field=Field.PREDICTED)),),
         seconds=6.0,
         tab=Tab.REGION,
     )
     yield Scene("", drag(session(), 5, np.array([0.12, 0.10, 0.06])), seconds=9.0, tab=Tab.REGION)
     yield Scene(
-        "Back to the best plate so far, with one button.", (RestoreBest(), ShowCubes(CubeView())), seconds=6.0
+        "One button returns to the best plate so far.", (RestoreBest(), ShowCubes(CubeView())), seconds=6.0
     )
     yield Scene(
-        "A virtual arm with hidden manufacturing errors is measured, plus one effect that geometry "
-        "can't explain.",
+        "A virtual arm is measured; it has hidden manufacturing errors and one effect that geometry can't "
+        "explain.",
         (MeasureVirtualArm(SEED, surprise=True, more=POSES),),
         seconds=7.0,
         tab=Tab.MEASURE,
@@ -182,8 +182,8 @@ def story(session: Callable[[], Session]) -> Iterator[Scene]:
         causes = "; ".join(cause.sentence for cause in found.causes) or found.message.rstrip(".")
         yield Scene(f"Found: {causes}.", seconds=8.0, tab=Tab.DIAGNOSE)
         yield Scene(
-            "What was found joins the model, and the error falls. The violet arm shows, exaggerated, how it "
-            "bends.",
+            "The effect is added to the model, and the error falls. The violet arm shows its deflection, "
+            "exaggerated.",
             (AddEffects(),),
             seconds=10.0,
             tab=Tab.IDENTIFY,

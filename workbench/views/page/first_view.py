@@ -1,4 +1,4 @@
-"""What a page looks at first in a session, and again when measurements come or go."""
+"""The initial view of a session, also used when measurements are added or removed."""
 
 import numpy as np
 
@@ -14,7 +14,7 @@ MOST_POSTURES = 40
 
 
 def first_view(session: Session) -> tuple[Vector3, Vector3]:
-    """Where the camera stands and looks at first [m]: at the measured rows, or else at the plate."""
+    """Initial camera position and point of view [m]: towards the measured rows, or else the plate."""
     rows, loaded = session.comparison, session.loaded
     if rows is not None and loaded is not None and (loaded.virtual or session.focus is Focus.ROW):
         return view_of_rows(session.robot, rows)

@@ -1,4 +1,4 @@
-"""Small pieces of HTML for the panels. Every text that comes from outside goes through `text`."""
+"""HTML snippets for the panels. All external text is escaped by `text`."""
 
 from collections.abc import Iterable
 from html import escape

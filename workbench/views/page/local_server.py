@@ -1,8 +1,8 @@
 """A viser server for this machine only.
 
-viser itself checks neither Host nor Origin, so any page that a user has open could read and steer the scene,
-and it lets every client open a public tunnel. Here a request must name this server as its host and come from
-a page of this server, no page may show it in a frame, and the tunnel's handlers are gone. Programs on this
+viser itself checks neither Host nor Origin, so any page open in the user's browser could read and control the
+scene, and every client may open a public tunnel. Here a request must name this server as its host and come
+from one of its own pages, the page can't be framed, and the tunnel's handlers are removed. Programs on this
 machine that send no Origin can still connect: this is no login. A server that other machines can reach asks
 for a secret as well, which is in the link that the program prints and then in a cookie. It relies on
 internals of viser 1.1; a test holds them.
@@ -70,7 +70,7 @@ class LocalServer(viser.ViserServer):
 def local_server(
     *, host: str = "127.0.0.1", port: int = 0, label: str = LABEL, shown: Callable[[], str] = str
 ) -> LocalServer:
-    """A server that only pages of its own can talk to.
+    """A server that accepts requests from its own pages only.
 
     Args:
         host: Address to listen at; the loopback address unless the user asks for another one.
@@ -92,9 +92,9 @@ def local_server(
     def serve(handler, address, port_tried, *, process_request, **options):
         def guard(connection, request):
             if not _is_ours(request, host, connection.local_address[1]):
-                return connection.respond(403, "this page may not talk to the workbench\n")
+                return connection.respond(403, "this page is not allowed to access the workbench\n")
             if key and not _knows(request, key):
-                return connection.respond(403, "open the link that the workbench printed when it began\n")
+                return connection.respond(403, "open the link that the workbench printed at start-up\n")
             wanted, here = parse_qs(urlsplit(request.path).query).get(SESSION, [""])[0], shown()
             if wanted and here and wanted != here:
                 return connection.respond(404, _elsewhere(wanted, here))
@@ -213,7 +213,7 @@ def stop_server(server: viser.ViserServer) -> None:
 
 def _elsewhere(wanted: str, here: str) -> str:
     return (
-        f"This link is to the session '{wanted[:200]}'; the workbench at this address shows '{here}'.\n"
+        f"This link is for the session '{wanted[:200]}'; the workbench at this address shows '{here}'.\n"
         f"Open the other one with: workbench serve --session recordings/{wanted[:200]}\n"
     )
 

@@ -79,7 +79,7 @@ TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
 
 
 class BrowserView(AbstractView):
-    """Draws every snapshot in one message window, so that no page shows half of it.
+    """Draws every snapshot in one atomic message batch, so that no page shows half of it.
 
     In a drag the numbers that count go first, alone: a page shows them without waiting for its next frame,
     which takes long where the scene is drawn without a graphics card. Nothing waits for viser's own window.

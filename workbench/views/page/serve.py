@@ -25,7 +25,7 @@ from workbench.views.page.html import block
 from workbench.views.page.local_server import is_open, local_server, page_address, stop_server
 
 PORT = 8090
-"""Port that is tried first where none is asked for."""
+"""Default port, tried first."""
 
 
 def serve(
@@ -53,9 +53,9 @@ def serve(
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
         open_browser: Whether to open the page in the user's browser.
         begin: Makes the session of robot and plate, with what follows it; None: one that is not recorded.
-        demo: Whether a story of two minutes plays at first.
+        demo: Whether a two-minute demo plays first.
         source: Name and lines of a live source that tells where a real arm stands.
-        asks: Whether a card asks first what the user has.
+        asks: Whether the start card is shown.
         on_ready: Told the page's address as soon as it can be opened.
 
     Raises:
@@ -71,7 +71,7 @@ def serve(
     server = bound(host, port, lambda: names[0] if names else "")
     end: Callable[[], None] = partial(stop_server, server)
     try:
-        waiting = server.gui.add_html(block("Working out how the arm reaches the targets …"))
+        waiting = server.gui.add_html(block("Solving inverse kinematics for the targets …"))
         if is_certain:
             is_told = True
             _announce(server, on_ready, open_browser)
@@ -170,13 +170,13 @@ def _announce(server: viser.ViserServer, on_ready: Callable[[str], None] | None,
     if on_ready is not None:
         on_ready(url)
         if is_open(server):
-            on_ready("Anybody in the network who has this link can steer the workbench.")
+            on_ready("Anyone on the network who has this link can control the workbench.")
     if open_browser and _has_browser():
         webbrowser.open(url)
 
 
 def _has_browser() -> bool:
-    """Whether there is a screen for a browser; one for terminals would only cover what is said there."""
+    """Whether there is a screen for a browser; a text browser would only cover the terminal's output."""
     screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
     return sys.platform in ("darwin", "win32") or any(os.environ.get(name) for name in screens)
 

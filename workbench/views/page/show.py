@@ -1,4 +1,4 @@
-"""The page from Python: on exactly one robot, its measurements and a plate, beside a notebook or script."""
+"""The page from Python: one robot, its measurements and a plate, alongside a notebook or script."""
 
 import webbrowser
 from html import escape

@@ -29,7 +29,7 @@ WIDE = 'data-wide="1"'
 WIDEST = 620
 """Marks what makes its modal as wide as the window; a narrower one scrolls [px]."""
 MORE = 'data-more="1"'
-"""Marks what gives way where the window is narrow."""
+"""Marks what is hidden in a narrow window."""
 OVER = 'data-over="1"'
 OVER_HEIGHT = 152
 """Marks curves with a slider over them, where a click or drag sets the time; their height [px]."""
@@ -73,8 +73,8 @@ div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: bloc
 """
 ENDED = (
     '<div class="gone" style="margin:0 12px;padding:4px 10px;border-left:3px solid #dc2626;font-size:13px">'
-    "The workbench has ended, or this page can't reach it. Start it again and reload the page; a recorded "
-    "session goes on with <code>workbench serve --session FOLDER</code>.</div>"
+    "The workbench has stopped, or this page can't reach it. Restart it and reload the page; continue a "
+    "recorded session with <code>workbench serve --session FOLDER</code>.</div>"
 )
 """Shown while the page has no connection."""
 

@@ -1,4 +1,4 @@
-"""How the viewer is laid out: the scene on the left, numbers and tables on the right, the log below both.
+"""Layout of the viewer: the scene on the left, numbers and tables on the right, the log below.
 
 The timeline is `step`, paused.
 """

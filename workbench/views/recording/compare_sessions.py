@@ -168,7 +168,7 @@ def _figures(session: Session) -> Iterator[tuple[str, float]]:
 
 
 def _moves(fits: Sequence[Fit]) -> tuple[Move, ...]:
-    """Constants of the arm that all fits tell apart from the others; base and tool may stand elsewhere."""
+    """Constants of the arm that all fits can separate from the others; base and tool may differ."""
     blurred = {name for fit in fits for c in (*fit.unidentifiable, *fit.hardly_seen) for name in c.names}
     found = [
         {

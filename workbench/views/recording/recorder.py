@@ -1,7 +1,7 @@
 """The recorder: follows a session in a thread of its own, so that no command waits for a picture.
 
-The worker only puts a moment into a queue. What is passing (the middle of a drag) gives way to what came
-later, in the queue and by time; decisions are all drawn.
+The worker only puts a moment into a queue. Transient moments (the middle of a drag) are superseded by later
+ones, in the queue and by time; decisions are all drawn.
 """
 
 import logging
@@ -81,7 +81,7 @@ class Recorder(AbstractKeeper):
             assert first is not None
             canvas = self._open(first.session, lambda text: self._tell(Severity.WARNING, text))
         except Exception as error:
-            self._tell(Severity.WARNING, f"this session has no pictures for the rerun viewer: {error}")
+            self._tell(Severity.WARNING, f"this session is not recorded for the rerun viewer: {error}")
             return
         try:
             drawing = Drawing(canvas)

@@ -1,4 +1,4 @@
-"""Where a recording goes: a file that is written by us, or a viewer that is open somewhere.
+"""Outputs of a recording: a file, or an open viewer.
 
 rerun's own file sink waits for ever once the disk is full. It writes into a pipe instead, and a thread moves
 the bytes into the file: what finds no room waits in memory, and after too much of it the rest is dropped.

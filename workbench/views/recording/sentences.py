@@ -20,7 +20,7 @@ UNITS = {"rad": (float(np.rad2deg(1.0)), "°"), "m": (1e3, "mm")}
 
 
 def sentence(entry: Entry, session: Session, says: list[str]) -> str:
-    """What was done and what came of it."""
+    """A command and its result."""
     words = entry.command.title
     if isinstance(entry.command, MoveTarget | DropTarget) and entry.ending is Ending.DONE:
         words += _place(session)
@@ -47,7 +47,7 @@ def with_predicted(words: str, error: float | None) -> str:
 
 
 def about(session: Session) -> str:
-    """Robot, plate, measurements, and how to read the recording, as markdown."""
+    """Robot, plate, measurements, and a legend of the recording, as markdown."""
     loaded, noise = session.loaded, session.noise
     measured = "none yet" if loaded is None else f"{loaded.name}, {len(loaded.dataset)} rows"
     lines = [

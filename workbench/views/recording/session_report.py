@@ -1,4 +1,4 @@
-"""A session's report: one HTML file with its pictures and tables inside, made from its journal."""
+"""A session's report: one self-contained HTML file with pictures and tables, made from its journal."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -119,7 +119,7 @@ def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:
 
 
 def _is_passed(line: Line) -> bool:
-    """Whether nobody would miss the step: a place of a drag, or its beginning."""
+    """Whether the step can be left out: the start or an intermediate position of a drag."""
     passing = isinstance(line.entry.command, GrabTarget | MoveTarget)
     return passing and line.entry.ending is Ending.DONE and not line.says
 

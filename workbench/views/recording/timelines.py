@@ -1,6 +1,6 @@
-"""What a recording tells of the steps of a session: its log, its numbers, dragged targets, searches.
+"""Contents of a recording over the steps of a session: log, numbers, dragged targets, searches.
 
-Each keeps what it needs of earlier steps; all else is drawn from the session as it stands.
+Each keeps what it needs of earlier steps; everything else is drawn from the current session.
 """
 
 import math

@@ -1,4 +1,4 @@
-"""Layouts that are known by name; another is one small file and one line here."""
+"""The known layouts; a new one is a small file and one line here."""
 
 from workbench.data.readers.layouts.c3d import C3d
 from workbench.data.readers.layouts.ipa_grid import IpaGrid

@@ -1,4 +1,4 @@
-"""Layouts: files of a known origin whose columns need more than names and units to be understood."""
+"""Layouts: files of known origin whose columns need more than names and units to be interpreted."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable

@@ -1,1 +1,1 @@
-"""The panels: one class per file; each builds its controls once, shows snapshots, and only sends commands."""
+"""The panels, one class per file: each builds its controls once, shows snapshots, and only sends commands."""

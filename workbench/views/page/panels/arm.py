@@ -49,8 +49,8 @@ class ArmPanel(AbstractPanel):
         if loaded is None:
             self._worker.submit(ChooseRobot(name))
             return
-        fit = "" if self._worker.session.identification is None else " and what was found from them"
-        question = f"The measurements ({loaded.name}){fit} are put away; Undo brings them back."
+        fit = "" if self._worker.session.identification is None else " and the results based on them"
+        question = f"The measurements ({loaded.name}){fit} will be removed; Undo restores them."
         ask(event, question, f"Change to {name}", lambda: self._worker.submit(ChooseRobot(name)))
 
     def show(self, session: Session) -> None:
@@ -79,8 +79,8 @@ def facts(robot: Robot) -> str:
 KINDS = ".csv,.urdf,.xml,.xacro,.toml"
 A_FILE = "a file"
 HOW = (
-    "Three poses or more as the pendant shows them, flange in the robot's base, one per line: joint "
-    "positions = x, y, z and three angles. Units, signs, offsets and the convention are found by trying."
+    "At least three poses as shown on the pendant, flange in the robot's base, one per line: joint positions "
+    "= x, y, z and three angles. Units, signs, offsets and the convention are determined automatically."
 )
 EXAMPLE = "0, -90, 90, 0, 90, 0 = 392.3, 109.2, 500, 180, 0, 90"
 
@@ -109,7 +109,7 @@ class OwnRobotPanel(AbstractPanel):
                 "Check against these poses",
                 self._check,
                 viser.Icon.CHECKS,
-                "Try every reading of the table and of the numbers; start over with the arm that fits.",
+                "Try every interpretation of the table and the numbers; start over with the arm that fits.",
                 main=True,
             )
             self.download(

@@ -39,7 +39,7 @@ class ImprovePanel(AbstractPanel):
 
 
 class ArrangePanel(AbstractPanel):
-    """What else moves several targets at once, or one with precision; folded."""
+    """Other commands that move several targets at once or place one precisely; folded."""
 
     depends = ("selected", "is_idle", lambda session: len(session.plate))
 

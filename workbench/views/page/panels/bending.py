@@ -1,4 +1,4 @@
-"""How much the arm bends in its present posture, and by what factor that is drawn."""
+"""The arm's deflection in its current posture, and the factor by which it is drawn."""
 
 from dataclasses import replace
 
@@ -33,13 +33,13 @@ class BendingPanel(AbstractPanel):
             self._bent = gui.add_checkbox(
                 "Bent arm",
                 overlay.bent,
-                hint="Show the violet arm as play, compliance and other effects of its model bend it.",
+                hint="Show the violet arm, deflected by play, compliance and other effects of its model.",
             )
             self._times = self.slider(
                 "Bending ×",
                 int(overlay.bending),
                 (int(LEAST_EXAGGERATION), GREATEST_BENDING, 1),
-                "Exaggeration of the violet arm's bending.",
+                "Exaggeration of the violet arm's deflection.",
             )
             self._table = gui.add_html("")
         for control in (self._bent, self._times):
@@ -68,7 +68,7 @@ def _drawn(robot: Robot, q: np.ndarray, wanted: float) -> str:
     if times == wanted:
         return ""
     return (
-        f'<div style="color:{MUTED}">Drawn × {times:.3g} here: more would carry it further than '
+        f'<div style="color:{MUTED}">Drawn × {times:.3g} here: more would displace the arm by over '
         f"{MOST_DRAWN * robot.reach * 1e3:.0f} mm.</div>"
     )
 

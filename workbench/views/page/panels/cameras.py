@@ -162,7 +162,7 @@ def _cells(cells: np.ndarray) -> str:
 
 
 def _identified(session: Session) -> str:
-    """The gate's steps, and where cameras and target are."""
+    """The identification steps, and the poses of cameras and target."""
     result = session.identification
     if result is None or result.gate is None:
         words = "Not identified yet: camera and target are first guesses. Identify is in the next tab."
@@ -200,7 +200,7 @@ def _steps(gate: Gate) -> str:
 
 
 ENDING = ".tar,.zip"
-"""What the upload button asks for; by it the script finds the button's field."""
+"""File types of the upload button, by which the script finds the button's field."""
 _SCRIPT = """
 (async field => {
   const words = new TextEncoder(), parts = [];
@@ -242,7 +242,7 @@ def folder_field(words: str) -> str:
 
 
 HOW = (
-    "Every picture that appears in the folder (or every still one of the device) is looked at. The folder "
+    "Every picture that appears in the folder (or every still frame of the device) is examined. The folder "
     "holds camera.toml and target.toml; joints come from the connected arm, or from a CSV beside them."
 )
 

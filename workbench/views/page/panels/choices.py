@@ -1,4 +1,4 @@
-"""What takes part in the next identification: rows left out by hand, parameters held at nominal."""
+"""Choices for the next identification: manually excluded rows, parameters held at nominal."""
 
 import re
 from functools import partial

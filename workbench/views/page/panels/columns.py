@@ -1,4 +1,4 @@
-"""What became of each column of a file, and what it is instead: one choice, and the file is read again."""
+"""How each column of a file was read, and a choice to correct it, after which the file is read again."""
 
 import viser
 
@@ -35,7 +35,7 @@ class ColumnsPanel(AbstractPanel):
             self.download(
                 "Save this choice (TOML)",
                 columns_toml,
-                "What every column is: for the next file of this kind, here or with --mapping.",
+                "The meaning of every column: for the next file of this kind, here or with --mapping.",
             )
             self.upload(
                 "Use a saved choice",

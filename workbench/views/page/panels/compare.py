@@ -1,4 +1,4 @@
-"""Comparing: step through the measured poses, choose what is laid over the scene."""
+"""Comparison: step through the measured poses, choose the overlays in the scene."""
 
 from dataclasses import replace
 from typing import Any
@@ -17,15 +17,15 @@ from workbench.views.page.html import MUTED, badge, block, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value, waiting
 
 SWITCHES = {
-    "ghosts": ("Other branches", "Show faint arms in the other postures that reach the selected target."),
+    "ghosts": ("Other branches", "Show the other postures that reach the selected target as faint arms."),
     "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
     "calibrated": ("Calibrated arm", "Show the amber arm, with the identified parameters."),
     "points": (
         "Measured points",
-        "Show where the tool was measured, coloured by the error once there is a fit.",
+        "Show the measured tool positions, coloured by their error once there is a fit.",
     ),
-    "frames": ("Frames", "Show how the tool was turned where it was measured."),
-    "arrows": ("Error arrows", "From measured to predicted places: violet nominal, cyan calibrated."),
+    "frames": ("Frames", "Show the measured tool orientations."),
+    "arrows": ("Error arrows", "From measured to predicted positions: violet nominal, cyan calibrated."),
 }
 
 FACTORS = {
@@ -44,14 +44,14 @@ class ComparePanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self._row = gui.add_slider(
-            "Pose", 1, 2, 1, 1, disabled=True, hint="Step through the measured poses; the arms go there."
+            "Pose", 1, 2, 1, 1, disabled=True, hint="Step through the measured poses; the arms follow."
         )
         self.sends(self._row, lambda: ShowRow(int(self._row.value) - 1))
         self._readout = gui.add_html("")
         self._leave = gui.add_checkbox(
             "Exclude this row",
             False,
-            hint="Leave this row out of the next identification, because something went wrong with it.",
+            hint="Exclude this row from the next identification, because its measurement went wrong.",
         )
         self.sends(self._leave, self._leave_out)
         overlay = self._worker.session.overlay
@@ -146,7 +146,7 @@ def _readout(session: Session) -> str:
 
 
 def _as_opened(comparison: Comparison, row: int) -> str:
-    """Errors of the robot as it was opened: whether an old calibration still holds, from a few poses."""
+    """Errors of the robot as opened: a few poses show whether an old calibration is still valid."""
     errors = 1e3 * np.linalg.norm(comparison.measured - comparison.nominal[:, :3, 3], axis=1)
     if not np.isfinite(errors).any():
         return "<br>No position was measured."
@@ -168,7 +168,7 @@ def _as_opened(comparison: Comparison, row: int) -> str:
 def _legend() -> str:
     return block(
         f"{badge('Calibrated arm', css(GHOST))} &nbsp; {badge('Excluded', css(LEFT_OUT))}"
-        f'<div style="color:{MUTED}">Round points were fitted, square ones held out. Arrows start '
-        "where the tool was measured and point to where the model expects it.</div>",
+        f'<div style="color:{MUTED}">Round points were fitted, square ones held out. Arrows point '
+        "from the measured to the predicted position of the tool.</div>",
         style="margin:6px 0 10px",
     )

@@ -23,7 +23,7 @@ NOTES = 8
 
 
 class DataPanel(AbstractPanel):
-    """Two sources of measurements, and what was understood of them."""
+    """Two sources of measurements, and how they were interpreted."""
 
     depends = ("loaded",)
 
@@ -40,13 +40,13 @@ class DataPanel(AbstractPanel):
             )
         with gui.add_folder("Virtual arm"):
             self._seed = self.number(
-                "Seed", 1, (0, 999_999, 1), "Each number gives an arm with other hidden errors."
+                "Seed", 1, (0, 999_999, 1), "Each number gives an arm with different hidden errors."
             )
             self._surprise = gui.add_checkbox(
                 "Surprise me",
                 False,
                 hint="Hide an effect that geometry can't explain (play, compliance or a bent gear) in one "
-                "joint, to see which errors remain after an identification.",
+                "joint, to see the errors that remain after an identification.",
             )
             self._more = self.number(
                 "More poses",
@@ -57,8 +57,8 @@ class DataPanel(AbstractPanel):
             self._instrument = gui.add_dropdown(
                 "Instrument",
                 (SEAT, *VIRTUAL_INSTRUMENTS),
-                hint="What measures. The seats have the noise that is set in the Plate tab; every other "
-                "instrument has its own, and sees poses or points only.",
+                hint="The instrument. The seats have the noise set in the Plate tab; every other instrument "
+                "has its own noise and measures poses or points.",
             )
             self.button(
                 "Measure a virtual arm",

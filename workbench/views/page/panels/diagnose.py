@@ -1,4 +1,4 @@
-"""What the model lacks: the verdict, before and after, the candidates, and where to measure next."""
+"""The diagnosis: the verdict, errors before and after, the candidates, and where to measure next."""
 
 import numpy as np
 import viser
@@ -42,8 +42,8 @@ class DiagnosePanel(AbstractPanel):
             Diagnose.title,
             Diagnose,
             viser.Icon.STETHOSCOPE,
-            "Fit the geometry, and find the physical effect that explains the remaining errors. "
-            "Needs at least 20 rows.",
+            "Fit the geometry, then find the physical effect that explains the remaining error. Needs at "
+            "least 20 rows.",
             main=True,
         )
         self._verdict = gui.add_html("")
@@ -61,13 +61,13 @@ class DiagnosePanel(AbstractPanel):
             TakeNextPoses.title,
             TakeNextPoses,
             viser.Icon.TARGET,
-            "Add to the plate the poses where a measurement would tell most about these effects.",
+            "Add to the plate the poses where a measurement would be most informative about these effects.",
             visible=False,
         )
         self._save = self.download(
             "Save the suggested poses (CSV)",
             next_poses_csv,
-            "Download their joint positions, with what each of them would tell.",
+            "Download their joint positions, with what each pose would determine.",
             visible=False,
         )
 
@@ -90,7 +90,7 @@ def _verdict(found: Diagnosis, session: Session) -> str:
 
 
 def _bars(found: Diagnosis) -> str:
-    """Mean position error on rows that took no part: nominal is left out, it would dwarf the rest."""
+    """Mean position error on held-out rows, without the nominal arm, which would dwarf the rest."""
     before, after = judged(found.before).position_mm.mean, judged(found.after).position_mm.mean
     rows = [("geometry", before, css(BEFORE)), ("with effects", after, css(AFTER))]
     longest = max(before, after, 1e-12)
@@ -127,7 +127,7 @@ def _details(found: Diagnosis) -> str:
 
 
 def _next(found: Diagnosis) -> str:
-    """Poses to measure next, with what each of them would tell once those above are measured."""
+    """Poses to measure next, with what each would determine once those above it are measured."""
     if not found.next_reasons:
         return ""
     lines = [
@@ -152,7 +152,7 @@ def _causes(found: Diagnosis) -> str:
 
 
 def _effects(found: Diagnosis) -> list[str]:
-    """What each effect brought, with what would have done nearly as well."""
+    """The contribution of each effect, and alternatives that fit nearly as well."""
     lines = []
     for accepted in found.effects:
         others = ", ".join(r.effect.label for r in accepted.alternatives[:2])

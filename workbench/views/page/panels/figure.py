@@ -1,4 +1,4 @@
-"""The paper's array of error plots as a drawing that answers to the mouse (ARIA Figs. 7 and 11).
+"""The paper's array of error plots as an interactive drawing (ARIA Figs. 7 and 11).
 
 Rows X, Y, Z and norm; columns NOM and every algorithm. Every stem tells its row and its error; held-out
 rows are pink. The nominal column has a scale of its own where its errors are much larger.

@@ -1,4 +1,4 @@
-"""Saving what the session holds."""
+"""Saving the session's data and results."""
 
 import io
 
@@ -22,7 +22,7 @@ PICTURE = (1200, 1920)
 
 
 class FilesPanel(AbstractPanel):
-    """One button a file; those that have nothing to save yet are off."""
+    """One button per file, disabled if there is nothing to save yet."""
 
     depends = ("loaded", "identification")
 

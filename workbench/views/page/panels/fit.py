@@ -1,4 +1,4 @@
-"""Identification: start it, read its numbers, save the calibrated arm."""
+"""Identification: start it, inspect its results, save the calibrated arm."""
 
 import numpy as np
 import viser
@@ -66,8 +66,8 @@ class FitPanel(AbstractPanel):
                 "Held out [%]",
                 20,
                 (5, 50, 5),
-                "Share of the rows kept from the fit; the error there is the one to trust. "
-                "A virtual arm has checking poses of its own instead.",
+                "Share of the rows held out of the fit; rely on the error there. A virtual arm has its own "
+                "checking poses instead.",
             )
             self._frames = gui.add_dropdown(
                 "Base and tool",
@@ -181,7 +181,7 @@ def _cells(validation) -> tuple[str, str, str]:
 
 
 def _requirement(found: Identification, session: Session) -> str:
-    """Pass or fail of the shown fit by what the user wants, on held-out rows where there are any."""
+    """Pass or fail of the shown fit against the required error, on held-out rows if there are any."""
     if session.wanted is None:
         return ""
     column = columns_of(found)[1 + list(found.runs).index(session.fit)]
@@ -191,14 +191,14 @@ def _requirement(found: Identification, session: Session) -> str:
         return ""
     kept = int((session.wanted.within(rows) & rows.has_position).sum())
     mark = badge("Passes", GOOD) if kept == judged else badge("Fails", css(OUT_OF_REACH))
-    words = f"{kept} of {judged} {kind} poses keep {session.wanted.words}"
+    words = f"{kept} of {judged} {kind} poses are within {session.wanted.words}"
     return block(
         f'{mark} <span style="color:{MUTED}">{text(words)}</span>', testid="requirement", style="margin:4px 0"
     )
 
 
 def _remarks(found: Identification) -> str:
-    """What the user should know besides the numbers."""
+    """Remarks in addition to the numbers."""
     return "".join(
         _list(head, items, colour)
         for head, items, colour in (

@@ -1,4 +1,4 @@
-"""Guided measuring: the current target, how far off the arm is, and the rows stored so far."""
+"""Guided measurement: the current target, the arm's deviation from it, and the rows stored so far."""
 
 import numpy as np
 import viser
@@ -26,7 +26,7 @@ STILL_MOVES = "moves"
 
 
 class GuidedPanel(AbstractPanel):
-    """A real arm that is connected, or a virtual one, goes from target to target; rows are stored by hand."""
+    """A connected real arm or a virtual one moves from target to target; rows are stored by hand."""
 
     depends = ("measuring", "source")
 
@@ -62,7 +62,7 @@ class GuidedPanel(AbstractPanel):
             self._build_steps(gui)
 
     def _build_steps(self, gui: viser.GuiApi) -> None:
-        """Buttons that are there while something is measured."""
+        """Buttons shown during a measurement."""
 
         def button(label, command, icon, hint, *, main=False):
             return self.button(label, command, icon, hint, main=main, visible=False)

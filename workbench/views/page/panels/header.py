@@ -1,4 +1,4 @@
-"""The strip above the tabs, always in view: the verdict with the next button, the last message, long work."""
+"""The strip above the tabs: the current state with the next step, the last message, running tasks."""
 
 from typing import Any
 
@@ -21,7 +21,7 @@ INKS = {Tone.PLAIN: LINE, Tone.GOOD: GOOD, Tone.CAREFUL: CAREFUL, Tone.BAD: BAD}
 
 
 class Verdict(AbstractPanel):
-    """The state of the session, and the two next steps."""
+    """The state of the session, and two buttons for the next step."""
 
     keeps_typed = True
     depends = (guide, "caption")
@@ -33,7 +33,7 @@ class Verdict(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         self._sentence = gui.add_html("")
         self._next = self._button(gui, "next", "What to do next.", None)
-        self._other = self._button(gui, "other", "Another way from here.", "gray")
+        self._other = self._button(gui, "other", "An alternative next step.", "gray")
 
     def show(self, session: Session) -> None:
         before, self._step = self._step, guide(session)
@@ -77,7 +77,7 @@ class Header(AbstractPanel):
             Steer.PAUSE,
             lambda: SteerDemo(Steer.ON if self._worker.session.is_paused else Steer.PAUSE),
             viser.Icon.PLAYER_PAUSE,
-            "Let the demo wait here, or go on.",
+            "Pause the demo here, or continue.",
             visible=False,
         )
         self._stop = self.button(

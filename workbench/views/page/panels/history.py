@@ -1,4 +1,4 @@
-"""How the last steps changed the plate: the predicted error after each, and the way back to any of them."""
+"""History of the plate: the predicted error after each step, and a way back to any of them."""
 
 import numpy as np
 import viser
@@ -16,7 +16,7 @@ HERE = "–"
 
 
 class HistoryPanel(AbstractPanel):
-    """A small plot with its numbers; the best step is marked. Any step can be gone back to."""
+    """A small plot with its numbers; the best step is marked, and any step can be restored."""
 
     depends = ("history",)
 

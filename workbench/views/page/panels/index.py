@@ -1,4 +1,4 @@
-"""The live numbers: what measurements at these targets would tell about the arm."""
+"""The live numbers: how well measurements at these targets would determine the arm."""
 
 import numpy as np
 import viser
@@ -22,7 +22,7 @@ FULL = 0.3
 
 
 class IndexPanel(AbstractPanel):
-    """Predicted error, what it is worth, and the worth of each target."""
+    """Predicted error, its assessment, and the contribution of each target."""
 
     pause = 0.0
     depends = ("score", "first_score", "states", "selected", "noise", "wanted")
@@ -61,7 +61,7 @@ class IndicesPanel(AbstractPanel):
 
 
 def judgement(score: Score, noise: float, wanted: Wanted | None = None) -> str:
-    """Whether a predicted error is good: against what is wanted, and against the instrument.
+    """Assessment of a predicted error against the required error and the instrument.
 
     `noise` is the standard deviation of each coordinate that it measures [m].
     """
@@ -75,9 +75,9 @@ def judgement(score: Score, noise: float, wanted: Wanted | None = None) -> str:
     length = np.sqrt(3.0) * noise
     times = score.position / length
     if times < 1.0:
-        reading = f"below one reading of the instrument, which errs by {number(1e3 * length)} mm rms"
+        reading = f"below the error of one instrument reading ({number(1e3 * length)} mm rms)"
     else:
-        reading = f"{number(times, 2)} × what one reading errs by ({number(1e3 * length)} mm rms)"
+        reading = f"{number(times, 2)} × the error of one reading ({number(1e3 * length)} mm rms)"
     return f'<div data-testid="judgement" style="color:{MUTED}">{"; ".join([*parts, reading])}</div>'
 
 
@@ -89,7 +89,7 @@ def _measurable(session: Session) -> str:
     count = len(session.states)
     return (
         f'<div data-testid="measurable" title="{text("; ".join(lost))}" style="color:{css(OUT_OF_REACH)};'
-        f"font-weight:600\">{count - len(lost)} of {count} targets measurable; the others don't count</div>"
+        f'font-weight:600">{count - len(lost)} of {count} targets measurable; the others are ignored</div>'
     )
 
 
@@ -99,8 +99,8 @@ def _predicted(session: Session) -> str:
         return f'<div style="color:{MUTED}">The arm does not reach the region.</div>'
     if np.isinf(now.position):
         return (
-            f'<div style="color:{css(OUT_OF_REACH)}">Unbounded: these targets leave parameters open that '
-            "move the tool there. Bring more targets into reach.</div>"
+            f'<div style="color:{css(OUT_OF_REACH)}">Unbounded: these targets leave parameters open which '
+            "affect the tool there. Move more targets into reach.</div>"
         )
     better = change(now.position, first.position, larger_is_better=False)
     return (
@@ -189,15 +189,15 @@ def _rank(now: Score) -> str:
 
 
 FIELDS = (
-    ("Wanted [mm]", "Greatest position error that you want the calibrated arm to have; 0: none is wanted."),
-    ("Wanted [°]", "Greatest orientation error that you want it to have; 0: none is wanted."),
+    ("Wanted [mm]", "Maximum position error allowed for the calibrated arm; 0: no requirement."),
+    ("Wanted [°]", "Maximum orientation error allowed; 0: no requirement."),
 )
-NOTHING = "0 mm: no error is wanted, so nothing is judged. Give one, and plate and arm are judged by it."
-NO_ANGLE = "0°: orientations are not judged."
+NOTHING = "0 mm: no requirement, so there is no pass or fail. Set a value to assess plate and arm against it."
+NO_ANGLE = "0°: no requirement for orientations."
 
 
 class WantedPanel(AbstractPanel):
-    """Wherever something is judged by it."""
+    """Input of the required error, in every tab that uses it."""
 
     depends = ("wanted",)
 

@@ -1,4 +1,4 @@
-"""How far an error of each constant would move the tool where the arm stands now (Katana §3.5)."""
+"""How far an error in each constant would move the tool in the arm's current posture (Katana §3.5)."""
 
 import re
 

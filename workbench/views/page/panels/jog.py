@@ -1,4 +1,4 @@
-"""Moving the arm by hand: a slider for each joint, and a pose to go to."""
+"""Jogging the arm: a slider for each joint, and a tool pose to move to."""
 
 from functools import partial
 
@@ -116,7 +116,7 @@ class CapturedPanel(AbstractPanel):
                 "Keep this pose",
                 CapturePose,
                 viser.Icon.PLUS,
-                "Store the joint positions, and the tool pose by either model.",
+                "Store the joint positions and the tool poses of both models.",
             )
             self._table = gui.add_html("")
             self._file = self.download(
@@ -137,7 +137,7 @@ class CapturedPanel(AbstractPanel):
 
 def _content(poses: Captured) -> str:
     if not len(poses.q):
-        words = "Keep some poses, before and after a calibration, to compare where the arm goes."
+        words = "Keep some poses before and after a calibration to compare the tool positions."
         return note(words, "captured", margin="0")
     places = poses.nominal if poses.calibrated is None else poses.calibrated
     rows = [

@@ -1,4 +1,4 @@
-"""What is left along every joint's motion, over the joint's position: small plots, with an effect's law."""
+"""Residuals along each joint's motion, plotted over its position, with the law of an effect."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -38,8 +38,8 @@ class JointsPanel(AbstractPanel):
                 "Law of",
                 [NO_LAW],
                 visible=False,
-                hint="Lay this effect's law over the errors; its joint glows on the arm. Candidates that "
-                "were not added are fitted to what the geometry leaves.",
+                hint="Plot this effect's law over the errors; its joint glows on the arm. Candidates that "
+                "were not added are fitted to the residuals of the geometry.",
             )
             self.sends(self._law, self._choose)
             self._html = gui.add_html("")
@@ -50,7 +50,7 @@ class JointsPanel(AbstractPanel):
         labels = () if found is None else tuple(e.label for e in candidates(found))
         set_options(self._law, [NO_LAW, *labels], NO_LAW if effect is None else effect.label)
         if rows is None or not rows.stages:
-            words = "After an identification: what is left along the motion of every joint."
+            words = "After an identification: the residual along the motion of every joint."
             self._html.content = note(words, "joints")
             return
         self._html.content = block(joint_plots(session, rows), testid="joints", style="margin:2px 0 8px")
@@ -160,5 +160,5 @@ def _legend(rows: Comparison, law: str) -> str:
     marks += [badge(f"Law of {law}", css(SELECTED))] if law else []
     return (
         f"<div>{' &nbsp; '.join(marks)}</div>"
-        f'<div style="color:{MUTED}">Dots are rows, lines their means. What lies beyond is left out.</div>'
+        f'<div style="color:{MUTED}">Dots are rows, lines their means. Points off the axes are hidden.</div>'
     )

@@ -1,4 +1,4 @@
-"""Light or dark, the sheet of help, and keys."""
+"""Light or dark mode, the help sheet, and keyboard shortcuts."""
 
 import viser
 
@@ -16,7 +16,7 @@ MOUSE = (
     ("Drag an arrow or a ring", "moves or turns the selected target"),
     ("Click a block", "selects its target"),
     ("Click a cube", "shows its numbers (Region)"),
-    ("Click a measured point", "brings the arm there (Compare)"),
+    ("Click a measured point", "moves the arm there (Compare)"),
     ("Drag elsewhere", "rotates the view; the right button pans, the wheel zooms"),
 )
 KEYS = (
@@ -29,7 +29,7 @@ KEYS = (
 ORDER = (
     ("1 Plate", "drag targets until the predicted error is small enough"),
     ("2 Measure", "load the rows of a real arm, or try a virtual one"),
-    ("3 Identify", "fit the parameters; the held-out error is the one to trust"),
+    ("3 Identify", "fit the parameters; rely on the held-out error"),
     ("4 Diagnose", "find the physical effect that the model lacks, and add it"),
     ("5 Compare", "see the remaining errors, pose by pose and along a trajectory"),
     ("6 More", "other arms, jogging, and files to save"),
@@ -37,7 +37,7 @@ ORDER = (
 
 
 class LookPanel(AbstractPanel):
-    """How the page looks, and how one works with it."""
+    """Appearance of the page, and help."""
 
     depends = ("is_dark", "units")
 

@@ -1,4 +1,4 @@
-"""What a panel is, and what panels share. Which of them have to be drawn again is decided here, for all."""
+"""The base class of panels, shared helpers, and the decision which panels need redrawing."""
 
 import asyncio
 import math
@@ -157,7 +157,7 @@ class AbstractPanel(ABC):
         return made
 
     def save(self, event: viser.GuiEvent, make: Callable[[Session], File]) -> None:
-        """Download a file; what goes wrong is shown on the page instead of lost in viser's thread pool."""
+        """Download a file; errors are shown on the page instead of being lost in viser's thread pool."""
         found, run = self._worker.session.identification, self._worker.session.run
         doubts = () if found is None or run is None else found.doubts(run)
         if doubts and make in (calibrated_toml, calibrated_urdf):

@@ -1,4 +1,4 @@
-"""The yield of the present plate: how many virtual arms of a production it makes good enough."""
+"""The yield of the current plate: the share of virtual arms that meet the requirement."""
 
 import numpy as np
 import viser
@@ -21,16 +21,16 @@ class ProductionPanel(AbstractPanel):
             "Try this plate",
             lambda: TryPlate(int(self._arms.value)),
             viser.Icon.CHART_BAR,
-            "Calibrate virtual arms with random manufacturing errors on it: the share that keeps the "
-            "wanted error everywhere in the region, and which error matters most. Takes about a minute; "
-            "Cancel stops it.",
+            "Calibrate virtual arms with random manufacturing errors on it: the share that meets the "
+            "required error everywhere in the region, and which error source dominates. Takes about a "
+            "minute; Cancel stops it.",
         )
         self._result = gui.add_html("", visible=False)
         self._arms = self.number(
             "Virtual arms",
             TryPlate.arms,
             (1, MOST_ARMS, 1),
-            "How many arms are tried. More of them give a narrower interval and take longer.",
+            "Number of arms to try. More arms give a narrower interval and take longer.",
         )
         self.download(
             "Plate to make (ZIP)",

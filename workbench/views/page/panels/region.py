@@ -1,4 +1,4 @@
-"""The region that matters: its size, its cubes, what colours them, and the numbers of a clicked one."""
+"""The region of interest: its size, its cubes, their colours, and the values of a clicked cube."""
 
 from dataclasses import replace
 
@@ -33,7 +33,7 @@ MEANINGS = {
     Field.NONE: "Choose what colours the cubes of the region.",
     Field.REACH: "Share of the targets' orientations in which the arm reaches the centre of the cube.",
     Field.INDEX: "Highest index O of a pose at the centre of the cube, in the targets' orientations.",
-    Field.PREDICTED: "Error to expect after a calibration on the present targets, in the cube's posture of "
+    Field.PREDICTED: "Error to expect after a calibration with the current targets, in the cube's posture of "
     "highest index.",
     Field.MEASURED: "Mean error of the measured poses in the cube, of the calibrated arm if there is one.",
     Field.YIELD: "Root mean square error of the virtual arms of the yield (Plate tab).",

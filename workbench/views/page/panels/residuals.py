@@ -1,4 +1,4 @@
-"""Over the scene: what the colours of the measured points mean, whose errors, and the row looked at."""
+"""Window over the scene: colour scale and stage of the measured points, and the selected row."""
 
 from dataclasses import replace
 from functools import partial
@@ -22,7 +22,7 @@ NAMES = {Stage.NOMINAL: "Nominal", Stage.GEOMETRY: "Geometry", Stage.CAUSES: "Ca
 
 
 class ResidualsPanel(AbstractPanel):
-    """A window of its own in the lower left corner; there once errors are known."""
+    """A separate window in the lower left corner, shown once errors are known."""
 
     depends = ("comparison", "overlay", "focus", "row", "left_out")
 
@@ -33,7 +33,7 @@ class ResidualsPanel(AbstractPanel):
                 "Errors of",
                 list(NAMES.values()),
                 hint="Colour the measured points by the errors of the nominal arm, of its calibrated "
-                "geometry, or of the geometry with the causes that were found.",
+                "geometry, or of the geometry with the causes found.",
             )
             self._html = gui.add_html("")
         self._window.float(x=MARGIN, y=-MARGIN, width=WIDTH)

@@ -1,4 +1,4 @@
-"""Joint zeros after a knock: which moved, by how much, what can't be told, and the arm with the new ones."""
+"""Joint zeros after a knock: which moved, by how much, what can't be determined, and the corrected arm."""
 
 import viser
 
@@ -28,7 +28,7 @@ WORDS = {Verdict.MOVED: "Moved", Verdict.UNCHANGED: "Unchanged", Verdict.REFUSED
 WIDTH, ROW, LEFT, RIGHT = 340, 22, 54, 128
 READY = (
     "After a knock or a new motor: load the calibrated arm and 3 to 10 poses measured since. "
-    "The calibration counts as known; only the joints' zeros are sought."
+    "The calibration is taken as known; only the joint zeros are identified."
 )
 
 
@@ -40,7 +40,7 @@ class RezeroPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Joint zeros after a knock", expand_by_default=False):
             self._replaced = gui.add_text(
-                "Replaced joints", "", hint="Such as 3, or 3, 4: the links beside them may differ too."
+                "Replaced joints", "", hint="Such as 3, or 3, 4: the links next to them may differ too."
             )
             self._start = self.button(
                 "Find moved joints",

@@ -1,4 +1,4 @@
-"""The first card: what do you have? It goes once there is something to work on."""
+"""The start card: what do you have? It closes once there is something to work on."""
 
 from collections.abc import Callable
 
@@ -16,11 +16,9 @@ from workbench.views.page.panels.data import FILES
 from workbench.views.page.panels.panel import AbstractPanel, on_press
 
 CHOSEN = "as said above"
-INTRODUCTION = (
-    "Whatever you choose, nothing is final: every tab stays open to you, and Undo brings back what is here."
-)
+INTRODUCTION = "Nothing is final: every tab stays available, and Undo restores what is here now."
 BOTH = "Choose the robot, then its measurements; files can be dropped on the buttons."
-ALONE = "Choose the robot: you get a plate of ten targets before it, to be improved and made."
+ALONE = "Choose the robot: you get a plate with ten targets in front of it, to be optimised and manufactured."
 
 
 class StartCard(AbstractPanel):

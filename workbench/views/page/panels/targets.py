@@ -1,4 +1,4 @@
-"""The selected target: its place, state, branch and lock; steps back and forth."""
+"""The selected target: its pose, state, branch and lock; undo and redo."""
 
 import numpy as np
 import viser
@@ -50,8 +50,8 @@ class TargetsPanel(AbstractPanel):
         self._branch = gui.add_dropdown(
             "Branch",
             [LEFT_TO_PROGRAM],
-            hint="Which inverse-kinematics solution the arm takes; the faint arms show the others. It "
-            "matters to the accuracy as much as the position does.",
+            hint="The inverse-kinematics solution that the arm takes; the faint arms show the others. It "
+            "affects the accuracy as much as the position does.",
         )
         self.sends(self._branch, self._choose_branch)
         self._state = gui.add_html("")

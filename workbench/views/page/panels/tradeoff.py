@@ -1,4 +1,4 @@
-"""What a plate buys: error against price of plates that could be made; each opens by its dot or its row."""
+"""Trade-off: error against price of plates that could be made; click a dot or row to open one."""
 
 from functools import partial
 from typing import TYPE_CHECKING
@@ -20,7 +20,7 @@ MOST = 24
 
 
 class TradeoffPanel(AbstractPanel):
-    """A button to weigh plates, a plot, and a row for each plate that opens it; folded.
+    """A button to compare plates, a plot, and a row for each plate that opens it; folded.
 
     Attributes:
         links: What opens a plate from its dot; none where pages can't tell.
@@ -36,8 +36,8 @@ class TradeoffPanel(AbstractPanel):
                 "Weigh plates",
                 WeighPlates,
                 viser.Icon.SCALE,
-                "Search plates of 8 and 12 targets, machined, printed, on a breadboard, with a ball-bar, and "
-                "set their predicted error against their price. Takes some minutes; Cancel stops it.",
+                "Search plates with 8 and 12 targets, machined, printed, on a breadboard, with a ball-bar, "
+                "and plot their predicted error against their price. Takes a few minutes; Cancel stops it.",
             )
             self._html = gui.add_html("")
             self._rows = [

@@ -1,4 +1,4 @@
-"""Trajectories: plan one, play it on both arms, and read how far off the tool is along it."""
+"""Trajectories: plan one, play it on both arms, and read the tool error along it."""
 
 import numpy as np
 import viser
@@ -37,7 +37,7 @@ WIDTH, ROOM = 340, OVER_HEIGHT // 2
 LEAST_MOVED = 1.0
 """A joint that moves less is drawn as nearly at rest [° or mm]."""
 JOINT_INKS = ("#3b82f6", "#16a34a", "#c2700a", "#db2777", "#7c3aed", "#0891b2", "#737373")
-NOTHING = "Plan a path, then play it. After an identification both arms follow it and the error is shown."
+NOTHING = "Plan a path, then play it. After an identification, both arms follow it and the error is shown."
 QUICKEST = 5.0
 LEAST_SHOWN = 1e-6
 """Error that the curve's full height stands for, at least [m]."""
@@ -74,7 +74,7 @@ class TrackPanel(AbstractPanel):
             self._radius = self.number(
                 "Radius [mm]", 100.0, (1.0, 5000.0, 1.0), "Of the circle, or half the line."
             )
-            self._plane = gui.add_dropdown("Plane", list(PLANES), hint="In which the path lies.")
+            self._plane = gui.add_dropdown("Plane", list(PLANES), hint="Plane of the path.")
             self._duration = self.number(
                 "Duration [s]",
                 10.0,
@@ -91,7 +91,7 @@ class TrackPanel(AbstractPanel):
                 "Plan it",
                 self._path,
                 viser.Icon.ROUTE,
-                "Compute joint positions along the path as the nominal arm's controller does.",
+                "Compute joint positions along the path as the controller does, with the nominal model.",
             )
             self._pace = self.slider(
                 "Speed ×", 1.0, (SLOWEST, QUICKEST, 0.1), "Playback speed.", visible=False

@@ -1,1 +1,1 @@
-"""What stands in the scene: one file per thing, each drawn from snapshots."""
+"""The objects in the scene, one file each, drawn from snapshots."""

@@ -1,8 +1,8 @@
 """Handles on the selected target: arrows along the base's axes, and rings about the tool's.
 
-Who grabs a handle holds the target until letting go. The drags of other pages are put back at once, and
+Whoever grabs a handle owns the target until releasing it. Drags from other pages are reverted at once, and
 nudged once more at their end, because viser does not send a pose that it already has. Callbacks only send
-commands; while a handle is dragged its own pose is left alone, all else follows the session.
+commands; while a handle is dragged its own pose is left alone, everything else follows the session.
 """
 
 import numpy as np
@@ -99,13 +99,13 @@ class Gizmo:
         self._worker.submit(DropTarget(client + 1))
 
     def _put_back(self, kind: str, *, nudge: bool) -> None:
-        """Undo what a page did that does not hold the target."""
+        """Revert a drag by a page that does not own the target."""
         if nudge:
             self._put(kind, off=NUDGE)
         self._put(kind)
 
     def left(self, client: viser.ClientHandle) -> None:
-        """A page has gone: whatever it held is let go."""
+        """Release the target of a page that has disconnected."""
         if self._dragged is not None and self._dragged[1] == client.client_id:
             self._release(client.client_id)
 

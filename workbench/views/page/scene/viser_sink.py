@@ -1,7 +1,7 @@
 """The page as a sink: a viser node for every drawable, of which only what has changed is sent.
 
 viser compares every pose with the one that it has, which takes longer than all else here: poses are set only
-where they differ. Nothing has a shadow: computers without a graphics card are to keep pace.
+where they differ. There are no shadows, so that computers without a graphics card keep up.
 """
 
 import itertools
