@@ -300,10 +300,10 @@ def test_a_map_fades_smoothly_beyond_its_range(arms, effect):
     inside = (q[:, 1] > -0.9) & (q[:, 1] < 0.8)
     assert np.abs(size[inside]).max() > 1e-3
     assert (size[np.abs(q[:, 1]) > 3.9] == 0.0).all()
-    (note,) = robot.fading(q[[0, 40_000, 49_000]], np.array([7, 8, 9]))
+    (note,) = robot.extrapolation_warnings(q[[0, 40_000, 49_000]], np.array([7, 8, 9]))
     assert "joint 2 was learned from -51.57° to 45.84°; 2 of 3 rows" in note
     assert "row 7 at -229.2°" in note
-    assert robot.fading(q[inside]) == []
+    assert robot.extrapolation_warnings(q[inside]) == []
 
 
 def test_what_repeats_every_turn_does_not_fade(arms):
@@ -313,7 +313,7 @@ def test_what_repeats_every_turn_does_not_fade(arms):
         np.testing.assert_allclose(
             forward.tool_poses(robot, Motion(q)), forward.tool_poses(robot, Motion(q + 2 * np.pi)), atol=1e-12
         )
-        assert robot.fading(q + 2 * np.pi) == []
+        assert robot.extrapolation_warnings(q + 2 * np.pi) == []
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.own_robot.check import read_joint_table
 from workbench.arm.own_robot.find_convention import Found, find_convention
 from workbench.arm.own_robot.readings import Reading, Typed, table_readings, typed_readings
-from workbench.arm.own_robot.signs_and_offsets import recounted
+from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.robot import Frame, Robot
 from workbench.arm.robot_toml import robot_to_table
 from workbench.arm.statics.moments import joint_moments
@@ -110,7 +110,7 @@ def test_joints_counted_otherwise_are_the_same_arm_with_the_same_weights(name):
     signs, offsets = np.where(rng.random(arm.dof) < 0.5, -1.0, 1.0), rng.uniform(-2.0, 2.0, arm.dof)
     signs[0], signs[-1] = -1.0, -1.0
     for other in (arm, plain("ur10") if name == "ur10" else arm):
-        again = recounted(other, signs, offsets)
+        again = with_signs_and_offsets(other, signs, offsets)
         assert again.convention == other.convention
         q = rng.uniform(-1.0, 1.0, (20, arm.dof))
         counted = Motion(signs * q + offsets)

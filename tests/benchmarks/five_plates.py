@@ -19,7 +19,7 @@ from workbench.arm.effects import JointHarmonic
 from workbench.arm.robot import Robot
 from workbench.plate.design import optimise_plate, try_plate
 from workbench.plate.optimiser.manufacturing import MANNERS
-from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Plate
@@ -46,13 +46,13 @@ def plates(robot: Robot, places: int, wanted: tuple[str, ...]) -> Iterator[tuple
         yield "Table 2", given.made(machined), SEATS
     for name, shapes in (("optimised", None), ("three shapes", 3)):
         if name.startswith(wanted):
-            wish = Wish(making=machined, shapes=shapes, places=places)
+            wish = DesignRequest(making=machined, shapes=shapes, places=places)
             yield name, optimise_plate(robot, given, wish=wish).plate, SEATS
     for name, sigma in (("breadboard", SOCKETS), ("printed", SOCKETS), ("ball-bar", BAR)):
         if not name.startswith(wanted):
             continue
         manner = MANNERS[name]
-        wish = Wish(number=14, making=manner.making, blocks=manner.blocks(Blocks()), places=places)
+        wish = DesignRequest(number=14, making=manner.making, blocks=manner.blocks(Blocks()), places=places)
         plate = optimise_plate(robot, given, wish=wish, reading=manner.reading).plate
         yield name, plate, sigma
         if name != "ball-bar":

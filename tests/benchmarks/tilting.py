@@ -27,7 +27,7 @@ from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.factorisation import factorise
 from workbench.identification.load_test.experiment import tilting_of
 from workbench.identification.load_test.postures import plan_load_test
-from workbench.identification.load_test.tolerance import with_centres_known
+from workbench.identification.load_test.tolerance import with_centre_tolerance
 from workbench.identification.problem import Noise, Problem
 
 
@@ -60,7 +60,7 @@ def bounds(case):
 def from_tilts(seed, mass):
     """The same from inclinometers with a mass at the tool."""
     case, rng = make_katana(seed), np.random.default_rng(seed)
-    robot = with_centres_known(case.robot)
+    robot = with_centre_tolerance(case.robot)
     plan = plan_load_test(robot, added_mass=mass, rng=rng)
     data = inclined(case.actual, case.hidden, plan, rng)
     joints = tilting_of(robot, plan, data, instrument=METER).joints

@@ -45,7 +45,7 @@ EFFECTS = "workbench.arm.effects.effect"
 CAUSES = "workbench.diagnosis.causes"
 OFF: dict[str, tuple[tuple[str, str, object], ...]] = {
     "inertia": (("workbench.diagnosis.refit", "needs_inertia", lambda robot: False),),
-    "together": ((EFFECTS, "alone_and_together", list),),
+    "together": ((EFFECTS, "separate_and_joint", list),),
     "size": ((CAUSES, "PART_OF_REST", 0.0), (CAUSES, "PART_OF_NOISE", 0.0)),
     "readings": (("workbench.identification.joint_reading_noise", "MARGIN", float("inf")),),
 }

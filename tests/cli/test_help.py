@@ -9,7 +9,7 @@ import pytest
 from workbench.cli import PANELS, app, serve
 from workbench.cli.ending import SECTIONS
 from workbench.cli.sessions import _with_recorder
-from workbench.session.journal.folder import Begun
+from workbench.session.journal.folder import StartedSession
 from workbench.views.page import serve as page
 
 HEAVY = ("numpy", "scipy", "numba", "viser", "rerun", "matplotlib", "pint", "rich", "trimesh")
@@ -56,7 +56,7 @@ def test_a_browser_is_opened_where_there_is_a_screen(monkeypatch):
 
 
 def test_what_is_said_of_a_session(capsys):
-    said = Begun(None, folder=None, trouble="no room")
+    said = StartedSession(None, folder=None, trouble="no room")
     _with_recorder(said, None)
     assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == [
         "session",

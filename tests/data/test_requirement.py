@@ -53,10 +53,10 @@ def test_points_are_judged_by_position_alone():
 
 def test_lengths_are_held_against_the_limit_of_one_axis():
     wanted = Requirement().wanted
-    assert wanted.kept_by_norms(1e-3, wanted.rotation)
+    assert wanted.within_by_norms(1e-3, wanted.rotation)
     lengths, angles = np.array([9e-4, 1.1e-3, NAN, 9e-4, 9e-4]), np.array([0.0, 0.0, 0.0, 0.02, NAN])
-    assert wanted.kept_by_norms(lengths, angles).tolist() == [True, False, False, False, True]
-    assert Wanted(position=1e-3).kept_by_norms(1e-3, np.inf)
+    assert wanted.within_by_norms(lengths, angles).tolist() == [True, False, False, False, True]
+    assert Wanted(position=1e-3).within_by_norms(1e-3, np.inf)
 
 
 def test_rows_without_any_position_are_not_judged():

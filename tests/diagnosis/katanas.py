@@ -17,7 +17,7 @@ from laws import Effect, State, bent_links, poses
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.identification.load_test.tolerance import with_centres_known
+from workbench.identification.load_test.tolerance import with_centre_tolerance
 from workbench.plate.poses.iso_cube import iso_cube_poses
 
 TILTING = (1, 2, 3, 4)
@@ -76,7 +76,7 @@ def tilting(*, spread=0.0, rng=None):
 @cache
 def nominal_robot():
     """The arm as the program gets it."""
-    return with_centres_known(robot_of(generator.katana(), "katana", False))
+    return with_centre_tolerance(robot_of(generator.katana(), "katana", False))
 
 
 def still(q, payload=0.0):

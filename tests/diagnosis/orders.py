@@ -21,13 +21,13 @@ from workbench.identification.load_test.experiment import (
     ANGLE,
     LENGTH,
     draw_joints,
+    observable_sizes,
     read_plan,
-    sizes_shown,
     tilting_of,
 )
 from workbench.identification.load_test.postures import plan_load_test
 from workbench.identification.load_test.tilting import fit_tilting, tilting_effects, unknown_sizes
-from workbench.identification.load_test.tolerance import with_centres_known
+from workbench.identification.load_test.tolerance import with_centre_tolerance
 from workbench.identification.problem import Noise
 from workbench.identification.row_errors import row_errors
 from workbench.plate.poses.iso_cube import iso_cube_poses, largest_cube
@@ -97,13 +97,13 @@ def order_study(
         progress: Called with the share of the work done.
     """
     rng = np.random.default_rng(seed)
-    robot = with_centres_known(robot.with_effects())
+    robot = with_centre_tolerance(robot.with_effects())
     plan, cube = plan_load_test(robot, rng=rng), largest_cube(robot, rng=rng)
     meter, (sigma, turn) = INSTRUMENTS["inclinometer"], TRACKER.deviations
     noise = Noise(sigma, float(turn or 1.0))
     out = []
     for k in range(arms):
-        joints = draw_joints(sizes_shown(plan), rng)
+        joints = draw_joints(observable_sizes(plan), rng)
         actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE)
         actual = actual.with_effects(*tilting_effects(joints))
         readings = read_plan(actual, plan, instrument=meter, rng=rng)

@@ -171,7 +171,9 @@ def test_a_board_is_named_only_where_it_is_off_and_predicted_only_where_it_was_s
     sized = SimpleNamespace(names=names, named=lambda x: dict(zip(names, x.tolist(), strict=True)))
     fit = PictureFit(sized, np.array([4e-5, 0.01]))
     assert _larger(fit, replace(data.rig, targets=(a, b))).startswith("board 'B' 1.00 % larger")
-    assert not PictureFit(sized, np.array([4e-5, 0.001])).is_strange_size(replace(data.rig, targets=(a, b)))
+    assert not PictureFit(sized, np.array([4e-5, 0.001])).is_implausible_size(
+        replace(data.rig, targets=(a, b))
+    )
     centre = data.q / np.ptp(data.q, axis=0)
     alone = next(iter(cells(centre, np.arange(12), BLOCKS)))
     pixels, part = data.pixels.copy(), data.rig.parts[1][1]

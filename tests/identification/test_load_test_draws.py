@@ -20,8 +20,8 @@ from workbench.identification.load_test.tolerance import (
     ANGLE,
     CENTRE,
     LENGTH,
-    clear_of_reversals,
     constants_known,
+    has_certain_load_sides,
     moment_errors,
 )
 
@@ -78,7 +78,7 @@ def planned():
 
 def test_planned_loads_come_from_a_side_beyond_doubt(planned):
     robot, plan = planned
-    about, across = clear_of_reversals(robot, Motion(plan.q, payload=plan.added), constants_known(robot))
+    about, across = has_certain_load_sides(robot, Motion(plan.q, payload=plan.added), constants_known(robot))
     assert about[:, 1:].all()
     assert across.all()
 
@@ -118,7 +118,7 @@ def test_postures_with_a_load_from_either_side_are_left_out_and_told(planned):
     robot, plan = planned
     rng, known = np.random.default_rng(2), constants_known(robot)
     q = rng.uniform(*robot.search_limits.T, (200, robot.dof))
-    doubtful = q[~clear_of_reversals(robot, Motion(q), known)[1].all(axis=1)][:2]
+    doubtful = q[~has_certain_load_sides(robot, Motion(q), known)[1].all(axis=1)][:2]
     more = replace(plan, pairs=(*plan.pairs, replace(plan.pairs[0], q=doubtful, added=np.zeros(2))))
     data = experiment.read_plan(robot, more, instrument=METER, rng=rng)
     tilting = experiment.tilting_of(robot, more, data, instrument=METER)
@@ -132,7 +132,7 @@ def test_postures_with_a_load_from_either_side_are_left_out_and_told(planned):
 def test_heavier_links_are_found_beside_the_sizes(planned):
     """All links 10 % above the file: masses come out as they are, no size leaves its error."""
     robot, plan = planned
-    hidden = experiment.draw_joints(experiment.sizes_shown(plan, ()), np.random.default_rng(4))
+    hidden = experiment.draw_joints(experiment.observable_sizes(plan, ()), np.random.default_rng(4))
     joints = tuple(replace(j, mass=1.1 * j.mass if j.mass else j.mass) for j in robot.joints)
     actual = replace(robot, joints=joints).with_effects(*experiment.tilting_effects(hidden))
     data = experiment.read_plan(actual, plan, instrument=METER, rng=np.random.default_rng(5))

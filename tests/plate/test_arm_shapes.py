@@ -18,7 +18,7 @@ from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.capsules import CapsuleArm, capsule_arm
 from workbench.plate.optimiser.clearance import Surroundings, arm_shape
 from workbench.plate.optimiser.meshes import MeshArm, mesh_arm
-from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.shapes import block_hulls, plate_hull
 from workbench.plate.plate_toml import load_plate
 
@@ -231,7 +231,7 @@ def test_a_urdf_without_its_meshes_is_capsules_and_says_so(folder, tmp_path):
 
 
 def test_a_plate_is_optimised_with_the_meshes(ur5, arm, plate):
-    design = optimise_plate(ur5, plate, wish=Wish(number=3, places=25, starts=1), seed=1)
+    design = optimise_plate(ur5, plate, wish=DesignRequest(number=3, places=25, starts=1), seed=1)
     assert design.notes[0] == "clearance is that of the collision meshes of ur5_robot.urdf"
     assert isinstance(arm, MeshArm)
     q = np.stack([target.q for target in design.plate.targets])

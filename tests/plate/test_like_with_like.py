@@ -9,7 +9,7 @@ from workbench.base import se3
 from workbench.plate import design, tradeoff
 from workbench.plate.design import optimise_plate, try_plate
 from workbench.plate.optimiser import optimise
-from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
 from workbench.plate.parts.stock import Stock
@@ -127,7 +127,7 @@ def test_few_angles_say_what_they_cost(searched, monkeypatch, aria, plate):
         return PlateDesign(plate=given, cost=costs[wish.blocks.tilts], rotation=1e-4, start_cost=2e-4)
 
     monkeypatch.setattr(optimise, "optimise_plate", search)
-    wish = Wish(blocks=Blocks(tilts=(0.0, float(np.deg2rad(30.0)))))
+    wish = DesignRequest(blocks=Blocks(tilts=(0.0, float(np.deg2rad(30.0)))))
     found = optimise_plate(aria, plate, wish=wish)
     said = "blocks of 0°, 30° alone cost 0.006 mm (4 %): 0.156 mm instead of 0.150 mm with any tilt"
     assert found.notes == (said,)
@@ -149,7 +149,7 @@ def test_few_angles_and_few_shapes_each_say_what_they_cost(searched, monkeypatch
         return PlateDesign(plate=replace(given, targets=targets), cost=cost, rotation=1e-4, start_cost=2e-4)
 
     monkeypatch.setattr(optimise, "optimise_plate", search)
-    found = optimise_plate(aria, plate, wish=Wish(shapes=2, blocks=Blocks(tilts=(0.0,))))
+    found = optimise_plate(aria, plate, wish=DesignRequest(shapes=2, blocks=Blocks(tilts=(0.0,))))
     assert found.notes == (
         "2 shapes of block cost 0.002 mm (2 %): 0.112 mm instead of 0.110 mm with 4 different ones",
         "blocks of 0° alone cost 0.010 mm (10 %): 0.110 mm instead of 0.100 mm with any tilt",

@@ -14,7 +14,7 @@ from workbench.base.types import Outcome
 from workbench.plate.design import optimise_plate as plate_design
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import Constraints
-from workbench.plate.optimiser.optimise import Postures, Wish, optimise_plate
+from workbench.plate.optimiser.optimise import DesignRequest, Postures, optimise_plate
 from workbench.plate.optimiser.target_blocks import (
     Blocks,
     BlockStyle,
@@ -55,7 +55,9 @@ def table2(aria, plate, solutions, goal):
 
 @pytest.fixture(scope="module")
 def mixed(aria, plate, goal):
-    return optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), wish=Wish(places=120, starts=1))
+    return optimise_plate(
+        aria, plate, reading=SEAT, goal=goal, rng=rng(), wish=DesignRequest(places=120, starts=1)
+    )
 
 
 def test_locked_targets_stay_and_the_others_are_placed(aria, plate, goal):
@@ -63,7 +65,7 @@ def test_locked_targets_stay_and_the_others_are_placed(aria, plate, goal):
     held = (2, 7)
     targets = tuple(replace(t, locked=i in held) for i, t in enumerate(plate.targets))
     locked = replace(plate, targets=targets)
-    wish = Wish(places=60, starts=1)
+    wish = DesignRequest(places=60, starts=1)
     found = optimise_plate(aria, locked, reading=SEAT, goal=goal, rng=rng(), wish=wish)
     assert len(found.plate) == len(plate)
     for i, (old, new) in enumerate(zip(plate.targets, found.plate.targets, strict=True)):
@@ -76,12 +78,14 @@ def test_a_target_locked_out_of_reach_is_named(aria, plate, goal):
     away = replace(plate.targets[4], xyz=plate.targets[4].xyz + np.array([3.0, 0.0, 0.0]), locked=True)
     locked = replace(plate, targets=(*plate.targets[:4], away, *plate.targets[5:]))
     with pytest.raises(DataError, match="target 5 is locked"):
-        optimise_plate(aria, locked, reading=SEAT, goal=goal, rng=rng(), wish=Wish(places=5, starts=1))
+        optimise_plate(
+            aria, locked, reading=SEAT, goal=goal, rng=rng(), wish=DesignRequest(places=5, starts=1)
+        )
 
 
 @pytest.fixture(scope="module")
 def single(aria, plate, goal):
-    wish = Wish(places=150, starts=1, postures=Postures.SINGLE)
+    wish = DesignRequest(places=150, starts=1, postures=Postures.SINGLE)
     return optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), wish=wish)
 
 
@@ -179,7 +183,7 @@ def test_the_probe_can_go_back(aria, mixed):
 
 
 def test_a_plate_that_keeps_the_constraints_is_never_made_worse(aria, goal, mixed):
-    wish = Wish(places=20, starts=1)
+    wish = DesignRequest(places=20, starts=1)
     again = optimise_plate(aria, mixed.plate, reading=SEAT, goal=goal, rng=rng(5), wish=wish)
     assert again.start_kept
     assert again.start_cost == pytest.approx(mixed.cost, rel=1e-9)
@@ -188,7 +192,7 @@ def test_a_plate_that_keeps_the_constraints_is_never_made_worse(aria, goal, mixe
 
 def test_cancelled_it_hands_back_the_best_so_far(aria, plate, goal, mixed):
     never = optimise_plate(
-        aria, plate, reading=SEAT, goal=goal, rng=rng(), wish=Wish(places=5), cancel=lambda: True
+        aria, plate, reading=SEAT, goal=goal, rng=rng(), wish=DesignRequest(places=5), cancel=lambda: True
     )
     assert never.outcome is Outcome.CANCELLED
     assert never.plate is plate
@@ -199,7 +203,7 @@ def test_cancelled_it_hands_back_the_best_so_far(aria, plate, goal, mixed):
         reading=SEAT,
         goal=goal,
         rng=rng(),
-        wish=Wish(places=60, starts=1),
+        wish=DesignRequest(places=60, starts=1),
         progress=seen.append,
         cancel=lambda: bool(seen) and seen[-1] > 0.5,
     )
@@ -209,7 +213,7 @@ def test_cancelled_it_hands_back_the_best_so_far(aria, plate, goal, mixed):
 
 
 def test_flat_blocks_with_standard_turns_and_a_making_tolerance(aria, plate, goal, mixed):
-    wish = Wish(
+    wish = DesignRequest(
         number=6,
         places=80,
         starts=1,
@@ -238,7 +242,7 @@ def test_few_shapes_of_block_and_their_price(aria, plate, monkeypatch):
         return found[-1]
 
     monkeypatch.setattr(optimise, "optimise_plate", search)
-    design = plate_design(aria, plate, wish=Wish(number=8, places=40, starts=1, shapes=2))
+    design = plate_design(aria, plate, wish=DesignRequest(number=8, places=40, starts=1, shapes=2))
     assert len(shapes_of(places_of(design.plate, design.plate.poses))) <= 2
     assert len(fixture_of(design.plate).shapes) <= 2
     free = found[0]  # as if any number might be made
@@ -247,7 +251,7 @@ def test_few_shapes_of_block_and_their_price(aria, plate, monkeypatch):
     assert design.notes[0].startswith(f"2 shapes of block cost {price}")
     assert design.cost < 1.5 * free.cost
     with pytest.raises(OptionError, match="at least 1, got 0"):
-        Wish(shapes=0)
+        DesignRequest(shapes=0)
 
 
 def test_the_shapes_that_others_are_like():
@@ -266,37 +270,37 @@ def far(plate):
 @pytest.mark.parametrize(
     ("change", "wish", "error", "said"),
     [
-        (far, Wish(places=10), DataError, "no pose on plate .* is reachable"),
-        (lambda p: replace(p, size=None), Wish(), OptionError, "has no size"),
-        (lambda p: p, Wish(number=200), OptionError, "plate size and spacing conflict: 200 targets"),
-        (lambda p: p, Wish(number=0), OptionError, "must be at least 1, got 0"),
+        (far, DesignRequest(places=10), DataError, "no pose on plate .* is reachable"),
+        (lambda p: replace(p, size=None), DesignRequest(), OptionError, "has no size"),
+        (lambda p: p, DesignRequest(number=200), OptionError, "plate size and spacing conflict: 200 targets"),
+        (lambda p: p, DesignRequest(number=0), OptionError, "must be at least 1, got 0"),
         (
             lambda p: replace(p, size=np.array([0.05, 0.6, 0.01])),
-            Wish(),
+            DesignRequest(),
             OptionError,
             "size and edge conflict",
         ),
         (
             lambda p: replace(p, xyz=np.array([0.1, 0.0, 0.1])),
-            Wish(),
+            DesignRequest(),
             OptionError,
             "stands .* mm inside the base of robot 'ARIA'",
         ),
         (
             lambda p: p,
-            Wish(constraints=Constraints(clearance=0.05)),
+            DesignRequest(constraints=Constraints(clearance=0.05)),
             OptionError,
             "clearance and the plate's place conflict",
         ),
         (
             lambda p: p,
-            Wish(places=20, constraints=Constraints(limit_margin=3.0)),
+            DesignRequest(places=20, constraints=Constraints(limit_margin=3.0)),
             DataError,
             "joint limits and .* conflict",
         ),
         (
             lambda p: p,
-            Wish(number=30, places=60, constraints=Constraints(spacing=0.1)),
+            DesignRequest(number=30, places=60, constraints=Constraints(spacing=0.1)),
             DataError,
             "spacing and clearance from other blocks conflict",
         ),

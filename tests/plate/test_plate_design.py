@@ -11,7 +11,7 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.plate.design import optimise_plate, try_plate
-from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate, read_plate, write_plate
@@ -103,7 +103,7 @@ def test_unknown_anchors_are_solved_with_the_arm(aria, plate):
 @pytest.mark.parametrize("name", [n for n in MAKERS if n != "seat"])
 def test_plates_of_every_kind_are_designed(name, aria, plate, tmp_path):
     heights = (0.05, 0.35) if name == "ball-bar" else (0.04, 0.12)
-    wish = Wish(number=9, places=40, starts=1, blocks=Blocks(heights=heights))
+    wish = DesignRequest(number=9, places=40, starts=1, blocks=Blocks(heights=heights))
     design = optimise_plate(aria, replace(plate, targets=()), wish=wish, reading=name, seed=1)
     assert np.isfinite(design.cost)
     assert len(design.plate) == 9

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pendant import counted, pendant
+from pendant import pendant, plural
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
@@ -34,7 +34,7 @@ def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_pat
     assert "standard DH" in session.messages[-1].text
     assert "joint 2 counts the other way" in session.messages[-1].text
     found = tool_poses(session.robot, Motion(shown))
-    assert np.abs(found[:, :3, 3] - tool_poses(arm, Motion(counted(shown)))[:, :3, 3]).max() < 1e-4
+    assert np.abs(found[:, :3, 3] - tool_poses(arm, Motion(plural(shown)))[:, :3, 3]).max() < 1e-4
     name, content = robot_toml(session)
     (tmp_path / name).write_bytes(content)
     np.testing.assert_allclose(tool_poses(read_toml(tmp_path / name), Motion(shown)), found, atol=1e-9)

@@ -19,7 +19,7 @@ from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.identify import Identify
-from workbench.session.start import suited_plate
+from workbench.session.start import default_circle
 from workbench.session.state import Severity
 from workbench.views.appearance.bodies import body_frames
 
@@ -92,7 +92,7 @@ def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
 @pytest.mark.parametrize("name", ["ur5", "katana450-three-rotation"])
 def test_suited_plates_are_reached_without_touching_anything(name):
     robot = load_robot(name)
-    begun = start(robot, suited_plate(robot))
+    begun = start(robot, default_circle(robot))
     assert begun.score.measurable == 10
     assert all(not state.hit for state in begun.states)
 

@@ -22,7 +22,7 @@ from workbench.session.commands.trajectory import (
     PlanTrack,
     PlayTrack,
     SetPace,
-    usual_circle,
+    default_trajectory_circle,
 )
 from workbench.session.state import Focus, Severity
 
@@ -71,9 +71,9 @@ def test_play_is_a_matter_of_focus(do, first):
     assert track.before is None
     assert np.array_equal(drawn_joints(session), track.q[0])
     session = do(PauseTrack())
-    assert (session.is_playing, session.is_underway) == (False, True)
+    assert (session.is_playing, session.is_track_active) == (False, True)
     session = do(PlaceTrack(2.5))
-    assert (session.is_underway, session.play.at, session.play.pace) == (False, 2.5, 2.0)
+    assert (session.is_track_active, session.play.at, session.play.pace) == (False, 2.5, 2.0)
     assert np.allclose(drawn_joints(session), 0.5 * (track.at(2.49) + track.at(2.51)), atol=1e-4)
     assert do(PlayTrack()).play.at == 2.5
     for other in (SelectTarget(2), Jog(tuple(first.states[0].q.tolist()))):
@@ -134,6 +134,6 @@ def test_a_moment_of_the_path_is_shown_wherever_the_arm_stood(do, first):
 def test_the_usual_circles_plane_is_known(first):
     for name, plane in (("aria", "horizontal"), ("katana450", "tilted by 45°")):
         robot = load_robot(name)
-        usual = usual_circle(replace(first, robot=robot))
+        usual = default_trajectory_circle(replace(first, robot=robot))
         normal = np.cross(usual.along, usual.across)
         assert abs(np.cross(*PLANES[plane]) @ normal) == pytest.approx(1.0, abs=1e-6)

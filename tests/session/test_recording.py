@@ -412,7 +412,7 @@ def test_a_kill_loses_at_most_the_last_command(tmp_path):
     recording = read_recording(folder)
     done = int([line for line in said if line.endswith("\n")][-1])
     assert done <= len(recording.lines) <= done + 1
-    assert check(recording.upto(20)).differences == ()
+    assert check(recording.truncated_at(20)).differences == ()
     lock = os.open(folder / ".lock", os.O_RDWR)
     fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)  # the dead process holds nothing
     os.close(lock)

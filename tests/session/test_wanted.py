@@ -16,7 +16,7 @@ from workbench.data.accuracy_requirement import Wanted
 from workbench.data.prediction import RowComponents
 from workbench.data.writer import write_measurements
 from workbench.plate import design
-from workbench.plate.obstruction import has_room, hits
+from workbench.plate.obstruction import allows_target, hits
 from workbench.plate.plate import Target
 from workbench.plate.plate_toml import write_plate
 from workbench.plate.virtual_measuring import measure_poses
@@ -32,7 +32,7 @@ from workbench.session.export import fixture_zip
 from workbench.session.guide import Tone, guide
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
-from workbench.session.start import suited_plate
+from workbench.session.start import default_circle
 from workbench.session.state import Severity, Step
 from workbench.views.page.first_view import first_view
 from workbench.views.page.panels.index import judgement
@@ -42,7 +42,7 @@ from workbench.views.page.scene.scene import _has_other_rows
 def test_only_aria_begins_with_what_its_paper_asks(first, do):
     assert first.wanted.words == "1 mm per axis and 0.66°"
     ur5 = load_robot("ur5")
-    assert start(ur5, suited_plate(ur5)).wanted is None
+    assert start(ur5, default_circle(ur5)).wanted is None
     assert do(SetWanted(3e-4)).wanted == Wanted(position=3e-4)
     assert do(SetWanted(None)).wanted is None
     assert do(SetWanted(-1.0)).messages[-1].severity is Severity.ERROR
@@ -135,14 +135,14 @@ def test_room_for_a_target_is_where_its_block_and_the_arm_keep_clear(first):
     standing = np.array([state.q for state in first.states])
     q = standing[:5] + np.random.default_rng(3).normal(0.0, 0.15, (40, 5, 6))
     q = q.reshape(-1, 6)
-    room = has_room(robot, plate, standing, q)
+    room = allows_target(robot, plate, standing, q)
     assert 0 < room.sum() < len(q)
     for row in np.flatnonzero(room)[:5]:
         tool = (se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q[row][None])))[0]
         target = Target(tool[:3, 3], se3.matrix_to_rpy(tool[:3, :3]), q=q[row])
         more = replace(plate, targets=(*plate.targets, target))
         assert not any(hits(robot, more, range(len(more)), np.vstack([standing, q[row]])))
-    assert has_room(robot, replace(plate, size=None), standing, q).all()
+    assert allows_target(robot, replace(plate, size=None), standing, q).all()
 
 
 def test_a_refusal_goes_once_something_else_was_done(do):

@@ -8,7 +8,7 @@ import numpy as np
 from studies.aria import AriaReproduction
 from studies.aria_arms import TITLES, Comparison
 from studies.aria_figures import all_pictures
-from studies.page import SCHEMA, Json, Page, Sheet, counted, findings_json, write_page
+from studies.page import SCHEMA, Json, Page, Sheet, findings_json, plural, write_page
 from workbench.base.files import check_folder
 from workbench.plate.report.plates import cluster_json
 
@@ -50,7 +50,7 @@ def write_aria(
         title=TITLE,
         source=SOURCE,
         facts=(
-            counted(found.findings),
+            plural(found.findings),
             f"{found.arms} virtual arms with hidden errors up to 5 mm and 5° in every constant, seed "
             f"{found.seed}; base and tool known, as in the paper.",
         ),

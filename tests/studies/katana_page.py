@@ -12,7 +12,7 @@ from studies.katana_pencil import pencil_picture
 from studies.katana_study import AS_BAD, REMAINDER, TITLES, KatanaStudy, spread
 from studies.katana_tracking import PATHS, STEPS
 from studies.katana_tracking_claims import tracking_pictures
-from studies.page import SCHEMA, Json, Page, Sheet, counted, findings_json, write_page
+from studies.page import SCHEMA, Json, Page, Sheet, findings_json, plural, write_page
 from workbench.base.files import check_folder
 
 TITLE = "Joint tilting and influence-based calibration of the Katana 450, done again"
@@ -88,7 +88,7 @@ def write_katana(
 
 def _facts(found: KatanaReproduction) -> tuple[str, ...]:
     return (
-        counted(found.findings),
+        plural(found.findings),
         f"{found.arms} virtual arms from a generator that shares nothing with the model: errors of the size "
         "of Table 3.2, tilting of Tables 4.3 and 4.4, 118 points measured with 0.01 mm noise; seed "
         f"{found.seed}.",

@@ -118,7 +118,7 @@ def verdicts(findings: tuple[Finding, ...]) -> dict[str, int]:
     return {str(verdict): counts[verdict] for verdict in Verdict}
 
 
-def counted(findings: tuple[Finding, ...]) -> str:
+def plural(findings: tuple[Finding, ...]) -> str:
     """The same in a sentence."""
     counts = verdicts(findings)
     ours = counts["holds (not counted)"] + counts["fails (not counted)"]

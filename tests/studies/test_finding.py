@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from studies.finding import Verdict, checked, judged
-from studies.page import counted
+from studies.page import plural
 
 STUDIES = sorted(p for p in Path(__file__).parent.glob("*.py") if not p.name.startswith("test_"))
 
@@ -33,6 +33,6 @@ def test_what_is_not_printed_is_not_counted():
     assert [f.verdict for f in found] == [
         Verdict.AGREES, Verdict.HOLDS, Verdict.FAILS, Verdict.HOLDS, Verdict.HOLDS
     ]  # fmt: skip
-    words = counted(found)
+    words = plural(found)
     assert words.startswith("1 printed numbers and statements: 1 agree, 0 differ")
     assert "Another 4 checks" in words

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.kinematics.envelope import outstretched, ring_at
+from workbench.arm.kinematics.envelope import maximum_reach, ring_at
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
@@ -129,4 +129,4 @@ def test_no_posture_at_a_height_is_far_beyond_the_ring(name):
 def test_the_reach_is_that_of_the_arm_and_not_the_sum_of_its_lengths():
     """A UR10 reaches 1.3 m from shoulder to wrist by its data sheet, 1.68 m if every offset counted."""
     robot = load_robot("ur10")
-    assert 1.3 < outstretched(robot) < 1.5 < robot.reach
+    assert 1.3 < maximum_reach(robot) < 1.5 < robot.reach

@@ -21,7 +21,7 @@ from workbench.views.appearance.colours import (
     ErrorScale,
     scale_colours,
 )
-from workbench.views.drawables.measured import error_scale, looked_at, measured
+from workbench.views.drawables.measured import error_scale, measured, selected_row_marks
 from workbench.views.page.camera import FAR
 from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.panels.residuals import arrow_factors, colour_bar, row_errors, stage_means
@@ -55,7 +55,7 @@ def drawn(rows, **kwargs):
     """What the page shows of the rows, by path."""
     usual = {"overlay": Overlay(), "focus": Focus.ROW, "left_out": frozenset(), "row": 0}
     session = SimpleNamespace(comparison=rows, **usual | kwargs)
-    items = [*measured(session), *looked_at(session)]
+    items = [*measured(session), *selected_row_marks(session)]
     return {item.path: item.make(*item.inputs) for item in items if item.shown}
 
 

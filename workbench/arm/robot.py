@@ -18,7 +18,7 @@ from jaxtyping import Float
 
 from workbench.arm.calibration import Calibration
 from workbench.arm.chain import Axis, Chain, Element
-from workbench.arm.effects import AbstractEffect, beyond_learned
+from workbench.arm.effects import AbstractEffect, extrapolation_notes
 from workbench.arm.effects.law import drifting, with_insertions
 from workbench.base import se3
 from workbench.base.errors import RobotError, ShapeError
@@ -433,9 +433,9 @@ class Robot:
         if len(self.chain.index) != len(self.chain.elements) or set(inserted) & set(self.coefficients):
             raise RobotError(f"robot '{self.name}' has an element with the name of an effect's; rename it")
 
-    def fading(self, q: np.ndarray, rows: np.ndarray | None = None) -> list[str]:
-        """A sentence for every effect that fades out in some rows; arguments of `beyond_learned`."""
-        return beyond_learned(self.effects, self.chain, q, rows)
+    def extrapolation_warnings(self, q: np.ndarray, rows: np.ndarray | None = None) -> list[str]:
+        """A sentence for every effect that fades out in some rows; arguments of `extrapolation_notes`."""
+        return extrapolation_notes(self.effects, self.chain, q, rows)
 
     def check_joints(self, q: np.ndarray, source: str = "joint positions") -> None:
         """Refuse rows with another number of joints than the robot has."""

@@ -21,7 +21,7 @@ def listed(names: Sequence[str], *, longest: int = 8) -> str:
     return shown + (f" and {len(names) - longest} more" if len(names) > longest else "")
 
 
-def counted(number: int, noun: str) -> str:
+def plural(number: int, noun: str) -> str:
     """'1 row', '3 rows'."""
     return f"{number} {noun}" + ("" if number == 1 else "s")
 

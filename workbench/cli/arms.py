@@ -67,7 +67,7 @@ def new(
     from dataclasses import replace
 
     from workbench.arm.built_in_arms import check_robot_file, save_robot
-    from workbench.arm.own_robot.check import check_robot, found_words
+    from workbench.arm.own_robot.check import check_robot, convention_notes
 
     if (apply is None) != (form is None):
         raise OptionError("--apply FILE and --for NAME belong together")
@@ -84,7 +84,7 @@ def new(
     else:
         found = check_robot(source, pose or [] if poses is None else _poses(source, poses, tip), tip=tip)
         arm = found.robot
-        for words in found_words(found):
+        for words in convention_notes(found):
             opt.say(words)
         content |= {"words": list(found.words), "changes": list(found.changes), "tried": found.tried}
         content |= {"position_m": found.position, "rotation_rad": found.rotation}

@@ -36,7 +36,7 @@ def identify(
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.posed_arm import posed_arm
     from workbench.cli.verification import wanted_of
-    from workbench.data.accuracy_requirement import usual_wanted
+    from workbench.data.accuracy_requirement import default_requirement
     from workbench.identification.algorithms import ALGORITHMS
     from workbench.identification.pass_or_fail import judge
     from workbench.identification.prior import read_prior
@@ -46,7 +46,7 @@ def identify(
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees the joint offsets alone; leave out --level or --free")
     arm = posed_arm() if robot is None else wb.load_robot(robot)
-    asked = usual_wanted(arm.name) if wanted is None else wanted_of(wanted)
+    asked = default_requirement(arm.name) if wanted is None else wanted_of(wanted)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     if robot is None and (rows.rig is None or not rows.rig.tool_poses):
         raise OptionError("give --robot; only pixels with tool poses in place of joints do without")

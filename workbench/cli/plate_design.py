@@ -97,7 +97,7 @@ def optimise(
 
     from workbench.plate import design as plate_design
     from workbench.plate.optimiser.manufacturing import MANNERS
-    from workbench.plate.optimiser.optimise import Postures, Wish
+    from workbench.plate.optimiser.optimise import DesignRequest, Postures
     from workbench.plate.readings import usual_reading
     from workbench.plate.report.design import design_json, design_tables
 
@@ -110,7 +110,7 @@ def optimise(
         given = replace(given, making=manner.making)
     given = replace(given, making=making_of(given, tolerance, play))
     blocks = block_options.of(reading)
-    wish = Wish(
+    wish = DesignRequest(
         number=targets,
         postures=opt.choice_of(Postures, branches, "--branches"),
         blocks=blocks if manner is None else manner.blocks(blocks),

@@ -119,7 +119,7 @@ def open_session(
 
         if record:
             return _with_recorder(folders.begin(robot, plate, is_given=is_given, folder=session), live)
-        made = folders.unrecorded(robot, plate, is_given=is_given)
+        made = folders.unrecorded_session(robot, plate, is_given=is_given)
         return _with_recorder(made, live)
 
     def read():
@@ -160,7 +160,7 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
         with opt.progress_bar("coming to the last state") as progress:
             now = restore(recording, progress=progress)
         if not record:
-            return _with_recorder(folders.Begun(now, entries=recording.entries), live)
+            return _with_recorder(folders.StartedSession(now, entries=recording.entries), live)
         go_on = folders.resume if step is None else folders.branch
         return _with_recorder(go_on(recording, now), live)
 

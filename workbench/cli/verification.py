@@ -5,7 +5,7 @@ from typing import Annotated
 
 import workbench as wb
 from workbench.base.errors import OptionError
-from workbench.base.wording import counted
+from workbench.base.wording import plural
 from workbench.cli import options as opt
 from workbench.cli.options import argument, option
 
@@ -102,7 +102,7 @@ def fleet(
     if report is not None:
         opt.say(f"report: {write_fleet(found, report)}")
     if found.unread:
-        opt.fail(f"{counted(len(found.unread), 'arm')} could not be compared, such as {found.unread[0].arm}")
+        opt.fail(f"{plural(len(found.unread), 'arm')} could not be compared, such as {found.unread[0].arm}")
 
 
 @opt.flattened

@@ -87,7 +87,7 @@ class Wanted:
         """Which errors keep it; what was not measured (NaN) does."""
         return np.asarray((~(self._sizes(position, rotation) > self.limits)).all(-1))
 
-    def kept_by_norms(
+    def within_by_norms(
         self, position: float | Float[np.ndarray, " rows"], rotation: float | Float[np.ndarray, " rows"]
     ) -> Bool[np.ndarray, "*rows"]:
         """Which errors keep it that are known by their lengths alone: predicted ones, distances, markers.
@@ -223,7 +223,7 @@ class Requirement:
         return self.wanted.words
 
 
-def usual_wanted(name: str) -> Wanted | None:
+def default_requirement(name: str) -> Wanted | None:
     """The default requirement for an arm by name: eq. (3) for ARIA, none for others."""
     return Requirement().wanted if name == "ARIA" else None
 

@@ -249,7 +249,7 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
         is_map = group[0].candidate.shrunk and group[0].candidate.effect.maps_joint
         if is_map or size < least or fall.mean() <= standard_error(fall):
             continue
-        if any(most[e.names] >= POSSIBLE for e in effects) or _drowned(effects, most, scatter):
+        if any(most[e.names] >= POSSIBLE for e in effects) or _is_masked_by_scatter(effects, most, scatter):
             continue
         odds, rivals = _against_rivals(searched, group)
         words = together(effects).sentence(arm.chain, motion)
@@ -282,7 +282,7 @@ def _groups(model: Model) -> list[Model]:
     return list(out.values())
 
 
-def _drowned(effects: Sequence[AbstractEffect], most: Sizes, scatter: Readings | None) -> bool:
+def _is_masked_by_scatter(effects: Sequence[AbstractEffect], most: Sizes, scatter: Readings | None) -> bool:
     """Whether effects of a joint's position or motion don't stand out of what that joint alone scatters."""
     if scatter is None:
         return False

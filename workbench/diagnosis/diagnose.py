@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from workbench.arm.effects import beyond_learned
+from workbench.arm.effects import extrapolation_notes
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
@@ -17,7 +17,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.diagnosis.causes import Cause, ResidualMap, find_causes, ranked, rivals_of
 from workbench.diagnosis.evidence import Model, Offer
-from workbench.diagnosis.final_fit import fitted_on_all, structured, suspect_words, suspects
+from workbench.diagnosis.final_fit import fitted_on_all, structured, suspect_note, suspects
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.record import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.refit import robot_with
@@ -32,7 +32,7 @@ from workbench.identification.joint_reading_noise import readings
 from workbench.identification.preparation import Prepared, on_step, prepare
 from workbench.identification.problem import Noise
 from workbench.identification.record import Validation
-from workbench.identification.row_errors import Errors, RowErrors, made_worse
+from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
 
 GROSS = 10.0
 """Rows off by this many times the median of the aligned nominal arm …"""
@@ -196,15 +196,15 @@ def _concluded(
     elif missing and any(a.effect.loads for a in accepted):
         message = f"{message} {describe(missing)}"
     fitted, held = ready.nominal_rows
-    if worse := made_worse((fitted.take(last.stage.keep), held), search.after.rows):
+    if worse := degradation_warning((fitted.take(last.stage.keep), held), search.after.rows):
         message = f"{message} Beware: {worse}."
     report(0.9, "choosing poses to measure next")
     asked = [e.effect for e in accepted] + [e for c in causes for e in c.look_alikes]
     seen = [] if is_short else coverage(fit.problem.data, robot.chain)
-    beyond = beyond_learned([a.effect for a in accepted], robot.chain, ready.held.q, ready.held.row)
+    beyond = extrapolation_notes([a.effect for a in accepted], robot.chain, ready.held.q, ready.held.row)
     notes = [*ready.notes, *last.offered.notes, *seen, *(f"held out: {words}" for words in beyond)]
     if apart.any():
-        notes.append(suspect_words(ready.held.row[apart].tolist(), after))
+        notes.append(suspect_note(ready.held.row[apart].tolist(), after))
     if said is not None:
         notes.append(said)
     keep, (fitted, held) = last.stage.keep, ready.nominal_rows

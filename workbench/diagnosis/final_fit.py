@@ -42,10 +42,10 @@ def suspects(ready: Prepared, first: Stage, last: Stage) -> Bool[np.ndarray, " r
         return np.zeros(0, bool)
     fit = last.fitted.fit
     found, geometry = (s.fitted.problem.named(s.fitted.fit.x) for s in (last, first))
-    home = ready.at_home(fit.calibrated, held)
+    home = ready.with_new_session_bases(fit.calibrated, held)
     places = instrument_places(home, held, known={**fit.problem.known, **found})
     there = fit.problem.again(
-        robot=ready.at_home(fit.problem.robot, held),
+        robot=ready.with_new_session_bases(fit.problem.robot, held),
         data=held,
         known={name: value for name, value in places.items() if name not in found},
         inertia=False,
@@ -80,7 +80,7 @@ def fitted_on_all(
     own = np.concatenate([before.problem.data.row, ready.held.row[~left_out]])
     rows = ready.data.take(np.isin(ready.data.row, own))
     found = refit(
-        replace(stage.geometric, robot=ready.at_home(stage.geometric.robot, ready.held)),
+        replace(stage.geometric, robot=ready.with_new_session_bases(stage.geometric.robot, ready.held)),
         last.grams,
         last.found.model,
         data=rows,
@@ -99,7 +99,7 @@ def fitted_on_all(
     )
 
 
-def suspect_words(rows: Sequence[int], errors: Errors) -> str:
+def suspect_note(rows: Sequence[int], errors: Errors) -> str:
     """Which held-out rows no arm explains, what to do, and a mean beside one that they don't pull."""
     shown = ", ".join(map(str, rows[:NAMED])) + (" …" if len(rows) > NAMED else "")
     subject, it = (f"rows {shown}", "them") if len(rows) > 1 else (f"row {shown}", "it")

@@ -50,7 +50,7 @@ class Job:
         """Frames of the calibrated joints."""
         return joint_frames(self.robot)
 
-    def need_nominal(self, form: str) -> Robot:
+    def require_nominal(self, form: str) -> Robot:
         """The nominal arm, with as many joints as the calibrated one."""
         if self.nominal is None:
             raise OptionError(f"--for {form} needs --nominal ROBOT, the model that the controller has")

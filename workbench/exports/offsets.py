@@ -39,11 +39,11 @@ class OffsetsCard(AbstractForm):
     ending = ".txt"
 
     def write(self, job: Job) -> str:
-        use = use_of(job.robot, job.need_nominal(self.name))
+        use = use_of(job.robot, job.require_nominal(self.name))
         return f"{job.robot.name}: numbers for a controller\n\n{as_text(use.summary())}"
 
     def read(self, text: str, job: Job) -> Robot:
-        nominal = job.need_nominal(self.name)
+        nominal = job.require_nominal(self.name)
         found = controller_numbers(job.robot, nominal, parts=(Part.OFFSETS, Part.TOOL))
         return found.robot
 
@@ -122,7 +122,7 @@ class MotorCalibration(AbstractForm):
         return json.dumps(table, indent=4) + "\n"
 
     def read(self, text: str, job: Job) -> Robot:
-        nominal = job.need_nominal(self.name)
+        nominal = job.require_nominal(self.name)
         old, new = self._motors(job), read_motors(text, nominal.dof)
         moved = [
             float(b.angles(np.zeros(1))[0] - a.angles(np.zeros(1))[0]) for a, b in zip(old, new, strict=True)
@@ -144,10 +144,10 @@ class MotorCalibration(AbstractForm):
         return job.source
 
     def _motors(self, job: Job) -> tuple[Motor, ...]:
-        nominal = job.need_nominal(self.name)
+        nominal = job.require_nominal(self.name)
         if any(j.kind is not JointKind.REVOLUTE for j in nominal.moving):
             raise OptionError("--for lerobot is for joints that turn")
         return read_motors(self._source(job), nominal.dof)
 
     def _offsets(self, job: Job) -> Float[np.ndarray, " n"]:
-        return controller_numbers(job.robot, job.need_nominal(self.name), parts=(Part.OFFSETS,)).offsets
+        return controller_numbers(job.robot, job.require_nominal(self.name), parts=(Part.OFFSETS,)).offsets

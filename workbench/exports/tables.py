@@ -174,7 +174,7 @@ class UrCalibration(AbstractForm):
             )
 
     def _nominal(self, job: Job) -> np.ndarray:
-        nominal = job.need_nominal(self.name)
+        nominal = job.require_nominal(self.name)
         rows = table_of(nominal)[1]
         turning = all(j.kind is JointKind.REVOLUTE for j in nominal.joints)
         if nominal.convention not in ("dh", "hayati") or any(r["beta"] for r in rows) or not turning:

@@ -56,11 +56,11 @@ class PictureFit:
         """How many standard deviations of its knowledge a board's size is from the stated one."""
         return abs(self.scale(target)) / max(target.scale_sigma, LEAST_SIGMA)
 
-    def is_strange_size(self, rig: Rig) -> bool:
+    def is_implausible_size(self, rig: Rig) -> bool:
         """Whether a board's size is farther from the stated one than the rig's knowledge of it."""
         return any(self.strangeness(t) > OUTSIDE for t in rig.targets)
 
-    def strange_intrinsics(self, rig: Rig) -> list[str]:
+    def implausible_intrinsics(self, rig: Rig) -> list[str]:
         """What of each camera is farther from the given intrinsics than their `sigma` allows, in words."""
         found = []
         for camera in rig.cameras:
@@ -147,15 +147,15 @@ def _suits(fit: PictureFit, least: float) -> bool:
 def _sentences(rig: Rig, given: PictureFit, lens: PictureFit, size: PictureFit) -> Iterator[str]:
     """The doubts in words, from the fits as given, with free intrinsics and with a target of any size."""
     suits = partial(_suits, least=min(given.pixel, lens.pixel, size.pixel))
-    is_suited, is_size = suits(given), given.is_strange_size(rig)
-    is_lens = bool(given.strange_intrinsics(rig))
+    is_suited, is_size = suits(given), given.is_implausible_size(rig)
+    is_lens = bool(given.implausible_intrinsics(rig))
     if not is_suited:
         is_lens, is_size = suits(lens), suits(size)
         is_either = is_lens and is_size
     elif is_lens:
-        is_either = not is_size and suits(size) and not size.strange_intrinsics(rig)
+        is_either = not is_size and suits(size) and not size.implausible_intrinsics(rig)
     else:
-        is_either = is_size and rig.is_lens_fixed and suits(lens) and not lens.is_strange_size(rig)
+        is_either = is_size and rig.is_lens_fixed and suits(lens) and not lens.is_implausible_size(rig)
     by_size = f"{size.pixel:.2f} px with {_larger(size, rig)}"
     if is_either:
         yield (
@@ -166,12 +166,12 @@ def _sentences(rig: Rig, given: PictureFit, lens: PictureFit, size: PictureFit) 
         return
     if is_lens and not is_suited:
         yield _against_lens(given, lens, rig)
-        is_size = lens.is_strange_size(rig)
+        is_size = lens.is_implausible_size(rig)
     else:
         yield from (
             f"{words}, more than {OUTSIDE:g} times sigma from the given intrinsics; check that they are of "
             "this camera and lens"
-            for words in (given if is_suited else size).strange_intrinsics(rig)
+            for words in (given if is_suited else size).implausible_intrinsics(rig)
         )
     if is_size:
         yield (
@@ -211,7 +211,9 @@ def _size(target: Target, scale: float, verb: str) -> str:
     return f"{words} (squares of {side * (1.0 + scale):.4g} mm, not {side:.4g} mm)"
 
 
-def unsuited(robot: Robot, data: Dataset, build: Callable[..., Problem] = Problem.build) -> dict[int, float]:
+def mismatched_pictures(
+    robot: Robot, data: Dataset, build: Callable[..., Problem] = Problem.build
+) -> dict[int, float]:
     """Rows whose picture does not suit their joints, and how far the tool seems to be off [m]."""
     problem = build(robot, data, free=tuple(n for n in robot.joint_offsets if n in robot.default_free))
     problem = problem.with_noise(Noise(1e-3, 2e-3, (), problem.noise.pixel))

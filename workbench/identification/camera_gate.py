@@ -86,7 +86,7 @@ class Fitted(NamedTuple):
     shares: np.ndarray = np.zeros(0)
 
 
-def pass_gate(
+def select_camera_step(
     robot: Robot,
     data: Dataset,
     *,

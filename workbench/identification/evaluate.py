@@ -26,7 +26,7 @@ def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evalua
     used = data.take(data.included)
     if not len(used):
         raise DataError(f"{data.source}: all rows are excluded; there is nothing to evaluate")
-    notes += robot.fading(used.q, used.row)
+    notes += robot.extrapolation_warnings(used.q, used.row)
     if fit_frames:
         choice = choose_frames(robot, used, free=())
         robot, notes = choice.robot, [*notes, *choice.notes]

@@ -93,7 +93,7 @@ def transfer(fit: Fit, *, rng: np.random.Generator) -> Transfer:
     return Transfer(expected_error(fit, near), expected_error(fit, anywhere))
 
 
-def transfer_words(found: Transfer, sees_rotation: bool) -> str:
+def transfer_note(found: Transfer, sees_rotation: bool) -> str:
     """One sentence on where the calibrated model can be trusted."""
 
     def size(expected: Expected) -> str:

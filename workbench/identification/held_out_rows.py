@@ -189,7 +189,9 @@ KNOWN_SHARE = 0.2
 """Known lengths that are this share of all lengths of the arm give it its scale."""
 
 
-def held_scale(robot: Robot, data: Dataset, free: Sequence[str], known: Mapping[str, float]) -> str | None:
+def scale_fixing_length(
+    robot: Robot, data: Dataset, free: Sequence[str], known: Mapping[str, float]
+) -> str | None:
     """The length that must be held because the rows show no scale: contacts with unknown places only.
 
     Shrinking arm and places together changes no contact, so a free fit ends in a point. Lengths of the arm

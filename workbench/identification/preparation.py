@@ -9,7 +9,7 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Report
-from workbench.base.wording import counted
+from workbench.base.wording import plural
 from workbench.data.camera.resection import with_boards, with_boards_in_view
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
@@ -17,8 +17,8 @@ from workbench.data.misread import checked
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
-from workbench.identification.camera_checks import unsuited
-from workbench.identification.camera_gate import Seek, pass_gate
+from workbench.identification.camera_checks import mismatched_pictures
+from workbench.identification.camera_gate import Seek, select_camera_step
 from workbench.identification.camera_steps import Gate
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
@@ -26,8 +26,8 @@ from workbench.identification.held_out_rows import (
     check_enough,
     choose_rows,
     divide,
-    held_scale,
     placed,
+    scale_fixing_length,
     unused_observations,
 )
 from workbench.identification.prior import Prior
@@ -82,7 +82,9 @@ class Prepared:
         """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
         if not len(rows):
             return RowErrors(np.zeros(0), np.zeros(0))
-        return row_errors(self.at_home(robot, rows), rows, known={**self.problem.known, **instrument})
+        return row_errors(
+            self.with_new_session_bases(robot, rows), rows, known={**self.problem.known, **instrument}
+        )
 
     @cached_property
     def nominal_rows(self) -> tuple[RowErrors, RowErrors]:
@@ -101,7 +103,7 @@ class Prepared:
             else typical._replace(position=self.problem.noise.position)
         )
 
-    def at_home(self, robot: Robot, rows: Dataset) -> Robot:
+    def with_new_session_bases(self, robot: Robot, rows: Dataset) -> Robot:
         """The robot with bases for sessions that are not in the fit, estimated from their own rows."""
         new = [name for name in rows.sessions if name in self.new_sessions]
         if not new:
@@ -139,13 +141,13 @@ def prepare(
     notes = [*data.notes, *unused_observations(data)]
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
     used = data.take(rows)
-    notes += robot.fading(used.q, used.row)
+    notes += robot.extrapolation_warnings(used.q, used.row)
     train, held = divide(used, held_out, choices.seed)
     fitted, held_data = used.take(train), used.take(held)
     if isinstance(held_out, Dataset):
         held_data = _other_rows(robot, held_out, choices.region)
     names = tuple(robot.default_free if choices.free is None else choices.free)
-    if (length := held_scale(robot, fitted, names, places)) is not None:
+    if (length := scale_fixing_length(robot, fitted, names, places)) is not None:
         names = tuple(name for name in names if name != length)
         notes.append(f"contacts show no scale: {length} is held at its nominal value")
     told = () if prior is None else prior.names
@@ -172,7 +174,7 @@ def prepare(
         problem = build(choice.robot, fitted, free=names, noise=noise)
     else:
         report(0.5, "weighing what pictures may identify")
-        problem, gate = pass_gate(choice.robot, fitted, free=choices.free, build=build, seek=seek)
+        problem, gate = select_camera_step(choice.robot, fitted, free=choices.free, build=build, seek=seek)
     if not problem.names:
         raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
     if prior is not None:
@@ -188,9 +190,7 @@ def prepare(
         held_data = with_boards(held_data, [target.owner for target in fitted.rig.targets])
         held_data, held, lost = _in_use(held_data, held)
         if lost and isinstance(held_out, Dataset):
-            notes.append(
-                f"{counted(len(lost), 'held-out picture')} left out: no board of the pictures fitted"
-            )
+            notes.append(f"{plural(len(lost), 'held-out picture')} left out: no board of the pictures fitted")
         else:
             excluded += lost
     held_data, placing = _placeable(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})
@@ -219,7 +219,7 @@ def _suited(robot: Robot, fitted: Dataset, train: np.ndarray):
     """Pictures that suit their joints and show a board that is used, their places, and the others with the
     reason."""
     _check_pictures(fitted)
-    lost = unsuited(robot, fitted)
+    lost = mismatched_pictures(robot, fitted)
     keep = ~np.isin(np.arange(len(fitted)), list(lost))
     names = fitted.row if fitted.image is None else fitted.image
     said = [

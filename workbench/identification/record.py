@@ -13,11 +13,11 @@ from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
 from workbench.identification.arm_match import SOME, ArmMatch, arm_match
 from workbench.identification.camera_steps import Gate
-from workbench.identification.expected_error import SERIOUS, Transfer, transfer, transfer_words
+from workbench.identification.expected_error import SERIOUS, Transfer, transfer, transfer_note
 from workbench.identification.fit import Fit
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.problem import FrameFreedom, Noise
-from workbench.identification.row_errors import Errors, RowErrors, made_worse
+from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
 from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
@@ -202,13 +202,13 @@ class Identification(AbstractShown):
             )
         unchanged = self.gate is not None and not self.gate.taken
         if not unchanged and (
-            words := made_worse(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
+            words := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
         ):
             found.append(words)
         if not (self.frames.base_per_session or self.frames.tool_per_session):
             turned = bool(self.best.fit.problem.component_channels.any())
             if self.transfer.ratio > SERIOUS:
-                found.append(transfer_words(self.transfer, turned))
+                found.append(transfer_note(self.transfer, turned))
         return tuple(found)
 
     def summary(self) -> RenderableType:

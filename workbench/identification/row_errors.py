@@ -71,7 +71,9 @@ CLEARLY = 3.0
 """Standard errors by which a channel's mean must rise to be called worse."""
 
 
-def made_worse(nominal: tuple[RowErrors, RowErrors], calibrated: tuple[RowErrors, RowErrors]) -> str | None:
+def degradation_warning(
+    nominal: tuple[RowErrors, RowErrors], calibrated: tuple[RowErrors, RowErrors]
+) -> str | None:
     """A sentence where positions or orientations are clearly worse than with the nominal arm.
 
     Args:

@@ -143,7 +143,11 @@ def compensate(
         after=errors,
         kept=frozen(worse),
         speed=speed,
-        notes=(*commanded.notes, *robot.fading(q), *_notes(method, errors, worse, speed, max_speed)),
+        notes=(
+            *commanded.notes,
+            *robot.extrapolation_warnings(q),
+            *_notes(method, errors, worse, speed, max_speed),
+        ),
     )
 
 

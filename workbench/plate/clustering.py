@@ -23,7 +23,7 @@ from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of
 from workbench.plate.observability import AbstractIndex, O
-from workbench.plate.obstruction import exclusive, hits
+from workbench.plate.obstruction import hits, mutually_blocking
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.d_optimal import greedy_choice
 from workbench.plate.poses.exchange import exchange
@@ -245,7 +245,7 @@ def _best_of_band(pool: _Pool, band: np.ndarray, number: int) -> np.ndarray:
     blocks = pool.linearisation.scaled.reshape(len(pool.q), -1, size)[band]
     clash = together = pool.cubes[band][:, None] == pool.cubes[band]
     if (solid := pool.limits.solid) is not None:
-        clash = together | exclusive(pool.robot, solid, pool.q[band])
+        clash = together | mutually_blocking(pool.robot, solid, pool.q[band])
     start = greedy_choice(blocks, number, clash=clash)
     if len(start) < number:
         clash = together

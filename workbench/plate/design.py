@@ -20,7 +20,7 @@ from workbench.plate.criterion import goal_index
 from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import Constraints
-from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
 from workbench.plate.parts.stock import Stock
@@ -49,7 +49,7 @@ def optimise_plate(
     robot: Robot,
     plate: Plate,
     *,
-    wish: Wish | None = None,
+    wish: DesignRequest | None = None,
     making: Making | None = None,
     reading: str | Reading | None = None,
     sigma: tuple[float, float | None] | None = None,
@@ -85,7 +85,7 @@ def optimise_plate(
         reading = reading_named(reading or usual_reading(plate), robot, plate, sigma=sigma, visits=visits)
     making = making or plate_making(plate, reading.name)
 
-    def search(wish: Wish) -> PlateDesign:
+    def search(wish: DesignRequest) -> PlateDesign:
         return optimise.optimise_plate(
             robot,
             plate,
@@ -102,9 +102,9 @@ def optimise_plate(
     if wish is not None:
         return _priced(search, wish)
     try:
-        return search(Wish())
+        return search(DesignRequest())
     except DataError as error:
-        design = search(Wish(constraints=NARROW))
+        design = search(DesignRequest(constraints=NARROW))
         return replace(
             design, notes=(f"{error}; kept: 5 mm clear, targets 60 mm apart, 25 mm of retreat", *design.notes)
         )
@@ -118,7 +118,7 @@ def plate_making(plate: Plate, reading: str) -> Making:
     return plate.making if any(plate.making.play) else replace(plate.making, play=Stock().play)
 
 
-def _priced(search: Callable[[Wish], PlateDesign], wish: Wish) -> PlateDesign:
+def _priced(search: Callable[[DesignRequest], PlateDesign], wish: DesignRequest) -> PlateDesign:
     """The best plate, with what few tilts and few shapes of its blocks cost against those at will.
 
     Blocks that are bought, at the heights and on the grid that there are, have no others to compare with.
@@ -143,7 +143,9 @@ def _price(what: str, found: PlateDesign, free: PlateDesign, others: str) -> str
     return f"{what} cost {price}: {1e3 * found.cost:.3f} mm instead of {1e3 * free.cost:.3f} mm with {others}"
 
 
-def _few_shapes(search: Callable[[Wish], PlateDesign], wish: Wish, free: PlateDesign) -> PlateDesign:
+def _few_shapes(
+    search: Callable[[DesignRequest], PlateDesign], wish: DesignRequest, free: PlateDesign
+) -> PlateDesign:
     """The best plate of few different blocks.
 
     The shapes are those from which the other ones are least unlike: of the free optimum, then of the best

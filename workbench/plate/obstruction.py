@@ -65,7 +65,7 @@ def solid_clear(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> B
     )
 
 
-def clear_of(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:
+def unobstructed(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]) -> tuple[Branch, ...]:
     """Those branches to a target, counted from 0, in which the arm runs into nothing."""
     if not branches:
         return ()
@@ -73,7 +73,7 @@ def clear_of(robot: Robot, plate: Plate, target: int, branches: Sequence[Branch]
     return tuple(branch for branch, hit in zip(branches, found, strict=True) if not hit)
 
 
-def has_room(
+def allows_target(
     robot: Robot, plate: Plate, postures: Float[np.ndarray, "targets n"], q: Float[np.ndarray, "rows n"]
 ) -> Bool[np.ndarray, " rows"]:
     """At which postures a further target of the plate could be measured.
@@ -102,7 +102,9 @@ def has_room(
     return fine
 
 
-def exclusive(robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, "rows rows"]:
+def mutually_blocking(
+    robot: Robot, plate: Plate, q: Float[np.ndarray, "rows n"]
+) -> Bool[np.ndarray, "rows rows"]:
     """Which postures can't both be targets of the plate, as the arm runs in one into the block of the other.
 
     Args:

@@ -21,7 +21,7 @@ from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.free_constants import visible, visible_basis
 from workbench.plate.observability import index_named
-from workbench.plate.obstruction import clear_of, hits
+from workbench.plate.obstruction import hits, unobstructed
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.poses.exchange import exchange
 from workbench.plate.poses.sampling import in_base
@@ -127,7 +127,7 @@ def measurable(robot: Robot, plate: Plate) -> Measurable:
         tuple(b for b in found if target.branch in (AUTO, b.name) or target.q is not None) or found
         for target, found in zip(plate.targets, every, strict=True)
     ]
-    clear = [clear_of(robot, plate, i, found) for i, found in enumerate(meant)]
+    clear = [unobstructed(robot, plate, i, found) for i, found in enumerate(meant)]
     hit = tuple(
         "" if free or not found else hits(robot, plate, [i], found[0].q[None])[0]
         for i, (free, found) in enumerate(zip(clear, meant, strict=True))

@@ -19,8 +19,8 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.design import optimise_plate, try_plate
-from workbench.plate.optimiser.manufacturing import MANNERS, Manner
-from workbench.plate.optimiser.optimise import Wish
+from workbench.plate.optimiser.manufacturing import MANNERS, ManufacturingMethod
+from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
@@ -178,7 +178,9 @@ def weigh_choices(
         if choices and cancel is not None and cancel():
             break
         try:
-            choice = _choice(robot, plate, name, Wish(number=number, shapes=shapes, places=places), seed)
+            choice = _choice(
+                robot, plate, name, DesignRequest(number=number, shapes=shapes, places=places), seed
+            )
         except DataError as error:  # the others are still worth having
             few = "" if shapes is None else f", {shapes} shapes"
             missing.append(f"{name}, {number} targets{few}: not found; {error}")
@@ -194,7 +196,7 @@ def weigh_choices(
     return Tradeoff(choices=tuple(sorted(choices, key=lambda c: c.price)), missing=tuple(missing))
 
 
-def _choice(robot: Robot, plate: Plate, name: str, wish: Wish, seed: int) -> Choice:
+def _choice(robot: Robot, plate: Plate, name: str, wish: DesignRequest, seed: int) -> Choice:
     manner = MANNERS[name]
     asked, given = replace(wish, blocks=manner.blocks(Blocks())), replace(plate, making=manner.making)
     design = optimise_plate(robot, given, wish=asked, reading=manner.reading, seed=seed)
@@ -208,7 +210,7 @@ def _share(tried: Yield) -> str:
     return f"{100 * tried.share:.0f} ({100 * low:.0f}–{100 * high:.0f})"
 
 
-def _price(manner: Manner, targets: int, shapes: int) -> float:
+def _price(manner: ManufacturingMethod, targets: int, shapes: int) -> float:
     """By the number of targets, and of machined blocks by their shapes."""
     if not manner.per_target:
         return float(manner.price)

@@ -56,7 +56,7 @@ def values(session: Session) -> CubeValues | None:
         return _scaled(measured_errors(session, session.comparison))
     if field is Field.YIELD:
         trial = session.trial
-        return None if trial is None or trial.plate.region is not region else _scaled(tried_errors(trial))
+        return None if trial is None or trial.plate.region is not region else _scaled(trial_errors(trial))
     if field is Field.NONE or cubes is None or cubes.region is not region:
         return None
     if field is Field.REACH:
@@ -87,7 +87,7 @@ def measured_errors(session: Session, comparison: Comparison) -> Float[np.ndarra
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
-def tried_errors(trial: Trial) -> Float[np.ndarray, " cubes"]:
+def trial_errors(trial: Trial) -> Float[np.ndarray, " cubes"]:
     """Root mean square position error of the virtual arms of a trial in each cube [m]."""
     errors = np.full(trial.plate.region.cubes, np.nan)
     errors[trial.found.cells] = trial.found.observed[:, 0]

@@ -235,7 +235,7 @@ def _design(session: Session) -> Step:
         words = f"{words}. Good enough? Set the required error below (Wanted [mm]), or measure."
         return Step(words, next=LOAD, other=improve)
     wanted = session.wanted.words
-    if not session.wanted.kept_by_norms(session.score.position, session.score.rotation):
+    if not session.wanted.within_by_norms(session.score.position, session.score.rotation):
         return Step(f"{words}: beyond the wanted {wanted}. Improve it.", Tone.CAREFUL, improve, LOAD)
     if session.tried is None:
         words = f"{words}: rms within the wanted {wanted}. Good enough? Try it, or measure."

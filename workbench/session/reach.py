@@ -22,14 +22,14 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel, Cancelled, never
 from workbench.base.types import Matrix4, frozen
-from workbench.plate.obstruction import clear_of, hits
+from workbench.plate.obstruction import hits, unobstructed
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.score import STARTS
 from workbench.plate.target_branches import choose_branches
 from workbench.session.state import TargetState
 
 
-def place_all(
+def solve_all_targets(
     robot: Robot,
     plate: Plate,
     *,
@@ -96,7 +96,7 @@ def with_clear_branches(
     free = list(states)
     for i, (target, state) in enumerate(zip(plate.targets, states, strict=True)):
         if state.reached and state.hit and target.branch == AUTO and target.q is None:
-            branch = nearest_of(clear_of(robot, plate, i, branches_to(robot, target)), state.q)
+            branch = nearest_of(unobstructed(robot, plate, i, branches_to(robot, target)), state.q)
             free[i] = state if branch is None else _reached(branch.q, branch.name)
     return tuple(free)
 
@@ -147,7 +147,7 @@ def _choices(robot: Robot, plate: Plate, number: int, result: InverseResult) -> 
     within = result.within_limits
     if plate.targets[number].branch in result.names:
         return within
-    return clear_of(robot, plate, number, within) or within
+    return unobstructed(robot, plate, number, within) or within
 
 
 def _state(

@@ -18,14 +18,14 @@ from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel, never
 from workbench.base.types import frozen
-from workbench.data.accuracy_requirement import usual_wanted
+from workbench.data.accuracy_requirement import default_requirement
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.obstruction import clear_of
+from workbench.plate.obstruction import unobstructed
 from workbench.plate.patterns import CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.readings import usual_sigma
-from workbench.session.reach import place_all
+from workbench.session.reach import solve_all_targets
 from workbench.session.score import draw_region, score
 from workbench.session.state import Session, TargetState
 from workbench.session.target_steps import commit_step
@@ -64,7 +64,7 @@ def start(
     is_quick = robot.dof >= int(Task.POSE)
     region_q = draw_region(robot, plate) if is_quick else frozen(np.zeros((0, robot.dof)))
     if len(states) != len(plate):
-        states = place_all(robot, plate, region_q=region_q, cancel=cancel)
+        states = solve_all_targets(robot, plate, region_q=region_q, cancel=cancel)
     first = score(robot, plate, states, noise=noise, region_q=region_q)
     return commit_step(
         Session(
@@ -79,7 +79,7 @@ def start(
             is_plate_given=is_given,
             sampled=plate.region if is_quick else None,
             noise=noise,
-            wanted=usual_wanted(robot.name),
+            wanted=default_requirement(robot.name),
         )
     )
 
@@ -90,12 +90,12 @@ TURNS = 6
 """Turns about the vertical that are tried at a place."""
 
 
-def own_plate(robot: Robot) -> Plate:
+def default_plate(robot: Robot) -> Plate:
     """The plate that an arm begins on: Table 2 for the arm that it was made for, a circle for any other."""
-    return load_plate(TABLE_2) if robot.name == ARIA else suited_plate(robot)
+    return load_plate(TABLE_2) if robot.name == ARIA else default_circle(robot)
 
 
-def is_untouched(session: Session) -> bool:
+def is_default_plate(session: Session) -> bool:
     """Whether the plate is still the one that the arm began on."""
     if session.is_plate_given or session.plate is not session.first_plate:
         return False
@@ -103,7 +103,7 @@ def is_untouched(session: Session) -> bool:
 
 
 @lru_cache(maxsize=16)
-def suited_plate(robot: Robot) -> Plate:
+def default_circle(robot: Robot) -> Plate:
     """The circle before an arm; above the floor that it stands on."""
     plate = circle_before(robot)
     if robot.dof >= int(Task.POSE):
@@ -121,7 +121,7 @@ def _met(robot: Robot, plate: Plate, number: int) -> Target:
     branches = [branch for result in solve_many(robot, poses) for branch in result.within_limits]
     if not branches:
         return replace(target, kind=Kind.SOCKET)
-    clear = clear_of(robot, plate, number, branches) or branches
+    clear = unobstructed(robot, plate, number, branches) or branches
     best = Motion(max(clear, key=lambda branch: branch.margin).q[None])
     tool = se3.inverse(robot.base.pose) @ tool_poses(robot, best)[0]
     return replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)

@@ -415,10 +415,10 @@ class Session:
     @property
     def is_playing(self) -> bool:
         """Whether the arm moves along the trajectory now: until anything else takes it or begins."""
-        return self.is_underway and not self.play.is_pausing and self.job is None
+        return self.is_track_active and not self.play.is_pausing and self.job is None
 
     @property
-    def is_underway(self) -> bool:
+    def is_track_active(self) -> bool:
         """Whether only what moves the arm along the trajectory knows where it stands."""
         return self.play.is_running and self.focus is Focus.TRACK
 
@@ -439,7 +439,7 @@ class Session:
         kept = tuple(m for m in self.messages if not m.refused or m.refused != kind)
         return self if len(kept) == len(self.messages) else replace(self, messages=kept)
 
-    def without_news(self) -> "Session":
+    def without_info_messages(self) -> "Session":
         """The session without messages that only inform; the user has gone on."""
         if all(m.severity is not Severity.INFO for m in self.messages):
             return self

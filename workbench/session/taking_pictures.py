@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.files import write_text
-from workbench.base.wording import counted
+from workbench.base.wording import plural
 from workbench.data.camera.camera import write_cameras
 from workbench.data.camera.rig import Rig
 from workbench.data.camera.target import write_target
@@ -50,7 +50,7 @@ class Shot:
     def refused(self) -> str:
         """Why it is not kept; "" where it is."""
         if self.reason or len(self.ids) < FEWEST:
-            return self.reason or f"it shows {counted(len(self.ids), 'corner')}; {FEWEST} are needed"
+            return self.reason or f"it shows {plural(len(self.ids), 'corner')}; {FEWEST} are needed"
         if self.blur > SHARP:
             return (
                 f"it is blurred by {self.blur:.1f} px, more than {SHARP:g}: hold still, focus, or add light"

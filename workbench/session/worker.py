@@ -185,7 +185,7 @@ class Worker:
             after = command.apply(before)
             is_read = after.message_count == before.message_count and not command.is_automatic
             after = after.without_refusals(type(command).__name__)
-            self._session = after.without_news() if is_read else after
+            self._session = after.without_info_messages() if is_read else after
             self._note(self._merged(command, before), Ending.DONE, basis, time.monotonic() - begin)
         except Exception as error:
             self._fail(command, error, basis, time.monotonic() - begin)

@@ -8,7 +8,7 @@ from html_page import Page
 from workbench.base import files
 from workbench.base.errors import FileError
 from workbench.base.files import write_folder
-from workbench.data.accuracy_requirement import Requirement, Wanted, usual_wanted
+from workbench.data.accuracy_requirement import Requirement, Wanted, default_requirement
 from workbench.identification.pass_or_fail import judge
 from workbench.identification.report import html_report
 from workbench.identification.report.figures import NAMES
@@ -93,8 +93,8 @@ def test_an_arm_is_judged_by_what_its_user_wants_and_else_not_at_all(result, poi
     assert strict.failed == result.held_out_data.row.tolist()
     assert strict.check.limits.tolist() == [1e-2, 1e-7]
     assert judge(points, Wanted(position=1e-2, rotation=1e-7)).check.words == "10 mm"
-    assert usual_wanted("ARIA") == Requirement().wanted
-    assert usual_wanted("UR5") is None
+    assert default_requirement("ARIA") == Requirement().wanted
+    assert default_requirement("UR5") is None
 
 
 def test_an_older_report_is_replaced_and_other_files_stay(replaced):

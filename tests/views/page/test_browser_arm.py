@@ -11,7 +11,7 @@ from workbench.arm.meshes import link_meshes
 from workbench.plate.plate_toml import read_plate
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.commands.trajectory import KATANA
-from workbench.session.start import start, suited_plate
+from workbench.session.start import default_circle, start
 from workbench.views.appearance.bodies import body_frames
 
 FILES = distribution("example-robot-data").files or []
@@ -43,7 +43,7 @@ def test_a_urdf_without_its_meshes_is_drawn_from_its_geometry(tmp_path):
 def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path):
     screen = look()
     ur5 = load_robot(urdf("ur5_robot.urdf"))
-    screen.show(start(ur5, suited_plate(ur5)))
+    screen.show(start(ur5, default_circle(ur5)))
     for i, frame in enumerate(body_frames(ur5, drawn_joints(app.worker.session))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     screen.shoot("meshes")
@@ -80,14 +80,14 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     )
     screen.shoot("playing")
     screen.press("Pause")
-    screen.until(lambda session: not session.is_underway)
+    screen.until(lambda session: not session.is_track_active)
     paused = app.worker.session
     assert 0.0 < paused.play.at < 10.0
     for i, frame in enumerate(body_frames(paused.robot, drawn_joints(paused))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     box = screen.page.locator('[data-testid="curves"] svg').first.bounding_box()
     screen.page.mouse.click(box["x"] + 0.25 * box["width"], box["y"] + 0.5 * box["height"])
-    shown = screen.until(lambda session: abs(session.play.at - 2.5) < 0.3 and not session.is_underway)
+    shown = screen.until(lambda session: abs(session.play.at - 2.5) < 0.3 and not session.is_track_active)
     for i, frame in enumerate(body_frames(shown.robot, drawn_joints(shown))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     screen.shoot("curve")

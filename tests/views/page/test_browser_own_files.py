@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pendant import counted, pendant
+from pendant import pendant, plural
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
@@ -66,7 +66,7 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     screen.page.get_by_text("joint 2 counts the other way").first.wait_for()
     screen.shoot("own-robot-checked")
     found = tool_poses(read_toml(saved(screen, "This robot (TOML)", tmp_path / "mine.toml")), Motion(shown))
-    wanted = tool_poses(arm, Motion(counted(shown)))
+    wanted = tool_poses(arm, Motion(plural(shown)))
     assert np.abs(found - wanted)[:, :3, 3].max() < 1e-4
 
     q = np.random.default_rng(4).uniform(-2.0, 2.0, (30, 6))

@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 
-from workbench.session.journal.folder import unrecorded
+from workbench.session.journal.folder import unrecorded_session
 from workbench.session.state import Source
 from workbench.views.page.app import App
 
 
 def test_a_source_of_then_is_said_to_have_ended(app):
-    begun = unrecorded(app.worker.session.robot, app.worker.session.plate)
+    begun = unrecorded_session(app.worker.session.robot, app.worker.session.plate)
     session = replace(begun.session, source=Source("localhost:5000"))
     again = App(session.robot, session.plate, begun=replace(begun, session=session))
     try:

@@ -155,7 +155,7 @@ def test_drags_out_of_reach_and_back_are_restored(sample, tmp_path):
     assert len(recording.lines) == len(worker.journal)
     assert check(recording).differences == ()
     for step in (3, 9, 14, 40, len(recording.lines)):
-        part = recording.upto(step)
+        part = recording.truncated_at(step)
         same_targets(restore(part), replay(part.first, part.entries))
     assert numbers_of(restore(recording), SUBJECTS) == numbers_of(worker.session, SUBJECTS)
 

@@ -10,7 +10,7 @@ from workbench.arm.effects.gravity_sag import GravitySag
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.arm.effects.law import Loads, beyond_learned
+from workbench.arm.effects.law import Loads, extrapolation_notes
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.thermal_growth import ThermalGrowth
@@ -34,4 +34,4 @@ EFFECTS: Registry[type[AbstractEffect]] = Registry(
 )
 """The catalogue by the names of files."""
 
-__all__ = ["EFFECTS", "AbstractEffect", "Candidate", "Loads", "beyond_learned"]
+__all__ = ["EFFECTS", "AbstractEffect", "Candidate", "Loads", "extrapolation_notes"]

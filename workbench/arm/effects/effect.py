@@ -86,7 +86,7 @@ class AbstractEffect(AbstractLaw):
             return offered([cls()], arm, motion)
         one = cls((0,))
         joints = range(arm.dof) if one.loads or one.needs else moved_joints(motion)
-        return offered(alone_and_together(cls((j,)) for j in joints), arm, motion)
+        return offered(separate_and_joint(cls((j,)) for j in joints), arm, motion)
 
     @classmethod
     def usual_joint(cls, dof: int) -> int:
@@ -193,7 +193,7 @@ class Candidate:
         return both_map and self.effect.joints == other.effect.joints and (self.shrunk or other.shrunk)
 
 
-def alone_and_together(effects: Iterable[AbstractEffect]) -> list[AbstractEffect | Candidate]:
+def separate_and_joint(effects: Iterable[AbstractEffect]) -> list[AbstractEffect | Candidate]:
     """Effects of one joint each, and all of them as one effect if joints have such effects together."""
     alone = list(effects)
     if len(alone) < 2 or not alone[0].of_many_joints:
@@ -225,11 +225,11 @@ def _trouble(effect: AbstractEffect, arm: Arm, motion: Motion) -> str | None:
             return f"the {driver} is the same in all rows, so its effects were not tried"
     if not effect.loads:
         return None
-    if not knows_payload(motion):
+    if not has_complete_payload(motion):
         return "the payload is missing in some rows, so effects of load were not tried; fill the column"
-    if arm.has_masses or (effect.loads is Loads.OWN and knows_torques(motion)):
+    if arm.has_masses or (effect.loads is Loads.OWN and has_complete_torques(motion)):
         return None
-    if knows_torques(motion):
+    if has_complete_torques(motion):
         return "the robot has no masses: only effects of the measured joint torques were tried"
     return (
         "the robot has no masses, so compliance, backlash by load and clearance were not tried; add mass and "
@@ -237,12 +237,12 @@ def _trouble(effect: AbstractEffect, arm: Arm, motion: Motion) -> str | None:
     )
 
 
-def knows_payload(motion: Motion) -> bool:
+def has_complete_payload(motion: Motion) -> bool:
     """Whether no row lacks its payload; a table without that column has none."""
     return motion.payload is None or bool(np.isfinite(motion.payload).all())
 
 
-def knows_torques(motion: Motion) -> bool:
+def has_complete_torques(motion: Motion) -> bool:
     """Whether every row has all joint torques."""
     return motion.torque is not None and bool(np.isfinite(motion.torque).all())
 

@@ -29,7 +29,13 @@ from jaxtyping import Float, Int
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import BASE, across_axes, turns
-from workbench.arm.effects.effect import AbstractEffect, Arm, Candidate, knows_payload, knows_torques
+from workbench.arm.effects.effect import (
+    AbstractEffect,
+    Arm,
+    Candidate,
+    has_complete_payload,
+    has_complete_torques,
+)
 from workbench.arm.effects.pictures import error_of, view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
@@ -124,8 +130,8 @@ class GravitySag(AbstractEffect):
     @classmethod
     def offers(cls, arm, motion):
         """At every joint that turns, where neither masses nor torques are known."""
-        is_known = arm.has_masses or knows_torques(motion)
-        if is_known or not knows_payload(motion) or not np.any(arm.gravity):
+        is_known = arm.has_masses or has_complete_torques(motion)
+        if is_known or not has_complete_payload(motion) or not np.any(arm.gravity):
             return
         yield "gravity-sag was tried in their place: products of compliance and weight, joint by joint"
         for effect in sags(arm, motion):

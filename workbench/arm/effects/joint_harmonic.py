@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
-from workbench.arm.effects.learned_range import Learned, mistake_of
+from workbench.arm.effects.learned_range import Learned, range_problem
 
 HIGHEST_ORDER = 64
 """Orders beyond this are not looked for."""
@@ -88,7 +88,7 @@ class JointHarmonic(AbstractEffect):
         whole = all(type(k) is int and k >= 1 for k in self.orders)
         if not (whole and self.orders and list(self.orders) == sorted(set(self.orders))):
             return f"has order = {self.order!r}; give a whole number from 1, or a list of increasing ones"
-        if wrong := mistake_of(self.range):
+        if wrong := range_problem(self.range):
             return wrong
         if self.range and len(self.joints) != 1:
             return f"has a range for {len(self.joints)} joints; give each joint an effect of its own"

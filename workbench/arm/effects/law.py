@@ -206,7 +206,7 @@ class AbstractLaw(ABC):
         return tuple(f.name for f in fields(cls) if f.name not in ("joints", "coefficients"))
 
 
-def beyond_learned(
+def extrapolation_notes(
     effects: Iterable[AbstractLaw],
     chain: Chain,
     q: Float[np.ndarray, "rows n"],

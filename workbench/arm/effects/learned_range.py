@@ -44,7 +44,7 @@ class Learned(NamedTuple):
         return np.maximum(np.maximum(self.low - q, q - self.high), 0.0)
 
 
-def mistake_of(given: tuple[float, ...]) -> str | None:
+def range_problem(given: tuple[float, ...]) -> str | None:
     """What is wrong with a range as a file gives it; None if nothing is."""
     if not given or (len(given) == 2 and given[0] < given[1]):
         return None

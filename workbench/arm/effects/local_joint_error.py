@@ -15,7 +15,7 @@ import numpy as np
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
 from workbench.arm.effects.joint_harmonic import places
-from workbench.arm.effects.learned_range import Learned, mistake_of
+from workbench.arm.effects.learned_range import Learned, range_problem
 
 TURN = 2.0 * np.pi
 MOST_KNOTS = 40
@@ -71,7 +71,7 @@ class LocalJointError(AbstractEffect):
             return f"has {len(self.joints)} joints but needs one"
         if len(self.knots) < 3 or not (np.diff(self.knots) > 0).all():
             return f"has knots = {list(self.knots)}; give at least three, increasing"
-        if wrong := mistake_of(self.range):
+        if wrong := range_problem(self.range):
             return wrong
         if self.periodic and not (turns(chain, self.joints[0]) and self.knots[-1] - self.knots[0] < TURN):
             return "is periodic; that asks for a joint that turns, and knots within one turn"

@@ -41,7 +41,7 @@ def ring_at(robot: Robot, height: float) -> Float[np.ndarray, "places 3"]:
     return np.column_stack([radius[order, None] * circle, np.full(len(order), height)])
 
 
-def outstretched(robot: Robot) -> float:
+def maximum_reach(robot: Robot) -> float:
     """Greatest distance of the tool from the base's origin in any of these postures [m]."""
     return float(np.linalg.norm(_places(robot), axis=1).max())
 

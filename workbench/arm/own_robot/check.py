@@ -160,7 +160,7 @@ def readings_of(source: Path | str, *, tip: str | None = None, name: str = "") -
     )
 
 
-def found_words(found: Found) -> tuple[str, ...]:
+def convention_notes(found: Found) -> tuple[str, ...]:
     """What fits, what differs from the arm as it was given, and how well, one sentence each."""
     return (
         f"it fits: {', '.join(found.words) or 'as it was given'}",

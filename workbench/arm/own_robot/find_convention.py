@@ -19,7 +19,7 @@ from jaxtyping import Float
 
 from workbench.arm.inverse.reduced_arm import Arm, compile_arm
 from workbench.arm.own_robot.readings import Reading, Typed
-from workbench.arm.own_robot.signs_and_offsets import recounted
+from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, ShapeError
@@ -150,7 +150,7 @@ def find_convention(readings: Iterable[Reading], typed: Sequence[Typed]) -> Foun
         default=best,
     )
     return Found(
-        robot=recounted(chosen.reading.robot, chosen.signs, chosen.offsets),
+        robot=with_signs_and_offsets(chosen.reading.robot, chosen.signs, chosen.offsets),
         signs=frozen(chosen.signs),
         offsets=frozen(chosen.offsets),
         words=(*chosen.reading.words, *chosen.typed.words),

@@ -13,7 +13,9 @@ from workbench.arm.robot_toml import robot_from_rows, robot_to_table
 from workbench.base import se3
 
 
-def recounted(robot: Robot, signs: Float[np.ndarray, " n"], offsets: Float[np.ndarray, " n"]) -> Robot:
+def with_signs_and_offsets(
+    robot: Robot, signs: Float[np.ndarray, " n"], offsets: Float[np.ndarray, " n"]
+) -> Robot:
     """The arm whose joints at q are where those of another are at s q + o.
 
     Args:

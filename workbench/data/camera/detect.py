@@ -19,7 +19,7 @@ from jaxtyping import Float, Int, UInt8
 
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.progress import Report
-from workbench.base.wording import counted, listed
+from workbench.base.wording import listed, plural
 from workbench.data.camera.markers import USUAL, detector, opencv, opencv_board
 from workbench.data.camera.pixel_table import PixelRows
 from workbench.data.camera.rig import Rig
@@ -156,7 +156,7 @@ class Finder:
         if BLURRED < (width := blur(picture)) < np.inf:
             return f"it is blurred by about {width:.0f} px: hold still, focus, or add light"
         if len(names):
-            return f"it shows {counted(len(names), 'marker')}, too few: bring the whole target into view"
+            return f"it shows {plural(len(names), 'marker')}, too few: bring the whole target into view"
         if is_foreign.any():
             return "it shows no marker of this board"
         stated = {prints_of(f.dictionary) for f in self.others} - {prints_of(self.dictionary)}
@@ -286,10 +286,10 @@ def _judged(folder: Path, finder: BoardFinder, names: list[str], found: list[Fou
         first = next(name for name, r in without if r == reason)
         raise DataError(f"{folder}: none of {len(found)} pictures shows the target; '{first}': {reason}")
     corners = sum(len(f.ids) for f in found)
-    said = [f"{corners} corners in {counted(len(found) - len(without), 'picture')}"]
+    said = [f"{corners} corners in {plural(len(found) - len(without), 'picture')}"]
     for reason, times in Counter(reason for _, reason in without).items():
         own = [name for name, r in without if r == reason]
-        said.append(f"{counted(times, 'picture')} left out, {listed(own, longest=3)}: {reason}")
+        said.append(f"{plural(times, 'picture')} left out, {listed(own, longest=3)}: {reason}")
     return (*said, *finder.notes)
 
 

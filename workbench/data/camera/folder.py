@@ -51,7 +51,7 @@ class Folder:
     place: Path
 
 
-def look_into(place: Path | str) -> Folder:
+def scan_folder(place: Path | str) -> Folder:
     """What is in a folder, or in the only one that it holds."""
     place = Path(place)
     if not place.is_dir():
@@ -80,7 +80,7 @@ def look_into(place: Path | str) -> Folder:
 
 def read_folder(place: Path | str, *, dof: int | None = None, progress: Report | None = None) -> Dataset:
     """Measurements of a folder; `progress` is told how far the search for corners is."""
-    found = look_into(place)
+    found = scan_folder(place)
     source: Any = found.corners
     if source is None:
         source = find_corners(found.place, found.rig, progress=progress)
@@ -90,7 +90,7 @@ def read_folder(place: Path | str, *, dof: int | None = None, progress: Report |
 
 def shown_pictures(place: Path | str, rig: Rig) -> dict[tuple[str, str], bytes]:
     """Small JPEG of every picture, by camera and image; none where the folder has corners alone."""
-    place = look_into(place).place
+    place = scan_folder(place).place
     if not any(p.suffix.lower() in ENDINGS for p in place.rglob("*")):
         return {}
     cv2 = opencv("reading pictures")

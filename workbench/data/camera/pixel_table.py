@@ -17,8 +17,8 @@ from jaxtyping import Float, Int
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError
 from workbench.base.types import frozen
-from workbench.base.wording import counted, listed
-from workbench.data.camera.resection import with_sight
+from workbench.base.wording import listed, plural
+from workbench.data.camera.resection import with_resected_poses
 from workbench.data.camera.rig import Rig
 from workbench.data.dataset import Dataset, Labels
 from workbench.data.readers.assemble import assemble
@@ -148,7 +148,7 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
         source=rows.source,
         notes=said,
     )
-    return with_sight(shown)
+    return with_resected_poses(shown)
 
 
 def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
@@ -183,7 +183,7 @@ def _without_picture(lost: list[str], rows_in_use: int, joints: Fields) -> list[
         return []
     one = len(lost) == 1
     said = (
-        f"{len(lost)} of {counted(rows_in_use, 'row')} of {PurePath(joints.source).name} "
+        f"{len(lost)} of {plural(rows_in_use, 'row')} of {PurePath(joints.source).name} "
         f"{'has' if one else 'have'} no picture: {listed(lost, longest=5)}"
     )
     if 2 * len(lost) > rows_in_use:
@@ -219,7 +219,7 @@ def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str
         )
     unknown = sorted(set(rows.id[lost].tolist()))
     notes = (
-        [f"{counted(int(lost.sum()), 'corner')} of unknown ids {unknown[:8]} are left out"] if unknown else []
+        [f"{plural(int(lost.sum()), 'corner')} of unknown ids {unknown[:8]} are left out"] if unknown else []
     )
     return place, np.array([cameras[name] for name in rows.camera.tolist()], int), notes
 

@@ -17,7 +17,7 @@ from jaxtyping import Bool, Float
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.hand_eye import nearest_rotation
-from workbench.base.wording import counted, listed
+from workbench.base.wording import listed, plural
 from workbench.data.camera.camera import Camera, project
 from workbench.data.camera.rig import Apart
 from workbench.data.camera.target import Target
@@ -37,7 +37,7 @@ NOTHING_USED = "shows no corner that is used"
 """Why a picture is kept out that showed only boards that are left out, or only wrong corners."""
 
 
-def with_sight(data: Dataset) -> Dataset:
+def with_resected_poses(data: Dataset) -> Dataset:
     """The dataset with poses of every board in every camera, and without the corners that contradict them.
 
     Boards that fewer than two pictures place are left out, where there are several, and with them the
@@ -101,7 +101,7 @@ def with_boards_in_view(data: Dataset, *, fitted: bool = False) -> Dataset:
     rare = zip(rig.targets, count.tolist(), strict=True)
     total = int(data.included.sum())
     lost = ", ".join(
-        f"board '{t.name}' is in {f'{n} of the {total} pictures to fit' if fitted else counted(n, 'picture')}"
+        f"board '{t.name}' is in {f'{n} of the {total} pictures to fit' if fitted else plural(n, 'picture')}"
         for t, n in rare
         if n < 2
     )

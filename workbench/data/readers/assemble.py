@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float
 
 from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.base.types import Matrix4
-from workbench.base.wording import counted
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import repeated_rows
 from workbench.data.readers.fields import Fields, in_base
@@ -114,8 +114,8 @@ def joint_columns(fields: Fields, joints: int | None) -> Float[np.ndarray, "rows
         raise FileError(f"joint columns go to q{numbers[-1]} but q{lacking} is missing", path=fields.source)
     if joints is not None and len(numbers) != joints:
         raise ShapeError(
-            f"{fields.source}: the file has {counted(len(numbers), 'joint column')} (q1 … q{numbers[-1]}), "
-            f"the robot {counted(joints, 'joint')}: choose the robot that was measured",
+            f"{fields.source}: the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]}), "
+            f"the robot {plural(joints, 'joint')}: choose the robot that was measured",
             expected=joints,
             found=len(numbers),
         )
@@ -282,7 +282,7 @@ def _reasons(fields: Fields, reasons: list[str], found: np.ndarray) -> np.ndarra
 
 
 def _excluded_notes(fields: Fields, excluded, found, reasons: list[str]) -> tuple[str, ...]:
-    notes = [f"{counted(int(excluded.sum()), 'row')} kept out by the file"] if excluded.any() else []
+    notes = [f"{plural(int(excluded.sum()), 'row')} kept out by the file"] if excluded.any() else []
     rows = np.flatnonzero(found)
     notes += [f"data row {row} (line {fields.lines[row]}) {reasons[row]} and is kept out" for row in rows[:5]]
     if len(rows) > 5:
@@ -299,14 +299,14 @@ def _label_notes(fields: Fields) -> tuple[str, ...]:
     for key in ("session", "group"):
         if key in fields.values:
             number = len(set(fields.values[key].tolist()))
-            notes.append(f"{counted(number, key)}")
+            notes.append(f"{plural(number, key)}")
             if (fields.values[key] == "").any():
                 notes.append(f"rows without a {key} name are taken as one {key}")
     if "distance" in fields.values and "anchor" not in fields.values:
         notes.append("there is no 'anchor' column: all distances are taken from one anchor")
     for key in _NUMBERS:
         if key in fields.values and (missing := int(np.isnan(fields.values[key]).sum())):
-            notes.append(f"{counted(missing, 'row')} without {key}")
+            notes.append(f"{plural(missing, 'row')} without {key}")
     return tuple(notes)
 
 

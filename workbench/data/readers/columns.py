@@ -38,10 +38,10 @@ class Column:
     problem: WorkbenchError | None = None
 
 
-def understand(table: Table) -> tuple[Column, ...]:
+def interpret_columns(table: Table) -> tuple[Column, ...]:
     """What each column of a table holds; problems are kept in the columns, not raised."""
     columns = _counted_from_one([_column(table, index) for index in range(len(table.headings))])
-    return _without_doubles(columns, table)
+    return _without_duplicates(columns, table)
 
 
 def _column(table: Table, index: int) -> Column:
@@ -111,7 +111,7 @@ def _counted_from_one(columns: list[Column]) -> list[Column]:
     return columns
 
 
-def _without_doubles(columns: list[Column], table: Table) -> tuple[Column, ...]:
+def _without_duplicates(columns: list[Column], table: Table) -> tuple[Column, ...]:
     """Columns, where two of the same meaning are each other's problem."""
     seen: dict[str, Column] = {}
     for i, column in enumerate(columns):

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError, FileError
-from workbench.data.readers.columns import Column, decisions, problems, understand
+from workbench.data.readers.columns import Column, decisions, interpret_columns, problems
 from workbench.data.readers.table import Table
 
 MISSING = frozenset({"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "missing"})
@@ -99,7 +99,7 @@ class Fields:
 
 def fields_of(table: Table) -> Fields:
     """All columns of a table that are understood, in SI."""
-    columns = understand(table)
+    columns = interpret_columns(table)
     for problem in problems(columns):
         raise problem
     return convert(table, columns)

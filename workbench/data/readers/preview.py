@@ -10,11 +10,11 @@ from workbench.base.progress import Cancel, never
 from workbench.base.types import Matrix4
 from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
-from workbench.data.readers.columns import Column, decisions, problems, understand
+from workbench.data.readers.columns import Column, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields, convert
 from workbench.data.readers.headings import quantities_of
-from workbench.data.readers.read import read_laid_out
+from workbench.data.readers.read import read_by_layout
 from workbench.data.readers.table import Table
 
 
@@ -78,7 +78,7 @@ def preview(
     """What `read_measurements` would make of a file; problems are listed, never raised."""
     path = Path(path)
     try:
-        fields, name, table = read_laid_out(path, columns=columns, layout=layout, sheet=sheet, cancel=cancel)
+        fields, name, table = read_by_layout(path, columns=columns, layout=layout, sheet=sheet, cancel=cancel)
     except WorkbenchError as error:
         return Preview(path=str(path), problems=(str(error),))
     if fields is None:
@@ -89,7 +89,7 @@ def preview(
 
 def _of_table(path: Path, table: Table, joints: int | None, base: Matrix4 | None) -> Preview:
     """Preview of a plain table: as much as can be said even if it can't be read."""
-    understood = understand(table)
+    understood = interpret_columns(table)
     shown = tuple(_shown(column, table) for column in understood)
     found = [str(problem) for problem in problems(understood)]
     if not found:
@@ -166,7 +166,7 @@ def _si(key: str) -> str | None:
 
 def _left_out(table: Table) -> tuple[PreviewColumn, ...]:
     """Goal columns and the like, which a layout does not hand on."""
-    return tuple(PreviewColumn(c.heading) for c in understand(table) if c.key is None)
+    return tuple(PreviewColumn(c.heading) for c in interpret_columns(table) if c.key is None)
 
 
 def _joints(keys: list[str]) -> int:

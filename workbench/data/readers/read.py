@@ -78,14 +78,14 @@ def read_fields(
     cancel: Cancel = never,
 ) -> Fields:
     """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
-    found, _, table = read_laid_out(source, columns=columns, layout=layout, sheet=sheet, cancel=cancel)
+    found, _, table = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, cancel=cancel)
     if found is None:
         assert table is not None, "what has no layout of its own is a table"
         return fields_of(table)
     return found
 
 
-def read_laid_out(
+def read_by_layout(
     source: Any, *, columns: str | Naming | None, layout: str | None, sheet: str | None, cancel: Cancel
 ) -> tuple[Fields | None, str, Table | None]:
     """A source by its layout: the columns in SI, the layout's name, and the table if it is one.

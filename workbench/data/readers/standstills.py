@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError
 from workbench.base.hand_eye import nearest_rotation
-from workbench.base.wording import counted, listed
+from workbench.base.wording import listed, plural
 from workbench.data.readers.columns_option import GROUPS
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.orientation import read_orientation
@@ -47,7 +47,7 @@ def join(measured: Fields, joints: Fields) -> Fields:
         measured = _averaged(measured, _standstills_of_points(measured), "the measured point")
     if measured.rows != joints.rows:
         raise DataError(
-            f"{measured.source} has {counted(measured.rows, 'row')}, {joints.source} {joints.rows}: name the "
+            f"{measured.source} has {plural(measured.rows, 'row')}, {joints.source} {joints.rows}: name the "
             "rows in both (column 'point'), give both a column time[s], or one row of joints a measurement"
         )
     kept = {k: v for k, v in joints.values.items() if k not in measured.values}
@@ -104,7 +104,7 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
     if not parts:
         raise DataError(
             f"{measured.source}: nothing was measured while the arm stood still "
-            f"({counted(len(standstills), 'standstill')} of {WINDOW} s or longer in {joints.source}): are "
+            f"({plural(len(standstills), 'standstill')} of {WINDOW} s or longer in {joints.source}): are "
             "both of the same run, and is time[s] of one clock?"
         )
     found = _averaged(measured, parts, "the tool")
@@ -116,7 +116,7 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
     used = sum(len(part) for part in parts)
     said = (
         *notes,
-        f"{counted(len(parts), 'row')} from {counted(len(standstills), 'standstill')} of the arm of {WINDOW} "
+        f"{plural(len(parts), 'row')} from {plural(len(standstills), 'standstill')} of the arm of {WINDOW} "
         f"s or longer: joints and measurements are averages over each; {measured.rows - used} of "
         f"{measured.rows} samples, taken while it moved or without sight, are not used",
     )
@@ -273,7 +273,7 @@ def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Field
     notes = measured.notes
     if restless:
         notes += (
-            f"{what} moved in {counted(len(restless), 'standstill')}, such as line {lines[restless[0]]}",
+            f"{what} moved in {plural(len(restless), 'standstill')}, such as line {lines[restless[0]]}",
         )
     return replace(measured, values=values, rotation=rotation, lines=lines, notes=notes)
 

@@ -25,7 +25,7 @@ EMPTY = "ARM: dict = {}  # filled in by the export"
 
 def arm_data(job: Job, form: str) -> dict[str, Any]:
     """What `standalone.py` needs of an arm."""
-    robot, nominal, _ = comparable(job.robot, job.need_nominal(form))
+    robot, nominal, _ = comparable(job.robot, job.require_nominal(form))
     chain, arm, plain = robot.chain, compile_arm(robot), compile_arm(nominal)
     terms = [term for effect in robot.effects for term in terms_of(effect, chain)]
     loaded = any(term.kind >= Kind.LOAD for term in terms)
@@ -70,7 +70,7 @@ class AbstractProgram(AbstractForm):
         return None
 
     def notes(self, job: Job) -> Iterable[str]:
-        yield from comparable(job.robot, job.need_nominal(self.name))[2]
+        yield from comparable(job.robot, job.require_nominal(self.name))[2]
         yield "poses are in the robot's base, with the calibrated tool; loads are those of the arm at rest"
 
 

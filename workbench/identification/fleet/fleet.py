@@ -15,7 +15,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.parallel import spread
 from workbench.base.progress import Progress
-from workbench.base.wording import counted
+from workbench.base.wording import plural
 from workbench.data.simulation.hidden_effects import varied_state
 from workbench.identification.fleet.history import History, Unread, arms_of, read_histories, values_of
 from workbench.identification.fleet.movement import Movement, movements, scatter_factor, threshold
@@ -95,7 +95,7 @@ class Fleet(AbstractShown):
     @property
     def verdict(self) -> str:
         """The answer in one sentence."""
-        many = counted(len(self.arms), "arm")
+        many = plural(len(self.arms), "arm")
         if not self.worn:
             return f"Nothing moved in {many} by more than chance may bring ({self.least:.1f} σ)."
         worst = self.worn[0]

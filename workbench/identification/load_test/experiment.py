@@ -42,9 +42,9 @@ from workbench.identification.load_test.tolerance import (
     ANGLE,
     CENTRE,
     LENGTH,
-    clear_of_reversals,
     constants_known,
-    with_centres_known,
+    has_certain_load_sides,
+    with_centre_tolerance,
 )
 from workbench.identification.problem import Noise
 
@@ -127,11 +127,11 @@ def run_load_test(
     if centre_tolerance < 0.0:
         raise OptionError(f"--centre-tolerance must be at least 0 mm, got {1e3 * centre_tolerance:g} mm")
     rng = np.random.default_rng(seed)
-    robot = with_centres_known(robot.with_effects(), centre_tolerance)
+    robot = with_centre_tolerance(robot.with_effects(), centre_tolerance)
     plan = plan_load_test(robot, joints=joints, added_mass=added_mass, each=each, rng=rng)
     pulled_at = [j for j in plan.unturned if joints is None and pullable(robot, j, rng=rng)]
     side = tuple(side_loads(robot, j, force=force, rng=rng) for j in pulled_at)
-    hidden = draw_joints(sizes_shown(plan, pulled_at), rng)
+    hidden = draw_joints(observable_sizes(plan, pulled_at), rng)
     actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE).with_effects(*tilting_effects(hidden))
     actual = with_other_masses(actual, np.random.default_rng((seed, 1)))
     inclinometer, tracker = INSTRUMENTS["inclinometer"], replace(INSTRUMENTS["optotrak"], sight=None)
@@ -172,7 +172,7 @@ def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: I
     _, turn = instrument.deviations
     angles = [n for n in robot.default_free if robot.chain.elements[robot.chain.index[n]].axis.turns]
     noise, known = Noise(rotation=turn or Noise().rotation), constants_known(robot)
-    asked = sizes_shown(plan)
+    asked = observable_sizes(plan)
     rows = np.flatnonzero(_certain(robot, data, asked, known))
     tilting = fit_tilting(
         robot, data.take(rows), asked=asked, noise=noise, free=angles, known=known, inertia=True
@@ -185,7 +185,7 @@ def _certain(
     robot: Robot, data: Dataset, asked: Sequence[JointTilting], known: Mapping[str, float]
 ) -> Bool[np.ndarray, " rows"]:
     """Postures in which the side of the play is certain for every tested joint."""
-    about, across = clear_of_reversals(robot, Motion.of(data), known)
+    about, across = has_certain_load_sides(robot, Motion.of(data), known)
     turns, tips = (
         [j.joint for j in asked if np.isfinite(getattr(j, word))] for word in ("backlash", "clearance")
     )
@@ -216,7 +216,7 @@ def _check(fit: Fit, rows: Int[np.ndarray, " rows"]) -> None:
         )
 
 
-def sizes_shown(plan: LoadTestPlan, pulled: Sequence[int] = ()) -> tuple[JointTilting, ...]:
+def observable_sizes(plan: LoadTestPlan, pulled: Sequence[int] = ()) -> tuple[JointTilting, ...]:
     """Sizes that a plan shows of each joint as 0, the others as NaN; pulled joints show how they turn too."""
     out = []
     for joint in sorted((*plan.joints, *plan.unturned)):

@@ -30,8 +30,8 @@ from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
-from workbench.identification.load_test.tolerance import clear_of_reversals, constants_known
-from workbench.plate.poses.sampling import poses_that
+from workbench.identification.load_test.tolerance import constants_known, has_certain_load_sides
+from workbench.plate.poses.sampling import poses_satisfying
 
 RESOLUTION = float(np.deg2rad(0.001))
 """What an inclinometer resolves [rad] (Katana §4.4.1)."""
@@ -220,7 +220,7 @@ def _moves(
             f"{tries} random joint positions); check its limits and lengths"
         )
 
-    start = poses_that(robot, POSTURES, lambda q: possible(robot, q), rng=rng, complaint=complaint)
+    start = poses_satisfying(robot, POSTURES, lambda q: possible(robot, q), rng=rng, complaint=complaint)
     base, joint = np.repeat(np.arange(POSTURES), robot.dof * MOVES), np.arange(robot.dof)
     moved = np.tile(np.repeat(joint, MOVES), POSTURES)
     other = start[base]
@@ -314,7 +314,7 @@ def _certain(
     """Whether in both postures of a pair every joint is surely loaded from the side that the model says."""
     q = np.concatenate(moves.q[:, pairs])
     motion = Motion(q, payload=np.repeat(added, len(pairs)))
-    about, across = clear_of_reversals(robot, motion, constants_known(robot))
+    about, across = has_certain_load_sides(robot, motion, constants_known(robot))
     loads = moves.moments[0]
     turned, tipped = ((np.abs(sizes) >= FIRM).any(axis=0) for sizes in (loads.about, loads.tipping))
     sides = np.hstack([about[:, turned], across[:, tipped]])

@@ -29,7 +29,7 @@ CLEAR = 4.0
 """Standard deviations of a moment that leave no doubt about its side."""
 
 
-def with_centres_known(robot: Robot, std: float = CENTRE) -> Robot:
+def with_centre_tolerance(robot: Robot, std: float = CENTRE) -> Robot:
     """The arm with its links' centres of mass known so well along each axis [m]."""
     return replace(robot, joints=tuple(replace(j, com_tolerance=std) for j in robot.joints))
 
@@ -41,7 +41,7 @@ def constants_known(robot: Robot, *, length: float = LENGTH, angle: float = ANGL
     return {n: size / np.sqrt(3.0) for n, size in greatest.items()} | robot.inertia_tolerance
 
 
-def clear_of_reversals(
+def has_certain_load_sides(
     robot: Robot, motion: Motion, known: Mapping[str, float]
 ) -> tuple[Bool[np.ndarray, "rows n"], Bool[np.ndarray, "rows n"]]:
     """Whether the moments about every axis, and those across it, surely point where the model has them.

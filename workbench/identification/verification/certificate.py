@@ -14,7 +14,7 @@ import numpy as np
 from workbench.base.distribution import package_version
 from workbench.base.errors import FileError
 from workbench.base.files import check_folder, write_bytes
-from workbench.base.wording import counted
+from workbench.base.wording import plural
 from workbench.identification.verification.iso9283 import cycle_words
 from workbench.identification.verification.pictures import CAPTION, draw_error_map, error_map
 from workbench.identification.verification.results import (
@@ -44,7 +44,7 @@ def _words(result: Verification, inputs: Sequence[Path | str], day: date) -> dic
     arm = [("Arm", f"{result.robot.name}, {result.robot.dof} joints"), *result.facts.items()]
     if (calibration := result.robot.calibration) is not None:
         arm.append(("Calibrated from", f"{calibration.source}, {len(calibration.poses)} rows"))
-    arm.append(("Measurements", f"{Path(data.source).name}, {counted(len(data), 'row')}"))
+    arm.append(("Measurements", f"{Path(data.source).name}, {plural(len(data), 'row')}"))
     return {
         "title": result.robot.name,
         "stamp": {True: "PASSED", False: "FAILED", None: "VERIFIED"}[result.passed],

@@ -66,7 +66,7 @@ class Bounds(NamedTuple):
         means, squares = drawn[:, 1] / drawn[:, 0], drawn[:, 2] / drawn[:, 0]
         tails = 0.5 * np.array([1.0 - CONFIDENCE, 1.0 + CONFIDENCE])
         mean, rms = np.quantile(means, tails), np.sqrt(np.quantile(squares, tails))
-        return cls(Interval(*mean.tolist()), Interval(*rms.tolist()), bound_of_share(worst_of(errors, pose)))
+        return cls(Interval(*mean.tolist()), Interval(*rms.tolist()), tolerance_bound(worst_of(errors, pose)))
 
 
 def worst_of(
@@ -79,7 +79,7 @@ def worst_of(
     return worst
 
 
-def bound_of_share(errors: Float[np.ndarray, " poses"]) -> float:
+def tolerance_bound(errors: Float[np.ndarray, " poses"]) -> float:
     """An error that 95 % of all poses keep, with 95 % confidence; NaN where the poses are too few."""
     n = len(errors)
     place = np.arange(1, n + 1)

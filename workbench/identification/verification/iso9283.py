@@ -29,7 +29,7 @@ from scipy.spatial import cKDTree
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import frozen
-from workbench.base.wording import counted
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 
@@ -127,7 +127,7 @@ def cycle_words(poses: Sequence[RepeatedPose]) -> str:
         )
     least, most = min(visits), max(visits)
     times = f"{least}" if least == most else f"{least} to {most}"
-    done = f"{counted(len(poses), 'pose')} visited {times} times"
+    done = f"{plural(len(poses), 'pose')} visited {times} times"
     if len(poses) >= POSES and least >= VISITS:
         return f"{done}: the cycle of ISO 9283 ({POSES} poses, {VISITS} times each) is met"
     return f"{done}; ISO 9283 asks for {POSES} poses, {VISITS} times each, so AP and RP are indications"

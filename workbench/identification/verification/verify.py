@@ -12,7 +12,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
-from workbench.base.wording import counted
+from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
@@ -80,7 +80,7 @@ class Verification(AbstractShown):
         rows = self.evaluation.rows
         if self.wanted is None:
             return np.ones(len(rows.position), bool)
-        kept = self.wanted.kept_by_norms(rows.position, rows.rotation)
+        kept = self.wanted.within_by_norms(rows.position, rows.rotation)
         if not self.wanted.per_axis:
             return kept
         return np.where(self._axes.has_position, self.wanted.within(self._axes), kept)
@@ -116,7 +116,7 @@ class Verification(AbstractShown):
     @property
     def verdict(self) -> str:
         """The answer in one sentence."""
-        rows = f"{counted(len(self.within), 'measurement')} of {counted(self.poses, 'fresh pose')}"
+        rows = f"{plural(len(self.within), 'measurement')} of {plural(self.poses, 'fresh pose')}"
         if self.wanted is None:
             return f"No pass or fail: {rows} (give a required error to get one)."
         if self.passed:
@@ -186,7 +186,7 @@ def verify(
     repeated = repeated_poses(found.robot, found.data, pose)
     poses = int(pose.max()) + 1
     if poses < ENOUGH:
-        warnings.append(f"{counted(poses, 'different pose')}: practitioners ask for {ENOUGH} or more")
+        warnings.append(f"{plural(poses, 'different pose')}: practitioners ask for {ENOUGH} or more")
     if fit_frames:
         warnings.append("base and tool were fitted to these rows, which reduces the errors")
     return Verification(
@@ -226,7 +226,7 @@ def _fresh(
         )
     warnings = []
     if old.any():
-        warnings.append(f"{counted(int(old.sum()), 'row')} left out: the calibration used the same joints")
+        warnings.append(f"{plural(int(old.sum()), 'row')} left out: the calibration used the same joints")
     elif robot.calibration is None and used is None:
         warnings.append(
             "the robot's file does not list the poses of its calibration: give them (--used) to make sure "
@@ -235,7 +235,7 @@ def _fresh(
     copies = _copies(data)
     if (again := copies & ~old & data.included).any():
         words = "they are others again, digit for digit, and no visits of their own"
-        warnings.append(f"{counted(int(again.sum()), 'row')} left out: {words}")
+        warnings.append(f"{plural(int(again.sum()), 'row')} left out: {words}")
     return ~(old | copies), warnings
 
 

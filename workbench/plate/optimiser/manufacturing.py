@@ -28,7 +28,7 @@ DEGREE = float(np.deg2rad(1.0))
 
 
 @dataclass(frozen=True, kw_only=True)
-class Manner:
+class ManufacturingMethod:
     """A manufacturing method.
 
     Args:
@@ -73,21 +73,21 @@ class Manner:
         return f"about {self.price} € for {many}; afterwards: {self.afterwards}"
 
 
-MANNERS: Mapping[str, Manner] = MappingProxyType(
+MANNERS: Mapping[str, ManufacturingMethod] = MappingProxyType(
     {
-        "machined": Manner(
+        "machined": ManufacturingMethod(
             making=Making(position=5e-5, angle=0.05 * DEGREE),
             reading="seat",
             price=1500,
             afterwards="nothing, or the inspection list",
         ),
-        "printed": Manner(
+        "printed": ManufacturingMethod(
             making=Making(position=2.5e-4, angle=0.3 * DEGREE),
             reading="socket",
             price=30,
             afterwards="every ball's centre, to 0.05 mm or better, and again after warm days",
         ),
-        "breadboard": Manner(
+        "breadboard": ManufacturingMethod(
             making=Making(position=3e-4, angle=0.3 * DEGREE),
             reading="socket",
             price=600,
@@ -97,7 +97,7 @@ MANNERS: Mapping[str, Manner] = MappingProxyType(
             tilts=(0.0, 30.0 * DEGREE, 45.0 * DEGREE),
             turn=90.0 * DEGREE,
         ),
-        "ball-bar": Manner(
+        "ball-bar": ManufacturingMethod(
             making=EXACT,
             reading="ball-bar",
             price=3000,
@@ -107,4 +107,4 @@ MANNERS: Mapping[str, Manner] = MappingProxyType(
         ),
     }
 )
-"""Every way by name; an outsider's table is `{**MANNERS, "mine": Manner(…)}`."""
+"""Every way by name; an outsider's table is `{**MANNERS, "mine": ManufacturingMethod(…)}`."""

@@ -61,7 +61,7 @@ class Postures(StrEnum):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Wish:
+class DesignRequest:
     """Requirements for a fixture.
 
     Args:
@@ -96,7 +96,7 @@ def optimise_plate(
     reading: Reading,
     goal: Float[np.ndarray, "rows n"],
     rng: np.random.Generator,
-    wish: Wish | None = None,
+    wish: DesignRequest | None = None,
     names: tuple[str, ...] | None = None,
     progress: Progress | None = None,
     cancel: Cancel | None = None,
@@ -118,7 +118,7 @@ def optimise_plate(
         OptionError: a plate without size or inside the robot's base, more targets than fit.
         DataError: too few targets keep all constraints; names two that conflict.
     """
-    return _Run(robot, plate, reading, goal, rng, wish or Wish(), names, progress, cancel).result()
+    return _Run(robot, plate, reading, goal, rng, wish or DesignRequest(), names, progress, cancel).result()
 
 
 class _Run:
@@ -304,7 +304,7 @@ class _Run:
         return set_error(self.setting, q, places, self.goal).position_rms
 
 
-def _setting(robot: Robot, plate: Plate, reading: Reading, wish: Wish, names) -> Setting:
+def _setting(robot: Robot, plate: Plate, reading: Reading, wish: DesignRequest, names) -> Setting:
     names = robot.default_free if names is None else names
     return Setting(
         robot=robot,

@@ -23,7 +23,7 @@ from workbench.plate.obstruction import solid_clear
 from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.plate import Plate
 from workbench.plate.poses.d_optimal import greedy_choice
-from workbench.plate.poses.sampling import in_base, poses_that, random_poses
+from workbench.plate.poses.sampling import in_base, poses_satisfying, random_poses
 from workbench.plate.poses.target_in_view import SLANT, View
 from workbench.plate.region import Region
 
@@ -165,7 +165,7 @@ def sample_poses(
     def complaint(found: int, tries: int) -> str:
         return _none_found(robot, limits, found, tries)
 
-    return poses_that(robot, number, lambda q: limits.admits(robot, q), rng=rng, complaint=complaint)
+    return poses_satisfying(robot, number, lambda q: limits.admits(robot, q), rng=rng, complaint=complaint)
 
 
 def walks(

@@ -44,10 +44,10 @@ def random_poses(
     def inside(q: np.ndarray) -> np.ndarray:
         return region.contains(in_base(robot, q)[:, :3, 3])
 
-    return poses_that(robot, number, inside, rng=rng, complaint=complaint)
+    return poses_satisfying(robot, number, inside, rng=rng, complaint=complaint)
 
 
-def poses_that(
+def poses_satisfying(
     robot: Robot,
     number: int,
     keep: Callable[[np.ndarray], np.ndarray],

@@ -12,7 +12,7 @@ import numpy as np
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.inverse.solve import follow
-from workbench.arm.own_robot.check import check_robot, found_words
+from workbench.arm.own_robot.check import check_robot, convention_notes
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, WorkbenchError
@@ -21,7 +21,7 @@ from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
-from workbench.session.start import is_untouched, own_plate, start
+from workbench.session.start import default_plate, is_default_plate, start
 from workbench.session.state import Focus, Session, Severity, Step
 from workbench.session.target_steps import instrument_for
 
@@ -189,17 +189,17 @@ def drawn_joints(session: Session) -> np.ndarray:
 def _robot_that_gives(source: Path | str, poses: tuple[str, ...]) -> Robot:
     """The arm that gives the typed poses, with what was found in its notes."""
     found = check_robot(source, poses)
-    return replace(found.robot, notes=(*found.robot.notes, *found_words(found)))
+    return replace(found.robot, notes=(*found.robot.notes, *convention_notes(found)))
 
 
 def start_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
     """A session with another robot: on its own plate, or on the user's if it reaches half of the targets."""
-    if not is_untouched(session):
+    if not is_default_plate(session):
         given = session.is_plate_given
         begun = start(robot, session.plate, is_given=given, noise=session.noise, cancel=cancel)
         if 2 * begun.score.measurable >= len(session.plate):
             return begun
-    plate = own_plate(robot)
+    plate = default_plate(robot)
     return start(robot, plate, noise=instrument_for(session, plate), cancel=cancel)
 
 

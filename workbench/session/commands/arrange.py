@@ -12,7 +12,7 @@ from workbench.plate.patterns import MOST_TARGETS, pattern
 from workbench.plate.plate import Plate, Target
 from workbench.session.command import AbstractChange, computed
 from workbench.session.commands.drag import MoveTarget, check_place
-from workbench.session.reach import place_all
+from workbench.session.reach import solve_all_targets
 from workbench.session.state import Session
 from workbench.session.target_steps import check_free, check_unlocked, move_targets
 
@@ -127,7 +127,7 @@ def place_targets(session: Session, targets: tuple[Target, ...]) -> Session:
 
 def place_plate(session: Session, plate: Plate, *, selected: int | None = None, seed: int = 0) -> Session:
     """The session with this plate, the arm in the best of the mixes of branches that are tried."""
-    states = place_all(session.robot, plate, region_q=session.region_q, seed=seed)
+    states = solve_all_targets(session.robot, plate, region_q=session.region_q, seed=seed)
     return move_targets(session, plate, states, selected=selected)
 
 

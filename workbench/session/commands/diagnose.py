@@ -11,7 +11,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel
 from workbench.base.types import frozen
-from workbench.plate.obstruction import has_room
+from workbench.plate.obstruction import allows_target
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractTask, Progress
@@ -135,7 +135,7 @@ class TakeNextPoses(AbstractChange):
 def _on_the_plate(session: Session) -> "Measurable":
     """Tells at which postures a further target of this plate can be measured."""
     standing = np.array([state.q for state in session.states if state.measurable])
-    return lambda q: has_room(session.robot, session.plate, standing, q)
+    return lambda q: allows_target(session.robot, session.plate, standing, q)
 
 
 def _found(session: Session) -> "Diagnosis":

@@ -10,7 +10,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel
 from workbench.base.types import frozen
-from workbench.base.wording import counted
+from workbench.base.wording import plural
 from workbench.data.live.acquisition import (
     ORIENTATION_STILL,
     POSITION_STILL,
@@ -215,7 +215,7 @@ class UseRows(AbstractChange):
         actual = None if arm is None else arm.actual
         loaded = Loaded(rows, name, facts, rows.notes, virtual=arm is not None, actual=actual)
         session = with_data(replace(session, measuring=None), loaded)
-        return session.tell(Severity.INFO, f"the session's data: {counted(len(rows), 'measured row')}")
+        return session.tell(Severity.INFO, f"the session's data: {plural(len(rows), 'measured row')}")
 
 
 class EndMeasuring(AbstractChange):

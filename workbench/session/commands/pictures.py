@@ -9,7 +9,7 @@ import numpy as np
 
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.progress import Cancel
-from workbench.base.wording import counted
+from workbench.base.wording import plural
 from workbench.data.camera.camera import Mount
 from workbench.data.camera.folder import read_folder
 from workbench.data.camera.pixel_table import plain_names
@@ -65,7 +65,7 @@ class LoadPictures(AbstractTask):
         return matched_to_arm(session.robot, found)
 
     def finish(self, session: Session, result: Any) -> Session:
-        rows = counted(len(result.dataset), "picture")
+        rows = plural(len(result.dataset), "picture")
         return with_data(session, result).tell(Severity.INFO, f"{rows} read from {result.name}")
 
 
@@ -174,7 +174,7 @@ class UseShots(AbstractTask):
     def check(self, session: Session) -> None:
         kept = 0 if session.shooting is None else len(session.shooting.kept)
         if kept < FEWEST:
-            raise DataError(f"{counted(kept, 'picture')} kept; take at least {FEWEST}")
+            raise DataError(f"{plural(kept, 'picture')} kept; take at least {FEWEST}")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         shooting = session.shooting
@@ -189,4 +189,4 @@ class UseShots(AbstractTask):
 
     def finish(self, session: Session, result: Any) -> Session:
         session = replace(with_data(session, result), shooting=None)
-        return session.tell(Severity.INFO, f"{counted(len(result.dataset), 'picture')} taken")
+        return session.tell(Severity.INFO, f"{plural(len(result.dataset), 'picture')} taken")

@@ -51,7 +51,7 @@ KATANA = 1e-3 * np.array(
 """Four points of the Katana thesis's circle on the plane at 45° (§5.5.1) [m]."""
 
 
-def erring_robot(session: Session) -> Robot | None:
+def deviating_robot(session: Session) -> Robot | None:
     """The arm that deviates from the nominal one: the shown fit, or the opened arm with its own effects."""
     return session.calibrated or bending_robot(session)
 
@@ -68,7 +68,7 @@ def curves(session: Session) -> Mapping[str, Curve]:
     return {CIRCLE: circle_through(round_), LINE: line(middle - half, middle + half)}
 
 
-def usual_circle(session: Session) -> Circle:
+def default_trajectory_circle(session: Session) -> Circle:
     """The circle that this arm is sent along unless another one is asked for."""
     found = curves(session)[CIRCLE]
     assert isinstance(found, Circle)
@@ -101,7 +101,7 @@ def make_track(
     """
     curve = curves(session)[kind] if place is None else chosen_curve(kind, place)
     planned = plan(session.robot, curve, duration=duration, rows=ROWS)
-    erring, nominal = erring_robot(session), session.robot.with_effects()
+    erring, nominal = deviating_robot(session), session.robot.with_effects()
     before, actual, q = None, None, planned.q
     wanted = reached = planned.poses[:, :3, 3]
     if erring is not None:
@@ -169,7 +169,7 @@ class PlanTrack(AbstractTask):
                 f"a trajectory needs a finite centre and a radius of {1e3 * LEAST_RADIUS:g} to "
                 f"{1e3 * GREATEST_RADIUS:g} mm, got {1e3 * self.radius:g} mm"
             )
-        if self.is_corrected and erring_robot(session) is None:
+        if self.is_corrected and deviating_robot(session) is None:
             raise OptionError("there is no calibrated arm to correct with; identify it first")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:

@@ -41,7 +41,7 @@ NO_MORE = "from here on the session is not recorded"
 
 
 @dataclass(frozen=True, eq=False)
-class Begun:
+class StartedSession:
     """A new session and its keepers.
 
     Args:
@@ -70,14 +70,14 @@ class Begun:
         return "" if self.folder is None else self.folder.resolve().name
 
 
-def unrecorded(robot: Robot, plate: Plate, *, is_given: bool = False) -> Begun:
+def unrecorded_session(robot: Robot, plate: Plate, *, is_given: bool = False) -> StartedSession:
     """A new session without a recording."""
-    return Begun(start(robot, plate, is_given=is_given))
+    return StartedSession(start(robot, plate, is_given=is_given))
 
 
 def begin(
     robot: Robot, plate: Plate, *, is_given: bool = False, folder: Path | None = None, root: Path = ROOT
-) -> Begun:
+) -> StartedSession:
     """A new session, recorded in a new folder.
 
     If none can be created the session starts anyway, and the user is told.
@@ -99,10 +99,10 @@ def begin(
     except (OSError, WorkbenchError) as error:
         session = start(robot, plate, is_given=is_given)
         return _without_folder(session, "this session is not recorded", error, folder or root)
-    return Begun(session, (Logbook(file),), folder)
+    return StartedSession(session, (Logbook(file),), folder)
 
 
-def resume(recording: Recording, session: Session) -> Begun:
+def resume(recording: Recording, session: Session) -> StartedSession:
     """Continue a recording at its end, in its own folder.
 
     Args:
@@ -117,10 +117,10 @@ def resume(recording: Recording, session: Session) -> Begun:
         file = Appender(folder / JOURNAL, length=recording.length)
     except OSError as error:
         return _without_folder(session, NO_MORE, error, folder, recording.entries)
-    return Begun(session, (Logbook(file),), folder, recording.entries)
+    return StartedSession(session, (Logbook(file),), folder, recording.entries)
 
 
-def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> Begun:
+def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> StartedSession:
     """Go on from a step of a recording, in a new folder with a copy of all that went before.
 
     Args:
@@ -141,15 +141,15 @@ def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> Begu
         file = Appender(folder / JOURNAL, length=(folder / JOURNAL).stat().st_size)
     except (OSError, WorkbenchError) as error:
         return _without_folder(session, NO_MORE, error, folder or root, recording.entries)
-    return Begun(session, (Logbook(file),), folder, recording.entries)
+    return StartedSession(session, (Logbook(file),), folder, recording.entries)
 
 
 def _without_folder(
     session: Session, words: str, error: Exception, place: Path, entries: tuple[Entry, ...] = ()
-) -> Begun:
+) -> StartedSession:
     """The session all the same; its user is told."""
     trouble = f"{words}: {_why(error, place)}"
-    return Begun(session, (Logbook(None, trouble=trouble),), None, entries, trouble)
+    return StartedSession(session, (Logbook(None, trouble=trouble),), None, entries, trouble)
 
 
 def _header(session: Session) -> dict[str, Any]:

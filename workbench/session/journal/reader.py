@@ -124,7 +124,7 @@ class Recording:
         states = tuple(recalled_state(numbers) for numbers in stood)
         return start(self.robot, self.plate, is_given=bool(self.header.get("plate_given")), states=states)
 
-    def upto(self, step: int) -> "Recording":
+    def truncated_at(self, step: int) -> "Recording":
         """The recording cut off after so many commands.
 
         Raises:
@@ -168,7 +168,7 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
     if rest:
         notes = (f"the last line of {path} is incomplete and was left out: the program was stopped there",)
     found = Recording(folder, header, lines, len(content) - len(rest), notes)
-    return found if to is None else found.upto(to)
+    return found if to is None else found.truncated_at(to)
 
 
 def _is_json(text: bytes) -> bool:

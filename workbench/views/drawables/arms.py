@@ -78,7 +78,7 @@ def calibrated_arm(robot: Robot, q: np.ndarray) -> Arm:
     return Arm(bodies=bodies_of(robot, swell=SHELL), frames=body_frames(robot, q), ghost=GHOST, opacity=0.3)
 
 
-def erring_arm(robot: Robot, q: np.ndarray) -> Arm:
+def deviating_arm(robot: Robot, q: np.ndarray) -> Arm:
     """The shell that follows a trajectory, drawn from its geometry alone and without a foot."""
     bodies = bodies_of(robot, swell=SHELL, is_plain=True, has_foot=False)
     return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=GHOST, opacity=0.3)

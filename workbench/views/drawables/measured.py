@@ -40,7 +40,7 @@ def measured(session: Session) -> Iterator[Item]:
             )
 
 
-def looked_at(session: Session) -> Iterator[Item]:
+def selected_row_marks(session: Session) -> Iterator[Item]:
     """Measured orientations, and the position of the selected row."""
     rows = session.comparison
     if rows is None:

@@ -6,10 +6,10 @@ from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, bent_arm, blame, branches
 from workbench.views.drawables.camera import cameras, ellipsoid
 from workbench.views.drawables.item import Item
-from workbench.views.drawables.measured import looked_at, measured
+from workbench.views.drawables.measured import measured, selected_row_marks
 from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.region import envelope, region
-from workbench.views.drawables.trajectory import on_its_way, track
+from workbench.views.drawables.trajectory import arm_on_trajectory, track
 
 SUBJECTS = (arms, plate, region, measured, track, cameras)
 """What page and recordings show."""
@@ -22,10 +22,10 @@ def on_page(session: Session) -> Iterator[Item]:
         plate_before,
         envelope,
         branches,
-        looked_at,
+        selected_row_marks,
         bent_arm,
         blame,
-        on_its_way,
+        arm_on_trajectory,
         ellipsoid,
     ):
         yield from subject(session)
@@ -33,5 +33,5 @@ def on_page(session: Session) -> Iterator[Item]:
 
 def in_motion(session: Session) -> Iterator[Item]:
     """What moves while a trajectory is played."""
-    for subject in (arms, bent_arm, blame, on_its_way):
+    for subject in (arms, bent_arm, blame, arm_on_trajectory):
         yield from subject(session)

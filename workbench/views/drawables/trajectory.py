@@ -8,7 +8,7 @@ from jaxtyping import Float, Int, UInt8
 from workbench.session.planned_trajectory import Track
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import ARROW_AFTER, REGION, scale_colours
-from workbench.views.drawables.arms import erring_arm
+from workbench.views.drawables.arms import deviating_arm
 from workbench.views.drawables.drawable import Colour, Line
 from workbench.views.drawables.item import Item
 from workbench.views.drawables.measured import mark
@@ -28,7 +28,7 @@ def track(session: Session) -> Iterator[Item]:
         yield Item("track/reached", _line, (planned.reached, ARROW_AFTER), shown=False)
 
 
-def on_its_way(session: Session) -> Iterator[Item]:
+def arm_on_trajectory(session: Session) -> Iterator[Item]:
     """The erring arm, the wanted place, and the trail up to it, its errors exaggerated."""
     planned, at = session.track, session.play.at
     if planned is None:
@@ -36,7 +36,7 @@ def on_its_way(session: Session) -> Iterator[Item]:
     is_shown = session.focus is Focus.TRACK
     if planned.actual is not None:
         is_seen = is_shown and session.overlay.calibrated
-        yield Item("track/arm", erring_arm, (planned.actual, planned.at(at)), shown=is_seen)
+        yield Item("track/arm", deviating_arm, (planned.actual, planned.at(at)), shown=is_seen)
     place = np.array([np.interp(at, planned.time, c) for c in planned.wanted.T])
     yield Item("track/mark", mark, (0.008, place), shown=is_shown)
     row, begin = np.interp(at, planned.time, np.arange(len(planned.time))), 0

@@ -11,7 +11,7 @@ from workbench.session.commands.measure import TellSource
 from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.pictures import LoadPictures
 from workbench.session.commands.region import CHORES
-from workbench.session.journal.folder import Begun, unrecorded
+from workbench.session.journal.folder import StartedSession, unrecorded_session
 from workbench.session.live import LiveSource, VirtualDriver
 from workbench.session.picture_sources import PictureWatcher
 from workbench.session.state import Tab
@@ -44,13 +44,13 @@ class App:
         *,
         data: tuple[str, bytes] | None = None,
         server: viser.ViserServer | None = None,
-        begun: Begun | None = None,
+        begun: StartedSession | None = None,
         demo: float | None = None,
         source: tuple[str, Iterable[str]] | None = None,
         asks: bool = False,
         drawn: FirstPicture | None = None,
     ):
-        begun = unrecorded(robot, plate) if begun is None else begun
+        begun = unrecorded_session(robot, plate) if begun is None else begun
         self.server = local_server() if server is None else server
         self.worker = Worker(
             begun.session, keepers=begun.keepers, journal=begun.entries, chores=CHORES, opening=begun.opening

@@ -26,7 +26,7 @@ from viser import _messages
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from workbench.base.errors import OptionError
-from workbench.views.page.style import furnish
+from workbench.views.page.style import configure_pages
 
 LOOPBACK = ("127.0.0.1", "localhost")
 LABEL = "Workbench"
@@ -91,7 +91,7 @@ def local_server(
     # a page may come before the constructor has ended, but none that knows how to tell something
     def serve(handler, address, port_tried, *, process_request, **options):
         def guard(connection, request):
-            if not _is_ours(request, host, connection.local_address[1]):
+            if not _is_own_request(request, host, connection.local_address[1]):
                 return connection.respond(403, "this page is not allowed to access the workbench\n")
             if key and not _knows(request, key):
                 return connection.respond(403, "open the link that the workbench printed at start-up\n")
@@ -118,7 +118,7 @@ def local_server(
     with mock.patch.object(websockets, "serve", serve), mock.patch("rich.print"):
         server = LocalServer(host=host, port=port, label=label, verbose=False)
     _set_by_its_own_thread(server)
-    furnish(server)
+    configure_pages(server)
     server.key, server.telling = key, telling
     if port and server.get_port() != port:
         server.stop()
@@ -218,7 +218,7 @@ def _elsewhere(wanted: str, here: str) -> str:
     )
 
 
-def _is_ours(request, host: str, port: int) -> bool:
+def _is_own_request(request, host: str, port: int) -> bool:
     """One Host, which is this server; no Origin (a page being opened) or the same one; no frame of others."""
     try:
         fetched = (request.headers.get("Sec-Fetch-Site"), request.headers.get("Sec-Fetch-Dest"))
@@ -226,7 +226,7 @@ def _is_ours(request, host: str, port: int) -> bool:
             return False
         hosts = request.headers.get_all("Host")
         origins = request.headers.get_all("Origin")
-        if len(hosts) != 1 or not _names_us(hosts[0], host, port) or len(origins) > 1:
+        if len(hosts) != 1 or not _is_own_address(hosts[0], host, port) or len(origins) > 1:
             return False
         if not origins:
             return True
@@ -234,12 +234,12 @@ def _is_ours(request, host: str, port: int) -> bool:
         is_same = origin.netloc == hosts[0].lower() or (
             origin.hostname in LOOPBACK and urlsplit(f"//{hosts[0].lower()}").hostname in LOOPBACK
         )
-        return origin.scheme == "http" and is_same and _names_us(origin.netloc, host, port)
+        return origin.scheme == "http" and is_same and _is_own_address(origin.netloc, host, port)
     except Exception:  # whatever is wrong with the request, it is not ours
         return False
 
 
-def _names_us(name: str, host: str, port: int) -> bool:
+def _is_own_address(name: str, host: str, port: int) -> bool:
     """Whether `name:port` is this server.
 
     Where it listens at every address, any address will do, but no other name than localhost: a foreign

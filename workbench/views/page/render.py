@@ -157,7 +157,7 @@ def _build_panels(
     for tab, kinds in TABS.items():
         with tabs.add(tab):
             if tab is Tab.MORE:
-                card.build_way_back(gui)
+                card.build_reopen_button(gui)
             for kind in kinds:
                 panels.append(kind(worker))
                 panels[-1].make(gui)

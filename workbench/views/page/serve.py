@@ -89,14 +89,14 @@ def serve(
 
             drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
             _go_on(stop)
-            from workbench.session.journal.folder import unrecorded
-            from workbench.session.start import suited_plate
+            from workbench.session.journal.folder import unrecorded_session
+            from workbench.session.start import default_circle
             from workbench.views.page.app import App
 
             _go_on(stop)
             with one_thread():
-                plate = suited_plate(robot) if plate is None else plate
-                begun = (begin or unrecorded)(robot, plate)
+                plate = default_circle(robot) if plate is None else plate
+                begun = (begin or unrecorded_session)(robot, plate)
             waiting.remove()
             names.append(begun.name)
             app = App(

@@ -9,9 +9,9 @@ from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import matched_to_arm, observation_words, with_data
-from workbench.session.journal.folder import Begun
+from workbench.session.journal.folder import StartedSession
 from workbench.session.loaded_measurements import Loaded
-from workbench.session.start import start, suited_plate
+from workbench.session.start import default_circle, start
 from workbench.session.state import Session
 from workbench.views.page.app import App
 from workbench.views.page.serve import bound
@@ -97,10 +97,10 @@ def show(
         DataError: measurements that this arm can't have made.
     """
     loaded = None if data is None else _loaded(robot, data)
-    session = start(robot, suited_plate(robot) if plate is None else plate, is_given=plate is not None)
+    session = start(robot, default_circle(robot) if plate is None else plate, is_given=plate is not None)
     if loaded is not None:
         session = with_data(session, loaded)
-    page = Page(App(robot, session.plate, begun=Begun(session), server=bound("127.0.0.1", port)))
+    page = Page(App(robot, session.plate, begun=StartedSession(session), server=bound("127.0.0.1", port)))
     if open_browser:
         webbrowser.open(page.url)
     if block:

@@ -108,7 +108,7 @@ addEventListener("blur", end);  // the window's alone: a control that was presse
 """While a hand moves the scene or a handle, a page without a graphics card draws a sixth of its pixels."""
 
 
-def furnish(server: viser.ViserServer) -> None:
+def configure_pages(server: viser.ViserServer) -> None:
     """Give a server's pages their style, their panel and no light, before the first of them comes.
 
     Another light means that a page compiles every shader again, and another width of the panel that it draws

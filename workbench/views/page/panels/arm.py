@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench.arm.joint_units import sliding
-from workbench.arm.kinematics.envelope import outstretched
+from workbench.arm.kinematics.envelope import maximum_reach
 from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
 from workbench.session.command import AbstractCommand
@@ -67,7 +67,7 @@ def facts(robot: Robot) -> str:
         ("Name", robot.name),
         ("Joints", f"{robot.dof}" + (f", {slides} of them sliding" if slides else "")),
         ("Limits", f"of {limited} joints"),
-        ("Reach", f"about {1e3 * outstretched(robot):.0f} mm"),
+        ("Reach", f"about {1e3 * maximum_reach(robot):.0f} mm"),
         ("Convention", robot.convention),
         ("Free parameters", f"{len(robot.default_free)}"),
         ("Masses", masses),

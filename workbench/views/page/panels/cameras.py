@@ -7,7 +7,7 @@ import numpy as np
 import viser
 
 from workbench.base.files import read_bytes
-from workbench.base.wording import counted
+from workbench.base.wording import plural
 from workbench.identification.camera_steps import Gate
 from workbench.identification.report.cameras import camera_words
 from workbench.session.camera_view import CameraView, camera_views, cells, coverage
@@ -302,7 +302,7 @@ class ShootingPanel(AbstractPanel):
 def _shown(shooting: Shooting) -> str:
     """The newest picture, what is said of it, and what has been kept."""
     camera, shot = shooting.rig.cameras[0], shooting.last
-    head = f'<div style="font-weight:600">{counted(len(shooting.kept), "picture")} kept</div>'
+    head = f'<div style="font-weight:600">{plural(len(shooting.kept), "picture")} kept</div>'
     if shot is None:
         words = f"<div>Watching {text(shooting.source)}: no picture yet.</div>"
     else:
@@ -313,7 +313,7 @@ def _shown(shooting: Shooting) -> str:
 
 def _verdict(shot: Shot) -> str:
     sharp = badge(f"Blur {shot.blur:.1f} px", GOOD if shot.blur <= SHARP else CAREFUL)
-    found = f"{text(shot.name)}: {counted(len(shot.ids), 'corner')} · {sharp}"
+    found = f"{text(shot.name)}: {plural(len(shot.ids), 'corner')} · {sharp}"
     reason = f'<div style="color:{BAD}">Not kept: {text(shot.refused)}.</div>' if shot.refused else ""
     return f"<div>{found}</div>{reason}"
 

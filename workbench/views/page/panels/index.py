@@ -69,7 +69,7 @@ def judgement(score: Score, noise: float, wanted: Wanted | None = None) -> str:
         return ""
     parts = []
     if wanted is not None:
-        good = wanted.kept_by_norms(score.position, score.rotation)
+        good = wanted.within_by_norms(score.position, score.rotation)
         words = f"rms {'within' if good else 'beyond'} the wanted {wanted.words}"
         parts.append(f'<span style="color:{GOOD if good else css(OUT_OF_REACH)}">{words}</span>')
     length = np.sqrt(3.0) * noise

@@ -36,7 +36,7 @@ class StartCard(AbstractPanel):
         if self._is_open_at_first:
             self._open(gui)
 
-    def build_way_back(self, gui: viser.GuiApi) -> None:
+    def build_reopen_button(self, gui: viser.GuiApi) -> None:
         """A button that opens the card again."""
         again = gui.add_button("What do you have?", icon=viser.Icon.HOME, color="gray", hint=INTRODUCTION)
 

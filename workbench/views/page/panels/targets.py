@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench.base.wording import capital
-from workbench.plate.obstruction import clear_of
+from workbench.plate.obstruction import unobstructed
 from workbench.plate.plate import AUTO
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
@@ -114,7 +114,7 @@ class TargetsPanel(AbstractPanel):
 def blocked_branches(session: Session) -> tuple[str, ...]:
     """Names of the selected target's branches in which the arm would run into something."""
     branches = session.branches
-    free = clear_of(session.robot, session.plate, session.selected, branches)
+    free = unobstructed(session.robot, session.plate, session.selected, branches)
     return tuple(branch.name for branch in branches if not any(branch is other for other in free))
 
 

@@ -20,8 +20,8 @@ from workbench.session.commands.trajectory import (
     PlanTrack,
     PlayTrack,
     SetPace,
-    erring_robot,
-    usual_circle,
+    default_trajectory_circle,
+    deviating_robot,
 )
 from workbench.session.planned_trajectory import Track
 from workbench.session.state import Focus, Session
@@ -50,7 +50,7 @@ class TrackPanel(AbstractPanel):
         "track",
         "play",
         "focus",
-        erring_robot,
+        deviating_robot,
         "is_idle",
         "measuring",
         "overlay",
@@ -132,7 +132,7 @@ class TrackPanel(AbstractPanel):
 
     def _show_usual(self, session: Session) -> None:
         """Where the path is unless another one is typed; a new arm or region has another one."""
-        usual = usual_circle(session)
+        usual = default_trajectory_circle(session)
         set_value(self._centre, tuple(np.round(1e3 * usual.centre, 1).tolist()))
         set_value(self._radius, round(1e3 * usual.radius, 1))
         flat = [abs(np.cross(*axes) @ np.cross(usual.along, usual.across)) for axes in PLANES.values()]
@@ -150,7 +150,7 @@ class TrackPanel(AbstractPanel):
         if track is not None:
             self.place(session.play.at / track.duration)
         self._plan.disabled = session.job is not None
-        self._corrected.disabled = erring_robot(session) is None
+        self._corrected.disabled = deviating_robot(session) is None
         if self._corrected.disabled:
             set_value(self._corrected, False)
         self._pace.visible = is_there

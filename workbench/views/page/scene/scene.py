@@ -154,7 +154,7 @@ class Player:
             self._worker.submit(PlaceTrack(self._at))
         if self._run is not None:
             self._at = self._run.at
-        elif not session.is_underway:
+        elif not session.is_track_active:
             self._at = session.play.at
         return self._at
 
