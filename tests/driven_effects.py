@@ -5,7 +5,7 @@ from pathlib import Path
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.backlash import Backlash
 from workbench.data.writer import write_measurements
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 
 DRIVEN = {
     "temperature": ("thermal-growth::3e-4", 3),

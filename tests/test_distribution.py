@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from workbench.base.distribution import NAME, install_command, package_version
 from workbench.base.errors import MissingExtraError
+from workbench.base.installed_package import NAME, install_command, package_version
 
 ROOT = Path(__file__).resolve().parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 import typer
-from shown import commands, run_lines
+from documented_commands import commands, run_lines
 
 import workbench
 from workbench.cli import app

@@ -11,8 +11,8 @@ from rigid_body import rigid_body
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
+from workbench.arm.identification_jacobian import linearise
 from workbench.arm.kinematics import forward
-from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame, Robot
 from workbench.arm.robot_toml import read_toml

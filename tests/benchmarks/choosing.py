@@ -19,7 +19,7 @@ import numpy as np
 from environments import Failed
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.linearisation import linearise
+from workbench.arm.identification_jacobian import linearise
 from workbench.plate.criterion import criterion_of
 from workbench.plate.observability import INDICES, SetIndex
 from workbench.plate.poses.d_optimal import d_bound, d_exchange

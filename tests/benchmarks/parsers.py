@@ -255,7 +255,7 @@ def joint_table() -> tuple[bytes, Parse]:
 def controller() -> tuple[bytes, Parse]:
     from workbench.arm.built_in_arms import load_robot
     from workbench.exports import FORMS
-    from workbench.exports.form import Job
+    from workbench.exports.export_format import Job
 
     arm = load_robot("ur10")
 

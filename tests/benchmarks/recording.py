@@ -40,7 +40,7 @@ from workbench.session.view import AbstractKeeper
 from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.draw_steps import Drawing, thinned
-from workbench.views.recording.moment import Moment
+from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.recorder import recorder
 from workbench.views.recording.rerun_output import FILE_TICK, FileOutlet
 from workbench.views.recording.review import pictures_of

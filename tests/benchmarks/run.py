@@ -75,7 +75,7 @@ def worked(package, given, folder):
 def first_calls(given):
     """The first calls with an empty folder of compiled code, then with the folder that they left."""
     with tempfile.TemporaryDirectory() as folder:
-        runs = [parsed(ours((HERE / "alone.py", "first"), given, NUMBA_CACHE_DIR=folder)) for _ in range(2)]
+        runs = [parsed(ours((HERE / "single_process.py", "first"), given, NUMBA_CACHE_DIR=folder)) for _ in range(2)]
     return dict(zip(("cold", "warm"), runs, strict=True))
 
 
@@ -171,7 +171,7 @@ def main():
         packages = ["workbench", *(p for p in environments.REQUIREMENTS if p in given.peers.split(","))]
         reports = {package: worked(package, given, folder) for package in packages}
     print("workbench alone …", file=sys.stderr, flush=True)
-    measured = {k: parsed(ours((HERE / "alone.py", k), given)) for k in ("growth", "large")}
+    measured = {k: parsed(ours((HERE / "single_process.py", k), given)) for k in ("growth", "large")}
     measured |= {"first": first_calls(given), "help": help_time(given)}
     mine, rate = compared(table, reports, arrays, REFERENCE)
     bounds(table, reports, mine, rate)

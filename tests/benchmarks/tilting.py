@@ -24,7 +24,7 @@ from rich.table import Column, Table
 
 from workbench.arm.effects import EFFECTS
 from workbench.diagnosis.diagnose import diagnose
-from workbench.identification.factorisation import factorise
+from workbench.identification.identifiable_directions import factorise
 from workbench.identification.load_test.experiment import tilting_of
 from workbench.identification.load_test.postures import plan_load_test
 from workbench.identification.load_test.tolerance import with_centre_tolerance

@@ -42,7 +42,7 @@ WIDTH = 190
 """Characters that the tables need."""
 DIAGNOSE = "workbench.diagnosis.diagnose:diagnose"
 EFFECTS = "workbench.arm.effects.effect"
-CAUSES = "workbench.diagnosis.causes"
+CAUSES = "workbench.diagnosis.claimed_causes"
 OFF: dict[str, tuple[tuple[str, str, object], ...]] = {
     "inertia": (("workbench.diagnosis.refit", "needs_inertia", lambda robot: False),),
     "together": ((EFFECTS, "separate_and_joint", list),),

@@ -21,7 +21,7 @@ from workbench.base.files import write_text
 from workbench.data.readers import read_measurements
 from workbench.data.readers.trajectory import read_trajectory
 from workbench.data.writer import RotationForm, write_measurements
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 
 ERRORS = {"position_mm", "orientation_deg"}
 SPREAD = {"mean", "rms", "max", "median"}

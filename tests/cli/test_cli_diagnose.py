@@ -17,7 +17,7 @@ from workbench.data.readers import read_measurements
 from workbench.data.writer import write_measurements
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import pytest
 
 from workbench.__main__ import main
-from workbench.cli.ending import run as ended
+from workbench.cli.exit_status import run as ended
 
 HELP = [sys.executable, "-m", "workbench", "--help"]
 
@@ -84,7 +84,7 @@ def test_a_locale_without_our_letters():
         "PYTHONCOERCECLOCALE": "0",
         "PYTHONIOENCODING": "ascii",
     }
-    code = "from workbench.cli.ending import run; run(lambda words: print('0.1' + chr(176)), [])"
+    code = "from workbench.cli.exit_status import run; run(lambda words: print('0.1' + chr(176)), [])"
     path = {"PYTHONPATH": ":".join(sys.path)}
     done = subprocess.run(
         [sys.executable, "-c", code], env=environment | path, capture_output=True, check=False

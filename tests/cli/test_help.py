@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from workbench.cli import PANELS, app, serve
-from workbench.cli.ending import SECTIONS
+from workbench.cli.exit_status import SECTIONS
 from workbench.cli.sessions import _with_recorder
 from workbench.session.journal.folder import StartedSession
 from workbench.views.page import serve as page

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from pictured_arms import photograph
-from shown import run_lines
+from board_on_tool import photograph
+from documented_commands import run_lines
 
 import workbench as wb
 from workbench.base import se3

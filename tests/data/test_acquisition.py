@@ -17,9 +17,9 @@ from workbench.data.live.sample import Sample, format_sample, parse_sample
 from workbench.data.readers import read_measurements
 from workbench.data.simulation.driver import Pace, drive
 from workbench.data.simulation.instruments import instrument_named
-from workbench.plate.guided_measuring import capture, plate_acquisition
+from workbench.plate.guided_measurement import capture, plate_acquisition
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.virtual_measuring import drive_plate
+from workbench.plate.simulated_measurement import drive_plate
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")
 QUICK = Pace(rate=20.0, dwell=0.8)

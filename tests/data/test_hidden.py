@@ -10,7 +10,7 @@ from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import OptionError
 from workbench.data.simulation.hidden_effects import BEND, hidden_effects, surprise, varied_state
 from workbench.identification.evaluate import evaluate
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 
 
 @pytest.mark.parametrize("name", EFFECTS)

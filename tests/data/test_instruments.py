@@ -14,7 +14,7 @@ from workbench.data.simulation.readings import SIDES, Sight, lost, mounting, sta
 from workbench.data.simulation.simulate import simulate, simulate_targets, virtual_arm
 from workbench.data.writer import write_measurements
 from workbench.identification.identify import identify
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 
 
 @pytest.fixture(scope="module")

@@ -10,10 +10,10 @@ import pytest
 import workbench as wb
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, WorkbenchError
+from workbench.data.readers.joint_logs import still
 from workbench.data.readers.layouts import mocap
 from workbench.data.readers.mapping import mapping_text, read_mapping, with_column, write_mapping
 from workbench.data.readers.preview import preview
-from workbench.data.readers.standstills import still
 
 POSES, RATE = 8, 25.0
 UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")

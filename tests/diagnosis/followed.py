@@ -6,7 +6,7 @@ turn with the load, compliance of every loaded joint. The package gets the nomin
 
     found = followed("katana", seed=3, planned=paths("katana"))
 
-`tests/benchmarks/following.py` prints the reductions over many arms.
+`tests/benchmarks/path_accuracy.py` prints the reductions over many arms.
 """
 
 import tempfile

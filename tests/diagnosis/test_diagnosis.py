@@ -17,12 +17,12 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.apparent_errors import Rows
-from workbench.diagnosis.report.effect_pictures import SURE, shapes
+from workbench.diagnosis.report.effect_plots import SURE, shapes
 from workbench.diagnosis.report.html_report import PAGE, RESULT, write_diagnosis
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import Size, diagnosis_tables, lines, sizes
 from workbench.identification.problem import Problem
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 
 HOSTILE = "<script>alert('x')</script> & \"quoted\" $\\alpha$"
 WRONG, KEPT_OUT = 13, 3

@@ -8,7 +8,7 @@ import pytest
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.identification.evaluate import evaluate
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ import workbench.base.registry as registry
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS, AbstractEffect, Loads
 from workbench.arm.effects.axes import diagonal, driven_names, own
-from workbench.arm.effects.pictures import State
+from workbench.arm.effects.plots import State
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
@@ -25,7 +25,7 @@ from workbench.data.readers import read_measurements, read_trajectory
 from workbench.data.simulation.hidden_effects import hidden_effects
 from workbench.data.writer import write_measurements
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 from workbench.session import Worker, start
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose

@@ -12,9 +12,9 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis import refit as refits
 from workbench.diagnosis.evidence import Term, left_by, offer
-from workbench.diagnosis.inner_products import compress
+from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.refit import linear_answer, refit, robot_with, with_own_noise
-from workbench.identification.factorisation import factorise, factorise_pieces
+from workbench.identification.identifiable_directions import factorise, factorise_pieces
 
 BAND = JointHarmonic((1,), order=tuple(range(1, 9)))
 FOLD = np.arange(120) % 5

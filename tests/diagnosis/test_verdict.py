@@ -16,7 +16,7 @@ from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.final_fit import neighbours
 from workbench.diagnosis.record import Verdict
 from workbench.identification.problem import Noise
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 
 SLIDING = """
 name = "column"

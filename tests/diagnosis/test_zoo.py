@@ -71,13 +71,13 @@ def test_an_interrupted_run_goes_on(tmp_path, capsys, monkeypatch):
 
 
 def test_parts_are_switched_off_by_name(monkeypatch):
-    monkeypatch.setitem(zoo.OFF, "groups", (("workbench.diagnosis.catalogue", "CONFOUNDED", 2.0),))
-    monkeypatch.setitem(zoo.OFF, "lost", (("workbench.diagnosis.catalogue", "GONE", None),))
-    from workbench.diagnosis import catalogue
+    monkeypatch.setitem(zoo.OFF, "groups", (("workbench.diagnosis.candidates", "CONFOUNDED", 2.0),))
+    monkeypatch.setitem(zoo.OFF, "lost", (("workbench.diagnosis.candidates", "GONE", None),))
+    from workbench.diagnosis import candidates
 
-    monkeypatch.setattr(catalogue, "CONFOUNDED", catalogue.CONFOUNDED)
+    monkeypatch.setattr(candidates, "CONFOUNDED", candidates.CONFOUNDED)
     zoo.switch_off(["groups"])
-    assert catalogue.CONFOUNDED == 2.0
+    assert candidates.CONFOUNDED == 2.0
     with pytest.raises(SystemExit, match="catalogue has no GONE"):
         zoo.switch_off(["lost"])
 

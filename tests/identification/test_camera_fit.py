@@ -17,7 +17,7 @@ from workbench.data.camera.resection import with_boards, with_boards_in_view
 from workbench.identification import pixel_noise
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.camera_checks import PictureFit, _larger
-from workbench.identification.camera_gate import BLOCKS, _left_out
+from workbench.identification.camera_model_selection import BLOCKS, _left_out
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.held_out_rows import cells
 from workbench.identification.noise import factor_at

@@ -5,10 +5,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import Parameter
-from workbench.arm.unidentifiable import combinations
 from workbench.identification.algorithms.identifier import gauge_step
-from workbench.identification.factorisation import factorise
+from workbench.identification.identifiable_directions import factorise
 
 
 def full(rng, rows=30, columns=5):

@@ -21,7 +21,7 @@ from workbench.data.observations.tilt import reading
 from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.identify import identify
 from workbench.identification.problem import FrameFreedom, Noise, Problem
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 
 ROWS = 12
 

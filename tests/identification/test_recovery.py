@@ -21,13 +21,13 @@ from workbench.identification.algorithms.opt1_bounded import Opt1
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.algorithms.robust import Loss
 from workbench.identification.alignment import align
-from workbench.identification.factorisation import factorise
+from workbench.identification.identifiable_directions import factorise
 from workbench.identification.identify import identify
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.region_poses import nearby_poses
-from workbench.plate.virtual_measuring import measure_plate
+from workbench.plate.simulated_measurement import measure_plate
 
 PLATE_NOISE = Noise(1e-4, np.deg2rad(0.02))
 ALGORITHMS = {"ols": (Ols(), 1e-9), "opt1": (Opt1(), 1e-6), "opt2": (Opt2(), 1e-9)}

@@ -9,7 +9,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
-from workbench.identification.controller_numbers import Part, controller_numbers
+from workbench.identification.controller_parameters import Part, controller_numbers
 
 OFFSETS = np.array([0.01, -0.02, 0.005, 0.03, -0.004, 0.002])
 

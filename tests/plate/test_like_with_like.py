@@ -8,6 +8,7 @@ import pytest
 from workbench.base import se3
 from workbench.plate import design, tradeoff
 from workbench.plate.design import optimise_plate, try_plate
+from workbench.plate.monte_carlo.trial import Yield
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
@@ -21,7 +22,6 @@ from workbench.plate.report.plates import comparison_table
 from workbench.plate.score import alike, score_plates
 from workbench.plate.tolerances import EXACT, Making
 from workbench.plate.tradeoff import Choice, Tradeoff, weigh_choices
-from workbench.plate.yield_trial.trial import Yield
 from workbench.report.result_display import AbstractShown
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.start import start

@@ -11,14 +11,14 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.plate.design import optimise_plate, try_plate
+from workbench.plate.monte_carlo import trial
+from workbench.plate.monte_carlo.trial_inputs import Errors
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate, read_plate, write_plate
 from workbench.plate.readings import MAKERS, anchors_of, contact_rows, linearise_reading, reading_named
 from workbench.plate.score import alike
-from workbench.plate.yield_trial import trial
-from workbench.plate.yield_trial.trial_inputs import Errors
 
 STEP = 1e-6
 WAYS = {

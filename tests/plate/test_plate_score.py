@@ -6,7 +6,7 @@ from html import unescape
 import numpy as np
 import pytest
 
-from workbench.arm.linearisation import linearise
+from workbench.arm.identification_jacobian import linearise
 from workbench.base.errors import DataError
 from workbench.plate.design import planned_joints, try_plate
 from workbench.plate.free_constants import identified_names, visible, visible_basis

@@ -15,7 +15,7 @@ from workbench.plate.free_constants import identified_names, visible_basis
 from workbench.plate.observability import I
 from workbench.plate.poses.gradient import PoseClimb
 from workbench.plate.poses.informative_poses import Method, informative_poses
-from workbench.plate.poses.measuring_order import measuring_order, travels
+from workbench.plate.poses.measurement_order import measuring_order, travels
 from workbench.plate.poses.pose_limits import PoseLimits, sample_poses, walks
 from workbench.plate.poses.sampling import random_poses
 from workbench.plate.region_poses import plate_region_poses

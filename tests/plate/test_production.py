@@ -26,15 +26,15 @@ from workbench.data.simulation.simulate import virtual_arm
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import Noise
+from workbench.plate.monte_carlo import trial
+from workbench.plate.monte_carlo.arms import try_arms
+from workbench.plate.monte_carlo.reach_targets import branches_by_distance, reach_targets
+from workbench.plate.monte_carlo.trial import gather, try_production
+from workbench.plate.monte_carlo.trial_inputs import Errors, Job, constrained_by
 from workbench.plate.plate import Kind
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.report.design import yield_tables
 from workbench.plate.target_branches import choose_branches
-from workbench.plate.yield_trial import trial
-from workbench.plate.yield_trial.arms import try_arms
-from workbench.plate.yield_trial.reach_targets import branches_by_distance, reach_targets
-from workbench.plate.yield_trial.trial import gather, try_production
-from workbench.plate.yield_trial.trial_inputs import Errors, Job, constrained_by
 
 NONE = np.zeros(10)
 QUIET = Errors(seat_position=0.0, seat_rotation=0.0, joint=0.0, target_position=NONE, target_rotation=NONE)
@@ -129,7 +129,7 @@ def test_the_stack_identifies_as_ols_does(aria, job):
     noise = Noise(float(job.sigma[0, 0]), float(job.sigma[0, 3]))
     problem = Problem.build(aria, rows, noise=noise)
     fitted = Ols().search(problem).x
-    from workbench.plate.yield_trial.arms import _calibrate
+    from workbench.plate.monte_carlo.arms import _calibrate
 
     stacked = aria.values(job.names) + _calibrate(job, q[None])[0]
     order = [problem.names.index(n) for n in job.names]

@@ -13,7 +13,7 @@ from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
 from workbench.plate import tradeoff
-from workbench.plate.obstruction import hits
+from workbench.plate.collision import hits
 from workbench.plate.optimiser.candidates import Setting
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.plate.optimiser.constraints import Constraints

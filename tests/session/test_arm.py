@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pendant import pendant, plural
+from typed_poses import pendant, plural
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from workbench.plate.obstruction import hits
+from workbench.plate.collision import hits
 from workbench.plate.plate import AUTO
 from workbench.plate.score import score_plate
-from workbench.plate.virtual_measuring import measure_plate
+from workbench.plate.simulated_measurement import measure_plate
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.plate import TryPlate

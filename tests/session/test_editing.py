@@ -9,7 +9,6 @@ from workbench.base import se3
 from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.predicted_error import predicted_error
 from workbench.session import replay
-from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, SnapTarget
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import (
     AddTarget,
@@ -20,6 +19,7 @@ from workbench.session.commands.edit import (
     MixBranches,
     RenumberTarget,
 )
+from workbench.session.commands.target_placement import ApplyPattern, PlaceTargets, SnapTarget
 from workbench.session.commands.undo import RestoreBest, Undo
 from workbench.session.state import Severity
 

@@ -10,7 +10,7 @@ from workbench.identification.alignment import align
 from workbench.identification.arm_match import arm_match
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.identify import Identify

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from carried_out import done
+from direct_commands import done
 from driven_effects import driven_file
 
 from workbench.diagnosis.record import Verdict
@@ -20,7 +20,7 @@ from workbench.session.commands.trajectory import PlanTrack
 from workbench.session.comparison import Stage as ComparedStage
 from workbench.session.guide import Action, Tone, guide, share_of_noise, stages
 from workbench.session.state import Drag, Focus, Job, Session, Source, Tab
-from workbench.views.drawables.subjects import on_page
+from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page.panels.figure import error_figure
 from workbench.views.page.panels.residuals import stage_means
 from workbench.views.page.panels.result_card import numbers, result_card

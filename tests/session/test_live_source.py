@@ -14,7 +14,7 @@ from workbench.arm.motion import Motion
 from workbench.base.errors import FileError
 from workbench.data.live.connection import SocketLines, connect, first_listener, send_samples
 from workbench.data.live.sample import Sample, format_sample
-from workbench.plate.virtual_measuring import drive_plate
+from workbench.plate.simulated_measurement import drive_plate
 from workbench.session import Worker, replay, start
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.commands.measure import (

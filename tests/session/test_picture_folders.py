@@ -18,13 +18,13 @@ from workbench.session.camera_view import camera_views, coverage, tool_covarianc
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.pictures import LoadPictures
+from workbench.session.commands.images import LoadPictures
 from workbench.session.export import calibrated_urdf
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.journal.replay import restore
 from workbench.session.state import Focus, Severity
-from workbench.views.drawables.subjects import on_page
+from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page.panels.cameras import _camera, _identified
 
 

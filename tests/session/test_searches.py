@@ -7,9 +7,9 @@ import numpy as np
 
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
+from workbench.plate.collision import solid_clear
 from workbench.plate.design import optimise_plate
 from workbench.plate.observability import inverse_condition
-from workbench.plate.obstruction import solid_clear
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from workbench.session import Worker
-from workbench.session.commands.pictures import BeginShooting, DropShot, EndShooting, TakeShot, UseShots
+from workbench.session.commands.images import BeginShooting, DropShot, EndShooting, TakeShot, UseShots
+from workbench.session.image_capture import Shot
+from workbench.session.image_sources import PictureWatcher
 from workbench.session.journal.codec import decode, encode
-from workbench.session.picture_sources import PictureWatcher
 from workbench.session.state import Source
-from workbench.session.taking_pictures import Shot
 from workbench.views.page.panels.cameras import _shown
 
 cv2 = pytest.importorskip("cv2")
@@ -21,7 +21,7 @@ cv2 = pytest.importorskip("cv2")
 @pytest.fixture(scope="module")
 def shots(aria, tmp_path_factory):
     """Four pictures of a board and their files, in a folder from which they are brought one by one."""
-    from pictured_arms import photograph
+    from board_on_tool import photograph
 
     folder = tmp_path_factory.mktemp("taken")
     photograph(aria, np.zeros(6), folder, count=4, fine=1)

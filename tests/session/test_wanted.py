@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from carried_out import done
+from direct_commands import done
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
@@ -16,10 +16,10 @@ from workbench.data.accuracy_requirement import Wanted
 from workbench.data.prediction import RowComponents
 from workbench.data.writer import write_measurements
 from workbench.plate import design
-from workbench.plate.obstruction import allows_target, hits
+from workbench.plate.collision import allows_target, hits
 from workbench.plate.plate import Target
 from workbench.plate.plate_toml import write_plate
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 from workbench.session import Worker, start
 from workbench.session.commands.arm import LoadModel
 from workbench.session.commands.data import ForgetData, LoadData

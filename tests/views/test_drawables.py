@@ -10,9 +10,9 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
 from workbench.session.state import CubeView, Drag, Field, Focus, Trial
-from workbench.views.drawables.item import AbstractSink, Item, is_same
 from workbench.views.drawables.plate import plate
-from workbench.views.drawables.subjects import in_motion, on_page
+from workbench.views.drawables.scene_contents import in_motion, on_page
+from workbench.views.drawables.sink import AbstractSink, Item, is_same
 
 
 class Notebook(AbstractSink):

@@ -4,7 +4,7 @@ Every message is one sentence that says what, where, and what to do. Bad input r
 not converge or cannot see a parameter is an `Outcome` in the result, never an exception.
 """
 
-from workbench.base.distribution import install_command
+from workbench.base.installed_package import install_command
 from workbench.base.wording import brief
 
 INTERRUPTED, STOPPED = 130, "stopped"

@@ -14,8 +14,8 @@ from itertools import takewhile
 from threading import Event
 from typing import Any
 
-from workbench.base.distribution import package_version
 from workbench.base.errors import MissingExtraError, OptionError
+from workbench.base.installed_package import package_version
 from workbench.base.progress import Cancel, Progress
 from workbench.base.threads import one_thread
 

@@ -26,7 +26,7 @@ from workbench.cli import (
     verification,
 )
 from workbench.cli import options as opt
-from workbench.cli.ending import Commands, run
+from workbench.cli.exit_status import Commands, run
 from workbench.cli.options import option
 from workbench.cli.sessions import open_session
 

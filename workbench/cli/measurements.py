@@ -204,7 +204,7 @@ def capture(
     from rich.console import Console
 
     from workbench.data.live.acquisition import ORIENTATION_STILL, POSITION_STILL, StandstillDetector
-    from workbench.plate import guided_measuring as acquisition
+    from workbench.plate import guided_measurement as acquisition
 
     arm, fixture = wb.load_robot(robot), wb.load_plate(plate)
     detector = StandstillDetector(
@@ -250,7 +250,7 @@ def drive(
     """A virtual arm in place of a real driver: JSON lines of an arm moving from target to target."""
     from workbench.data.live.connection import send_samples
     from workbench.data.simulation.driver import Pace
-    from workbench.plate.virtual_measuring import drive_plate
+    from workbench.plate.simulated_measurement import drive_plate
 
     opt.check_writable(actual)
     hidden, samples = drive_plate(

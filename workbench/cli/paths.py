@@ -7,7 +7,7 @@ from typing import Annotated
 import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
-from workbench.cli.ending import group
+from workbench.cli.exit_status import group
 from workbench.cli.options import argument, option
 
 paths = group(

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
-from workbench.cli.ending import group
+from workbench.cli.exit_status import group
 from workbench.cli.options import argument, option
 
 plates = group("plate", "Fixture plates: score, design, manufacture.")

@@ -7,10 +7,10 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-from workbench.base.distribution import install_command
 from workbench.base.errors import OptionError
+from workbench.base.installed_package import install_command
 from workbench.cli import options as opt
-from workbench.cli.ending import group
+from workbench.cli.exit_status import group
 from workbench.cli.options import option
 
 TESTS = Path(__file__).resolve().parents[2] / "tests"

@@ -15,7 +15,7 @@ from workbench.base.progress import Cancel, Report
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
-from workbench.diagnosis.causes import Cause, ResidualMap, find_causes, ranked, rivals_of
+from workbench.diagnosis.claimed_causes import Cause, ResidualMap, find_causes, ranked, rivals_of
 from workbench.diagnosis.evidence import Model, Offer
 from workbench.diagnosis.final_fit import fitted_on_all, structured, suspect_note, suspects
 from workbench.diagnosis.next_poses import Measurable, next_poses

@@ -21,7 +21,7 @@ from jaxtyping import Float
 from scipy import linalg, special
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.inner_products import Grams
+from workbench.diagnosis.gram_matrices import Grams
 
 UNSEEN = 1e-5
 """Share of a column's square beside all others below which the rows don't show it."""

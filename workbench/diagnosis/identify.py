@@ -8,12 +8,12 @@ from jaxtyping import Float
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.diagnosis.catalogue import catalogue
-from workbench.diagnosis.inner_products import compress
+from workbench.diagnosis.candidates import catalogue
+from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.rounds import folds_of
 from workbench.diagnosis.stepwise_search import search
 from workbench.identification import identify as identification
-from workbench.identification.camera_gate import Seek
+from workbench.identification.camera_model_selection import Seek
 from workbench.identification.problem import Problem
 from workbench.identification.record import Identification
 

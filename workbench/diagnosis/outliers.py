@@ -11,7 +11,7 @@ from scipy import special
 
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.algorithms.robust import Loss, row_weights
-from workbench.identification.factorisation import Factor
+from workbench.identification.identifiable_directions import Factor
 from workbench.identification.problem import Problem
 
 LEVEL = 0.01

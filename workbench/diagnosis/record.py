@@ -12,7 +12,7 @@ from rich.console import RenderableType
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.causes import Cause, ResidualMap
+from workbench.diagnosis.claimed_causes import Cause, ResidualMap
 from workbench.diagnosis.next_poses import NextReason
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
@@ -202,7 +202,7 @@ class Diagnosis(AbstractShown):
 
         Without a name: the ranking; the errors where nothing was ranked.
         """
-        from workbench.diagnosis.report.pictures import pictures
+        from workbench.diagnosis.report.plots import pictures
         from workbench.report.figures import draw
 
         return draw(pictures(self), name or ("ranking" if self.ranking else "errors"))

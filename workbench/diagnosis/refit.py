@@ -10,7 +10,7 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.evidence import Model, coefficients, curvature, precision_of, solve
-from workbench.diagnosis.inner_products import Grams
+from workbench.diagnosis.gram_matrices import Grams
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep, Search, ended
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2

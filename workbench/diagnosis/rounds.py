@@ -13,9 +13,9 @@ from jaxtyping import Bool, Int
 from workbench.arm.effects import Candidate
 from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.catalogue import Catalogue, catalogue
+from workbench.diagnosis.candidates import Catalogue, catalogue
 from workbench.diagnosis.evidence import Model, drop, rescaled, solve, validated
-from workbench.diagnosis.inner_products import Grams, compress
+from workbench.diagnosis.gram_matrices import Grams, compress
 from workbench.diagnosis.outliers import find_outliers, robust_fit
 from workbench.diagnosis.refit import Fitted, large, linear_answer, refit, with_own_noise
 from workbench.diagnosis.stepwise_search import WORTH, Found, as_found

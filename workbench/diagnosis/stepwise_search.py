@@ -24,7 +24,7 @@ from workbench.diagnosis.evidence import (
     standard_error,
     validated,
 )
-from workbench.diagnosis.inner_products import Grams
+from workbench.diagnosis.gram_matrices import Grams
 
 ALPHA = 0.002
 """Share of arms without effects on which one may be claimed."""

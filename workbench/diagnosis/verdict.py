@@ -8,7 +8,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import STILL
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.causes import Cause, ResidualMap
+from workbench.diagnosis.claimed_causes import Cause, ResidualMap
 from workbench.diagnosis.evidence import Offer
 from workbench.diagnosis.record import Verdict
 from workbench.identification.fit import Fit

@@ -3,7 +3,7 @@
 from workbench.base.errors import OptionError
 from workbench.base.registry import Registry
 from workbench.exports.compensation import CHeader, PythonModule
-from workbench.exports.form import AbstractForm, Exported, Job, export_robot
+from workbench.exports.export_format import AbstractForm, Exported, Job, export_robot
 from workbench.exports.kinematics_yaml import FRANKA, OPENARM, UR, XARM
 from workbench.exports.offsets import MotorCalibration, OffsetsCard
 from workbench.exports.simulators import Mjcf, XacroProperties

@@ -26,7 +26,7 @@ from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
 from workbench.base.toml import LARGEST
 from workbench.base.types import Matrix4
-from workbench.exports.form import AbstractForm, Job, tool_note
+from workbench.exports.export_format import AbstractForm, Job, tool_note
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 NUMBERED = tuple(f"joint{k}" for k in range(1, 51))

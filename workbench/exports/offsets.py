@@ -20,8 +20,8 @@ from jaxtyping import Float
 from workbench.arm.kinematics.forward import joint_elements
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import FileError, OptionError
-from workbench.exports.form import AbstractForm, Job
-from workbench.identification.controller_numbers import Part, controller_numbers
+from workbench.exports.export_format import AbstractForm, Job
+from workbench.identification.controller_parameters import Part, controller_numbers
 from workbench.identification.report.how_to_apply import use_of
 from workbench.report.result_display import as_text
 

@@ -20,7 +20,7 @@ from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.arm.urdf import numbers_text as _text
 from workbench.base import se3
 from workbench.base.types import Matrix4
-from workbench.exports.form import AbstractForm, Job
+from workbench.exports.export_format import AbstractForm, Job
 
 LEAST_MASS, LEAST_INERTIA = "0.001", "1e-06"
 

@@ -24,7 +24,7 @@ from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.arm.robot_toml import robot_from_rows, robot_to_table
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError
-from workbench.exports.form import AbstractForm, Job, tool_note
+from workbench.exports.export_format import AbstractForm, Job, tool_note
 
 UNITS = {"theta": "rad", "d": "m", "a": "m", "alpha": "rad", "beta": "rad"}
 SYMBOLS = (r"\theta", "d", "a", r"\alpha", r"\beta")

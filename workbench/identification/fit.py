@@ -13,12 +13,12 @@ from jaxtyping import Float
 from rich.console import RenderableType
 
 from workbench.arm.calibration import Calibration, pose_keys
+from workbench.arm.confounded_constants import Combination, combinations
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
-from workbench.arm.unidentifiable import Combination, combinations
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, Search
-from workbench.identification.factorisation import Factor
+from workbench.identification.identifiable_directions import Factor
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.pixel_noise import Considered, covariance
 from workbench.identification.problem import Noise, Problem

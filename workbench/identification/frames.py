@@ -22,7 +22,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import ENOUGH_ROWS, align, spread_rows
-from workbench.identification.factorisation import factorise
+from workbench.identification.identifiable_directions import factorise
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 

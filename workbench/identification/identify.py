@@ -15,7 +15,7 @@ from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms import ALGORITHMS, USUAL, AbstractIdentifier
 from workbench.identification.algorithms.robust import Loss, row_weights
-from workbench.identification.camera_gate import Seek
+from workbench.identification.camera_model_selection import Seek
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices, option, with_choices
 from workbench.identification.preparation import on_step, prepare

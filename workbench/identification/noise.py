@@ -22,7 +22,7 @@ from scipy import optimize
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
-from workbench.identification.factorisation import Factor, factorise_pieces
+from workbench.identification.identifiable_directions import Factor, factorise_pieces
 from workbench.identification.joint_reading_noise import FREEDOM, consistent, with_joint_readings
 from workbench.identification.problem import Noise, Problem
 

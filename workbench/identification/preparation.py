@@ -18,8 +18,8 @@ from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.camera_checks import mismatched_pictures
-from workbench.identification.camera_gate import Seek, select_camera_step
-from workbench.identification.camera_steps import Gate
+from workbench.identification.camera_model_selection import Seek, select_camera_step
+from workbench.identification.camera_selection_steps import Gate
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
 from workbench.identification.held_out_rows import (

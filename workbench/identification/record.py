@@ -12,7 +12,7 @@ from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
 from workbench.identification.arm_match import SOME, ArmMatch, arm_match
-from workbench.identification.camera_steps import Gate
+from workbench.identification.camera_selection_steps import Gate
 from workbench.identification.expected_error import SERIOUS, Transfer, transfer, transfer_note
 from workbench.identification.fit import Fit
 from workbench.identification.noise import from_repeats, stated

@@ -16,9 +16,9 @@ import numpy as np
 from jaxtyping import Bool, Float
 from rich.console import RenderableType
 
-from workbench.arm.inverse.bent_arm import refine_bent, rigid_targets
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import WEIGHT, Refined, refine
+from workbench.arm.inverse.deflected_arm import refine_bent, rigid_targets
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.motion import Motion

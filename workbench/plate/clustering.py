@@ -16,14 +16,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.identification_jacobian import Linearisation, linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
+from workbench.plate.collision import hits, mutually_blocking
 from workbench.plate.criterion import criterion_of
 from workbench.plate.observability import AbstractIndex, O
-from workbench.plate.obstruction import hits, mutually_blocking
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.d_optimal import greedy_choice
 from workbench.plate.poses.exchange import exchange

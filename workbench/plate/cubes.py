@@ -11,9 +11,9 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
+from workbench.arm.identification_jacobian import Linearisation
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.kinematics.reachable import reachable
-from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.linearisation import linearise
+from workbench.arm.identification_jacobian import linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.progress import Cancel, Progress
@@ -18,6 +18,8 @@ from workbench.plate import clustering
 from workbench.plate.clustering import Clustering
 from workbench.plate.criterion import goal_index
 from workbench.plate.free_constants import identified_names
+from workbench.plate.monte_carlo.trial import ARMS, Yield, check_number, try_production
+from workbench.plate.monte_carlo.trial_inputs import Errors, Job, constrained_by
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import DesignRequest
@@ -31,8 +33,6 @@ from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
 from workbench.plate.target_branches import choose_branches, measurable
 from workbench.plate.tolerances import Making
-from workbench.plate.yield_trial.trial import ARMS, Yield, check_number, try_production
-from workbench.plate.yield_trial.trial_inputs import Errors, Job, constrained_by
 
 ERROR = "I"
 """Name of the index that is the predicted error over the region."""

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.identification_jacobian import Linearisation, linearise
 from workbench.arm.robot import FRAME_PARTS, Robot
 from workbench.base.types import Freedom, frozen
 from workbench.plate.poses.sampling import random_poses

@@ -5,11 +5,11 @@ the unscaled Jacobian, as in the paper: metres and radians stand side by side. A
 6 parameters it shows six combinations, and σ1 … σ6 are meant. For a set O is the mean over its poses and says
 nothing about the set as a whole: ten identical poses of high O show six combinations only.
 
-O1 … O5, A and D are of a whole set, by the singular values σ1 ≥ … ≥ σp of its scaled, whitened Jacobian (see
-`workbench.arm.linearisation` for the scaling). Each is zero where a parameter can't be seen. Their gradient
-comes from dσ_k = u_kᵀ dJ v_k. Choosing poses by O1 or D does not depend on units: scaling rows or columns
-multiplies them by a constant. O2 is the same for rows all scaled alike and for poses that are added again,
-and changes with single columns; added measurements never lower O3 and O5.
+O1 … O5, A and D are of a whole set, by the singular values σ1 ≥ … ≥ σp of its scaled, whitened Jacobian
+(see `workbench.arm.identification_jacobian` for the scaling). Each is zero where a parameter can't be seen.
+Their gradient comes from dσ_k = u_kᵀ dJ v_k. Choosing poses by O1 or D does not depend on units: scaling
+rows or columns multiplies them by a constant. O2 is the same for rows all scaled alike and for poses that
+are added again, and changes with single columns; added measurements never lower O3 and O5.
 
 I is of a set and a region. It comes with the robot and poses that matter, so it is made, not registered:
 `I(position_weight(…))`.
@@ -28,7 +28,7 @@ from typing import Any, final
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.linearisation import RANK_TOLERANCE, Linearisation
+from workbench.arm.identification_jacobian import RANK_TOLERANCE, Linearisation
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 

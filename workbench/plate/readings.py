@@ -29,8 +29,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
+from workbench.arm.identification_jacobian import Linearisation, linearise
 from workbench.arm.kinematics.forward import sensitivity
-from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3

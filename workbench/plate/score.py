@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from rich.console import RenderableType
 
+from workbench.arm.identification_jacobian import Linearisation
 from workbench.arm.kinematics.forward import link_frames
-from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3

@@ -11,17 +11,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
+from workbench.arm.identification_jacobian import Linearisation
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.solve import Branch, Task
-from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
+from workbench.plate.collision import hits, unobstructed
 from workbench.plate.criterion import criterion_of, goal_index
 from workbench.plate.free_constants import visible, visible_basis
 from workbench.plate.observability import index_named
-from workbench.plate.obstruction import hits, unobstructed
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.poses.exchange import exchange
 from workbench.plate.poses.sampling import in_base

@@ -19,12 +19,12 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.design import optimise_plate, try_plate
+from workbench.plate.monte_carlo.trial import Yield
 from workbench.plate.optimiser.manufacturing import MANNERS, ManufacturingMethod
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
-from workbench.plate.yield_trial.trial import Yield
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_white
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import new_table

@@ -6,7 +6,7 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.linearisation import Linearisation
+from workbench.arm.identification_jacobian import Linearisation
 from workbench.plate.cubes import CubeMap
 from workbench.session.comparison import Comparison
 from workbench.session.state import CubeView, Field, Session, Trial

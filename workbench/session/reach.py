@@ -4,7 +4,7 @@ A target is followed from its last joint positions, so that a dragged target kee
 branch reaches it. If following fails, all branches are tried; if none reaches, the arm takes the nearest
 posture it can and the reason is kept.
 
-Where the arm would run into plate or blocks (`plate/obstruction.py`) an automatically chosen branch is
+Where the arm would run into plate or blocks (`plate/collision.py`) an automatically chosen branch is
 replaced by a collision-free one, if there is any.
 """
 
@@ -22,7 +22,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel, Cancelled, never
 from workbench.base.types import Matrix4, frozen
-from workbench.plate.obstruction import hits, unobstructed
+from workbench.plate.collision import hits, unobstructed
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.score import STARTS
 from workbench.plate.target_branches import choose_branches

@@ -7,7 +7,7 @@ plate the same number as `plate score` says, of a changed one that of `plate com
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.linearisation import Linearisation
+from workbench.arm.identification_jacobian import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.types import frozen

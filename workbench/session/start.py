@@ -20,7 +20,7 @@ from workbench.base.progress import Cancel, never
 from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import default_requirement
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.obstruction import unobstructed
+from workbench.plate.collision import unobstructed
 from workbench.plate.patterns import CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate

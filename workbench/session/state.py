@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.identification_jacobian import Linearisation
 from workbench.arm.inverse.branch import Branch
-from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.accuracy_requirement import Wanted
@@ -22,13 +22,13 @@ from workbench.identification.problem_blocks import Noise
 from workbench.identification.record import Identification, Run
 from workbench.identification.rezero.record import Rezero
 from workbench.plate.cubes import CubeMap
+from workbench.plate.monte_carlo.trial import Yield
 from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
-from workbench.plate.yield_trial.trial import Yield
 from workbench.session.comparison import Comparison, Overlay
+from workbench.session.image_capture import Shooting
 from workbench.session.loaded_measurements import Loaded, MeasurementFile, Measuring
 from workbench.session.planned_trajectory import Play, Track
-from workbench.session.taking_pictures import Shooting
 
 if TYPE_CHECKING:
     from workbench.plate.tradeoff import Tradeoff

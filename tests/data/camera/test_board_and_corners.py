@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rendered import looking_at, render
+from rendered_boards import looking_at, render
 
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.types import Freedom

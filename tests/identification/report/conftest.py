@@ -13,7 +13,7 @@ from workbench.data.accuracy_requirement import Requirement
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
 from workbench.identification.report.html_report import write_report
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 
 HOSTILE = "<script>alert('x')</script> & \"quoted\" $\\alpha$"
 

@@ -194,8 +194,8 @@ def pictures(visit: Visit, archive: Path, folder: Path) -> Path:
 def tell(story: str, folder: Path) -> None:
     """One story in a browser of its own, its pictures in the folder."""
     sys.path.append(str(Path(__file__).resolve().parents[2]))
+    from board_on_tool import photograph
     from driven_effects import driven_file
-    from pictured_arms import photograph
 
     folder.mkdir(parents=True, exist_ok=True)
     app = App(load_robot("aria"), load_plate("table2"), asks=story != "pictures")

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from pendant import pendant, plural
+from typed_poses import pendant, plural
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
@@ -11,7 +11,7 @@ from workbench.arm.robot_toml import read_toml
 from workbench.data.readers.mapping import read_mapping
 from workbench.data.readers.preview import preview
 from workbench.data.writer import write_measurements
-from workbench.plate.virtual_measuring import measure_poses
+from workbench.plate.simulated_measurement import measure_poses
 
 pytestmark = pytest.mark.browser
 

@@ -13,7 +13,7 @@ SHIFTS = np.deg2rad([0.0, 0.0, 0.6, 0.0, -0.4, 0.0])
 
 
 def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
-    from pictured_arms import tabulate
+    from board_on_tool import tabulate
 
     folder = tmp_path / "knocked"
     folder.mkdir()
@@ -47,7 +47,7 @@ def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
 
 def test_an_archive_of_the_folder_is_chosen_with_the_button(app, look, aria, tmp_path):
     """A folder in a ZIP, as a file manager packs it; a broken one is said, and what was there stays."""
-    from pictured_arms import tabulate
+    from board_on_tool import tabulate
 
     folder = tmp_path / "knocked"
     folder.mkdir()

@@ -258,7 +258,7 @@ def test_the_arm_is_drawn_without_a_session():
         "from workbench.arm.built_in_arms import load_robot\n"
         "from workbench.plate.patterns import circle_before\n"
         "from workbench.views.page.local_server import local_server, stop_server\n"
-        "from workbench.views.page.scene.first_picture import first_picture\n"
+        "from workbench.views.page.scene.start_scene import first_picture\n"
         "robot, server = load_robot('ur10'), local_server()\n"
         "drawn = first_picture(server, robot, circle_before(robot))\n"
         "stop_server(server)\n"

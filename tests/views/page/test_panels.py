@@ -45,16 +45,16 @@ from workbench.session.worker import Worker
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import SKY
 from workbench.views.drawables.drawable import Cubes, Points
-from workbench.views.drawables.item import Item
+from workbench.views.drawables.sink import Item
 from workbench.views.page import html
 from workbench.views.page.local_server import local_server
 from workbench.views.page.panels import fit
-from workbench.views.page.panels.arrange import rows_of, table_of
 from workbench.views.page.panels.choices import read_rows
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.start_card import StartCard
+from workbench.views.page.panels.target_placement import rows_of, table_of
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.render import BrowserView
 from workbench.views.page.style import RULES

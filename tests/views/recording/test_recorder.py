@@ -23,7 +23,7 @@ from workbench.session.journal.reader import JOURNAL, read_recording
 from workbench.session.journal.replay import restore
 from workbench.views.recording.compare_sessions import compare_sessions
 from workbench.views.recording.draw_steps import thinned
-from workbench.views.recording.moment import INTERVAL, Moment
+from workbench.views.recording.recorded_step import INTERVAL, Moment
 from workbench.views.recording.recorder import parts, recorder
 from workbench.views.recording.review import pictures_of
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from workbench.arm.effects.axes import Insertion
 from workbench.arm.effects.effect import AbstractEffect, offered
-from workbench.arm.effects.pictures import DRIVERS, view_of_element
+from workbench.arm.effects.plots import DRIVERS, view_of_element
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 SECONDS = 3600.0

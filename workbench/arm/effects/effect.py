@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.law import NO_WRENCHES, AbstractLaw, Loads
-from workbench.arm.effects.pictures import State, View, usual_views
+from workbench.arm.effects.plots import State, View, usual_views
 from workbench.arm.motion import Motion
 from workbench.report.numbers import readable
 

@@ -36,7 +36,7 @@ from workbench.arm.effects.effect import (
     has_complete_payload,
     has_complete_torques,
 )
-from workbench.arm.effects.pictures import error_of, view_of_element
+from workbench.arm.effects.plots import error_of, view_of_element
 from workbench.arm.motion import Motion
 from workbench.base.types import JointRows
 from workbench.report.numbers import readable

@@ -8,7 +8,7 @@ from typing import final
 
 from workbench.arm.effects.axes import driven_names, turns
 from workbench.arm.effects.effect import AbstractEffect, moved_joints, offered
-from workbench.arm.effects.pictures import over_position
+from workbench.arm.effects.plots import over_position
 
 WRIST = 3
 """Number of last joints whose motors may be coupled with each other, neighbours or not."""

@@ -14,7 +14,7 @@ import numpy as np
 
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
-from workbench.arm.effects.learned_range import Learned, range_problem
+from workbench.arm.effects.valid_range import Learned, range_problem
 
 HIGHEST_ORDER = 64
 """Orders beyond this are not looked for."""

@@ -33,7 +33,7 @@ from workbench.arm.effects.axes import (
     own_components,
     turns,
 )
-from workbench.arm.effects.learned_range import Learned
+from workbench.arm.effects.valid_range import Learned
 from workbench.arm.motion import Motion
 from workbench.base.errors import RobotError
 

@@ -15,7 +15,7 @@ import numpy as np
 from workbench.arm.effects.axes import Insertion, across, blocks, diagonal, turns
 from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.effects.law import Loads
-from workbench.arm.effects.pictures import view_of_element
+from workbench.arm.effects.plots import view_of_element
 
 
 @final

@@ -15,7 +15,7 @@ import numpy as np
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
 from workbench.arm.effects.joint_harmonic import places
-from workbench.arm.effects.learned_range import Learned, range_problem
+from workbench.arm.effects.valid_range import Learned, range_problem
 
 TURN = 2.0 * np.pi
 MOST_KNOTS = 40

@@ -14,7 +14,7 @@ import numpy as np
 from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects.axes import BASE
 from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.pictures import DRIVERS, View, line_through
+from workbench.arm.effects.plots import DRIVERS, View, line_through
 from workbench.report.numbers import readable
 
 

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
-from workbench.arm.inverse.bent_arm import refine_bent
 from workbench.arm.inverse.damped_newton import Task, refine
+from workbench.arm.inverse.deflected_arm import refine_bent
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot

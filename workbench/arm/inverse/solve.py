@@ -19,7 +19,6 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from workbench.arm.inverse import unreachable
-from workbench.arm.inverse.bent_branches import bent_result
 from workbench.arm.inverse.branch import (
     LIMIT_SLACK,
     Branch,
@@ -33,6 +32,7 @@ from workbench.arm.inverse.branch import (
 )
 from workbench.arm.inverse.branch_names import branch_names
 from workbench.arm.inverse.damped_newton import Task, refine
+from workbench.arm.inverse.deflected_branches import bent_result
 from workbench.arm.inverse.follow import Followed, FollowedMany, as_pose, follow, follow_many
 from workbench.arm.inverse.reduced_arm import Arm, compile_arm
 from workbench.arm.inverse.solutions import Solutions, all_solutions, distinct, random_starts, task_jacobian

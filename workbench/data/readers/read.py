@@ -18,8 +18,8 @@ from workbench.data.readers.assemble import assemble
 from workbench.data.readers.columns_option import Naming, headings_in_order, parse_columns
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import Kind, kind_of, read_bytes
+from workbench.data.readers.joint_logs import join
 from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
-from workbench.data.readers.standstills import join
 from workbench.data.readers.table import Grid, Table, with_headings, with_names, with_pairs
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_matlab, read_parquet

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm import chain as chains
-from workbench.arm.effects.pictures import State
+from workbench.arm.effects.plots import State
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect

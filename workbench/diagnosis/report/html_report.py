@@ -7,9 +7,9 @@ import numpy as np
 
 from workbench.base.files import check_folder
 from workbench.base.progress import Report
-from workbench.diagnosis.causes import Cause
+from workbench.diagnosis.claimed_causes import Cause
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
-from workbench.diagnosis.report.pictures import pictures
+from workbench.diagnosis.report.plots import pictures
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import (
     alternatives,

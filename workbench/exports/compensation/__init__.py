@@ -17,7 +17,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import masses, mounts
 from workbench.base.errors import OptionError
 from workbench.exports.compensation.terms import Kind, Term, terms_of
-from workbench.exports.form import AbstractForm, Job
+from workbench.exports.export_format import AbstractForm, Job
 from workbench.paths.path import comparable
 
 EMPTY = "ARM: dict = {}  # filled in by the export"

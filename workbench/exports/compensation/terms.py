@@ -28,10 +28,10 @@ from workbench.arm.effects.gravity_sag import PAYLOAD, GravitySag
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.effects.joint_harmonic import JointHarmonic
-from workbench.arm.effects.learned_range import DISTANCES, Learned
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.thermal_growth import ThermalGrowth
+from workbench.arm.effects.valid_range import DISTANCES, Learned
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.types import Outcome
-from workbench.identification.factorisation import Factor, factorise
+from workbench.identification.identifiable_directions import Factor, factorise
 from workbench.identification.problem import Evaluation, Problem
 
 OnStep = Callable[[int, float], bool]

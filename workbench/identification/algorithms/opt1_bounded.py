@@ -15,7 +15,7 @@ from scipy.optimize import Bounds, minimize
 
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, OnStep, Search, ended
-from workbench.identification.factorisation import factorise
+from workbench.identification.identifiable_directions import factorise
 from workbench.identification.problem import Problem
 
 ROUNDING = 1e-15

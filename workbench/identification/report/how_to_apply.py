@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.arm.robot import Frame, JointKind, Robot
-from workbench.identification.controller_numbers import (
+from workbench.identification.controller_parameters import (
     ControllerNumbers,
     Part,
     PoseErrors,

@@ -7,7 +7,7 @@ parameter that no row shows) is null.
 import numpy as np
 
 from workbench.arm.joint_units import sliding
-from workbench.identification.controller_numbers import ControllerNumbers, PoseErrors
+from workbench.identification.controller_parameters import ControllerNumbers, PoseErrors
 from workbench.identification.fit import Fit
 from workbench.identification.prior import prior_json
 from workbench.identification.record import Evaluation, Identification, Run, Validation

@@ -16,7 +16,7 @@ from scipy import special
 
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.factorisation import Factor
+from workbench.identification.identifiable_directions import Factor
 from workbench.identification.pixel_noise import Knowledge, Pictures, Variances, most_likely
 from workbench.identification.problem import Noise, Problem
 

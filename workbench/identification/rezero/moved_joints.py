@@ -12,9 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import FRAMES
 from workbench.arm.robot import Robot
-from workbench.arm.unidentifiable import combinations
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.distribution import package_version
 from workbench.base.errors import FileError
 from workbench.base.files import check_folder, write_bytes
+from workbench.base.installed_package import package_version
 from workbench.base.wording import plural
 from workbench.identification.verification.iso9283 import cycle_words
-from workbench.identification.verification.pictures import CAPTION, draw_error_map, error_map
+from workbench.identification.verification.plots import CAPTION, draw_error_map, error_map
 from workbench.identification.verification.results import (
     REPEATS,
     error_lines,

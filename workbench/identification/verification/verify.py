@@ -134,7 +134,7 @@ class Verification(AbstractShown):
 
     def plot(self) -> "Figure":
         """Where in the work space the errors are, and how large."""
-        from workbench.identification.verification.pictures import error_map
+        from workbench.identification.verification.plots import error_map
         from workbench.report.figures import on_white
 
         return on_white(error_map(self))

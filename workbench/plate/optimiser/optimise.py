@@ -14,7 +14,7 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.linearisation import linearise
+from workbench.arm.identification_jacobian import linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Cancelled, Progress

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import Bounds, minimize
 
-from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.identification_jacobian import Linearisation, linearise
 from workbench.arm.robot import Robot
 from workbench.base.progress import Cancel, Cancelled
 from workbench.base.types import Outcome

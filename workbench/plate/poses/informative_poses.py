@@ -16,7 +16,7 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.linearisation import linearise
+from workbench.arm.identification_jacobian import linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Progress
@@ -27,7 +27,7 @@ from workbench.plate.observability import OV1, AbstractIndex, O
 from workbench.plate.poses.d_optimal import d_bound, d_exchange, greedy_choice
 from workbench.plate.poses.exchange import Exchanged, exchange
 from workbench.plate.poses.gradient import PoseClimb
-from workbench.plate.poses.measuring_order import measuring_order, travels
+from workbench.plate.poses.measurement_order import measuring_order, travels
 from workbench.plate.poses.pose_limits import PoseLimits, feasible_start, folded, sample_poses, walks
 from workbench.plate.poses.sampling import in_base, random_poses
 

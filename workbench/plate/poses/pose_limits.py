@@ -19,7 +19,7 @@ from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
-from workbench.plate.obstruction import solid_clear
+from workbench.plate.collision import solid_clear
 from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.plate import Plate
 from workbench.plate.poses.d_optimal import greedy_choice

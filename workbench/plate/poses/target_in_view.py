@@ -16,8 +16,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Bool, Float
 
+from workbench.arm.identification_jacobian import Linearisation
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
-from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3

@@ -8,9 +8,9 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
+from workbench.arm.confounded_constants import combinations
 from workbench.arm.joint_units import shown_joints
 from workbench.arm.parameters import Parameter
-from workbench.arm.unidentifiable import combinations
 from workbench.plate.clustering import Cluster, Clustering
 from workbench.plate.observability import INDICES, I
 from workbench.plate.readings import assumptions

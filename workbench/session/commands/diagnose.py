@@ -11,14 +11,14 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel
 from workbench.base.types import frozen
-from workbench.plate.obstruction import allows_target
+from workbench.plate.collision import allows_target
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractTask, Progress
-from workbench.session.commands.arrange import place_targets
 from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
 from workbench.session.commands.identify import Identify
+from workbench.session.commands.target_placement import place_targets
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free
 

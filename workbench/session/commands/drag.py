@@ -18,7 +18,7 @@ from workbench.base.types import frozen
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.reach import follow_target, with_branch_name
-from workbench.session.recalled_targets import recall_targets
+from workbench.session.restored_targets import recall_targets
 from workbench.session.state import Drag, Focus, Session, TargetState
 from workbench.session.target_steps import (
     begin_step,

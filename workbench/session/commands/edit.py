@@ -9,7 +9,7 @@ from workbench.base.types import Vector3, frozen
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import AUTO, Target
 from workbench.session.command import AbstractChange, computed
-from workbench.session.commands.arrange import place_plate
+from workbench.session.commands.target_placement import place_plate
 from workbench.session.reach import place
 from workbench.session.state import Session
 from workbench.session.target_steps import AbstractStep, check_free, check_unlocked, move_targets, with_item

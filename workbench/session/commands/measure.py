@@ -22,9 +22,9 @@ from workbench.data.live.capture import Capture
 from workbench.data.live.sample import Sample
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate_targets, virtual_arm
-from workbench.plate.guided_measuring import plate_targets
+from workbench.plate.guided_measurement import plate_targets
 from workbench.plate.plate import Kind
-from workbench.plate.virtual_measuring import STEERING, beside
+from workbench.plate.simulated_measurement import STEERING, beside
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.data import (
     check_measurable,

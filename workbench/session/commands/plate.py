@@ -12,7 +12,7 @@ from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import AUTO
 from workbench.plate.readings import usual_sigma
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
-from workbench.session.commands.arrange import place_plate, place_targets
+from workbench.session.commands.target_placement import place_plate, place_targets
 from workbench.session.state import Session, Severity, Trial
 from workbench.session.target_steps import check_free, is_better, rescore
 

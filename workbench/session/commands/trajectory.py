@@ -21,8 +21,8 @@ from workbench.paths.correction import compensate
 from workbench.paths.curves import Circle, Curve, circle_through, line
 from workbench.paths.path import command_joints
 from workbench.paths.planning import plan
-from workbench.session.bending import bending_robot
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
+from workbench.session.deflection import bending_robot
 from workbench.session.planned_trajectory import Place, Play, Track
 from workbench.session.state import Focus, Session, Severity
 from workbench.session.target_steps import check_free

@@ -19,18 +19,18 @@ from typing import Any
 
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import write_toml
-from workbench.base.distribution import package_version
 from workbench.base.errors import OptionError, WorkbenchError
 from workbench.base.files import write_text
+from workbench.base.installed_package import package_version
 from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import write_plate
 from workbench.report.json import plain
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.drag import DropTarget
 from workbench.session.journal.entry import Entry
-from workbench.session.journal.logbook import Appender, Logbook
 from workbench.session.journal.numbers import changed_numbers
 from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording, inputs
+from workbench.session.journal.writer import Appender, Logbook
 from workbench.session.start import start
 from workbench.session.state import Session
 from workbench.session.view import AbstractKeeper

@@ -20,7 +20,7 @@ from workbench.plate.plate import Plate
 from workbench.plate.plate_toml import read_plate
 from workbench.session.journal import codec
 from workbench.session.journal.entry import Ending, Entry
-from workbench.session.recalled_targets import recalled_state
+from workbench.session.restored_targets import recalled_state
 from workbench.session.start import start
 from workbench.session.state import Session
 

@@ -10,7 +10,7 @@ from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask, Progress
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.reader import Recording
-from workbench.session.recalled_targets import with_full_scores
+from workbench.session.restored_targets import with_full_scores
 from workbench.session.state import Session
 
 

@@ -5,16 +5,16 @@ from collections.abc import Iterator
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.session.bending import bend, bending_robot, drawable_bending
 from workbench.session.commands.arm import drawn_joints
+from workbench.session.deflection import bend, bending_robot, drawable_bending
 from workbench.session.joint_errors import shown_effect
 from workbench.session.state import Field, Focus, Session
 from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import BENT, BLAMED, BRANCH, GHOST
 from workbench.views.appearance.shapes import ball
 from workbench.views.drawables.drawable import Arm, Label, Mesh
-from workbench.views.drawables.item import Item
 from workbench.views.drawables.nominal_arm import bodies_of, nominal_arm_at
+from workbench.views.drawables.sink import Item
 
 SHELL = 1.09
 """How much thicker a ghost is, so that it encloses the arm that it is compared with."""

@@ -12,7 +12,7 @@ from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import ARROW_AFTER, FITTED, MARK
 from workbench.views.appearance.shapes import Solid, ball
 from workbench.views.drawables.drawable import Label, Line, Mesh
-from workbench.views.drawables.item import Item
+from workbench.views.drawables.sink import Item
 
 DEPTH = 0.12
 """How far a frustum is drawn [m]."""

@@ -11,7 +11,7 @@ from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, FITTED, LEFT_OUT, MARK, ErrorScale
 from workbench.views.appearance.shapes import Solid, ball
 from workbench.views.drawables.drawable import Arrows, Axes, Colour, Mesh, Points
-from workbench.views.drawables.item import Item
+from workbench.views.drawables.sink import Item
 
 MOST_ROWS = 250
 """Rows with arrows or frames at most; of more, evenly chosen ones."""

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from workbench.arm.robot import Robot
 from workbench.views.appearance.bodies import Body, body_frames, make_bodies
 from workbench.views.drawables.drawable import Arm
-from workbench.views.drawables.item import Item
+from workbench.views.drawables.sink import Item
 
 
 def nominal_arm_at(robot: Robot, q: Float[np.ndarray, " n"], *, is_shown: bool = True) -> Item:

@@ -10,7 +10,7 @@ from workbench.session.state import Focus, Session, TargetState
 from workbench.views.appearance.colours import BLOCKED, BRANCH, OUT_OF_REACH, PLATE, REACHED, SELECTED
 from workbench.views.appearance.shapes import SIDE, box, target_block
 from workbench.views.drawables.drawable import Colour, Label, Mesh
-from workbench.views.drawables.item import Item
+from workbench.views.drawables.sink import Item
 
 
 def plate(session: Session) -> Iterator[Item]:

@@ -12,7 +12,7 @@ from workbench.session.cubes import LARGER_IS_BETTER, CubeValues, shown_cubes, v
 from workbench.session.state import Field, Session
 from workbench.views.appearance.colours import NO_VALUE, REGION, UNBOUNDED, scale_colours
 from workbench.views.drawables.drawable import Cubes, Cuboid, Label, Line
-from workbench.views.drawables.item import Item
+from workbench.views.drawables.sink import Item
 
 
 def region(session: Session) -> Iterator[Item]:

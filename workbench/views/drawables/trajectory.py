@@ -10,8 +10,8 @@ from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import ARROW_AFTER, REGION, scale_colours
 from workbench.views.drawables.arms import deviating_arm
 from workbench.views.drawables.drawable import Colour, Line
-from workbench.views.drawables.item import Item
 from workbench.views.drawables.measured import mark
+from workbench.views.drawables.sink import Item
 
 PIECES = 48
 """Parts in which the trail grows."""

@@ -7,19 +7,19 @@ import viser
 from workbench.arm.robot import Robot
 from workbench.plate.plate import Plate
 from workbench.session.commands.data import LoadData
+from workbench.session.commands.images import LoadPictures
 from workbench.session.commands.measure import TellSource
 from workbench.session.commands.messages import OpenTab
-from workbench.session.commands.pictures import LoadPictures
 from workbench.session.commands.region import CHORES
+from workbench.session.image_sources import PictureWatcher
 from workbench.session.journal.folder import StartedSession, unrecorded_session
 from workbench.session.live import LiveSource, VirtualDriver
-from workbench.session.picture_sources import PictureWatcher
 from workbench.session.state import Tab
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
 from workbench.views.page.local_server import local_server, page_address, session_link, stop_server
 from workbench.views.page.render import BrowserView
-from workbench.views.page.scene.first_picture import FirstPicture
+from workbench.views.page.scene.start_scene import FirstPicture
 
 
 class App:

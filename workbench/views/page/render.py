@@ -16,14 +16,14 @@ from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.panels.arm import ArmPanel, OwnRobotPanel
-from workbench.views.page.panels.arrange import ArrangePanel, ImprovePanel, TablePanel
-from workbench.views.page.panels.bending import BendingPanel
 from workbench.views.page.panels.cameras import CamerasPanel, ShootingPanel
 from workbench.views.page.panels.choices import ChoicesPanel
 from workbench.views.page.panels.columns import ColumnsPanel
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.data import DataPanel
+from workbench.views.page.panels.deflection import BendingPanel
 from workbench.views.page.panels.diagnose import DiagnosePanel
+from workbench.views.page.panels.display_options import LookPanel
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.fit import FitPanel
 from workbench.views.page.panels.guided import GuidedPanel
@@ -33,19 +33,19 @@ from workbench.views.page.panels.index import IndexPanel, IndicesPanel, WantedPa
 from workbench.views.page.panels.influence import InfluencePanel
 from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
 from workbench.views.page.panels.joints import JointsPanel
-from workbench.views.page.panels.look import LookPanel
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.production import NoisePanel, ProductionPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.residuals import ResidualsPanel
 from workbench.views.page.panels.rezero import RezeroPanel
 from workbench.views.page.panels.start_card import StartCard
+from workbench.views.page.panels.target_placement import ArrangePanel, ImprovePanel, TablePanel
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.panels.tradeoff import MOST, TradeoffPanel
 from workbench.views.page.panels.trajectory import TrackPanel
-from workbench.views.page.scene.first_picture import FirstPicture
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
+from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.style import NARROW
 from workbench.views.page.tabs import PageSignals, Tabs
 

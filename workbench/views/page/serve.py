@@ -85,7 +85,7 @@ def serve(
                 is_told = True
                 _announce(server, on_ready, open_browser)
             from workbench.plate.patterns import circle_before
-            from workbench.views.page.scene.first_picture import first_picture
+            from workbench.views.page.scene.start_scene import first_picture
 
             drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
             _go_on(stop)

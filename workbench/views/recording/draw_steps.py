@@ -18,14 +18,14 @@ from workbench.session.comparison import Comparison
 from workbench.session.state import Session
 from workbench.views.appearance.colours import SELECTED
 from workbench.views.drawables.arms import calibrated_arm
-from workbench.views.drawables.item import Item
 from workbench.views.drawables.measured import measured
 from workbench.views.drawables.nominal_arm import nominal_arm
 from workbench.views.drawables.plate import plate
 from workbench.views.drawables.region import region
-from workbench.views.drawables.subjects import SUBJECTS
+from workbench.views.drawables.scene_contents import SUBJECTS
+from workbench.views.drawables.sink import Item
 from workbench.views.recording.canvas import Canvas
-from workbench.views.recording.moment import Moment, Pace
+from workbench.views.recording.recorded_step import Moment, Pace
 from workbench.views.recording.rerun_sink import RecordingSink, markdown, quaternion
 from workbench.views.recording.sentences import about, diagnosis_markdown, parameters_markdown
 from workbench.views.recording.timelines import TIMELINES

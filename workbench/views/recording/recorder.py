@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from workbench.session.journal.entry import Entry
 from workbench.session.state import Session, Severity
 from workbench.session.view import AbstractKeeper, Tell
-from workbench.views.recording.moment import Moment, Pace
+from workbench.views.recording.recorded_step import Moment, Pace
 
 if TYPE_CHECKING:  # rerun is read by the recorder's thread
     from workbench.views.recording.canvas import Canvas

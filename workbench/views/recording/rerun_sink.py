@@ -13,7 +13,7 @@ import rerun as rr
 from workbench.base import se3
 from workbench.views.appearance.shapes import Solid
 from workbench.views.drawables.drawable import Arm, Arrows, Cubes, Cuboid, Label, Line, Mesh, Points
-from workbench.views.drawables.item import AbstractSink, Item, differences, is_same
+from workbench.views.drawables.sink import AbstractSink, Item, differences, is_same
 from workbench.views.recording.canvas import Canvas
 
 LABEL = (241, 245, 249)

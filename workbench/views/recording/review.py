@@ -30,7 +30,7 @@ from workbench.views.recording.blueprint import blueprint, side_by_side
 from workbench.views.recording.canvas import STEP, Canvas
 from workbench.views.recording.compare_sessions import compare
 from workbench.views.recording.draw_steps import Drawing, thinned
-from workbench.views.recording.moment import Moment
+from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.recorder import parts
 from workbench.views.recording.rerun_output import FileOutlet
 from workbench.views.recording.rerun_sink import markdown

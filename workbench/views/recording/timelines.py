@@ -19,7 +19,7 @@ from workbench.session.journal.entry import Ending
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, REACHED, SELECTED
 from workbench.views.recording.canvas import Canvas
-from workbench.views.recording.moment import Moment
+from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.rerun_sink import THIN, markdown
 from workbench.views.recording.sentences import sentence
 

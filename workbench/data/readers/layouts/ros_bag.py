@@ -19,9 +19,9 @@ from workbench.data.bags_and_c3d import read_bag
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import meaning
+from workbench.data.readers.joint_logs import join_by_time
 from workbench.data.readers.layouts.layout import AbstractFileLayout
 from workbench.data.readers.layouts.recording import Recording, choice, chosen
-from workbench.data.readers.standstills import join_by_time
 
 SKEW = 0.1
 """Difference between senders' clocks that is said [s]."""

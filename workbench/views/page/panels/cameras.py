@@ -8,11 +8,11 @@ import viser
 
 from workbench.base.files import read_bytes
 from workbench.base.wording import plural
-from workbench.identification.camera_steps import Gate
+from workbench.identification.camera_selection_steps import Gate
 from workbench.identification.report.cameras import camera_words
 from workbench.session.camera_view import CameraView, camera_views, cells, coverage
 from workbench.session.commands.compare import ShowRow
-from workbench.session.commands.pictures import (
+from workbench.session.commands.images import (
     LARGEST_FOLDER,
     BeginShooting,
     DropShot,
@@ -20,8 +20,8 @@ from workbench.session.commands.pictures import (
     LoadPictures,
     UseShots,
 )
+from workbench.session.image_capture import SHARP, Shooting, Shot
 from workbench.session.state import Session
-from workbench.session.taking_pictures import SHARP, Shooting, Shot
 from workbench.views.page.html import (
     BAD,
     CAREFUL,

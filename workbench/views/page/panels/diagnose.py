@@ -5,7 +5,7 @@ import viser
 
 from workbench.arm.joint_units import joint_words
 from workbench.base.wording import capital
-from workbench.diagnosis.causes import Confidence
+from workbench.diagnosis.claimed_causes import Confidence
 from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.table import outlier_words
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses

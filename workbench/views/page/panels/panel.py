@@ -19,7 +19,7 @@ from workbench.session.commands.messages import Tell
 from workbench.session.export import File, calibrated_toml, calibrated_urdf
 from workbench.session.state import Session
 from workbench.session.worker import Worker
-from workbench.views.drawables.item import is_same
+from workbench.views.drawables.sink import is_same
 from workbench.views.page.html import block, note, text
 
 ARRIVED = 0.3

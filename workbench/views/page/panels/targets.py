@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench.base.wording import capital
-from workbench.plate.obstruction import unobstructed
+from workbench.plate.collision import unobstructed
 from workbench.plate.plate import AUTO
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget

@@ -13,7 +13,7 @@ from workbench.base.types import Vector3
 from workbench.plate.region import Region
 from workbench.views.appearance.colours import linear
 from workbench.views.drawables.drawable import Cubes
-from workbench.views.drawables.item import differences
+from workbench.views.drawables.sink import differences
 from workbench.views.page.scene.node import Node
 
 FILL = 0.6

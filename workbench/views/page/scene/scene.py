@@ -20,11 +20,11 @@ from workbench.session.commands.trajectory import PlaceTrack
 from workbench.session.planned_trajectory import Play, Track
 from workbench.session.state import Focus, Session
 from workbench.session.worker import Worker
-from workbench.views.drawables.subjects import in_motion, on_page
+from workbench.views.drawables.scene_contents import in_motion, on_page
 from workbench.views.page.camera import aim_all, from_outside, look_at
 from workbench.views.page.first_view import first_view
-from workbench.views.page.scene.first_picture import FirstPicture
 from workbench.views.page.scene.gizmo import Corners, Gizmo
+from workbench.views.page.scene.start_scene import FirstPicture
 
 
 class Scene:

@@ -14,11 +14,11 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.types import Freedom
 from workbench.session import start
-from workbench.session.bending import MOST_DRAWN, bend, bending_robot, drawable_bending
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.identify import Identify
+from workbench.session.deflection import MOST_DRAWN, bend, bending_robot, drawable_bending
 from workbench.session.start import default_circle
 from workbench.session.state import Severity
 from workbench.views.appearance.bodies import body_frames

@@ -26,7 +26,7 @@ from workbench.data.simulation.simulate import (
     virtual_arm,
     without,
 )
-from workbench.plate.obstruction import hits
+from workbench.plate.collision import hits
 from workbench.plate.plate import Plate
 from workbench.plate.poses.circle_points import circle_poses
 from workbench.plate.poses.informative_poses import informative_poses

@@ -4,8 +4,8 @@ from functools import partial
 
 from workbench.diagnosis.record import Diagnosis
 from workbench.diagnosis.report.apparent_errors import Rows
-from workbench.diagnosis.report.effect_pictures import against_drivers, shapes
-from workbench.diagnosis.report.error_pictures import arrows, errors
+from workbench.diagnosis.report.effect_plots import against_drivers, shapes
+from workbench.diagnosis.report.error_plots import arrows, errors
 from workbench.diagnosis.report.ranking import ranking
 from workbench.report.figures import Picture
 

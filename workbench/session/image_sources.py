@@ -18,10 +18,10 @@ from workbench.data.camera.folder import TABLES, small_jpeg
 from workbench.data.camera.markers import opencv
 from workbench.data.camera.pixel_table import plain_names
 from workbench.data.readers.read import read_fields
+from workbench.session.commands.images import TakeShot
 from workbench.session.commands.messages import Tell
-from workbench.session.commands.pictures import TakeShot
+from workbench.session.image_capture import Shooting, Shot
 from workbench.session.state import Session
-from workbench.session.taking_pictures import Shooting, Shot
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.law import NO_WRENCHES
-from workbench.arm.effects.pictures import View
+from workbench.arm.effects.plots import View
 from workbench.arm.motion import Motion
 from workbench.diagnosis.record import Accepted, Diagnosis
 from workbench.diagnosis.report.apparent_errors import Rows

@@ -32,7 +32,7 @@ from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.camera_checks import Doubts, PictureFit, find_doubts
-from workbench.identification.camera_steps import (
+from workbench.identification.camera_selection_steps import (
     BENT,
     EFFECTS,
     GEOMETRY,

@@ -19,7 +19,7 @@ from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.thermal_growth import ThermalGrowth
 from workbench.diagnosis.candidate_columns import carriers
 from workbench.diagnosis.evidence import Term
-from workbench.diagnosis.inner_products import compress
+from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.refit import refit
 
 EXACT, BENT = 1e-4, 0.01

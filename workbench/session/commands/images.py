@@ -17,9 +17,9 @@ from workbench.data.camera.rig import Rig, read_rig
 from workbench.data.dataset import Dataset
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.data import matched_to_arm, safe_name, too_large, with_data
+from workbench.session.image_capture import Shooting, Shot
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import Session, Severity
-from workbench.session.taking_pictures import Shooting, Shot
 
 LARGEST_FOLDER = 256 * 1024 * 1024
 """Archives beyond this size are refused [bytes]."""

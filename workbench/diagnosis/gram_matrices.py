@@ -17,7 +17,7 @@ from jaxtyping import Float
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.diagnosis.candidate_columns import candidate_columns, carriers
-from workbench.identification.factorisation import factorise
+from workbench.identification.identifiable_directions import factorise
 from workbench.identification.problem import Problem
 
 TETHER = 0.005

@@ -7,9 +7,9 @@ import viser
 
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.robot import Robot
-from workbench.session.bending import MOST_DRAWN, Bending, bend, bending_robot, drawable_bending
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.commands.compare import LEAST_EXAGGERATION, SetOverlay
+from workbench.session.deflection import MOST_DRAWN, Bending, bend, bending_robot, drawable_bending
 from workbench.session.state import Session
 from workbench.views.appearance.colours import BENT, css
 from workbench.views.page.html import MUTED, badge, block, note, table, text

@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from workbench.arm.identification_jacobian import Linearisation, linearise
 from workbench.arm.kinematics.forward import geometric_jacobian, sensitivity
-from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import Requirement, Wanted
+from workbench.plate.monte_carlo.reach_targets import bent, branches_by_distance
 from workbench.plate.plate import Kind, Plate
-from workbench.plate.yield_trial.reach_targets import bent, branches_by_distance
 
 ACROSS = 1e3
 """Least well known direction of a place read by distances, in deviations of a distance."""

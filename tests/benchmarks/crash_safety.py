@@ -1,6 +1,6 @@
 """Kills at random moments: what was confirmed is in the journal, and the same session opens again.
 
-    python tests/benchmarks/kills.py 200
+    python tests/benchmarks/crash_safety.py 200
 
 A third of the sessions die in a drag, a third while a task is computed, a third between the writing of a line
 and the moment at which the disk has it.

@@ -1,4 +1,4 @@
-"""Size and cost of a checkout.  Run: python tests/benchmarks/house.py [--tree PATH]
+"""Size and cost of a checkout.  Run: python tests/benchmarks/size_and_cost.py [--tree PATH]
 
 Prints lines, files and wings (top-level packages), the time of an import, how many files of the package a
 drag step and a diagnosis run through, and the time of `identify` from Python and by the command. It knows the

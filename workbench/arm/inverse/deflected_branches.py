@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.inverse import unreachable
-from workbench.arm.inverse.bent_arm import refine_bent
 from workbench.arm.inverse.branch import LIMIT_SLACK, Branch, InverseResult, Nearest, margins, quality
 from workbench.arm.inverse.damped_newton import Refined, unlimited
+from workbench.arm.inverse.deflected_arm import refine_bent
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot

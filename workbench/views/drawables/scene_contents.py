@@ -5,10 +5,10 @@ from collections.abc import Iterator
 from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, bent_arm, blame, branches
 from workbench.views.drawables.camera import cameras, ellipsoid
-from workbench.views.drawables.item import Item
 from workbench.views.drawables.measured import measured, selected_row_marks
 from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.region import envelope, region
+from workbench.views.drawables.sink import Item
 from workbench.views.drawables.trajectory import arm_on_trajectory, track
 
 SUBJECTS = (arms, plate, region, measured, track, cameras)

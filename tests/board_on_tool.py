@@ -1,13 +1,13 @@
 """An arm with a board on its tool before a camera: rendered pictures, joints and files, as a user has them.
 
-Poses come from `generator`, pictures from `rendered`; neither shares code with the package.
+Poses come from `generator`, pictures from `rendered_boards`; neither shares code with the package.
 """
 
 import cv2
 import numpy as np
 from camera_arms import pixels
 from generator import VirtualArm, four, rotation
-from rendered import render
+from rendered_boards import render
 
 LENS = np.array([780.0, 778.0, 322.0, 238.0, -0.11, 0.05, 8e-4, -5e-4, 0.0])
 SIZE = (640, 480)

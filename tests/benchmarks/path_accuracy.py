@@ -1,6 +1,6 @@
 """How much better hidden arms follow a circle and a line once they are calibrated and corrected.
 
-    python tests/benchmarks/following.py 30
+    python tests/benchmarks/path_accuracy.py 30
 
 The arms are those of `tests/diagnosis/followed.py`, from seeds that no test uses.
 """

@@ -1,4 +1,4 @@
-"""Figures of workbench alone, each in its own process: `python alone.py growth|first|large`.
+"""Figures of workbench alone, each in its own process: `python single_process.py growth|first|large`.
 
 growth: poses with identification Jacobians block by block, and the greatest memory beyond the input.
 first: the very first calls of a process (the folder of compiled code is the caller's).

@@ -8,9 +8,9 @@ import viser
 from workbench.base.errors import OptionError
 from workbench.plate.patterns import MOST_TARGETS, PATTERNS
 from workbench.plate.plate import Plate
-from workbench.session.commands.arrange import ApplyPattern, PlaceTargets, SnapTarget
 from workbench.session.commands.edit import MixBranches, RenumberTarget
 from workbench.session.commands.plate import ClusterTargets, ImprovePlate
+from workbench.session.commands.target_placement import ApplyPattern, PlaceTargets, SnapTarget
 from workbench.session.state import Session, Units
 from workbench.views.page.panels.coordinates import NAMES, SIZES, Quantity
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, set_value
