@@ -177,7 +177,7 @@ def test_the_command(run, tmp_path):
     out = tmp_path / "mine.toml"
     code, said, error = run("new", table, "--out", out, "--json", tmp_path / "r.json", *words)
     assert code == 0, error
-    assert "joint 3 counts the other way" in said
+    assert "joint 3 is inverted" in said
     assert "standard DH" in said
     assert json.loads((tmp_path / "r.json").read_text())["position_m"] < 1e-3
     mine = load_robot(out)

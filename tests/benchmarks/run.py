@@ -75,7 +75,8 @@ def worked(package, given, folder):
 def first_calls(given):
     """The first calls with an empty folder of compiled code, then with the folder that they left."""
     with tempfile.TemporaryDirectory() as folder:
-        runs = [parsed(ours((HERE / "single_process.py", "first"), given, NUMBA_CACHE_DIR=folder)) for _ in range(2)]
+        first = (HERE / "single_process.py", "first")
+        runs = [parsed(ours(first, given, NUMBA_CACHE_DIR=folder)) for _ in range(2)]
     return dict(zip(("cold", "warm"), runs, strict=True))
 
 

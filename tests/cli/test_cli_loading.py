@@ -13,7 +13,7 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
     words = ("loading", "katana450", "--added-mass", 3, "--pairs", 2, "--seed", 2)
     status, out, err = run(*words, "--out", "found", "--json", "r.json")
     assert status == 0, err
-    assert "no gravity acts about joint 1" in out
+    assert "gravity exerts no moment about joint 1" in out
     assert "3 kg were hung onto the tool" in out
     assert "of their centres, one σ of 2 mm along each axis" in " ".join(out.split())
     result = json.loads((tmp_path / "r.json").read_text())

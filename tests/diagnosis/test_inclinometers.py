@@ -140,7 +140,7 @@ def test_a_posture_below_the_table_or_folded_is_not_possible():
 
 def test_what_cannot_be_loaded_is_refused():
     robot, rng = nominal_robot(), np.random.default_rng(0)
-    with pytest.raises(OptionError, match=r"joint 1 .* stands upright or"):
+    with pytest.raises(OptionError, match=r"joint 1 .* has a vertical axis or"):
         plan_load_test(robot, joints=[0], rng=rng)
     with pytest.raises(OptionError, match="joint must be 1–5, got 9"):
         plan_load_test(robot, joints=[8], rng=rng)

@@ -78,7 +78,7 @@ def test_parts_are_switched_off_by_name(monkeypatch):
     monkeypatch.setattr(candidates, "CONFOUNDED", candidates.CONFOUNDED)
     zoo.switch_off(["groups"])
     assert candidates.CONFOUNDED == 2.0
-    with pytest.raises(SystemExit, match="catalogue has no GONE"):
+    with pytest.raises(SystemExit, match="candidates has no GONE"):
         zoo.switch_off(["lost"])
 
 

@@ -270,7 +270,7 @@ def test_wrong_intrinsics_and_a_wrong_size_are_doubted(tmp_path):
     [
         (25, '"auto"', 0.75, 1.0, r"^the target is 25\.0\d % smaller than its file says"),
         (25, "false", 1.0, 1.07, r"^the given intrinsics do not suit the pictures.* \(camera c0: fx 135\d"),
-        (8, "false", 1.005, 1.0, "^the target's size or the focal length is not .* can't tell which"),
+        (8, "false", 1.005, 1.0, "^the target's size or the focal length is wrong, .* can't determine which"),
     ],
 )
 def test_what_was_given_wrong_is_blamed_alone(tmp_path, count, free, scale, focal, said):

@@ -82,7 +82,7 @@ def test_measured_targets_are_known_as_well_as_the_machine_knows_them(tmp_path):
     path = write(tmp_path, targets_csv(nominal))
     plate = as_measured(nominal, read_measured_targets(path))
     assert np.allclose(plate.known, UNCERTAINTY)
-    assert "0.005 mm, 0.01° (one σ) is assumed" in " ".join(plate.notes)
+    assert "assuming 0.005 mm, 0.01° (one σ)" in " ".join(plate.notes)
     assert np.allclose(plate.target_sigma, np.hypot(UNCERTAINTY, made.play_sigma))
     plate = as_measured(nominal, read_measured_targets(path, uncertainty=(1e-6, 1e-5)))
     assert np.allclose(plate.known, (1e-6, 1e-5))

@@ -32,7 +32,7 @@ def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_pat
     table, typed, shown = pendant(arm, 4)
     session = do(LoadModel("mine.csv", table.encode(), typed[:3]))
     assert "standard DH" in session.messages[-1].text
-    assert "joint 2 counts the other way" in session.messages[-1].text
+    assert "joint 2 is inverted" in session.messages[-1].text
     found = tool_poses(session.robot, Motion(shown))
     assert np.abs(found[:, :3, 3] - tool_poses(arm, Motion(plural(shown)))[:, :3, 3]).max() < 1e-4
     name, content = robot_toml(session)
