@@ -23,7 +23,7 @@ from real_arms import SETS, load, set_names, splits
 from rich.console import Console
 
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.record import Diagnosis
+from workbench.diagnosis.result import Diagnosis
 from workbench.report.figures import COLOURS, NOMINAL, look, new_figure, on_white, png
 from workbench.report.tables import new_table
 

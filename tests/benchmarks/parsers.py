@@ -379,7 +379,7 @@ def parquet() -> Made:
 def c3d() -> Made:
     import ezc3d
 
-    from workbench.data.bags_and_c3d import c3d_points
+    from workbench.data.binary_recordings import c3d_points
 
     file, path = ezc3d.c3d(), room() / "take.c3d"
     file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
@@ -396,7 +396,7 @@ def bag(name: str) -> Made:
     from rosbags.rosbag2 import Writer as Writer2
     from rosbags.typesys import Stores, get_typestore
 
-    from workbench.data.bags_and_c3d import JOINTS, bag_streams
+    from workbench.data.binary_recordings import JOINTS, bag_streams
     from workbench.data.readers import read_measurements
 
     _read_once()

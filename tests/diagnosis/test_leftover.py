@@ -11,8 +11,8 @@ from problems import fitted
 
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.final_fit import structured
-from workbench.diagnosis.record import Verdict
 from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.diagnosis.result import Verdict
 from workbench.identification.joint_reading_noise import readings
 from workbench.identification.noise import components
 

@@ -14,7 +14,7 @@ from workbench.diagnosis import refit as refits
 from workbench.diagnosis.evidence import Term, left_by, offer
 from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.refit import linear_answer, refit, robot_with, with_own_noise
-from workbench.identification.identifiable_directions import factorise, factorise_pieces
+from workbench.identification.undetermined_combinations import factorise, factorise_pieces
 
 BAND = JointHarmonic((1,), order=tuple(range(1, 9)))
 FOLD = np.arange(120) % 5

@@ -14,7 +14,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.final_fit import neighbours
-from workbench.diagnosis.record import Verdict
+from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
 from workbench.plate.simulated_measurement import measure_poses
 

@@ -10,7 +10,7 @@ from judge import error_of, judge
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.record import Verdict
+from workbench.diagnosis.result import Verdict
 
 NAMED = ("compliance", "backlash-moment", "harmonic-3", "scale", "coupling", "drift", "thermal", "clearance")
 NAMELESS = ("dent", "kinked-gear", "dragging-hose")

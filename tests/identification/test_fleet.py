@@ -10,7 +10,7 @@ import pytest
 from html_page import Page
 
 import workbench as wb
-from workbench.arm.calibration import Calibration
+from workbench.arm.calibration_record import Calibration
 from workbench.base.errors import FileError, OptionError
 from workbench.identification.fleet.history import History, arms_of
 from workbench.identification.fleet.movement import Law, movements, scatter_factor, threshold

@@ -6,12 +6,12 @@ from studies.katana_printed import CONSTANTS
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.kinematics.influence import ANGLE, LENGTH, influence
+from workbench.arm.kinematics.influence_of_constants import ANGLE, LENGTH, influence
 from workbench.arm.motion import Motion
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.identifier import AbstractIdentifier
-from workbench.identification.algorithms.influence import RCOND, InfluenceBased, pose_weights
+from workbench.identification.algorithms.influence_based import RCOND, InfluenceBased, pose_weights
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Noise, Problem
 

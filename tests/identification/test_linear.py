@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import Parameter
 from workbench.identification.algorithms.identifier import gauge_step
-from workbench.identification.identifiable_directions import factorise
+from workbench.identification.undetermined_combinations import factorise
 
 
 def full(rng, rows=30, columns=5):

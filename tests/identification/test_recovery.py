@@ -21,10 +21,10 @@ from workbench.identification.algorithms.opt1_bounded import Opt1
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.algorithms.robust import Loss
 from workbench.identification.alignment import align
-from workbench.identification.identifiable_directions import factorise
 from workbench.identification.identify import identify
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.undetermined_combinations import factorise
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.region_poses import nearby_poses
 from workbench.plate.simulated_measurement import measure_plate

@@ -12,7 +12,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Freedom
 from workbench.identification.prior import Prior
-from workbench.identification.rezero.record import Verdict
+from workbench.identification.rezero.result import Verdict
 
 SIGMA = (5e-5, np.deg2rad(0.01))
 KNOWN = 1e-4

@@ -12,7 +12,7 @@ import pytest
 from html_page import Page
 
 import workbench as wb
-from workbench.arm.calibration import Calibration, pose_keys
+from workbench.arm.calibration_record import Calibration, pose_keys
 from workbench.arm.robot import Frame, SessionFrames
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError

@@ -8,7 +8,7 @@ import pytest
 from workbench.base import se3
 from workbench.plate import design, tradeoff
 from workbench.plate.design import optimise_plate, try_plate
-from workbench.plate.monte_carlo.trial import Yield
+from workbench.plate.monte_carlo.production_yield import Yield
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign

@@ -11,8 +11,8 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.plate.design import optimise_plate, try_plate
-from workbench.plate.monte_carlo import trial
-from workbench.plate.monte_carlo.trial_inputs import Errors
+from workbench.plate.monte_carlo import production_yield
+from workbench.plate.monte_carlo.yield_inputs import Errors
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Kind
@@ -143,7 +143,7 @@ def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, a
 
 
 def test_yield_of_table_2(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(trial, "CHUNK", 50)
+    monkeypatch.setattr(production_yield, "CHUNK", 50)
     words = ("plate", "yield", "table2", "--robot", "aria", "--arms", "100", "--json", "yield.json")
     status, out, _ = run(
         *words, "--tolerance", "0.05mm,0.05deg", "--joint-noise", "0.002deg", "--poses", "60"

@@ -26,11 +26,11 @@ from workbench.data.simulation.simulate import virtual_arm
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.monte_carlo import trial
+from workbench.plate.monte_carlo import production_yield
 from workbench.plate.monte_carlo.arms import try_arms
+from workbench.plate.monte_carlo.production_yield import gather, try_production
 from workbench.plate.monte_carlo.reach_targets import branches_by_distance, reach_targets
-from workbench.plate.monte_carlo.trial import gather, try_production
-from workbench.plate.monte_carlo.trial_inputs import Errors, Job, constrained_by
+from workbench.plate.monte_carlo.yield_inputs import Errors, Job, constrained_by
 from workbench.plate.plate import Kind
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.report.design import yield_tables
@@ -72,7 +72,7 @@ def job(aria, plate, solutions):
 def small_chunks():
     """Several chunks of few arms: the pieces of a large trial."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(trial, "CHUNK", 100)
+        patch.setattr(production_yield, "CHUNK", 100)
         yield
 
 

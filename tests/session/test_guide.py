@@ -8,7 +8,7 @@ import pytest
 from direct_commands import done
 from driven_effects import driven_file
 
-from workbench.diagnosis.record import Verdict
+from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses

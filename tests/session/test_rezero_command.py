@@ -10,7 +10,7 @@ from workbench.arm.robot_toml import read_toml
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
-from workbench.identification.rezero.record import Verdict
+from workbench.identification.rezero.result import Verdict
 from workbench.session import replay
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import FindZeros

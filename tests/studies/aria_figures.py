@@ -14,8 +14,8 @@ from studies.aria import AriaReproduction
 from studies.aria_arms import TITLES, Comparison
 from studies.page import Picture, drawn
 from workbench.data.prediction import RowComponents
-from workbench.identification.record import Column
 from workbench.identification.report.error_grid import error_grid
+from workbench.identification.result import Column
 from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 
 COLUMN_COLOURS = (NOMINAL, *COLOURS)

@@ -31,7 +31,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.identifier import AbstractIdentifier
-from workbench.identification.algorithms.influence import InfluenceBased
+from workbench.identification.algorithms.influence_based import InfluenceBased
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Noise, Problem
 from workbench.plate.poses.iso_cube import iso_cube_poses

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.calibration import Calibration
+from workbench.arm.calibration_record import Calibration
 from workbench.arm.chain import Axis, Chain, Element
 from workbench.arm.effects import AbstractEffect, extrapolation_notes
 from workbench.arm.effects.law import drifting, with_insertions

@@ -8,7 +8,7 @@ from typing import Any, final
 import numpy as np
 import tomli_w
 
-from workbench.arm.calibration import Calibration, poses_of
+from workbench.arm.calibration_record import Calibration, poses_of
 from workbench.arm.chain import Axis, Element
 from workbench.arm.conventions import (
     CONSTANTS,

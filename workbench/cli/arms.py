@@ -17,7 +17,7 @@ def redundancy(
     json: opt.JsonOption = None,
 ) -> None:
     """Constants of an arm that no measurement can separate, and which of them may be removed."""
-    from workbench.identification.redundancy import redundancy as found_of
+    from workbench.identification.redundant_constants import redundancy as found_of
     from workbench.identification.report.arm import redundancy_json, redundancy_text
 
     arm = wb.load_robot(robot)

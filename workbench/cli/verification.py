@@ -125,7 +125,7 @@ def rezero(
 ) -> None:
     """After a knock or a motor replacement: which joint's zero has moved, and by how much."""
     from workbench.identification.prior import read_prior
-    from workbench.identification.rezero.record import Verdict
+    from workbench.identification.rezero.result import Verdict
 
     arm = wb.load_robot(robot)
     opt.check_robot_file(save, effects=bool(arm.effects))

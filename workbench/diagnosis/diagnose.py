@@ -19,8 +19,8 @@ from workbench.diagnosis.claimed_causes import Cause, ResidualMap, find_causes, 
 from workbench.diagnosis.evidence import Model, Offer
 from workbench.diagnosis.final_fit import fitted_on_all, structured, suspect_note, suspects
 from workbench.diagnosis.next_poses import Measurable, next_poses
-from workbench.diagnosis.record import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.refit import robot_with
+from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
 from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
 from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows, weights_that_differ
@@ -31,7 +31,7 @@ from workbench.identification.fit_choices import FitChoices, with_choices
 from workbench.identification.joint_reading_noise import readings
 from workbench.identification.preparation import Prepared, on_step, prepare
 from workbench.identification.problem import Noise
-from workbench.identification.record import Validation
+from workbench.identification.result import Validation
 from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
 
 GROSS = 10.0

@@ -17,8 +17,8 @@ from jaxtyping import Float
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.diagnosis.candidate_columns import candidate_columns, carriers
-from workbench.identification.identifiable_directions import factorise
 from workbench.identification.problem import Problem
+from workbench.identification.undetermined_combinations import factorise
 
 TETHER = 0.005
 """How far [rad, m] a model of effects may be expected to move the geometry from where it was fitted, or else

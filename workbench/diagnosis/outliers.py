@@ -11,8 +11,8 @@ from scipy import special
 
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.algorithms.robust import Loss, row_weights
-from workbench.identification.identifiable_directions import Factor
 from workbench.identification.problem import Problem
+from workbench.identification.undetermined_combinations import Factor
 
 LEVEL = 0.01
 """Chance of calling any row of clean normal data an outlier."""

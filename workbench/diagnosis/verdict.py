@@ -10,11 +10,11 @@ from workbench.arm.effects.effect import STILL
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.claimed_causes import Cause, ResidualMap
 from workbench.diagnosis.evidence import Offer
-from workbench.diagnosis.record import Verdict
+from workbench.diagnosis.result import Verdict
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
-from workbench.identification.record import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
+from workbench.identification.result import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
 from workbench.identification.row_errors import Errors
 
 NOISE_LIKE = 1.25

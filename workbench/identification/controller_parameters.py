@@ -28,7 +28,7 @@ from workbench.arm.robot import FRAME_PARTS, Frame, Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
 from workbench.base.types import frozen
-from workbench.identification.identifiable_directions import independent_columns
+from workbench.identification.undetermined_combinations import independent_columns
 
 LEVER = 0.3
 """Length L at which an angle counts [m]: about the reach of a tool with its workpiece."""

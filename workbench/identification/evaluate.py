@@ -7,7 +7,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.data.misread import checked
 from workbench.identification.frames import choose_frames
-from workbench.identification.record import Evaluation
+from workbench.identification.result import Evaluation
 from workbench.identification.row_errors import row_errors
 
 

@@ -12,16 +12,16 @@ import numpy as np
 from jaxtyping import Float
 from rich.console import RenderableType
 
-from workbench.arm.calibration import Calibration, pose_keys
+from workbench.arm.calibration_record import Calibration, pose_keys
 from workbench.arm.confounded_constants import Combination, combinations
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, Search
-from workbench.identification.identifiable_directions import Factor
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.pixel_noise import Considered, covariance
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.undetermined_combinations import Factor
 from workbench.report.result_display import AbstractShown
 
 SUSPICIOUS = 5.0

@@ -22,9 +22,9 @@ from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import ENOUGH_ROWS, align, spread_rows
-from workbench.identification.identifiable_directions import factorise
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
+from workbench.identification.undetermined_combinations import factorise
 
 SIGNIFICANCE = 1e-4
 """A freer model must be better than chance by this level to be taken."""

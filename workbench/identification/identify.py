@@ -20,7 +20,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices, option, with_choices
 from workbench.identification.preparation import on_step, prepare
 from workbench.identification.prior import Prior
-from workbench.identification.record import Identification, Run, Validation
+from workbench.identification.result import Identification, Run, Validation
 from workbench.identification.row_errors import Errors
 
 REWEIGHTINGS = 10

@@ -22,9 +22,9 @@ from scipy import optimize
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
-from workbench.identification.identifiable_directions import Factor, factorise_pieces
 from workbench.identification.joint_reading_noise import FREEDOM, consistent, with_joint_readings
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.undetermined_combinations import Factor, factorise_pieces
 
 SAME_JOINTS = 1e-7
 """Rows whose joints agree within this [rad or m] are repeats."""

@@ -7,7 +7,7 @@ from jaxtyping import Int
 
 from workbench.data.accuracy_requirement import Wanted, WantedCheck
 from workbench.data.prediction import row_components
-from workbench.identification.record import Identification
+from workbench.identification.result import Identification
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -18,8 +18,8 @@ from workbench.plate import clustering
 from workbench.plate.clustering import Clustering
 from workbench.plate.criterion import goal_index
 from workbench.plate.free_constants import identified_names
-from workbench.plate.monte_carlo.trial import ARMS, Yield, check_number, try_production
-from workbench.plate.monte_carlo.trial_inputs import Errors, Job, constrained_by
+from workbench.plate.monte_carlo.production_yield import ARMS, Yield, check_number, try_production
+from workbench.plate.monte_carlo.yield_inputs import Errors, Job, constrained_by
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import DesignRequest

@@ -19,7 +19,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import Cancel, Progress
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.design import optimise_plate, try_plate
-from workbench.plate.monte_carlo.trial import Yield
+from workbench.plate.monte_carlo.production_yield import Yield
 from workbench.plate.optimiser.manufacturing import MANNERS, ManufacturingMethod
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign

@@ -21,7 +21,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data import writer
 from workbench.data.readers.mapping import mapping_text
-from workbench.identification.record import Identification
+from workbench.identification.result import Identification
 from workbench.plate.plate_toml import plate_text
 from workbench.session.state import Session
 

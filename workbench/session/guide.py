@@ -11,9 +11,9 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.wording import capital
-from workbench.diagnosis.record import Diagnosis, Verdict
+from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.arm_match import ArmMatch
-from workbench.identification.record import LOOK_AGAIN, Identification, Run, Validation, judged
+from workbench.identification.result import LOOK_AGAIN, Identification, Run, Validation, judged
 from workbench.identification.row_errors import RowErrors
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot

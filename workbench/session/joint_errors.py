@@ -16,7 +16,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import WorkbenchError
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
-from workbench.diagnosis.record import Diagnosis
+from workbench.diagnosis.result import Diagnosis
 from workbench.session.comparison import into_base
 from workbench.session.state import Session
 

@@ -17,12 +17,12 @@ from workbench.arm.inverse.branch import Branch
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.accuracy_requirement import Wanted
-from workbench.diagnosis.record import Diagnosis
+from workbench.diagnosis.result import Diagnosis
 from workbench.identification.problem_blocks import Noise
-from workbench.identification.record import Identification, Run
-from workbench.identification.rezero.record import Rezero
+from workbench.identification.result import Identification, Run
+from workbench.identification.rezero.result import Rezero
 from workbench.plate.cubes import CubeMap
-from workbench.plate.monte_carlo.trial import Yield
+from workbench.plate.monte_carlo.production_yield import Yield
 from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay

@@ -23,7 +23,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.record import Diagnosis
+from workbench.diagnosis.result import Diagnosis
 from workbench.identification.problem import Problem
 from workbench.identification.row_errors import instrument_places
 

@@ -11,8 +11,8 @@ from matplotlib.ticker import MaxNLocator
 
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components
-from workbench.diagnosis.record import Diagnosis
 from workbench.diagnosis.report.apparent_errors import judged_rows
+from workbench.diagnosis.result import Diagnosis
 from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 from workbench.report.numbers import short
 

@@ -8,7 +8,6 @@ import numpy as np
 from workbench.base.files import check_folder
 from workbench.base.progress import Report
 from workbench.diagnosis.claimed_causes import Cause
-from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.plots import pictures
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import (
@@ -21,8 +20,9 @@ from workbench.diagnosis.report.table import (
     odds_words,
     outlier_words,
 )
-from workbench.identification.record import error_rows
+from workbench.diagnosis.result import Diagnosis, Verdict, judged
 from workbench.identification.report.html_report import error_cards
+from workbench.identification.result import error_rows
 from workbench.report.figures import Drawing, png, svg
 from workbench.report.html import write_page
 from workbench.report.numbers import short

@@ -2,11 +2,11 @@
 
 from functools import partial
 
-from workbench.diagnosis.record import Diagnosis
 from workbench.diagnosis.report.apparent_errors import Rows
 from workbench.diagnosis.report.effect_plots import against_drivers, shapes
 from workbench.diagnosis.report.error_plots import arrows, errors
 from workbench.diagnosis.report.ranking import ranking
+from workbench.diagnosis.result import Diagnosis
 from workbench.report.figures import Picture
 
 DRAWN = 12

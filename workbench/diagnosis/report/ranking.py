@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.arm.effects import AbstractEffect
-from workbench.diagnosis.record import Diagnosis, judged
+from workbench.diagnosis.result import Diagnosis, judged
 from workbench.report.figures import COLOURS, NOMINAL, grid, look, new_figure
 
 SHOWN = 14

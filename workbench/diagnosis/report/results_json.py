@@ -5,7 +5,7 @@ import numpy as np
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
 from workbench.diagnosis.claimed_causes import Cause, ResidualMap
-from workbench.diagnosis.record import Accepted, Diagnosis, Ranked
+from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.report.results_json import validation_json
 from workbench.report.json import Json, plain

@@ -14,7 +14,7 @@ from rich.text import Text
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
-from workbench.diagnosis.record import Accepted, Diagnosis, Verdict, judged
+from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, judged
 from workbench.identification.report.table import models_table
 from workbench.report.numbers import readable_unit, short
 from workbench.report.tables import folded, line, new_table, unbroken

@@ -2,7 +2,7 @@
 
 from workbench.base.registry import Registry
 from workbench.identification.algorithms.identifier import AbstractIdentifier
-from workbench.identification.algorithms.influence import InfluenceBased
+from workbench.identification.algorithms.influence_based import InfluenceBased
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt1_bounded import Opt1
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2

@@ -13,8 +13,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.types import Outcome
-from workbench.identification.identifiable_directions import Factor, factorise
 from workbench.identification.problem import Evaluation, Problem
+from workbench.identification.undetermined_combinations import Factor, factorise
 
 OnStep = Callable[[int, float], bool]
 """Called with the iteration and the present cost; returning True cancels the search."""

@@ -15,8 +15,8 @@ from scipy.optimize import Bounds, minimize
 
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, OnStep, Search, ended
-from workbench.identification.identifiable_directions import factorise
 from workbench.identification.problem import Problem
+from workbench.identification.undetermined_combinations import factorise
 
 ROUNDING = 1e-15
 """Smallest change of the scalar cost, relative to the start's, that means anything."""

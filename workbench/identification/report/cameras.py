@@ -9,7 +9,7 @@ from workbench.base import se3
 from workbench.data.camera.camera import INTRINSICS
 from workbench.data.observations.pixels import POSE, Placed
 from workbench.identification.fit import Fit
-from workbench.identification.record import Identification
+from workbench.identification.result import Identification
 from workbench.report.json import Json
 
 SURE, LEAST_MOVED = 3.0, np.deg2rad(0.03)

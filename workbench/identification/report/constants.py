@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from workbench.arm.kinematics.influence import Influence, influence
+from workbench.arm.kinematics.influence_of_constants import Influence, influence
 from workbench.arm.motion import Motion
-from workbench.identification.record import Identification, Run
 from workbench.identification.report.parameters import unseen
+from workbench.identification.result import Identification, Run
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 from workbench.report.numbers import signed
 

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from workbench.identification.record import Column
+from workbench.identification.result import Column
 from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 
 STEMS = 200

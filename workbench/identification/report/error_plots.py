@@ -8,7 +8,7 @@ from workbench.arm import chain as chains
 from workbench.arm.kinematics.forward import joint_elements, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, JointKind, Robot
-from workbench.identification.record import Evaluation, Identification
+from workbench.identification.result import Evaluation, Identification
 from workbench.identification.row_errors import RowErrors
 from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 

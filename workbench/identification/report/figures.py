@@ -9,10 +9,10 @@ from functools import cache, partial
 import numpy as np
 
 from workbench.data.accuracy_requirement import Wanted
-from workbench.identification.record import Identification, columns_of, order_of_measuring
 from workbench.identification.report.constants import corrections, influence_of_fit
 from workbench.identification.report.error_grid import STEMS, error_grid
 from workbench.identification.report.error_plots import POINTS, before_after, error_where, residual_histogram
+from workbench.identification.result import Identification, columns_of, order_of_measuring
 from workbench.report.figures import Drawing, Picture, svg
 
 NAMES = (

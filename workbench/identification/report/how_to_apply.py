@@ -15,8 +15,8 @@ from workbench.identification.controller_parameters import (
     PoseErrors,
     controller_numbers,
 )
-from workbench.identification.record import Identification
 from workbench.identification.report.results_json import controller_json
+from workbench.identification.result import Identification
 from workbench.report.numbers import short, signed
 from workbench.report.tables import folded, line, new_table, unbroken
 

@@ -13,11 +13,11 @@ from workbench.base.files import check_folder
 from workbench.base.progress import Report
 from workbench.data.accuracy_requirement import Wanted, WantedCheck
 from workbench.identification.pass_or_fail import Judged, judge
-from workbench.identification.record import Identification, Run, error_rows
 from workbench.identification.report.figures import NAMES, all_figures
 from workbench.identification.report.how_to_apply import Use, controller_use
 from workbench.identification.report.parameters import LEGEND, Cell, State, parameter_table
 from workbench.identification.report.results_json import identification_json
+from workbench.identification.result import Identification, Run, error_rows
 from workbench.identification.row_errors import Errors
 from workbench.report.html import write_page
 from workbench.report.numbers import factor, short, signed, standard_error

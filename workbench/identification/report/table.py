@@ -13,9 +13,9 @@ from rich.table import Table
 from rich.text import Text
 
 from workbench.identification.fit import Fit
-from workbench.identification.record import Evaluation, Identification, Run, Validation, error_rows
 from workbench.identification.report.cameras import camera_words
 from workbench.identification.report.parameters import LEGEND, Cell, State, parameter_table
+from workbench.identification.result import Evaluation, Identification, Run, Validation, error_rows
 from workbench.identification.row_errors import Errors
 from workbench.report.numbers import short, signed, standard_error
 from workbench.report.tables import folded, line, new_table, unbroken

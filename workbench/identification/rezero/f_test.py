@@ -16,9 +16,9 @@ from scipy import special
 
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.identifiable_directions import Factor
 from workbench.identification.pixel_noise import Knowledge, Pictures, Variances, most_likely
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.undetermined_combinations import Factor
 
 ROUNDS = 4
 """Rounds of fit and noise."""

@@ -27,11 +27,11 @@ from workbench.identification.held_out_rows import check_enough
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
-from workbench.identification.record import BeforeAfter
+from workbench.identification.result import BeforeAfter
 from workbench.identification.rezero.f_test import Optimum
 from workbench.identification.rezero.last_calibration import UNKNOWN, Knowledge
 from workbench.identification.rezero.other_explanations import doubts
-from workbench.identification.rezero.record import JointShift, Rezero
+from workbench.identification.rezero.result import JointShift, Rezero
 from workbench.identification.row_errors import Errors, instrument_places
 
 TOLERANCE = (1e-4, 1e-4)

@@ -16,7 +16,7 @@ from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
 from workbench.identification.rezero.f_test import Optimum
 from workbench.identification.rezero.last_calibration import Knowledge, link_constants
-from workbench.identification.rezero.record import readable
+from workbench.identification.rezero.result import readable
 
 STRANGE = 1e-4
 """Probability of chance below which another cause is believed …"""

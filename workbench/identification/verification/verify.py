@@ -17,7 +17,7 @@ from workbench.data.accuracy_requirement import Wanted
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
 from workbench.identification.evaluate import evaluate
-from workbench.identification.record import Evaluation
+from workbench.identification.result import Evaluation
 from workbench.identification.verification.intervals import Bounds, least_share, worst_of
 from workbench.identification.verification.iso9283 import (
     SAME,

@@ -21,7 +21,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.plate.monte_carlo.reach_targets import Reached, reach_targets
-from workbench.plate.monte_carlo.trial_inputs import Job
+from workbench.plate.monte_carlo.yield_inputs import Job
 
 CHUNK = 250
 """Arms that are computed as one stack, with one seed."""

@@ -24,7 +24,7 @@ from workbench.session.target_steps import check_free
 
 if TYPE_CHECKING:
     from workbench.diagnosis.next_poses import Measurable
-    from workbench.diagnosis.record import Diagnosis
+    from workbench.diagnosis.result import Diagnosis
 
 
 LEAST_ROWS = 20

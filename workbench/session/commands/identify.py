@@ -6,9 +6,9 @@ from typing import Any
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel
 from workbench.data.accuracy_requirement import Wanted
-from workbench.diagnosis.identify import identify
+from workbench.diagnosis.identify_with_effects import identify
 from workbench.identification.algorithms import ALGORITHMS, USUAL
-from workbench.identification.record import Identification, judged
+from workbench.identification.result import Identification, judged
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.compare import with_fit
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements

@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect
-from workbench.diagnosis.record import Diagnosis
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.identification.record import Identification
+from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.results_json import identification_json
+from workbench.identification.result import Identification
 from workbench.plate.plate import Plate
 from workbench.report.json import Json, plain
 from workbench.session.loaded_measurements import Loaded

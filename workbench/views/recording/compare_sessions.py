@@ -17,7 +17,7 @@ from rich.table import Table
 from rich.text import Text
 
 from workbench.identification.fit import Fit
-from workbench.identification.record import judged
+from workbench.identification.result import judged
 from workbench.report.json import plain
 from workbench.report.numbers import signed
 from workbench.session.journal.reader import Recording

@@ -10,9 +10,9 @@ import rerun as rr
 
 from workbench.arm.kinematics.skeleton import body_frames
 from workbench.diagnosis.report.ranking import ranking
-from workbench.identification.record import order_of_measuring
 from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_plots import before_after
+from workbench.identification.result import order_of_measuring
 from workbench.report.figures import png
 from workbench.session.comparison import Comparison
 from workbench.session.state import Session

@@ -4,11 +4,11 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.diagnosis.record import Accepted, Diagnosis, judged
 from workbench.diagnosis.report.table import alternatives, chance, heading, lines, outlier_words
+from workbench.diagnosis.result import Accepted, Diagnosis, judged
 from workbench.identification.fit import Fit
-from workbench.identification.record import Identification
 from workbench.identification.report.parameters import unseen
+from workbench.identification.result import Identification
 from workbench.report.numbers import short, signed, standard_error
 from workbench.session import cubes
 from workbench.session.commands.drag import DropTarget, MoveTarget

@@ -8,10 +8,10 @@ import numpy as np
 
 from workbench.base.files import write_text
 from workbench.diagnosis.report.ranking import ranking
-from workbench.identification.record import judged, order_of_measuring
 from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_plots import before_after
 from workbench.identification.report.html_report import error_cards
+from workbench.identification.result import judged, order_of_measuring
 from workbench.report.figures import Drawing, svg
 from workbench.report.html import page_template
 from workbench.report.numbers import short

@@ -10,7 +10,7 @@ from collections.abc import Iterator
 import numpy as np
 import rerun as rr
 
-from workbench.diagnosis.record import judged
+from workbench.diagnosis.result import judged
 from workbench.plate.plate import Plate
 from workbench.report.numbers import short
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget

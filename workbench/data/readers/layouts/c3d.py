@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import final
 
 from workbench.base.progress import Cancel
-from workbench.data.bags_and_c3d import read_c3d
+from workbench.data.binary_recordings import read_c3d
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.layouts.layout import AbstractFileLayout

@@ -15,7 +15,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.progress import Cancel
 from workbench.base.wording import listed
-from workbench.data.bags_and_c3d import read_bag
+from workbench.data.binary_recordings import read_bag
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import meaning

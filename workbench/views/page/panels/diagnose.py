@@ -6,8 +6,8 @@ import viser
 from workbench.arm.joint_units import joint_words
 from workbench.base.wording import capital
 from workbench.diagnosis.claimed_causes import Confidence
-from workbench.diagnosis.record import Diagnosis, Verdict, judged
 from workbench.diagnosis.report.table import outlier_words
+from workbench.diagnosis.result import Diagnosis, Verdict, judged
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.export import next_poses_csv
 from workbench.session.state import Session

@@ -6,7 +6,7 @@ rows are pink. The nominal column has a scale of its own where its errors are mu
 
 import numpy as np
 
-from workbench.identification.record import Column, Identification, columns_of, order_of_measuring
+from workbench.identification.result import Column, Identification, columns_of, order_of_measuring
 from workbench.views.appearance.colours import FITTED, HELD_OUT, css
 from workbench.views.page.html import MUTED, label, text
 

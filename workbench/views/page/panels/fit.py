@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench.identification.algorithms import ALGORITHMS, USUAL
-from workbench.identification.record import Identification, columns_of, judged
+from workbench.identification.result import Identification, columns_of, judged
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml, calibrated_urdf, report_zip

@@ -5,7 +5,7 @@ import re
 import numpy as np
 import viser
 
-from workbench.arm.kinematics.influence import Influence, first_order_influence
+from workbench.arm.kinematics.influence_of_constants import Influence, first_order_influence
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.session.commands.arm import drawn_joints

@@ -12,7 +12,7 @@ import viser
 from viser._messages import GuiUpdateMessage
 
 from workbench.base.errors import WorkbenchError
-from workbench.identification.record import LOOK_AGAIN
+from workbench.identification.result import LOOK_AGAIN
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.data import too_large
 from workbench.session.commands.messages import Tell

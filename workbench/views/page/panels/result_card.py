@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from workbench.diagnosis.record import Diagnosis
+from workbench.diagnosis.result import Diagnosis
 from workbench.session.guide import Stage, noise_length, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import AFTER, ARROW_BEFORE, BEFORE, css

@@ -4,7 +4,7 @@ import viser
 
 from workbench.base.errors import OptionError
 from workbench.base.wording import capital
-from workbench.identification.rezero.record import Rezero, Verdict, readable
+from workbench.identification.rezero.result import Rezero, Verdict, readable
 from workbench.session.commands.diagnose import FindZeros
 from workbench.session.export import rezeroed_toml
 from workbench.session.state import Session

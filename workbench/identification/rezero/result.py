@@ -11,7 +11,7 @@ from rich.text import Text
 
 from workbench.arm.robot import Robot
 from workbench.identification.problem import Noise
-from workbench.identification.record import BeforeAfter
+from workbench.identification.result import BeforeAfter
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown

@@ -18,7 +18,7 @@ from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
-from workbench.identification.record import BeforeAfter, Identification, Run, Validation, judged
+from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged
 from workbench.identification.row_errors import RowErrors
 from workbench.report.result_display import AbstractShown
 

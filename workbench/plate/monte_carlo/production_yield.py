@@ -20,7 +20,7 @@ from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.monte_carlo.arms import CHUNK, Chunk, try_arms
-from workbench.plate.monte_carlo.trial_inputs import Job, check_job
+from workbench.plate.monte_carlo.yield_inputs import Job, check_job
 
 CONFIDENCE = 0.95
 """Of the interval of the share of arms."""

@@ -22,7 +22,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import FRAME_PARTS, Robot
 from workbench.base.threads import one_thread
-from workbench.identification.identifiable_directions import factorise, independent_columns
+from workbench.identification.undetermined_combinations import factorise, independent_columns
 from workbench.plate.poses.sampling import random_poses
 
 GENERIC = 100

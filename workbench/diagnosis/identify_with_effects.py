@@ -15,7 +15,7 @@ from workbench.diagnosis.stepwise_search import search
 from workbench.identification import identify as identification
 from workbench.identification.camera_model_selection import Seek
 from workbench.identification.problem import Problem
-from workbench.identification.record import Identification
+from workbench.identification.result import Identification
 
 
 def seek(robot: Robot, problem: Problem, x: Float[np.ndarray, " p"]) -> tuple[AbstractEffect, ...]:
