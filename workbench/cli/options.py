@@ -106,7 +106,7 @@ class FileOptions:
         )
 
     def read_whole(self, path: Path, arm):
-        """Measurements from another file, with its own number of joints."""
+        """Measurements from another file that has its own joint readings: --joints is not applied."""
         return replace(self, joints=None).read(path, arm)
 
 

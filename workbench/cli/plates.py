@@ -99,7 +99,7 @@ def compare(
     robot: opt.RobotOption,
     how: ScoreOptions,
 ) -> None:
-    """Compare plates of equal tolerances: predicted errors in the first one's region, ranks, indices."""
+    """Compare plates as if made alike: errors predicted in the first one's region, ranks, indices."""
     from workbench.plate.report.plates import comparison_json, comparison_table
     from workbench.plate.score import alike, score_plates
 

@@ -89,7 +89,7 @@ class Comparison:
 
 
 def exaggeration_for(errors: Float[np.ndarray, " rows"]) -> float:
-    """A round factor that draws a typical error [m] at most 5 cm long."""
+    """A round factor that draws a typical error [m] about 5 cm long at most, and never smaller than it is."""
     typical = np.nanmedian(errors) if np.isfinite(errors).any() else 0.0
     fitting = [step for step in STEPS if step * typical <= DRAWN_LENGTH]
     return max(fitting, default=STEPS[0])

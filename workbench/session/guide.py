@@ -126,7 +126,7 @@ def guide(session: Session) -> Step:
             return _foreign(session.loaded.match)
         return Step(f"{rows} rows of {session.loaded.name} are loaded.", next=FIT, other=LOAD)
     if session.accepted:
-        found, left = session.diagnosis, "This is the arm without calibration"
+        found, left = session.diagnosis, "The model now describes the real arm"
         if found is not None and not found.causes:
             left = "A residual map predicts the rest; no cause is named"
         elif found is not None and found.verdict is Verdict.PARTLY:

@@ -3,14 +3,16 @@
 | path | what |
 |---|---|
 | `arm/nominal`, `arm/calibrated` | the arms |
-| `arm/bent`, `arm/branch/N` | the arm deflected by its effects; the other branches that reach the selected
-target | | `arm/blame/N` | a glow about the joint of the effect whose law is shown | | `plate/solid`,
-`plate/targets/N`, `…/number` | the fixture and its targets | | `plate/before/N`, `reach/envelope` | targets
-before the last step; the arm's reach during a drag | | `region/outline`, `region/cubes` | the region that
-matters and its cube field | | `measured`, `measured/held_out` | measured positions, coloured by their error |
-| `errors/nominal`, `errors/calibrated` | errors as arrows, exaggerated | | `row/frames`, `row/mark` |
-measured orientations, the selected measured position | | `track/wanted`, `track/reached` | the
-planned trajectory, and where the tool goes | | `camera/NAME`, `camera/target` | a camera's field of view, and
-its target | | `camera/ellipsoid` | confidence ellipsoid of the tool, enlarged | | `track/arm`, `track/mark`,
-`track/trail/N` | the calibrated arm along the trajectory, and its trail |
+| `arm/bent`, `arm/branch/N` | the arm deflected by its effects; other branches that reach the target |
+| `arm/blame/N` | a glow about the joint of the effect whose law is shown |
+| `plate/solid`, `plate/targets/N`, `…/number` | the fixture and its targets |
+| `plate/before/N`, `reach/envelope` | targets before the last step; the arm's reach during a drag |
+| `region/outline`, `region/cubes` | the region of interest and its cube field |
+| `measured`, `measured/held_out` | measured positions, coloured by their error |
+| `errors/nominal`, `errors/calibrated` | errors as arrows, exaggerated |
+| `row/frames`, `row/mark` | measured orientations, the selected measured position |
+| `track/wanted`, `track/reached` | the planned trajectory, and where the tool goes |
+| `camera/NAME`, `camera/target` | a camera's field of view, and its target |
+| `camera/ellipsoid` | confidence ellipsoid of the tool, enlarged |
+| `track/arm`, `track/mark`, `track/trail/N` | the deviating arm along the trajectory, and its trail |
 """

@@ -20,7 +20,7 @@ LEAST = 1e-6
 
 
 def track(session: Session) -> Iterator[Item]:
-    """The planned path and the calibrated arm's actual tool path, at their true positions."""
+    """The planned path and the deviating arm's tool path, at their true positions."""
     planned = session.track
     if planned is not None:
         is_shown = session.focus is Focus.TRACK
