@@ -209,7 +209,15 @@ STATES = [
         Tab.MEASURE,
         "Identify the geometry",
     ),
-    ("added", lambda s: s, " → ", Tone.GOOD, "Take the arm away", Tab.IDENTIFY, "Compare"),
+    (
+        "added",
+        lambda s: s,
+        "The model now describes the real arm",
+        Tone.GOOD,
+        "Take the arm away",
+        Tab.IDENTIFY,
+        "Compare",
+    ),
     (
         "added",
         lambda s: told(s, causes=()),
