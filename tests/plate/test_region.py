@@ -1,12 +1,16 @@
 """The cuboid and its cubes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.base.errors import OptionError
+from workbench.plate.plate_toml import load_plate
 from workbench.plate.region import Region
+from workbench.plate.region_poses import plate_region_poses
 
 
 def region(cube=0.05) -> Region:
@@ -43,3 +47,10 @@ def test_bad_regions():
         Region(min=np.array([0.0, 0.3, 0.0]), max=np.array([1.0, 0.2, 1.0]))
     with pytest.raises(OptionError, match="positive"):
         region(0.0)
+
+
+def test_whole_numbers_are_lengths_too(aria):
+    plate = replace(load_plate("table2"), region=Region(min=np.array([0, -1, 0]), max=np.array([1, 1, 1])))
+    as_floats = replace(plate, region=Region(min=np.array([0.0, -1.0, 0.0]), max=np.array([1.0, 1.0, 1.0])))
+    assert plate.region.min.dtype == float
+    assert plate_region_poses(aria, plate, 3).tolist() == plate_region_poses(aria, as_floats, 3).tolist()

@@ -37,8 +37,8 @@ class Region:
                 )
         if not self.cube > 0:
             raise OptionError(f"the side of the region's cubes must be positive, got {self.cube:g} m")
-        object.__setattr__(self, "min", frozen(self.min))
-        object.__setattr__(self, "max", frozen(self.max))
+        for corner in ("min", "max"):
+            object.__setattr__(self, corner, frozen(np.array(getattr(self, corner), float)))
 
     @cached_property
     def size(self) -> Vector3:

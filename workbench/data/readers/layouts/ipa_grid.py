@@ -58,7 +58,7 @@ def _seconds(table: Table, stamps: tuple[str, ...]) -> np.ndarray:
     times = []
     for row, stamp in enumerate(stamps):
         try:
-            if len(stamp) != 14:
+            if len(stamp) != 14 or not stamp.isdecimal():
                 raise ValueError
             times.append(datetime.fromisoformat(f"{stamp[:8]}T{stamp[8:]}"))
         except ValueError:
