@@ -90,7 +90,7 @@ SAVED = (
     "Save the calibrated arm below: TOML for this program, effects and all; URDF for others, its geometry "
     "alone; or the report"
 )
-TAKE = Action("Take the arm away", Tab.IDENTIFY, Tell(SAVED, Severity.INFO))
+TAKE = Action("Save the arm", Tab.IDENTIFY, Tell(SAVED, Severity.INFO))
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
 OTHER_ARM = Action("Choose the robot", Tab.MORE)
 POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
