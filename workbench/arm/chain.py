@@ -247,9 +247,8 @@ def _turned(t, i, j, c, s):
 def _advance(axis, value, constant, t):
     """Multiply the 3×4 transform t by one elementary transform, in place."""
     if axis < 3:
-        if (
-            abs(value) < 0.04
-        ):  # most constants and shifts: their series to the last digit, in a third of the time
+        if abs(value) < 0.04:
+            # most constants and shifts: their series to the last digit, in a third of the time
             v = value * value
             s = value * (1.0 - v / 6.0 * (1.0 - v / 20.0 * (1.0 - v / 42.0)))
             c = 1.0 - v / 2.0 * (1.0 - v / 12.0 * (1.0 - v / 30.0 * (1.0 - v / 56.0)))

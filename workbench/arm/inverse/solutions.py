@@ -77,7 +77,7 @@ def all_solutions(
         found = _extend(arm, targets, found, np.concatenate(starts, 1), task)
         rng = deepcopy(rng)  # whatever is drawn later does not depend on how many more were needed here
         for i in range(rows):
-            if (_smallest(arm, found[i], task) < VAGUE).any():
+            if (smallest_singular_value(arm, found[i], task) < VAGUE).any():
                 more = random_starts(arm, (1, MORE_STARTS), rng)
                 found[i] = _extend(arm, targets[i : i + 1], [found[i]], more, task)[0]
             found[i] = _with_neighbours(arm, targets[i : i + 1], found[i], task)
@@ -171,7 +171,7 @@ def _with_continua(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> S
     """Solutions with one representative for each continuum of them."""
     if len(x) == 0:
         return Solutions(x, np.empty(0), np.empty(0, bool))
-    smallest = _smallest(arm, x, task)
+    smallest = smallest_singular_value(arm, x, task)
     suspects = np.flatnonzero(smallest < SINGULAR)
     if len(suspects) == 0:
         return Solutions(x, smallest, np.zeros(len(x), bool))
@@ -179,10 +179,12 @@ def _with_continua(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> S
     flowing = distinct(arm, ends[flows], SAME_CONTINUUM)
     x = np.concatenate([np.delete(x, suspects[flows], 0), flowing])
     continuum = np.arange(len(x)) >= len(x) - len(flowing)
-    return Solutions(x, _smallest(arm, x, task), continuum)
+    return Solutions(x, smallest_singular_value(arm, x, task), continuum)
 
 
-def _smallest(arm: Arm, x: Float[np.ndarray, "rows n"], task: Task) -> Float[np.ndarray, " rows"]:
+def smallest_singular_value(
+    arm: Arm, x: Float[np.ndarray, "rows n"], task: Task
+) -> Float[np.ndarray, " rows"]:
     """Smallest singular value of the task's Jacobian, dimensionless."""
     return np.linalg.svd(task_jacobian(arm, x, task), compute_uv=False)[:, -1]
 

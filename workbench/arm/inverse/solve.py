@@ -35,7 +35,13 @@ from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.deflected_branches import bent_result
 from workbench.arm.inverse.follow import Followed, FollowedMany, as_pose, follow, follow_many
 from workbench.arm.inverse.reduced_arm import Arm, compile_arm
-from workbench.arm.inverse.solutions import Solutions, all_solutions, distinct, random_starts, task_jacobian
+from workbench.arm.inverse.solutions import (
+    Solutions,
+    all_solutions,
+    distinct,
+    random_starts,
+    smallest_singular_value,
+)
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, ShapeError
@@ -159,13 +165,13 @@ def _spread(
             break
     if len(x):
         place = np.concatenate([np.where(arm.slides, x, np.cos(x)), np.where(arm.slides, 0.0, np.sin(x))], 1)
-        picked = [int(np.argmax(np.linalg.svd(task_jacobian(arm, x, task))[1][:, -1]))]
+        picked = [int(np.argmax(smallest_singular_value(arm, x, task)))]
         away = np.linalg.norm(place - place[picked[0]], axis=1)
         while len(picked) < min(REPRESENTATIVES, len(x)):
             picked.append(int(np.argmax(away)))
             away = np.minimum(away, np.linalg.norm(place - place[picked[-1]], axis=1))
         x = x[picked]
-    smallest = np.linalg.svd(task_jacobian(arm, x, task))[1][:, -1]
+    smallest = smallest_singular_value(arm, x, task)
     return Solutions(x, smallest, np.ones(len(x), bool))
 
 
