@@ -203,6 +203,13 @@ def test_a_controllers_own_file_is_read_in(run, tmp_path):
     assert code == 0, error
     mine = load_robot(out)
     assert mine.chain.values[mine.chain.index["joint2.a"]] == pytest.approx(-0.611)
+    conf.write_text(conf.read_text().replace("delta_a = [ 0, 1e-3", "delta_a = [ 0.3, 0.2"))
+    code, _, error = run(
+        "new", "ur10", "--apply", conf, "--for", "ur-calibration", "--out", tmp_path / "no.toml"
+    )
+    assert code == 1  # no UR10 is made like that
+    assert "UR10" in error
+    assert not (tmp_path / "no.toml").exists()
     code, _, error = run("new", "ur10", "--apply", conf, "--out", out)
     assert code == 1
     assert "--for" in error

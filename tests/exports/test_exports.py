@@ -16,7 +16,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import FileError, OptionError, RobotError, ShapeError
 from workbench.exports import FORMS, Job, export_robot
 from workbench.exports.offsets import read_motors
 
@@ -54,6 +54,8 @@ def refusing(nominal: Robot) -> set[str]:
     for name, dofs in (("ur", (6,)), ("xarm", (5, 6, 7)), ("franka", (7,)), ("openarm", (7,))):
         if nominal.dof not in dofs or not turning:
             out.add(f"{name}-kinematics")
+    if nominal.dof == 6 and not nominal.name.startswith("UR"):
+        out.add("ur-kinematics")  # no other arm's wrist has its first axis parallel to the elbow's
     standard = nominal.convention in ("dh", "hayati") and all(
         joint.kind == "revolute" for joint in nominal.joints
     )
@@ -71,7 +73,7 @@ def test_every_form_of_every_built_in_arm_round_trips_or_says_what_is_lost(name,
         job = Job(robot=arm, nominal=nominal, source=MOTORS if form.name == "lerobot" else None)
         path = tmp_path / f"{form.name}{form.ending}"
         if form.name in refused:
-            with pytest.raises(OptionError, match=form.name):
+            with pytest.raises((OptionError, RobotError), match=form.name):
                 export_robot(form, path, job)
             assert not path.exists()
             continue
@@ -282,11 +284,11 @@ def test_lerobot_zeros_move_by_the_offsets_within_half_a_count(tmp_path):
 def test_what_effects_cost_is_in_the_figure(tmp_path):
     _, arm = calibrated("aria")
     bent = arm.with_effects(EFFECTS["joint-compliance"]((1,), (1e-4,)))
-    done = export_robot(FORMS["ur-kinematics"], tmp_path / "k.yaml", Job(robot=bent), rows=40)
+    done = export_robot(FORMS["xarm-kinematics"], tmp_path / "k.yaml", Job(robot=bent), rows=40)
     assert 1e-4 < done.position < 1e-2
     assert any("joint-compliance" in note for note in done.notes)
     warm = arm.with_effects(EFFECTS["thermal-growth"]((), (2e-5,)))
-    done = export_robot(FORMS["ur-kinematics"], tmp_path / "k.yaml", Job(robot=warm), rows=5)
+    done = export_robot(FORMS["xarm-kinematics"], tmp_path / "k.yaml", Job(robot=warm), rows=5)
     assert done.position < EXACT
     assert any("does not include" in note and "thermal-growth" in note for note in done.notes)
 
@@ -311,3 +313,32 @@ def test_the_command(run, tmp_path):
         code, _, error = run("export", "ur5", *words)
         assert code == 1, words
         assert "--" in error or "choose" in error
+
+
+@pytest.mark.parametrize("form", sorted(FORMS))
+def test_no_form_is_written_against_another_arms_nominal_model(form, tmp_path):
+    """A calibration.conf of ARIA with UR5's table as nominal would be loaded into a UR5."""
+    path = tmp_path / "file"
+    for name, other in (("aria", "ur5"), ("ur5e", "ur5"), ("iiwa14", "panda"), ("panda", "ur5")):
+        arm = calibrated(name)[1]
+        with pytest.raises((RobotError, ShapeError), match=re.escape(load_robot(other).name)):
+            export_robot(FORMS[form], path, Job(robot=arm, nominal=load_robot(other), source=MOTORS))
+    assert not path.exists()
+
+
+def test_a_nominal_arm_with_other_zeros_base_and_flange_is_the_same_arm(tmp_path):
+    nominal, arm = calibrated("ur5e")
+    q = np.array([0.0, 0.8, 0.0, -0.5, 0.0, 2.0])
+    moved = dict(zip(arm.joint_offsets, (arm.values(arm.joint_offsets) + q).tolist(), strict=True))
+    arm = arm.with_values(moved).with_frames(base=Frame(np.array([1.0, 2.0, 3.0])))
+    done = export_robot(FORMS["ur-calibration"], tmp_path / "c.conf", Job(robot=arm, nominal=nominal))
+    assert done.position < EXACT
+    real = Job(robot=load_robot("aria-table4"), nominal=load_robot("aria"))
+    assert export_robot(FORMS["ur-calibration"], tmp_path / "c.conf", real).position < EXACT
+
+
+def test_a_drivers_file_of_another_arm_is_not_brought_up_to_date(tmp_path):
+    form = FORMS["ur-kinematics"]
+    source = form.write(Job(robot=load_robot("ur10")))
+    with pytest.raises(RobotError, match="source"):
+        export_robot(form, tmp_path / "k.yaml", Job(robot=calibrated("ur5")[1], source=source))

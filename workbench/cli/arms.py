@@ -96,11 +96,13 @@ def new(
 def _applied(nominal, path: Path, form: str):
     """A known arm with the calibration stored in its controller or driver."""
     from workbench.exports import Job, form_named
+    from workbench.identification.arm_match import require_same_arm
 
     text = form_named(form).text_of(path)
     arm = form_named(form).read(text, Job(robot=nominal, nominal=nominal, source=text))
     if arm is None:
         raise OptionError(f"files of the form {form} can't be imported; use the calibration's TOML instead")
+    require_same_arm(arm, nominal)
     return arm
 
 

@@ -184,10 +184,13 @@ def export(
         if path is not None:
             opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
     if controller is not None and nominal is not None:
+        from workbench.identification.arm_match import require_same_arm
         from workbench.identification.report.how_to_apply import use_of
         from workbench.report.json import write_json
 
-        use = use_of(arm, wb.load_robot(nominal))
+        own = wb.load_robot(nominal)
+        require_same_arm(arm, own)
+        use = use_of(arm, own)
         opt.show(use.summary())
         opt.say(f"controller: {write_json(controller, {'robot': arm.name, 'controller': use.json()})}")
 

@@ -23,6 +23,7 @@ from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.files import read_bytes, write_text
 from workbench.base.types import Matrix4
+from workbench.identification.arm_match import require_same_arm
 from workbench.report.numbers import short
 
 POSES = 500
@@ -51,14 +52,9 @@ class Job:
         return joint_frames(self.robot)
 
     def require_nominal(self, form: str) -> Robot:
-        """The nominal arm, with as many joints as the calibrated one."""
+        """The nominal arm; refused if there is none."""
         if self.nominal is None:
             raise OptionError(f"--for {form} needs --nominal ROBOT, the model that the controller has")
-        if self.nominal.dof != self.robot.dof:
-            raise OptionError(
-                f"the calibrated arm has {self.robot.dof} joints, the nominal one {self.nominal.dof}; give "
-                "the arm that was calibrated"
-            )
         return self.nominal
 
 
@@ -147,8 +143,11 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
 
     Raises:
         OptionError: the form can't be written for this arm.
+        RobotError, ShapeError: the nominal arm is not the one that was calibrated.
         FileError: the file can't be written, or the source is not of this form.
     """
+    if job.nominal is not None:
+        require_same_arm(job.robot, job.nominal)
     text = form.write(job)
     read = form.read(text, job)
     apart: tuple[float, float] | tuple[None, None] = (None, None)

@@ -16,6 +16,7 @@ xarm_ros2; robots/fr3/kinematics.yaml of franka_description; config/arm of opena
 import hashlib
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import final
 
 import numpy as np
@@ -23,12 +24,15 @@ import numpy as np
 from workbench.arm.joint_frames import JointFrames
 from workbench.arm.robot import Frame, JointKind, Robot
 from workbench.base import se3
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import FileError, OptionError, RobotError
 from workbench.base.toml import LARGEST
 from workbench.base.types import Matrix4
 from workbench.exports.export_format import AbstractForm, Job, tool_note
+from workbench.identification.arm_match import require_same_arm
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
+OTHER_AXES = 0.3
+"""Difference in the cosine of the angle between two axes that no error of making explains."""
 NUMBERED = tuple(f"joint{k}" for k in range(1, 51))
 
 
@@ -44,6 +48,7 @@ class KinematicsYaml(AbstractForm):
         dofs: Numbers of joints that its arms have.
         head: Key above all joints; empty for none.
         inner: Key between a joint and its numbers; empty for none.
+        parallel: Joints of its arms, from 1, whose axes are parallel to the one before; empty for any.
         flange: Whether a last entry holds the flange.
         hashed: Whether a hash tells the driver which arm the file belongs to.
         advice: What to know before it is used.
@@ -53,6 +58,7 @@ class KinematicsYaml(AbstractForm):
     title: str = ""
     joints: tuple[str, ...] = NUMBERED
     dofs: tuple[int, ...] = ()
+    parallel: tuple[int, ...] = ()
     head: str = ""
     inner: str = ""
     flange: bool = False
@@ -103,11 +109,27 @@ class KinematicsYaml(AbstractForm):
                 f"--for {self.name} is for arms of {' or '.join(map(str, self.dofs))} joints that turn; "
                 f"'{job.robot.name}' has {found}"
             )
+        self._check_axes(job, frames)
         if job.source is not None:
-            frames = frames.matched(self._poses(job.source, len(frames.joints)))
+            origins = self._poses(job.source, len(frames.joints))
+            theirs = frames.with_origins(origins, np.eye(4)).robot(job.robot)
+            require_same_arm(job.robot, replace(theirs, name="arm of the source"))
+            frames = frames.matched(origins)
         elif not self.flange:
             frames = self._with_turn(frames)
         return frames
+
+    def _check_axes(self, job: Job, frames: JointFrames) -> None:
+        """Refuse an arm whose neighbouring axes are parallel elsewhere than those of the maker's arms."""
+        if not self.parallel:
+            return
+        axes = [pose[:3, :3] @ j.axis for pose, j in zip(frames.at_zero, frames.joints, strict=False)]
+        cosines = np.abs([a @ b for a, b in pairwise(axes)])
+        if np.abs(cosines - [k in self.parallel for k in range(2, len(axes) + 1)]).max() > OTHER_AXES:
+            raise RobotError(
+                f"'{job.robot.name}' is no arm for --for {self.name}: of its maker's arms joints "
+                f"{' and '.join(map(str, self.parallel))} alone are parallel to the one before"
+            )
 
     def _with_turn(self, frames: JointFrames) -> JointFrames:
         """The last joint's frame brought to the flange, as far as its own axis allows."""
@@ -169,6 +191,7 @@ UR = KinematicsYaml(
     title="kinematics file of ur_description (kinematics_params_file)",
     joints=("shoulder", "upper_arm", "forearm", "wrist_1", "wrist_2", "wrist_3"),
     dofs=(6,),
+    parallel=(3, 4),
     head="kinematics",
     hashed=True,
     advice=(
@@ -183,6 +206,7 @@ XARM = replace(
     title="kinematics file of xarm_description (kinematics_suffix)",
     joints=NUMBERED,
     dofs=(5, 6, 7),
+    parallel=(),
     hashed=False,
     advice=("save it as user/xarm6_kinematics_SUFFIX.yaml, with the model's name, for kinematics_suffix",),
 )

@@ -12,8 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.robot import Robot
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Frame, Robot
 from workbench.base.assets import built_in_robots
+from workbench.base.errors import RobotError, ShapeError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
@@ -38,6 +41,8 @@ ALIKE = 1e-3
 """Relative difference of what two arms of the same geometry leave."""
 BETTER = 5.0
 """A rival, or other zeros of the joints, must leave so many times less."""
+CLOSE = 0.004
+"""Share of the reach from which on other arms are tried for a calibrated arm, which has no noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,11 +86,12 @@ class ArmMatch:
         return sentence
 
 
-def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
+def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
     """Compare rows with the arm that they are said to be of; quick, unless something is wrong.
 
     Args:
         data: Rows; of another number of joints it is asked only which built-in arm they fit.
+        some: Share of the reach from which on other arms are tried.
     """
     if data.joints != robot.dof:
         return _with_other_joints(robot, data)
@@ -96,11 +102,39 @@ def arm_match(robot: Robot, data: Dataset) -> ArmMatch:
     aligned = _aligned(robot, seen)
     error = _left(aligned, seen)
     found = ArmMatch(robot=robot.name, error=error, outside=outside)
-    if error < SOME * robot.reach:
+    if error < some * robot.reach:
         return found
     found = _with_rival(found, data, seen)
     much = error > MUCH * robot.reach or (outside > OUTSIDE and error > 0.5 * MUCH * robot.reach)
     return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(aligned, seen, error)))
+
+
+def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
+    """Refuse a nominal arm that is not the calibrated one's; base, flange and joint zeros may differ.
+
+    Raises:
+        ShapeError: another number of joints.
+        RobotError: another geometry, as that of rows which the calibrated arm would give.
+    """
+    if calibrated.dof != nominal.dof:
+        raise ShapeError(
+            f"the calibrated arm '{calibrated.name}' has {calibrated.dof} joints, the nominal one "
+            f"'{nominal.name}' {nominal.dof}; give the arm that was calibrated",
+            expected=calibrated.dof,
+            found=nominal.dof,
+        )
+    here = Frame()
+    actual, planned = (_bare(arm).with_frames(base=here, tool=here) for arm in (calibrated, nominal))
+    q = np.random.default_rng(0).uniform(*planned.search_limits.T, (LOOKED_AT, planned.dof))
+    flange = tool_poses(actual, Motion(q))
+    rows = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
+    found = arm_match(planned, rows, some=CLOSE)
+    if found.is_foreign:
+        fits = f" ({found.rival_name}: {in_mm(found.rival_error)})" if found.rival else ""
+        raise RobotError(
+            f"'{nominal.name}' is {in_mm(found.error)} off the calibrated '{calibrated.name}' after the best "
+            f"base and tool{fits}: it is another arm; give the nominal model of the one that was calibrated"
+        )
 
 
 def _with_other_joints(robot: Robot, data: Dataset) -> ArmMatch:
@@ -152,7 +186,8 @@ def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
     beyond = 0.0
     for name in built_in_robots():
         rival = load_robot(name)
-        if rival.dof != seen.joints or rival.name == found.robot:
+        is_variant = rival.name.split(",")[0] == found.robot.split(",")[0]  # ARIA and its arm of Table 4
+        if rival.dof != seen.joints or is_variant:
             continue
         roughly = starts(_bare(rival), seen, FrameFreedom(*visible_parts(seen)))
         if min(_left(start, seen) for start in roughly) > found.error:

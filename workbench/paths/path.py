@@ -20,8 +20,9 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
-from workbench.base.errors import DataError, ShapeError
+from workbench.base.errors import DataError
 from workbench.base.types import frozen
+from workbench.identification.arm_match import require_same_arm
 
 SINGULAR = 1e-3
 """Dimensionless singular value below which an arm is at a singularity."""
@@ -147,13 +148,7 @@ def command_poses(
 
 def comparable(calibrated: Robot, nominal: Robot) -> tuple[Robot, Robot, list[str]]:
     """Both arms in the robot's base frame and with the calibrated tool; the instrument's drift left out."""
-    if calibrated.dof != nominal.dof:
-        raise ShapeError(
-            f"the calibrated arm '{calibrated.name}' has {calibrated.dof} joints, the nominal one "
-            f"'{nominal.name}' {nominal.dof}; give the arm that was calibrated",
-            expected=calibrated.dof,
-            found=nominal.dof,
-        )
+    require_same_arm(calibrated, nominal)
     effects = tuple(e for e in calibrated.effects if e.moves_arm)
     apart = [e.name for e in calibrated.effects if not e.moves_arm]
     notes = [f"{name} is left out: it moves the measuring frame, not the arm" for name in apart]
