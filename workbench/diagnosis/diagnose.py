@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
-from typing import NamedTuple
+from typing import NamedTuple, Unpack
 
 import numpy as np
 
@@ -27,12 +27,13 @@ from workbench.diagnosis.verdict import conclude, coverage, explains_little, too
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.fit import Fit
-from workbench.identification.fit_choices import FitChoices, with_choices
+from workbench.identification.fit_choices import ChoiceFields, FitChoices
 from workbench.identification.joint_reading_noise import readings
 from workbench.identification.preparation import Prepared, on_step, prepare
 from workbench.identification.problem import Noise
 from workbench.identification.result import Validation
 from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
+from workbench.plate.door import door
 
 GROSS = 10.0
 """Rows off by this many times the median of the aligned nominal arm …"""
@@ -44,16 +45,17 @@ TRIED = 12
 """Candidates of the ranking that are tried out on the rows that judge."""
 
 
-@with_choices
+@door(FitChoices)
 @one_thread()
 def diagnose(
     robot: Robot,
     data: Dataset,
-    choices: FitChoices,
+    choices: FitChoices | None = None,
     *,
     measurable: Measurable | None = None,
     progress: Report | None = None,
     cancel: Cancel | None = None,
+    **fields: Unpack[ChoiceFields],
 ) -> Diagnosis:
     """Find the effects that the model of an arm lacks, add them, and validate them on held-out rows.
 
@@ -73,6 +75,7 @@ def diagnose(
         raise OptionError(
             f"{data.source}: pictures are not diagnosed; identify weighs what they may tell of the arm"
         )
+    choices = FitChoices.of(choices, **fields)
     began = perf_counter()
     report = progress or (lambda part, text: None)
     ready, gross = _prepared(

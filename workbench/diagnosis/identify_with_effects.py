@@ -1,6 +1,8 @@
 """Identification from pictures, with effects of the arm as the last step."""
 
+from collections.abc import Callable
 from functools import wraps
+from typing import ParamSpec
 
 import numpy as np
 from jaxtyping import Float
@@ -13,9 +15,10 @@ from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.rounds import folds_of
 from workbench.diagnosis.stepwise_search import search
 from workbench.identification import identify as identification
-from workbench.identification.camera_model_selection import Seek
 from workbench.identification.problem import Problem
 from workbench.identification.result import Identification
+
+P = ParamSpec("P")
 
 
 def seek(robot: Robot, problem: Problem, x: Float[np.ndarray, " p"]) -> tuple[AbstractEffect, ...]:
@@ -33,7 +36,16 @@ def seek(robot: Robot, problem: Problem, x: Float[np.ndarray, " p"]) -> tuple[Ab
     return tuple(t.candidate.effect for t in search(grams, free).model)
 
 
-@wraps(identification.identify)
-def identify(*args, seek: Seek | None = seek, **options) -> Identification:
-    """Identification's own, with the effects of the arm that pictures may show."""
-    return identification.identify(*args, seek=seek, **options)
+def _seeking(verb: Callable[P, Identification]) -> Callable[P, Identification]:
+    """The same, with the effects of the arm that pictures may show."""
+
+    @wraps(verb)
+    def call(*args: P.args, **options: P.kwargs) -> Identification:
+        options.setdefault("seek", seek)
+        return verb(*args, **options)
+
+    return call
+
+
+identify = _seeking(identification.identify)
+"""Identification's own, with the effects of the arm that pictures may show."""

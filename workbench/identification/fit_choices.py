@@ -1,18 +1,56 @@
 """Choices for a fit, for identification and diagnosis: rows, frames, free constants, noise."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
-from functools import wraps
-from inspect import Parameter, signature
-from typing import TypeVar
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from numbers import Integral
+from pathlib import Path
+from typing import Annotated, Any, TypedDict
 
+from workbench.base.door import Given, accept, admit, share_of
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
+from workbench.data.door import pair_of
 from workbench.identification.frames import Sessions
 from workbench.identification.problem import Noise
+from workbench.plate.plate import Plate
 from workbench.plate.region import Region
 
-Result = TypeVar("Result")
+
+def _held_out(value: Any, given: Given) -> Any:
+    """A share, a file or sessions from text, as in `--held-out`."""
+    if isinstance(value, Path) or not isinstance(value, str):
+        return value
+    if isinstance(share := share_of(value), float):
+        return share
+    if value.startswith("session:"):
+        return value.removeprefix("session:").split(",")
+    return value if Path(value).suffix else (value,)
+
+
+def _by_hand(value: Any, given: Given) -> Any:
+    """Rows with the reason that is given for each, or with one for all."""
+    if value is None or isinstance(value, Mapping):
+        return value or {}
+    rows = value if isinstance(value, Iterable) else [value]
+    return dict.fromkeys(map(int, rows), "by hand") if all(isinstance(r, Integral) for r in rows) else value
+
+
+def _noise(value: Any, given: Given) -> Any:
+    if (pair := pair_of(value)) is None:
+        return value
+    if not min(pair) > 0.0:
+        raise OptionError(f"noise must be positive, got {value!r}")
+    return Noise(pair[0]) if len(pair) == 1 else Noise(pair[0], pair[1])
+
+
+accept(Noise, 'a length in m and an angle in rad, or text such as "0.05mm,0.01deg"', _noise)
+HeldOut = Annotated[
+    float | Dataset | tuple[str, ...],
+    _held_out,
+    'a share such as 0.2 or "20%", a Dataset, a file, or names of sessions',
+]
+Excluded = Annotated[Mapping[int, str], _by_hand, "rows such as [3, 4], or a mapping of rows to reasons"]
+"""Rows to keep out, with the reason; rows alone are kept out by hand."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -30,37 +68,35 @@ class FitChoices:
         seed: Chooses the held-out rows (and the folds of a diagnosis).
     """
 
-    held_out: float | Dataset | tuple[str, ...] = 0.2
+    held_out: HeldOut = 0.2
     frames: Sessions | str = Sessions.AUTO
     free: Sequence[str] | None = None
-    exclude: Mapping[int, str] = field(default_factory=dict)
+    exclude: Excluded = field(default_factory=dict)
     region: Region | None = None
     noise: Noise | None = None
     known: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
 
     def __post_init__(self):
-        object.__setattr__(self, "frames", option(Sessions, self.frames, "frames"))
-        object.__setattr__(self, "exclude", dict(self.exclude or {}))
-        object.__setattr__(self, "known", dict(self.known or {}))
+        admit(self)
+
+    @classmethod
+    def of(cls, choices: "FitChoices | None", **fields: Any) -> "FitChoices":
+        """Choices with these fields instead of their own; the usual ones if None."""
+        return cls(**fields) if choices is None else replace(choices, **fields)
 
 
-def with_choices(verb: Callable[..., Result]) -> Callable[..., Result]:
-    """A verb of robot, data and `FitChoices` that takes the fields of these as keywords as well."""
-    names = {f.name for f in fields(FitChoices)}
+class ChoiceFields(TypedDict, total=False):
+    """The fields of `FitChoices` as verbs take them, for type checkers and editors."""
 
-    @wraps(verb)
-    def call(robot, data, choices: FitChoices | None = None, **options):
-        given = {name: options.pop(name) for name in names & set(options)}
-        choices = FitChoices(**given) if choices is None else replace(choices, **given)
-        return verb(robot, data, choices, **options)
-
-    own = signature(verb)
-    robot, data, choices, *rest = own.parameters.values()
-    flat = [p.replace(kind=Parameter.KEYWORD_ONLY) for p in signature(FitChoices).parameters.values()]
-    shown = [robot, data, choices.replace(default=None), *flat, *rest]
-    call.__signature__ = own.replace(parameters=shown)  # type: ignore[attr-defined]
-    return call
+    held_out: float | str | Path | Dataset | Sequence[str]
+    frames: Sessions | str
+    free: Sequence[str] | None
+    exclude: Mapping[int, str] | Sequence[int]
+    region: Region | Plate | str | None
+    noise: Noise | tuple[float, float] | float | str | None
+    known: Mapping[str, float]
+    seed: int
 
 
 def option(kind, value, what: str):

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
+from typing import Unpack
 
 import numpy as np
 
@@ -17,22 +18,23 @@ from workbench.identification.algorithms import ALGORITHMS, USUAL, AbstractIdent
 from workbench.identification.algorithms.robust import Loss, row_weights
 from workbench.identification.camera_model_selection import Seek
 from workbench.identification.fit import Fit
-from workbench.identification.fit_choices import FitChoices, option, with_choices
+from workbench.identification.fit_choices import ChoiceFields, FitChoices, option
 from workbench.identification.preparation import on_step, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.result import Identification, Run, Validation
 from workbench.identification.row_errors import Errors
+from workbench.plate.door import door
 
 REWEIGHTINGS = 10
 """Rounds of a robust loss."""
 
 
-@with_choices
+@door(FitChoices)
 @one_thread()
 def identify(
-    robot: Robot,
+    robot: Robot | None,
     data: Dataset,
-    choices: FitChoices,
+    choices: FitChoices | None = None,
     *,
     algorithms: Sequence[str] = USUAL,
     bounds: Mapping[str, tuple[float, float]] | None = None,
@@ -42,11 +44,13 @@ def identify(
     seek: Seek | None = None,
     progress: Report | None = None,
     cancel: Cancel | None = None,
+    **fields: Unpack[ChoiceFields],
 ) -> Identification:
     """Identify the arm's constants, and its frames where they are unknown.
 
     Args:
-        robot: Nominal arm; its frames say whether they are fixed, free, or decided from the data.
+        robot: Nominal arm; its frames say whether they are fixed, free, or decided from the data. None
+            will do for pictures that come with poses of the tool.
         data: Measurements.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
         algorithms: Names from `ALGORITHMS`.
@@ -65,8 +69,11 @@ def identify(
     report = progress or (lambda part, text: None)
     if data.rig is not None and data.rig.tool_poses:
         robot = posed_arm()
+    if robot is None:
+        raise OptionError("only pictures that come with poses of the tool need no robot; give one")
     chosen = [_algorithm(name) for name in algorithms]
     loss = option(Loss, loss, "loss")
+    choices = FitChoices.of(choices, **fields)
     ready = prepare(
         robot,
         data,
