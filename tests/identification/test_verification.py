@@ -52,7 +52,17 @@ def test_a_row_that_stands_twice_is_no_second_visit(arm):
     found = wb.verify(calibrated, twice)
     assert len(found.data) == len(fresh)
     assert not found.repeated
-    assert any("2 rows left out" in words for words in found.warnings)
+    assert any("2 duplicate rows" in words for words in found.warnings)
+
+
+def test_a_row_that_stands_again_after_it_was_excluded_is_judged(arm):
+    """Row 3 is excluded and stands again at the end: only that copy is there to be judged."""
+    calibrated, _, fresh = arm
+    twice = fresh.take(np.r_[np.arange(30), [3]])
+    exclude = np.arange(31) == 3
+    found = wb.verify(calibrated, replace(twice, exclude=exclude, row=np.arange(31)))
+    assert found.data.row.tolist() == [0, 1, 2, *range(4, 31)]
+    assert not any("duplicate" in words for words in found.warnings)
 
 
 def test_limits_per_axis_are_judged_axis_by_axis(arm):

@@ -32,7 +32,7 @@ from workbench.identification.joint_reading_noise import readings
 from workbench.identification.preparation import Prepared, on_step, prepare
 from workbench.identification.problem import Noise
 from workbench.identification.result import Validation
-from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
+from workbench.identification.row_errors import Errors, RowErrors, Spread, degradation_warning
 from workbench.plate.door import door
 
 GROSS = 10.0
@@ -226,7 +226,7 @@ def _concluded(
         after_fit=fit,
         final_fit=final,
         aligned=ready.aligned,
-        nominal_rows=(RowErrors(fitted.position[keep], fitted.rotation[keep]), held),
+        nominal_rows=(fitted.take(keep), held),
         before=search.before.errors,
         after=search.after.errors,
         before_rows=search.before.rows,
@@ -280,7 +280,7 @@ def _prepared(
     ready = prepare(robot, data, choices, progress=progress, cancel=cancel)
     for _ in range(TRIES):
         fitted, held = (rows.position for rows in ready.nominal_rows)
-        limit = max(GROSS * float(np.median(fitted)), GROSS_PART * robot.reach)
+        limit = max(GROSS * Spread.of(fitted).median, GROSS_PART * robot.reach)
         own = held if len(held) == len(ready.held_out_rows) else held[:0]
         found = np.concatenate(
             [ready.train_rows[fitted > limit], ready.held_out_rows[: len(own)][own > limit]]
@@ -322,7 +322,7 @@ class Trial:
         """Mean error of the geometry with a model's effects [mm]."""
         arm = robot_with(self._searched.stage.fitted, self._searched.grams, model)
         rows = self._ready.errors_on(self._data, arm, self._found)
-        return 1e3 * float(rows.position.mean()) if len(rows.position) else float("nan")
+        return 1e3 * Spread.of(rows.position).mean
 
 
 def _ranked(offer: Offer, mean_mm: float | None) -> Ranked:

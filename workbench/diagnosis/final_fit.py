@@ -103,11 +103,13 @@ def suspect_note(rows: Sequence[int], errors: Errors) -> str:
     """Which held-out rows no arm explains, what to do, and a mean beside one that they don't pull."""
     shown = ", ".join(map(str, rows[:NAMED])) + (" …" if len(rows) > NAMED else "")
     subject, it = (f"rows {shown}", "them") if len(rows) > 1 else (f"row {shown}", "it")
-    mean, median = errors.position_mm.mean, errors.position_mm.median
-    return (
-        f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}. "
-        f"With {it} the mean held-out error is {mean:.3g} mm, the median {median:.3g} mm"
+    words = (
+        f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
     )
+    mean, median = errors.position_mm.mean, errors.position_mm.median
+    if np.isnan(mean):
+        return words
+    return f"{words}. With {it} the mean held-out error is {mean:.3g} mm, the median {median:.3g} mm"
 
 
 def _root(problem: Problem, fit: Fit) -> np.ndarray:

@@ -89,7 +89,8 @@ def conclude(
             lead = f"The joint readings scatter by {size}, which makes {part} of what is left: {advice}. "
         else:
             rest += f"; noise of the joint readings ({size}) makes {part} of it"
-    rest = f"the remaining error of {left:.3g} mm {rest}"
+    size = f" of {left:.3g} mm" if np.isfinite(left) else ""
+    rest = f"the remaining error{size} {rest}"
     if not (causes or residual_map):
         verdict = Verdict.UNEXPLAINED if more else Verdict.NONE
         return verdict, f"{lead}No effect was found beside the geometry; {rest}."
@@ -104,7 +105,9 @@ def conclude(
         ]
     if not causes:
         return verdict, f"{lead}{' '.join(words)} {rest[0].upper()}{rest[1:]}."
-    fall = f"reduces the error from {before.position_mm.mean:.3g} to {left:.3g} mm"
+    fall = "reduces the error"
+    if np.isfinite(left):
+        fall += f" from {before.position_mm.mean:.3g} to {left:.3g} mm"
     subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding these"
     return verdict, f"{lead}{' '.join(words)} {subject} {fall}; {rest}."
 

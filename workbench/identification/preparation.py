@@ -81,7 +81,7 @@ class Prepared:
     def errors_on(self, rows: Dataset, robot: Robot, instrument: Mapping[str, float]) -> RowErrors:
         """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
         if not len(rows):
-            return RowErrors(np.zeros(0), np.zeros(0))
+            return RowErrors(*np.zeros((3, 0)))
         return row_errors(
             self.with_new_session_bases(robot, rows), rows, known={**self.problem.known, **instrument}
         )

@@ -55,9 +55,9 @@ class Noise(NamedTuple):
 
     @property
     def words(self) -> str:
-        """Of positions, and of orientations where it is known."""
-        turned = f", {np.rad2deg(self.rotation):.2g}°" if np.isfinite(self.rotation) else ""
-        return f"{1e3 * self.position:.3g} mm{turned}"
+        """Of positions and of orientations, where each is known."""
+        sizes = ((1e3 * self.position, ".3g", " mm"), (np.rad2deg(self.rotation), ".2g", "°"))
+        return ", ".join(f"{size:{digits}}{unit}" for size, digits, unit in sizes if np.isfinite(size))
 
     def json(self) -> dict[str, float]:
         """Of positions and orientations as files have it."""

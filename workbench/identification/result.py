@@ -47,11 +47,17 @@ class BeforeAfter(NamedTuple):
     after: Errors
 
     def __repr__(self) -> str:
-        words = f"position {self.before.position_mm.mean:.3g} → {self.after.position_mm.mean:.3g} mm"
-        if self.before.orientation_deg is not None and self.after.orientation_deg is not None:
-            turned = (self.before.orientation_deg.mean, self.after.orientation_deg.mean)
-            words += f", orientation {turned[0]:.3g} → {turned[1]:.3g}°"
-        return f"mean error: {words}"
+        kinds = (
+            ("position", "position_mm", " mm"),
+            ("orientation", "orientation_deg", "°"),
+            ("tilt", "tilt_deg", "°"),
+        )
+        parts = []
+        for words, name, unit in kinds:
+            before, after = (getattr(errors, name) for errors in self)
+            if before is not None and after is not None and np.isfinite(after.mean):
+                parts.append(f"{words} {before.mean:.3g} → {after.mean:.3g}{unit}")
+        return f"mean error: {', '.join(parts)}"
 
 
 @final

@@ -19,7 +19,10 @@ from workbench.identification.problem_blocks import observed_kinds
 
 
 class Spread(NamedTuple):
-    """Mean, root mean square, greatest and median of some errors; a few wrong rows don't pull the last."""
+    """Mean, root mean square, greatest and median of some errors; a few wrong rows don't pull the last.
+
+    All are NaN where nothing was measured.
+    """
 
     mean: float
     rms: float
@@ -28,7 +31,10 @@ class Spread(NamedTuple):
 
     @classmethod
     def of(cls, errors: Float[np.ndarray, " rows"]) -> "Spread":
-        """Summary of one error a row."""
+        """Summary of one error a row; rows without a measured one (NaN) don't count."""
+        errors = errors[np.isfinite(errors)]
+        if not len(errors):
+            return cls(*[float("nan")] * 4)
         rms = float(np.sqrt((errors**2).mean()))
         return cls(float(errors.mean()), rms, float(errors.max()), float(np.median(errors)))
 
@@ -38,8 +44,10 @@ class RowErrors:
     """Errors row by row.
 
     Args:
-        position: Distance between measured and predicted point [m]; of several markers their rms.
-        rotation: Angle between measured and predicted orientation [rad]; NaN where none was measured.
+        position: Distance between measured and predicted point [m]; of several markers their rms; NaN where
+            no position was measured.
+        rotation: Angle between measured and predicted orientation of the tool [rad]; NaN without one.
+        tilt: Angle by which a link's inclinometer is off [rad], of several their rms; NaN without.
         pixel: Of corners in pictures, their root mean square distance [px]; position and rotation are then
             what their residuals lead one to expect at the tool. None without pictures.
         corners: How many corners each row shows.
@@ -47,13 +55,14 @@ class RowErrors:
 
     position: Float[np.ndarray, " rows"]
     rotation: Float[np.ndarray, " rows"]
+    tilt: Float[np.ndarray, " rows"]
     pixel: Float[np.ndarray, " rows"] | None = None
     corners: Float[np.ndarray, " rows"] | None = None
 
     def take(self, rows: np.ndarray) -> "RowErrors":
         """Errors of some of the rows."""
         extra = (None if v is None else v[rows] for v in (self.pixel, self.corners))
-        return RowErrors(self.position[rows], self.rotation[rows], *extra)
+        return RowErrors(self.position[rows], self.rotation[rows], self.tilt[rows], *extra)
 
     def widened(self, position: float, rotation: float) -> "RowErrors":
         """The same where the model itself is uncertain by so much at the tool [m], [rad]."""
@@ -85,6 +94,7 @@ def degradation_warning(
     channels = (
         ("positions", old.position, new.position, 1e3, " mm"),
         ("orientations", old.rotation, new.rotation, np.rad2deg(1.0), "°"),
+        ("tilts", old.tilt, new.tilt, np.rad2deg(1.0), "°"),
     )
     for name, before, after, scale, unit in channels:
         rise = (after - before)[np.isfinite(before) & np.isfinite(after)]
@@ -104,21 +114,25 @@ class Errors:
     """Summary of the errors of some rows.
 
     Args:
-        position_mm: Of positions [mm].
-        orientation_deg: Of orientations [deg]; None for data without.
+        position_mm: Of positions [mm]; NaN for data without.
+        orientation_deg: Of the tool's orientations [deg]; None for data without.
+        tilt_deg: Of inclinometers on links [deg]; None for data without.
         pixel_px: Of corners in pictures [px]; None for data without.
     """
 
     position_mm: Spread
     orientation_deg: Spread | None
+    tilt_deg: Spread | None = None
     pixel_px: Spread | None = None
 
     @classmethod
     def of(cls, rows: RowErrors) -> "Errors":
         """Summary of at least one row."""
-        turned = rows.rotation[np.isfinite(rows.rotation)]
-        orientation = Spread.of(np.rad2deg(turned)) if len(turned) else None
-        return cls(Spread.of(1e3 * rows.position), orientation, _pixel_spread(rows))
+        angles = (
+            Spread.of(np.rad2deg(values)) if np.isfinite(values).any() else None
+            for values in (rows.rotation, rows.tilt)
+        )
+        return cls(Spread.of(1e3 * rows.position), *angles, _pixel_spread(rows))
 
 
 def _pixel_spread(rows: RowErrors) -> Spread | None:
@@ -140,19 +154,20 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     places = instrument_places(robot, data, known=known)
     if data.pixels is not None:
         return _picture_errors(robot, data, places)
-    square, components = np.zeros((2, len(data))), np.zeros((2, len(data)))  # of positions, of rotations
+    square, components = np.zeros((2, 3, len(data)))  # of positions, of the tool's rotations, of tilts
     for observation, rows in observations(data):
         poses = predict(robot, _chosen(data, rows), link=observation.link)
         unknown = np.array([places[name] for name in observation.unknowns], float)
         residual = observation.see(poses, unknown).residual
         seen = np.broadcast_to(observation.seen, residual.shape)
         turns = observation.is_rotation
-        for i, chosen in enumerate((~turns, turns)):
+        for i, chosen in ((0, ~turns), (1 if observation.link is None else 2, turns)):
             square[i, rows] += (np.where(seen, residual, 0.0)[:, chosen] ** 2).sum(1)
             components[i, rows] += seen[:, chosen].sum(1)
-    points = np.maximum(components[0] / 3.0, 1.0)
-    rotation = np.where(components[1] > 0.0, np.sqrt(square[1]), np.nan)
-    return RowErrors(frozen(np.sqrt(square[0] / points)), frozen(rotation))
+    vectors = np.maximum(
+        components / np.array([[3.0], [np.inf], [2.0]]), 1.0
+    )  # several markers, inclinometers
+    return RowErrors(*map(frozen, np.where(components > 0.0, np.sqrt(square / vectors), np.nan)))
 
 
 def _picture_errors(robot: Robot, data: Dataset, places: Mapping[str, float]) -> RowErrors:
@@ -163,7 +178,8 @@ def _picture_errors(robot: Robot, data: Dataset, places: Mapping[str, float]) ->
     pictures, noise = of_residuals(at.residual, at.by_twist, observation.seen)
     corners = pictures.count / 2.0
     pixel = np.sqrt(pictures.square / np.maximum(corners, 1.0))
-    return RowErrors(*map(frozen, (*pictures.errors(noise), pixel, corners)))
+    no_tilt = np.full(len(data), np.nan)
+    return RowErrors(*map(frozen, (*pictures.errors(noise), no_tilt, pixel, corners)))
 
 
 def observations(data: Dataset) -> Iterator[tuple[AbstractObservation, Int[np.ndarray, " _"]]]:

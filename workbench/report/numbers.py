@@ -12,6 +12,11 @@ def short(value: float, digits: int = 3) -> str:
     return signed(value, digits) if value < 0 else f"{value:.{digits}f}"
 
 
+def significant(value: float) -> str:
+    """A number with three significant digits; – where nothing was measured."""
+    return "–" if np.isnan(value) else f"{value:.3g}"
+
+
 def signed(value: float, digits: int) -> str:
     """Fixed decimals with a true minus sign, and no minus before zero."""
     text = f"{value:.{digits}f}"

@@ -15,6 +15,7 @@ from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.arm_match import ArmMatch
 from workbench.identification.result import LOOK_AGAIN, Identification, Run, Validation, judged
 from workbench.identification.row_errors import RowErrors
+from workbench.report.numbers import significant
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.diagnose import LEAST_ROWS, AddEffects, Diagnose, TakeNextPoses
@@ -186,7 +187,7 @@ def stages(session: Session) -> tuple[Stage, ...]:
 
 def stages_in_words(session: Session) -> str:
     """`0.739 → 0.375 → 0.072`."""
-    return " → ".join(f"{stage.error:.3g}" for stage in stages(session))
+    return " → ".join(significant(stage.error) for stage in stages(session))
 
 
 def noise_length(found: Identification) -> float:
@@ -208,7 +209,7 @@ def _figure(session: Session) -> str:
         errors = (
             judged(e).position_mm.mean for e in (session.identification.nominal, found.before, found.after)
         )
-        return f"{' → '.join(f'{error:.3g}' for error in errors)} mm"
+        return f"{' → '.join(map(significant, errors))} mm"
     if session.identification is not None:
         return f"{stages_in_words(session)} mm"
     predicted = 1e3 * session.score.position
@@ -282,10 +283,12 @@ def _identified(session: Session, found: Identification) -> Step:
         words = f"{stages_in_words(session)} mm: the remaining error is instrument noise."
         return Step(words, Tone.GOOD, TAKE, COMPARE)
     if rows < LEAST_ROWS:
-        words = f"{left:.3g} mm left. {rows} rows are too few to look for a cause; it takes {LEAST_ROWS}."
+        words = f"{significant(left)} mm left. {rows} rows are too few to look for a cause; "
+        words += f"it takes {LEAST_ROWS}."
         return Step(words, Tone.CAREFUL, MORE, COMPARE)
     if np.isnan(times):
-        return Step(f"{left:.3g} mm left. Noise, or something that is not geometry?", Tone.PLAIN, CAUSE, TAKE)
+        words = f"{significant(left)} mm left. Noise, or something that is not geometry?"
+        return Step(words, Tone.PLAIN, CAUSE, TAKE)
     words = f"{left:.3g} mm left, {times:.2g} × the instrument: something is not geometry."
     return Step(words, Tone.CAREFUL, CAUSE, TAKE)
 
@@ -294,12 +297,13 @@ def _diagnosed(found: Diagnosis) -> Step:
     before, after = (judged(errors).position_mm.mean for errors in (found.before, found.after))
     poses = POSES if len(found.measure_next) else MORE
     if found.effects:
-        fall = f"{before:.3g} → {after:.3g} mm"
+        fall = f"{significant(before)} → {significant(after)} mm"
         if not found.causes:
             return Step(f"No cause can be named; a residual map predicts {fall}.", Tone.CAREFUL, ADD, poses)
         first, more = found.causes[0], len(found.causes) - 1
         others = f" and {more} more" if more else ""
         return Step(f"{first.label} ({first.confidence}){others}: {fall}.", Tone.GOOD, ADD, poses)
     if found.verdict is Verdict.UNEXPLAINED:
-        return Step(f"{before:.3g} mm left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
-    return Step(f"{before:.3g} mm left, all of it noise: the geometry is enough.", Tone.GOOD, TAKE, COMPARE)
+        return Step(f"{significant(before)} mm left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
+    words = f"{significant(before)} mm left, all of it noise: the geometry is enough."
+    return Step(words, Tone.GOOD, TAKE, COMPARE)

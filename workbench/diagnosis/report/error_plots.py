@@ -13,24 +13,24 @@ from workbench.data.dataset import Dataset
 from workbench.data.prediction import row_components
 from workbench.diagnosis.report.apparent_errors import judged_rows
 from workbench.diagnosis.result import Diagnosis
+from workbench.identification.report.error_plots import measured
 from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 from workbench.report.numbers import short
 
 MODELS = ("nominal", "geometry alone", "with the effects")
+SUMMARIES = {"position": "position_mm", "rotation": "orientation_deg", "tilt": "tilt_deg"}
+"""Where the summary of each kind of error stands."""
 INKS = (NOMINAL, COLOURS[0], COLOURS[1])
 
 
 def errors(result: Diagnosis) -> Figure:
     """Means and greatest errors of the three models, and how the errors of single rows are spread."""
-    turned = result.after.train.orientation_deg is not None
-    kinds = [("position", "position_mm", 1e3, "mm")]
-    if turned:
-        kinds.append(("rotation", "orientation_deg", float(np.rad2deg(1.0)), "°"))
+    kinds = measured(result.after_rows[0])
     with look():
         figure = new_figure(10.0, 2.9 * len(kinds))
         panels = figure.subplots(len(kinds), 2, squeeze=False)
-        for line, (rows_name, name, scale, unit) in zip(panels, kinds, strict=True):
-            _means(line[0], result, name, unit, rows_name)
+        for line, (rows_name, scale, unit) in zip(panels, kinds, strict=True):
+            _means(line[0], result, SUMMARIES[rows_name], unit, rows_name)
             _histogram(line[1], result, rows_name, scale, unit)
     return figure
 
@@ -42,7 +42,7 @@ def _means(axes: Axes, result: Diagnosis, name: str, unit: str, words: str) -> N
     for model, ink, validation in zip(MODELS, INKS, shown, strict=False):
         for rows, found in (("fitted", validation.train), ("held out", validation.held_out)):
             spread = None if found is None else getattr(found, name)
-            if spread is None:
+            if spread is None or np.isnan(spread.mean):
                 continue
             place -= 1
             mean, most = max(spread.mean, 1e-9), max(spread.max, 1e-9)

@@ -27,7 +27,7 @@ def ranking(result: Diagnosis) -> Figure | None:
     accepted = {key(found.effect) for found in result.effects}
     mine = np.array([key(r.effect) in accepted for r in best])
     place = np.arange(len(best))[::-1]
-    tried = [i for i, r in enumerate(best) if r.held_out_mm is not None]
+    tried = [i for i, r in enumerate(best) if r.held_out_mm is not None and np.isfinite(r.held_out_mm)]
     with look():
         figure = new_figure(10.0, 1.1 + 0.26 * len(best))
         panels = figure.subplots(1, 2 if tried else 1, sharey=True, squeeze=False)[0]

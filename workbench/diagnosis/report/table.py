@@ -107,7 +107,7 @@ def errors_table(result: Diagnosis) -> Table:
     models = [("nominal", result.nominal), ("geometry", result.before)]
     if result.effects:
         models.append(("with effects", result.after))
-    return models_table(models, turned=result.after.train.orientation_deg is not None)
+    return models_table(models)
 
 
 def causes_table(result: Diagnosis) -> Table:

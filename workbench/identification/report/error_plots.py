@@ -12,6 +12,12 @@ from workbench.identification.result import Evaluation, Identification
 from workbench.identification.row_errors import RowErrors
 from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
 
+KINDS = (
+    ("position", 1e3, "mm"),
+    ("rotation", float(np.rad2deg(1.0)), "°"),
+    ("tilt", float(np.rad2deg(1.0)), "°"),
+)
+"""Errors of rows, the factor from SI to the unit in which they are drawn, and that unit."""
 POINTS = 400
 """Greatest number of points in one plot of single rows; more are thinned evenly, and it is said."""
 GAP = 0.2
@@ -23,16 +29,14 @@ def before_after(result: Identification, place: np.ndarray) -> Figure:
     best = result.best
     before, after = _stack(result.nominal_rows), _stack((best.train_rows, best.held_out_rows))
     held = np.arange(len(place)) >= len(result.train_rows)
-    turned = np.isfinite(after.rotation).any()
+    kinds = measured(after)
     suspicious = np.zeros(len(place), bool)
     suspicious[best.fit.suspicious] = True
     chosen = _thinned(len(place), keep=suspicious)
     with look():
-        figure = new_figure(10.0, 5.0 if turned else 2.9)
-        panels = figure.subplots(2 if turned else 1, 1, sharex=True, squeeze=False)[:, 0]
-        for axes, name, scale, unit in zip(
-            panels, ("position", "rotation"), (1e3, np.rad2deg(1.0)), ("mm", "°"), strict=False
-        ):
+        figure = new_figure(10.0, 0.8 + 2.1 * len(kinds))
+        panels = figure.subplots(len(kinds), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (name, scale, unit) in zip(panels, kinds, strict=True):
             old, new = scale * getattr(before, name)[chosen], scale * getattr(after, name)[chosen]
             _dumbbells(axes, place[chosen], old, new, held[chosen], suspicious[chosen])
             axes.set_ylabel(f"{name} error [{unit}]")
@@ -44,15 +48,12 @@ def before_after(result: Identification, place: np.ndarray) -> Figure:
 
 def errors_of_rows(result: Evaluation) -> Figure:
     """Error of every row of an evaluation, in the order of the data."""
-    kinds = [
-        (1e3 * result.rows.position, "position", "mm"),
-        (np.rad2deg(result.rows.rotation), "rotation", "°"),
-    ]
-    shown = [kind for kind in kinds if np.isfinite(kind[0]).any()]
+    shown = measured(result.rows)
     with look():
         figure = new_figure(10.0, 2.5 * len(shown))
         panels = figure.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
-        for axes, (values, name, unit) in zip(panels, shown, strict=True):
+        for axes, (name, scale, unit) in zip(panels, shown, strict=True):
+            values = scale * getattr(result.rows, name)
             axes.plot(result.row_numbers, values, "o", ms=3, color=COLOURS[0], mew=0)
             axes.set_ylabel(f"{name} error [{unit}]")
             axes.set_ylim(0.0, None)
@@ -90,11 +91,17 @@ def residual_histogram(result: Identification) -> Figure:
     return figure
 
 
-def error_where(result: Identification) -> Figure:
-    """Position error of the best algorithm against the distance from the first axis, and every joint."""
+def error_where(result: Identification) -> Figure | None:
+    """Position error of the best algorithm against the distance from the first axis, and every joint.
+
+    None if no positions were measured.
+    """
     best, robot = result.best, result.best.fit.calibrated
     q = np.concatenate([result.data.q[result.train_rows], result.held_out_data.q])
     errors = 1e3 * _stack((best.train_rows, best.held_out_rows)).position
+    seen = np.isfinite(errors)
+    if not seen.any():
+        return None
     held = np.arange(len(q)) >= len(result.train_rows)
     arm = robot.with_frames(base=Frame())
     where = [("distance from the first axis [m]", _radius(arm, q))]
@@ -111,7 +118,7 @@ def error_where(result: Identification) -> Figure:
             for mine, ink in ((~held, COLOURS[0]), (held, INK)):
                 shown = chosen[mine[chosen]]
                 axes.plot(x[shown], errors[shown], "o", ms=2.0, color=ink, alpha=0.55, mew=0)
-            axes.plot(*_running_median(x, errors), color=COLOURS[1], lw=1.6)
+            axes.plot(*_running_median(x[seen], errors[seen]), color=COLOURS[1], lw=1.6)
             axes.set_xlabel(label)
             axes.set_ylim(bottom=0.0)
             grid(axes, "both")
@@ -123,7 +130,12 @@ def error_where(result: Identification) -> Figure:
 
 
 def _stack(parts: tuple[RowErrors, RowErrors]) -> RowErrors:
-    return RowErrors(np.concatenate([p.position for p in parts]), np.concatenate([p.rotation for p in parts]))
+    return RowErrors(*(np.concatenate([getattr(part, name) for part in parts]) for name, *_ in KINDS))
+
+
+def measured(rows: RowErrors) -> list[tuple[str, float, str]]:
+    """Those of the kinds that any row has."""
+    return [kind for kind in KINDS if np.isfinite(getattr(rows, kind[0])).any()]
 
 
 def _thinned(rows: int, *, keep: np.ndarray) -> np.ndarray:

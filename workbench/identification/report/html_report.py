@@ -129,8 +129,9 @@ def error_cards(before: Errors, after: Errors) -> list[dict[str, str]]:
     for what, unit, old, new in (
         ("position error", " mm", before.position_mm, after.position_mm),
         ("orientation error", "°", before.orientation_deg, after.orientation_deg),
+        ("inclinometer error", "°", before.tilt_deg, after.tilt_deg),
     ):
-        if old is None or new is None:
+        if old is None or new is None or np.isnan(new.mean):
             continue
         for name in ("mean", "max"):
             a, b = getattr(old, name), getattr(new, name)

@@ -86,7 +86,7 @@ def controller_json(numbers: ControllerNumbers) -> Json:
 
 
 def _spread(spread: Spread | None) -> Json | None:
-    return None if spread is None else spread._asdict()
+    return None if spread is None or np.isnan(spread.mean) else spread._asdict()
 
 
 def errors_json(errors: Errors | None) -> Json | None:
@@ -94,7 +94,8 @@ def errors_json(errors: Errors | None) -> Json | None:
     if errors is None:
         return None
     found = {"position_mm": _spread(errors.position_mm), "orientation_deg": _spread(errors.orientation_deg)}
-    return found if errors.pixel_px is None else {**found, "pixel_px": _spread(errors.pixel_px)}
+    more = {"tilt_deg": errors.tilt_deg, "pixel_px": errors.pixel_px}
+    return found | {name: _spread(spread) for name, spread in more.items() if spread is not None}
 
 
 def validation_json(validation: Validation | Run) -> Json:

@@ -7,6 +7,7 @@ Functions return what `rich` can print:
 
 from collections.abc import Sequence
 
+import numpy as np
 from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Table
@@ -16,12 +17,19 @@ from workbench.identification.fit import Fit
 from workbench.identification.report.cameras import camera_words
 from workbench.identification.report.parameters import LEGEND, Cell, State, parameter_table
 from workbench.identification.result import Evaluation, Identification, Run, Validation, error_rows
-from workbench.identification.row_errors import Errors
+from workbench.identification.row_errors import Errors, Spread
 from workbench.report.numbers import short, signed, standard_error
 from workbench.report.tables import folded, line, new_table, unbroken
 
 STYLES = {State.IDENTIFIED: "", State.HELD: "dim", State.SHARED: "yellow", State.UNSEEN: "dim"}
 AXES = ("x", "y", "z")
+COLUMNS = {
+    "position_mm": ("mm", ("mean", "rms", "max")),
+    "orientation_deg": ("°", ("mean", "rms", "max")),
+    "tilt_deg": ("°", ("tilt rms",)),
+    "pixel_px": ("px", ("rms",)),
+}
+"""Unit and numbers of each kind of error."""
 
 
 def identification_tables(result: Identification, *, parameters: bool = True) -> RenderableType:
@@ -48,29 +56,26 @@ def heading(result: Identification) -> str:
 def errors_table(result: Identification) -> Table:
     """Nominal arm and every algorithm on training and held-out rows, in mm and degrees."""
     models = [("nominal", result.nominal), *result.models]
-    turned = any(errors.orientation_deg is not None for *_, errors in error_rows(models))
-    return models_table(models, turned=turned, pixels=result.nominal.train.pixel_px is not None)
+    return models_table(models)
 
 
-def models_table(
-    models: Sequence[tuple[str, Validation | Run]], *, turned: bool, pixels: bool = False
-) -> Table:
+def models_table(models: Sequence[tuple[str, Validation | Run]]) -> Table:
     """Errors of some models on fitted and held-out rows."""
-    table = error_columns(turned, pixels)
-    for title, rows, errors in error_rows(models):
+    lines = error_rows(models)
+    kinds = measured_kinds([errors for *_, errors in lines])
+    table = error_columns(kinds)
+    for title, rows, errors in lines:
         if title:
             table.add_section()
-        table.add_row(title, rows, *error_cells(errors, turned))
+        table.add_row(title, rows, *error_cells(errors, kinds))
     return table
 
 
 def evaluation_tables(result: Evaluation) -> RenderableType:
     """Errors of a given model, and the decisions that were taken."""
-    turned = result.errors.orientation_deg is not None
-    table = error_columns(turned, result.errors.pixel_px is not None)
-    table.add_row(
-        escape(result.robot.name), f"{len(result.row_numbers)}", *error_cells(result.errors, turned)
-    )
+    kinds = measured_kinds([result.errors])
+    table = error_columns(kinds)
+    table.add_row(escape(result.robot.name), f"{len(result.row_numbers)}", *error_cells(result.errors, kinds))
     return Group(table, *(line("note", note) for note in result.notes))
 
 
@@ -112,20 +117,28 @@ def messages(result: Identification) -> list[RenderableType]:
     return lines
 
 
-def error_columns(turned: bool, pixels: bool = False) -> Table:
-    """An empty table of errors in mm, degrees where orientations were measured, px where pictures were."""
-    units = ("mm", "°") if turned else ("mm",)
-    errors = [f"{name}\n[{unit}]" for unit in units for name in ("mean", "rms", "max")]
-    return new_table("", unbroken("model"), unbroken("rows"), *errors, *(["rms\n[px]"] if pixels else []))
+def measured_kinds(found: Sequence[Errors]) -> list[str]:
+    """Which errors a table of these shows: those of what was measured."""
+    return [kind for kind in COLUMNS if any(_is_measured(getattr(errors, kind)) for errors in found)]
 
 
-def error_cells(errors: Errors, turned: bool) -> list[str]:
+def error_columns(kinds: Sequence[str]) -> Table:
+    """An empty table of such errors."""
+    headings = [f"{name}\n[{unit}]" for kind in kinds for unit, names in [COLUMNS[kind]] for name in names]
+    return new_table("", unbroken("model"), unbroken("rows"), *headings)
+
+
+def error_cells(errors: Errors, kinds: Sequence[str]) -> list[str]:
     """Cells of one row of it."""
-    cells = [short(value) for value in errors.position_mm[:3]]
-    if turned:
-        rotation = errors.orientation_deg
-        cells += ["–"] * 3 if rotation is None else [short(value) for value in rotation[:3]]
-    return cells if errors.pixel_px is None else [*cells, short(errors.pixel_px.rms)]
+    cells = []
+    for kind in kinds:
+        spread, names = getattr(errors, kind), COLUMNS[kind][1]
+        cells += [short(getattr(spread, name.split()[-1])) if _is_measured(spread) else "–" for name in names]
+    return cells
+
+
+def _is_measured(spread: Spread | None) -> bool:
+    return spread is not None and not np.isnan(spread.mean)
 
 
 def _cell_line(cell: Cell | None, which: str, digits: int) -> Text:

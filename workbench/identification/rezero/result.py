@@ -11,6 +11,7 @@ from rich.text import Text
 
 from workbench.arm.robot import Robot
 from workbench.identification.problem import Noise
+from workbench.identification.report.results_json import errors_json
 from workbench.identification.result import BeforeAfter
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
@@ -191,8 +192,8 @@ class Rezero(AbstractShown):
                 "geometry": [{"name": n, "change": c, "std": s} for n, c, s in self.renewed],
                 "doubts": list(self.doubts),
                 "ambiguous": list(self.ambiguous),
-                "before": {"position_mm": before.position_mm._asdict()},
-                "after": {"position_mm": after.position_mm._asdict()},
+                "before": errors_json(before),
+                "after": errors_json(after),
                 "measurements": {
                     "used": self.rows,
                     "excluded": [{"row": row, "reason": reason} for row, reason in self.excluded],

@@ -31,8 +31,6 @@ from workbench.report.result_display import AbstractShown
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-SEEN = ("position", "markers", "distance", "contact", "pixels")
-"""What tells where the tool is."""
 ENOUGH = 100
 """Poses that practitioners ask of a verification."""
 
@@ -110,8 +108,21 @@ class Verification(AbstractShown):
 
     @property
     def least_share(self) -> float:
-        """Share of all poses like these that keep it, at least, with 95 % confidence."""
-        return least_share(int((worst_of((~self.within).astype(float), self.pose) == 0.0).sum()), self.poses)
+        """Share of all poses like these that keep it, at least, with 95 % confidence.
+
+        Poses without a measured orientation don't count where some have one and a limit is set on it.
+        """
+        whole = self._has_rotation if self._judges_rotation else np.ones(len(self.within), bool)
+        failed = worst_of((~self.within[whole]).astype(float), self.pose[whole])
+        return least_share(int((failed == 0.0).sum()), len(failed))
+
+    @property
+    def _has_rotation(self) -> Bool[np.ndarray, " rows"]:
+        return np.isfinite(self.evaluation.rows.rotation)
+
+    @property
+    def _judges_rotation(self) -> bool:
+        return self.wanted is not None and self.wanted.rotation is not None and bool(self._has_rotation.any())
 
     @property
     def verdict(self) -> str:
@@ -119,13 +130,14 @@ class Verification(AbstractShown):
         rows = f"{plural(len(self.within), 'measurement')} of {plural(self.poses, 'fresh pose')}"
         if self.wanted is None:
             return f"No pass or fail: {rows} (give a required error to get one)."
+        limit = self.wanted.words if self._judges_rotation else self.wanted.position_words
         if self.passed:
             return (
-                f"Passed: all {rows} are within {self.wanted.words}; with 95 % confidence so are at least "
+                f"Passed: all {rows} are within {limit}; with 95 % confidence so are at least "
                 f"{100.0 * self.least_share:.1f} % of all poses like these."
             )
         failed = int((~self.within).sum())
-        return f"Failed: {failed} of {rows} {'is' if failed == 1 else 'are'} beyond {self.wanted.words}."
+        return f"Failed: {failed} of {rows} {'is' if failed == 1 else 'are'} beyond {limit}."
 
     def summary(self) -> RenderableType:
         from workbench.identification.verification.results import verification_tables
@@ -159,7 +171,8 @@ def verify(
 
     Args:
         robot: The calibrated arm.
-        data: Measurements of fresh poses; rows that the file excludes are left out.
+        data: Measurements of fresh poses; rows that the file excludes, and rows without a measured position,
+            are left out.
         wanted: What every row has to keep; a number is a position error [m].
         used: Measurements of the calibration.
         same: Greatest difference of any joint between visits of one pose [rad or m].
@@ -171,14 +184,14 @@ def verify(
         DataError: no fresh row is left, or data that contradict the robot beyond doubt.
     """
     robot.check_joints(data.q, data.source)
-    if all(getattr(data, name) is None for name in SEEN):
-        raise DataError(f"{data.source}: there are no positions to verify (x[m], markers, distance, contact)")
     fresh, warnings = _fresh(robot, data, used, same)
     if data.distance is not None or data.contact is not None:
         warnings.append(
             "positions of anchors and contacts were fitted to these rows, which reduces the errors"
         )
     found = evaluate(robot, data.take(fresh), fit_frames=fit_frames)
+    found, unmeasured = _positions_of(found)
+    warnings += unmeasured
     rng = np.random.default_rng(seed)
     turned = np.isfinite(found.rows.rotation)
     pose = pose_labels(found.data, same=same)
@@ -189,6 +202,12 @@ def verify(
         warnings.append(f"{plural(poses, 'different pose')}: practitioners ask for {ENOUGH} or more")
     if fit_frames:
         warnings.append("base and tool were fitted to these rows, which reduces the errors")
+    wanted = Wanted(position=wanted) if isinstance(wanted, int | float) else wanted
+    if wanted is not None and wanted.rotation is not None and not turned.all():
+        warnings.append(
+            f"{int(turned.sum())} of {plural(len(turned), 'row')} carry a measured orientation: the limit of "
+            f"{np.rad2deg(wanted.rotation):.2g}° is judged on {'those' if turned.any() else 'none'}"
+        )
     return Verification(
         evaluation=replace(found, notes=(*found.notes, cycle_words(repeated))),
         position=Bounds.of(found.rows.position, pose, group, rng),
@@ -198,7 +217,7 @@ def verify(
         repeated=repeated,
         pose=frozen(pose),
         same=same,
-        wanted=Wanted(position=wanted) if isinstance(wanted, int | float) else wanted,
+        wanted=wanted,
         facts=dict(facts or {}),
         warnings=tuple(warnings),
     )
@@ -232,19 +251,38 @@ def _fresh(
             "the robot's file does not list the poses of its calibration: give them (--used) to make sure "
             "that none of these is among them"
         )
-    copies = _copies(data)
-    if (again := copies & ~old & data.included).any():
-        words = "they are others again, digit for digit, and no visits of their own"
-        warnings.append(f"{plural(int(again.sum()), 'row')} left out: {words}")
+    copies = _copies(data, data.included & ~old)
+    if copies.any():
+        warnings.append(f"{plural(int(copies.sum()), 'duplicate row')} ignored")
     return ~(old | copies), warnings
 
 
-def _copies(data: Dataset) -> Bool[np.ndarray, " rows"]:
-    """Rows that repeat an earlier one in joints, time and what was measured."""
+def _copies(data: Dataset, used: Bool[np.ndarray, " rows"]) -> Bool[np.ndarray, " rows"]:
+    """Rows in use that repeat an earlier one of them in joints, time and the position measured."""
+    out = np.zeros(len(data), bool)
+    if data.position is None:
+        return out
     seen = [data.q, *(v for v in (data.position, data.rotation, data.time) if v is not None)]
     table = np.column_stack([np.asarray(v, float).reshape(len(data), -1) for v in seen])
-    out = np.ones(len(data), bool)
-    if data.position is None:
-        return ~out
-    out[np.unique(np.where(np.isnan(table), np.inf, table), axis=0, return_index=True)[1]] = False
+    rows = np.flatnonzero(used & np.isfinite(data.position).all(1))
+    once = np.unique(np.where(np.isnan(table), np.inf, table)[rows], axis=0, return_index=True)[1]
+    out[np.delete(rows, once)] = True
     return out
+
+
+def _positions_of(found: Evaluation) -> tuple[Evaluation, list[str]]:
+    """The rows with a measured position, and a sentence where others were left out.
+
+    Raises:
+        DataError: there is none.
+    """
+    seen = np.isfinite(found.rows.position)
+    if not seen.any():
+        raise DataError(
+            f"{found.data.source}: there are no positions to verify (x[m], markers, distance, contact)"
+        )
+    if seen.all():
+        return found, []
+    count = f"{int(seen.sum())} of {plural(len(seen), 'row')}"
+    words = f"{count} carry a measured position; the others are not judged"
+    return replace(found, data=found.data.take(seen), rows=found.rows.take(seen)), [words]

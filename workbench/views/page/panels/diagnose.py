@@ -93,6 +93,8 @@ def _bars(found: Diagnosis) -> str:
     """Mean position error on held-out rows, without the nominal arm, which would dwarf the rest."""
     before, after = judged(found.before).position_mm.mean, judged(found.after).position_mm.mean
     rows = [("geometry", before, css(BEFORE)), ("with effects", after, css(AFTER))]
+    if np.isnan([before, after]).any():
+        return ""
     longest = max(before, after, 1e-12)
     parts = []
     for i, (words, value, colour) in enumerate(rows):
@@ -165,6 +167,8 @@ def _effects(found: Diagnosis) -> list[str]:
 def _residuals(found: Diagnosis) -> str:
     """Position errors of the fitted rows: geometry alone, and with the effects."""
     before, after = (1e3 * rows[0].position for rows in (found.before_rows, found.after_rows))
+    if not np.isfinite(before).any():
+        return ""
     top = float(np.nanmax(before, initial=1e-9))
     parts = []
     for values, colour in ((before, css(BEFORE)), (after, css(AFTER))):

@@ -27,7 +27,10 @@ def result_card(session: Session) -> str:
     kind = "held-out" if len(done[0].rows) == len(found.held_out_data) else "fitted"
     fitted = [words for words, parts in (("base", found.frames.base), ("tool", found.frames.tool)) if parts]
     where = f"; {' and '.join(fitted)} fitted in all of them" if fitted else ""
-    below = f"Mean position error on {len(done[0].rows)} {kind} poses{where}."
+    measured = int(np.isfinite(done[0].rows).sum())
+    below = f"Mean position error on {measured} {kind} poses{where}."
+    if not measured:
+        below = f"No positions were measured{where}."
     if session.accepted and session.diagnosis is not None:
         below += weighed(session.diagnosis)
     return block(
