@@ -7,6 +7,7 @@ import pytest
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
+from workbench.base.progress import Cancelled
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
@@ -45,3 +46,21 @@ def test_the_joint_that_moved_is_found_and_saved(worker, do, first, file, tmp_pa
     assert replay(first, worker.journal).rezero.json() == session.rezero.json()
     assert do(LoadData("knock.csv", file)).rezero is None
     assert replace(session, rezero=None).rezero is None
+
+
+def test_the_search_shows_progress_and_stops_wherever_it_is_asked_to(do, file):
+    session = do(LoadData("knock.csv", file))
+    told = []
+    FindZeros().compute(session, progress=lambda part, text: told.append(part), cancel=lambda: False)
+    assert told == sorted(told)
+    assert len(told) > 10
+    assert 0.0 <= told[0] < told[-1] <= 1.0
+    for last in (1, len(told) // 2, len(told) - 1):
+        asked = []
+        with pytest.raises(Cancelled):
+            FindZeros().compute(
+                session,
+                progress=lambda part, text: asked.append(part),  # noqa: B023
+                cancel=lambda: len(asked) >= last,  # noqa: B023
+            )
+        assert len(asked) <= last + 1

@@ -14,6 +14,18 @@ class Cancelled(Exception):
     """Work was stopped on request; not an error, so it need not be reported."""
 
 
+def checkpoint(progress: Report | None, cancel: Cancel | None) -> Report:
+    """Reports progress between the steps of some work, and raises `Cancelled` once that is asked for."""
+
+    def step(part: float, text: str) -> None:
+        if cancel is not None and cancel():
+            raise Cancelled
+        if progress is not None:
+            progress(part, text)
+
+    return step
+
+
 def never() -> bool:
     """The default cancel callback: never stop."""
     return False

@@ -130,16 +130,19 @@ def rezero(
     arm = wb.load_robot(robot)
     opt.check_robot_file(save, effects=bool(arm.effects))
     opt.check_writable(save, json)
-    found = wb.rezero(
-        arm,
-        files.read(data, arm),
-        replaced=opt.whole_numbers(replaced, "--replaced"),
-        prior=None if prior is None else read_prior(prior),
-        tolerance=opt.pair_of(tolerance, "--tolerance"),
-        noise=None if noise is None else opt.noise_of(noise),
-        frames=frames,
-        exclude=dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand"),
-    )
+    rows = files.read(data, arm)
+    with opt.progress_bar("rezero") as progress:
+        found = wb.rezero(
+            arm,
+            rows,
+            replaced=opt.whole_numbers(replaced, "--replaced"),
+            prior=None if prior is None else read_prior(prior),
+            tolerance=opt.pair_of(tolerance, "--tolerance"),
+            noise=None if noise is None else opt.noise_of(noise),
+            frames=frames,
+            exclude=dict.fromkeys(opt.whole_numbers(exclude, "--exclude"), "by hand"),
+            progress=progress,
+        )
     opt.show(found.summary())
     opt.write_result(json, found.json())
     if found.verdict is Verdict.REFUSED:

@@ -7,7 +7,7 @@ then held to the calibration again, which makes the others more certain.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +16,7 @@ from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import FRAMES
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError, WorkbenchError
+from workbench.base.progress import Cancel, Report, checkpoint
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.identification import noise as noises
@@ -56,6 +57,8 @@ def rezero(
     frames: Sessions | str = Sessions.AUTO,
     exclude: Mapping[int, str] | None = None,
     known: Mapping[str, float] | None = None,
+    progress: Report | None = None,
+    cancel: Cancel | None = None,
 ) -> Rezero:
     """Find which joint's zero moved since the last calibration, from few poses.
 
@@ -69,8 +72,11 @@ def rezero(
         frames: Whether sessions share base and tool.
         exclude: Rows to keep out, with the reason.
         known: Known places of anchors or contacts [m].
+        progress: Called with the part done and what is being done.
+        cancel: Asked before every fit; True ends the search.
 
     Raises:
+        Cancelled: asked to stop.
         DataError: too few rows, or data that contradict the robot beyond doubt.
         OptionError: a joint that the robot does not have, or a tolerance that is not positive.
     """
@@ -79,7 +85,8 @@ def rezero(
             raise OptionError(f"--replaced must be 1–{robot.dof}, got {joint}")
     if not min(tolerance) > 0.0:
         raise OptionError(f"the tolerance must be positive, got {tolerance[0]:g} m, {tolerance[1]:g} rad")
-    zeros = robot.joint_offsets
+    zeros, step = robot.joint_offsets, checkpoint(progress, cancel)
+    step(0.0, "fitting the zeros")
     check_enough(robot, data.take(data.included), zeros)
     begin = _near(robot, data)
     knowledge = Knowledge.of(robot, begin, prior, tolerance, [joint - 1 for joint in replaced])
@@ -88,12 +95,20 @@ def rezero(
     choices = FitChoices(
         held_out=0.0, frames=frames, free=free, exclude=exclude or {}, noise=noise, known=known or {}
     )
-    ready = prepare(begin, data, choices, prior=None if pictures else knowledge.without(*zeros))
+    ready = prepare(
+        begin,
+        data,
+        choices,
+        prior=None if pictures else knowledge.without(*zeros),
+        progress=lambda part, text: step(0.1 + 0.3 * part, text),
+        cancel=cancel,
+    )
+    step(0.4, "fitting all zeros")
     measured = noise is not None or noises.from_repeats(ready.problem.data) is not None
     problem = ready.problem
     problem = knowledge.problem(problem, problem.start, zeros) if pictures else problem
     everything = Optimum.of(problem, measured=measured)
-    moved, best = _moved(knowledge, everything, zeros)
+    moved, best = _moved(knowledge, everything, zeros, lambda: step(0.5, "which joints moved"))
     own = {s.name: s for s in _shifts(robot, best)}
     shifts = tuple(
         replace(own[s.name], moved=True) if s.name in moved else s for s in _shifts(robot, everything)
@@ -101,13 +116,19 @@ def rezero(
     written = {n: v for n, v in best.values.items() if n in moved or n in knowledge.renewed}
     kept = {n: knowledge.value(n) for n in knowledge.names}
     found = _aligned(best, best.problem.robot_at(best.x).with_values(kept | written))
-    reasons = doubts(knowledge, everything, measured=measured)
+    reasons = doubts(
+        knowledge,
+        everything,
+        measured=measured,
+        step=lambda part: step(0.6 + 0.3 * part, "other explanations"),
+    )
     if not reasons and (lost := [s for s in shifts if s.moved and not s.determined]):
         left = 1e3 * float(np.sqrt(best.mean_square)) * best.problem.noise.position
         reasons = (
             f"joint {lost[0].joint + 1} suits the rows best, but they are {left:.2g} mm off even so and "
             "don't tell its zero; check that they are of this arm, or calibrate it anew",
         )
+    step(0.9, "what can't be told apart")
     return Rezero(
         calibrated=robot,
         robot=robot if reasons else found,
@@ -159,7 +180,7 @@ def _shifts(robot: Robot, fit: Optimum) -> tuple[JointShift, ...]:
 
 
 def _moved(
-    knowledge: Knowledge, everything: Optimum, zeros: tuple[str, ...]
+    knowledge: Knowledge, everything: Optimum, zeros: tuple[str, ...], step: Callable[[], None]
 ) -> tuple[tuple[str, ...], Optimum]:
     """Zeros that moved by more than chance, and the fit in which the others are held to the calibration.
 
@@ -167,6 +188,7 @@ def _moved(
     """
 
     def with_free(*names: str) -> Optimum:
+        step()
         own = knowledge.problem(everything.problem, everything.x, names)
         return Optimum.of(own, measured=everything.measured, noise=everything.problem.noise)
 

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.arm.robot import Robot
+from workbench.base.progress import Progress
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
 from workbench.identification.rezero.f_test import Optimum
@@ -50,23 +51,28 @@ class _Cause(NamedTuple):
     shown: tuple[str, ...] = ()
 
 
-def doubts(knowledge: Knowledge, zeros: Optimum, *, measured: bool) -> tuple[str, ...]:
+def doubts(
+    knowledge: Knowledge, zeros: Optimum, *, measured: bool, step: Progress = lambda part: None
+) -> tuple[str, ...]:
     """Sentences on what explains the rows far better than any zeros do.
 
     Args:
         knowledge: What is known of the arm.
         zeros: The fit of all zeros.
         measured: Whether the noise is known.
+        step: Called before every fit.
     """
     found = []
-    for cause in _causes(knowledge, zeros):
+    most = knowledge.robot.dof + 3 + WORST
+    for k, cause in enumerate(_causes(knowledge, zeros)):
+        step(0.7 * k / most)
         fit = Optimum.of(cause.problem, measured=measured)
         chance, ratio = fit.against(zeros, cause.further)
         if chance < STRANGE and ratio > FAR:
             found.append((ratio, cause, fit))
     found.sort(key=lambda entry: -entry[0])
     best = (found[0][2], found[0][1].further) if found else (zeros, 0)
-    if (other := _other_joint(knowledge, zeros, *best, measured=measured)) is not None:
+    if (other := _other_joint(knowledge, zeros, *best, measured=measured, step=step)) is not None:
         return (other,)
     sentences = [
         _sentence(knowledge, cause, fit, ratio) for ratio, cause, fit in found if ALIKE * ratio >= found[0][0]
@@ -118,7 +124,7 @@ def _causes(knowledge: Knowledge, zeros: Optimum) -> Iterator[_Cause]:
 
 
 def _other_joint(
-    knowledge: Knowledge, zeros: Optimum, best: Optimum, freed: int, *, measured: bool
+    knowledge: Knowledge, zeros: Optimum, best: Optimum, freed: int, *, measured: bool, step: Progress
 ) -> str | None:
     """A sentence on the joint that was replaced, if both its links leave far less than the best cause."""
     robot, found = knowledge.robot, []
@@ -128,6 +134,7 @@ def _other_joint(
         ]
         if len(links) <= freed:
             continue
+        step(0.7 + 0.3 * joint / robot.dof)
         freer = knowledge.problem(zeros.problem, zeros.x, (*robot.joint_offsets, *links))
         fit = Optimum.of(freer, measured=measured)
         chance, ratio = fit.against(best, len(links) - freed)

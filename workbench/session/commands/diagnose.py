@@ -167,7 +167,14 @@ class FindZeros(AbstractTask):
 
         loaded = measurements(session)
         left_out = dict.fromkeys(sorted(session.left_out), "left out by hand")
-        return loaded, rezero(session.robot, loaded.dataset, replaced=self.replaced, exclude=left_out)
+        return loaded, rezero(
+            session.robot,
+            loaded.dataset,
+            replaced=self.replaced,
+            exclude=left_out,
+            progress=progress,
+            cancel=cancel,
+        )
 
     def finish(self, session: Session, result: Any) -> Session:
         loaded, found = result
