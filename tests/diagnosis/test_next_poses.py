@@ -3,12 +3,22 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from arms import TUNING, make
 from generator import move, turn
 
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.effects.local_joint_error import LocalJointError
+from workbench.diagnosis import diagnose as diagnosing
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.next_poses import WEAK, _covariance
+from workbench.diagnosis.next_poses import WEAK, _covariance, next_poses
+from workbench.diagnosis.report import html_report, plots
+from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.diagnosis.report.table import diagnosis_tables
 from workbench.identification.frames import Sessions
+from workbench.identification.problem import Noise, Problem
+from workbench.plate.simulated_measurement import measure_poses
+from workbench.report.result_display import as_text
 
 ELSEWHERE = move("x", 0.2) @ turn("z", 0.5)
 
@@ -44,3 +54,50 @@ def test_variances_of_nearly_open_directions_are_above_zero():
         )
         scaled = rows / np.linalg.norm(rows, axis=0)
         assert (np.diag(_covariance(scaled.T @ scaled + WEAK * np.eye(12))) > 0.0).all()
+
+
+def test_a_gap_between_the_rows_that_nothing_shows_is_asked_for():
+    """Splines of one joint whose middle knots the rows show by 1e-10 and a new pose by 1."""
+    robot = load_robot("ur5")
+    _, data = measure_poses(robot, 200, seed=4)
+    q = data.q.copy()
+    q[:, 1] = np.where(np.arange(200) % 2, -3.0, 0.0) + 0.02 * np.sin(np.arange(200))
+    effect = LocalJointError((1,), (0.0,) * 40, knots=tuple(np.linspace(-3.1, 0.1, 40).tolist()))
+    problem = Problem.build(robot, replace(data, q=q), free=robot.joint_offsets, noise=Noise(1e-4, 1e-4))
+    poses, reasons = next_poses(problem, problem.start, [effect], rng=np.random.default_rng(0))
+    assert len(poses) == len(reasons) == 5
+    assert ((poses[:, 1] > -2.9) & (poses[:, 1] < -0.1)).all()
+    assert all(0.0 < reason.shrinks_to < 1.0 and np.isfinite(reason.gain) for reason in reasons)
+
+
+@pytest.fixture(scope="module")
+def case():
+    return make("compliance", TUNING[2], "aria")
+
+
+def failing(*_, **__):
+    raise np.linalg.LinAlgError("Singular matrix")
+
+
+@pytest.mark.parametrize("adviser", ["next_poses", "undetectable", "rivals_of", "_ranking"])
+def test_an_adviser_that_fails_costs_a_warning_and_nothing_else(adviser, case, monkeypatch):
+    whole = diagnose(case.robot, case.data)
+    monkeypatch.setattr(diagnosing, adviser, failing)
+    found = diagnose(case.robot, case.data)
+    assert [a.effect for a in found.effects] == [a.effect for a in whole.effects]
+    assert found.final_fit.x.tolist() == whole.final_fit.x.tolist()
+    assert not whole.warnings
+    assert "Singular matrix" in found.warnings[0]
+    assert diagnosis_json(found)["warnings"] == list(found.warnings)
+    for shown in (repr(found), as_text(diagnosis_tables(found))):
+        assert found.warnings[0] in " ".join(shown.split())
+
+
+def test_a_picture_that_fails_is_left_out_of_the_report(case, monkeypatch, tmp_path):
+    found = diagnose(case.robot, case.data)
+    monkeypatch.setattr(plots, "ranking", failing)
+    page = html_report.write_diagnosis(found, tmp_path / "out")
+    assert "Singular matrix" in page.read_text()
+    pictures = {path.stem.removeprefix(html_report.PICTURES) for path in page.parent.glob("*.png")}
+    assert {"errors", "arrows"} < pictures
+    assert "ranking" not in pictures

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from time import perf_counter
 from typing import NamedTuple, Unpack
 
@@ -10,13 +11,14 @@ import numpy as np
 from workbench.arm.effects import extrapolation_notes
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.advice import Advice
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel, Report
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.diagnosis.claimed_causes import Cause, ResidualMap, find_causes, ranked, rivals_of
-from workbench.diagnosis.evidence import Model, Offer
+from workbench.diagnosis.evidence import Model, Offer, Term
 from workbench.diagnosis.final_fit import fitted_on_all, structured, suspect_note, suspects
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.refit import robot_with
@@ -165,13 +167,16 @@ def _concluded(
     final, said = fitted_on_all(ready, last, apart, on_step)
     before, after = judged(search.before.errors), judged(search.after.errors)
     is_short = search.short is not None
-    missing = () if is_short else undetectable(last, fit.calibrated, Motion.of(fit.problem.data))
-    motion, judge = Motion.of(fit.problem.data), Trial(ready, last)
+    motion, judge, advice = Motion.of(fit.problem.data), Trial(ready, last), Advice()
+    missing = advice.ask(
+        "what the rows can't show", lambda: () if is_short else undetectable(last, fit.calibrated, motion), ()
+    )
     accepted = _accepted(
         last,
         final,
         judge,
         hidden_variance(last, missing),
+        advice,
         before_mm=before.position_mm.mean,
         after_mm=after.position_mm.mean,
     )
@@ -211,7 +216,13 @@ def _concluded(
     if said is not None:
         notes.append(said)
     keep, (fitted, held) = last.stage.keep, ready.nominal_rows
-    poses, reasons = next_poses(fit.problem, fit.x, asked, rng=rng, measurable=measurable)
+    poses, reasons = advice.ask(
+        "poses to measure next",
+        lambda: next_poses(fit.problem, fit.x, asked, rng=rng, measurable=measurable),
+        (np.zeros((0, robot.dof)), ()),
+    )
+    first = search.rounds[0]
+    ranking = advice.ask("the ranking of candidates", lambda: _ranking(first, Trial(ready, first)), ())
     result = Diagnosis(
         nominal_robot=robot,
         data=ready.data,
@@ -234,7 +245,7 @@ def _concluded(
         effects=accepted,
         causes=causes,
         residual_map=residual_map,
-        ranking=_ranking(search.rounds[0], Trial(ready, search.rounds[0])),
+        ranking=ranking,
         noise=left if fit.problem.component_channels.any() else left._replace(rotation=np.nan),
         floor=floor,
         joint_noise=shaky,
@@ -244,6 +255,7 @@ def _concluded(
         measure_next=poses,
         next_reasons=reasons,
         notes=(*notes, *weights_that_differ(final), *(c for a in accepted if (c := a.effect.caveat(motion)))),
+        warnings=tuple(advice.warnings),
         seconds=perf_counter() - began,
     )
     report(1.0, "done")
@@ -330,6 +342,11 @@ def _ranked(offer: Offer, mean_mm: float | None) -> Ranked:
     return Ranked(candidate.effect, offer.gain, float(np.exp(offer.log_p)), mean_mm, candidate.shrunk)
 
 
+def _alternatives(last: Searched, term: Term, judge: Trial) -> tuple[Ranked, ...]:
+    """Rivals of an accepted term, with the error that they leave in its place."""
+    return tuple(_ranked(rival, judge.mean_mm((*rest, rival.term))) for rest, rival in rivals_of(last, term))
+
+
 def _ranking(first: Searched, judge: Trial) -> tuple[Ranked, ...]:
     """The candidates by what they would add to the geometry alone; the first few tried out."""
     best = enumerate(ranked(first))
@@ -341,6 +358,7 @@ def _accepted(
     final: Fit,
     judge: Trial,
     hidden: Mapping[str, float],
+    advice: Advice,
     *,
     before_mm: float,
     after_mm: float,
@@ -352,6 +370,7 @@ def _accepted(
         final: Its model on all rows.
         judge: Tries models out at that search.
         hidden: What else adds to the variance of each coefficient [SI²].
+        advice: Asks for rivals.
         before_mm: Mean error of the geometry alone on the rows that judge [mm].
         after_mm: Mean error of the whole model on them [mm].
     """
@@ -364,8 +383,8 @@ def _accepted(
     for place, k in enumerate(order):
         term, offered = last.found.model[k], last.found.offers[k]
         effect = sized[term.candidate.names]
-        alternatives = tuple(
-            _ranked(rival, judge.mean_mm((*rest, rival.term))) for rest, rival in rivals_of(last, term)
+        alternatives = advice.ask(
+            f"alternatives to {effect.phrase}", partial(_alternatives, last, term, judge), ()
         )
         out.append(
             Accepted(

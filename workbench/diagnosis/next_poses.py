@@ -25,6 +25,7 @@ from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.candidate_columns import candidate_columns, carriers
 from workbench.identification.problem import Problem
+from workbench.identification.problem_blocks import observed_kinds
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.report.numbers import readable_unit
 
@@ -86,7 +87,10 @@ def next_poses(
     asked = carriers(effects)
     unmeasured = problem.again(data=pool, noise=problem.typical_noise, inertia=False)
     now, new = (_columns(problem, x, p, asked) for p in (problem, unmeasured))
-    scale = np.maximum(np.linalg.norm(now, axis=0), 1e-12)
+    new = new[np.argsort(unmeasured.component_rows, kind="stable")]
+    # what the rows hardly show but a new pose does would else outweigh all others beyond rounding
+    new_size = np.linalg.norm(new, axis=0) / np.sqrt(len(pool))
+    scale = np.maximum(np.hypot(np.linalg.norm(now, axis=0), new_size), 1e-12)
     information = (now / scale).T @ (now / scale)
     information[np.diag_indices(len(information))] += WEAK
     per_pose = (new / scale).reshape(len(pool), -1, len(scale))
@@ -231,20 +235,25 @@ def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 
 def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:
-    """Rows as the instrument would see them, drivers as in a typical row."""
-    like = data.take(np.resize(np.arange(len(data)), len(q)))
+    """Rows as the instrument that saw most of them would see them, drivers as in a typical row."""
+    most = max((rows for _, rows in observed_kinds(data)), key=len)
+    like = data.take(np.resize(most, len(q)))
     poses = tool_poses(arm, Motion(q))
     return replace(
         like,
         q=q,
         row=np.arange(len(q)),
-        position=None if like.position is None else poses[:, :3, 3],
-        rotation=None if like.rotation is None else poses[:, :3, :3],
+        position=_where_measured(like.position, poses[:, :3, 3]),
+        rotation=_where_measured(like.rotation, poses[:, :3, :3]),
         session=None if like.session is None else np.full(len(q), session),
         group=None,
         torque=_torques(data, like, q, arm),
         sigma=None,
     )
+
+
+def _where_measured(measured: np.ndarray | None, values: np.ndarray) -> np.ndarray | None:
+    return None if measured is None else np.where(np.isfinite(measured), values, np.nan)
 
 
 def _torques(data: Dataset, like: Dataset, q: np.ndarray, arm: Robot) -> np.ndarray | None:

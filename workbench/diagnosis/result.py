@@ -116,6 +116,7 @@ class Diagnosis(AbstractShown):
         measure_next: Joint positions of poses to measure next [rad or m].
         next_reasons: What each of them would tell.
         seconds: Time it took.
+        warnings: Advice that could not be computed, one sentence each.
     """
 
     nominal_robot: Robot
@@ -150,6 +151,7 @@ class Diagnosis(AbstractShown):
     notes: tuple[str, ...]
     seconds: float
     next_reasons: tuple[NextReason, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     @cached_property
     def calibrated(self) -> Robot:

@@ -106,6 +106,13 @@ class Picture:
     caption: str
     draw: Callable[[], Figure | None]
 
+    def drawn(self) -> tuple[Figure, Drawing] | None:
+        """The figure, and the same for a page; None if the result has nothing for it."""
+        figure = self.draw()
+        if figure is None:
+            return None
+        return figure, Drawing(self.name, self.title, self.caption, svg(figure, self.name))
+
 
 def draw(pictures: Sequence[Picture], name: str) -> Figure:
     """One of several pictures, on paper of its own.

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.base.advice import Advice
 from workbench.base.files import check_folder
 from workbench.base.progress import Report
 from workbench.diagnosis.claimed_causes import Cause
@@ -23,7 +24,7 @@ from workbench.diagnosis.report.table import (
 from workbench.diagnosis.result import Diagnosis, Verdict, judged
 from workbench.identification.report.html_report import error_cards
 from workbench.identification.result import error_rows
-from workbench.report.figures import Drawing, png, svg
+from workbench.report.figures import png
 from workbench.report.html import write_page
 from workbench.report.numbers import short
 
@@ -44,17 +45,17 @@ def write_diagnosis(result: Diagnosis, folder: Path | str, *, progress: Report |
     report = progress or (lambda part, words: None)
     check_folder(folder)
     wanted = pictures(result)
-    drawings, files = [], {}
+    drawings, files, advice = [], {}, Advice()
     for k, picture in enumerate(wanted):
         report(0.9 * k / len(wanted), f"drawing: {picture.title}")
-        figure = picture.draw()
-        if figure is not None:
-            drawing = svg(figure, picture.name)
-            drawings.append(Drawing(picture.name, picture.title, picture.caption, drawing))
+        if (drawn := advice.ask(f"the picture “{picture.title}”", picture.drawn, None)) is not None:
+            figure, drawing = drawn
+            drawings.append(drawing)
             files[f"{PICTURES}{picture.name}.png"] = png(figure)
     report(0.9, "writing the page")
     old = (p.name for p in Path(folder).glob(f"{PICTURES}*.png"))
     numbers, words = diagnosis_json(result), _words(result)
+    words["notes"] = (*result.warnings, *advice.warnings, *result.notes)
     path = write_page(folder, PAGE, drawings, numbers, numbers=RESULT, files=files, replaces=old, **words)
     report(1.0, "done")
     return path

@@ -42,6 +42,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "measure_next": result.measure_next,
             "next_reasons": [reason.sentence for reason in result.next_reasons],
             "ranking": [_ranked(r) for r in result.ranking],
+            "warnings": list(result.warnings),
             "notes": list(result.notes),
             "seconds": result.seconds,
         }

@@ -45,6 +45,7 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
         parts.append(line("noise of joint readings", joint_noise_words(result)))
     if len(result.measure_next):
         parts.append(next_table(result))
+    parts += [line("warning", words) for words in result.warnings]
     parts += [line("note", words) for words in result.notes]
     return Group(*parts)
 
@@ -52,7 +53,8 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
 def summary(result: Diagnosis) -> RenderableType:
     """The verdict, errors before and after, and what each candidate would have brought."""
     ranking = [ranking_table(result)] if result.ranking else []
-    return Group(*_beginning(result), *ranking, *_alternatives(result))
+    warnings = [line("warning", words) for words in result.warnings]
+    return Group(*_beginning(result), *ranking, *_alternatives(result), *warnings)
 
 
 def joint_noise_words(result: Diagnosis) -> str:

@@ -8,12 +8,13 @@ from functools import cache, partial
 
 import numpy as np
 
+from workbench.base.advice import Advice
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.report.constants import corrections, influence_of_fit
 from workbench.identification.report.error_grid import STEMS, error_grid
 from workbench.identification.report.error_plots import POINTS, before_after, error_where, residual_histogram
 from workbench.identification.result import Identification, columns_of, order_of_measuring
-from workbench.report.figures import Drawing, Picture, svg
+from workbench.report.figures import Drawing, Picture
 
 NAMES = (
     *("errors-position", "errors-orientation", "before-after", "residuals", "error-where", "corrections"),
@@ -23,21 +24,24 @@ NAMES = (
 
 
 def all_figures(
-    result: Identification, *, wanted: Wanted | None = None, progress: Callable[[str], None] | None = None
+    result: Identification,
+    *,
+    wanted: Wanted | None = None,
+    progress: Callable[[str], None] | None = None,
+    advice: Advice | None = None,
 ) -> tuple[Drawing, ...]:
     """Every picture that the result can fill, in the order of a report.
 
     Args:
         wanted: Whose limits are drawn along the axes, where it is asked for per axis.
+        advice: Keeps a sentence about each picture that failed.
     """
-    drawings = []
+    drawings, advice = [], advice or Advice()
     for picture in pictures(result, wanted=wanted):
         if progress is not None:
             progress(picture.title)
-        figure = picture.draw()
-        if figure is not None:
-            content = svg(figure, picture.name)
-            drawings.append(Drawing(picture.name, picture.title, picture.caption, content))
+        if (drawn := advice.ask(f"the picture “{picture.title}”", picture.drawn, None)) is not None:
+            drawings.append(drawn[1])
     return tuple(drawings)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.base.advice import Advice
 from workbench.base.files import check_folder
 from workbench.base.progress import Report
 from workbench.data.accuracy_requirement import Wanted, WantedCheck
@@ -44,9 +45,12 @@ def write_report(
     """
     report = progress or (lambda part, words: None)
     check_folder(folder)
-    titles = iter(range(len(NAMES)))
+    titles, advice = iter(range(len(NAMES))), Advice()
     drawings = all_figures(
-        result, wanted=wanted, progress=lambda title: report(0.1 + 0.1 * next(titles), f"drawing: {title}")
+        result,
+        wanted=wanted,
+        progress=lambda title: report(0.1 + 0.1 * next(titles), f"drawing: {title}"),
+        advice=advice,
     )
     report(0.8, "numbers for the controller")
     use = controller_use(result)
@@ -56,6 +60,7 @@ def write_report(
     content |= {"requirement": judged and _requirement_json(judged), "controller": use.json()}
     old = [f"{name}.svg" for name in NAMES]
     words = _words(result, judged=judged, use=use)
+    words["warnings"] = (*result.warnings, *advice.warnings)
     path = write_page(folder, PAGE, drawings, content, replaces=old, **words)
     report(1.0, "done")
     return path

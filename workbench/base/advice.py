@@ -1,0 +1,34 @@
+"""Advice about a result (poses to measure next, pictures): its failure costs a warning, never the result."""
+
+import traceback
+from collections.abc import Callable
+from typing import TypeVar
+
+from workbench.base.progress import Cancelled
+
+T = TypeVar("T")
+
+
+class Advice:
+    """Asks advisers, and keeps a sentence about each that failed in `warnings`."""
+
+    def __init__(self) -> None:
+        self.warnings: list[str] = []
+
+    def ask(self, what: str, adviser: Callable[[], T], otherwise: T) -> T:
+        """What an adviser says; `otherwise` where it fails.
+
+        Args:
+            what: What it advises, as the subject of a sentence.
+            adviser: Computes it.
+            otherwise: What stands in its place.
+        """
+        try:
+            return adviser()
+        except (Cancelled, Warning):  # a request to stop; and Python's own, where they were made errors
+            raise
+        except Exception as error:
+            last = traceback.extract_tb(error.__traceback__)[-1]
+            why = f"{type(error).__name__} in {last.name}, line {last.lineno}: {error}"
+            self.warnings.append(f"{what} could not be computed ({why}); the result stands without")
+            return otherwise
