@@ -2,11 +2,13 @@
 
     python tests/benchmarks/crash_safety.py 200
 
-A third of the sessions die in a drag, a third while a task is computed, a third between the writing of a line
-and the moment at which the disk has it.
+In turn they die in a drag, while a task is computed, between the writing of a line and the moment at which
+the disk has it, and while places of a drag are written one straight after the other, each longer than a page:
+a write that is cut off would leave a line that begins with one place and ends with another.
 """
 
 import itertools
+import json
 import os
 import random
 import signal
@@ -18,18 +20,22 @@ from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[2])]
 
-from tests.benchmarks.recording import endless
+from tests.benchmarks.recording import endless, places
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
+from workbench.session.journal import codec
 from workbench.session.journal.compare_numbers import check
-from workbench.session.journal.folder import begin
-from workbench.session.journal.reader import read_recording
+from workbench.session.journal.folder import StartedSession, begin
+from workbench.session.journal.reader import JOURNAL, read_recording
+from workbench.session.journal.writer import Appender
 from workbench.session.worker import Worker
 
-KINDS = ("drag", "task", "write")
+KINDS = ("drag", "task", "write", "place")
+LONG = 8000
+"""Bytes that a place's line has more than it would."""
 LONGEST = 1.5
 """Time after the first confirmed command in which a kill comes [s]."""
 
@@ -46,12 +52,33 @@ def session(folder: Path, kind: str, told: int) -> None:
         os.fdatasync = slowly
     begun = begin(load_robot("aria"), load_plate("table2"), folder=folder)
     worker = Worker(begun.session, keepers=begun.keepers)
+    if kind == "place":
+        only_places(begun, told)
     if kind == "task":
         tasks = itertools.cycle([MeasureVirtualArm(seed=1), Identify(), SelectTarget(2)])
     for command in tasks if kind == "task" else endless(begun.session):
         worker.submit(command)
         worker.wait()
         os.write(told, f"{len(worker.journal)}\n".encode())
+
+
+def only_places(begun: StartedSession, told: int) -> None:
+    """The places of one drag, each longer than a page, written without end and nothing computed meanwhile."""
+    worker, texts = Worker(begun.session, keepers=begun.keepers), []
+    for command in itertools.islice(places(begun.session, 20), 21):
+        worker.submit(command)
+        worker.wait()
+        line = json.loads(read_recording(begun.folder).lines[-1].text)
+        del line[codec.CHECK]
+        texts.append(codec.sealed(json.dumps(line | {"text": "." * LONG})))
+    worker.close()
+    path = begun.folder / JOURNAL
+    before = path.read_bytes().splitlines(keepends=True)[:-1]
+    file = Appender(path, length=len(b"".join(before)))
+    file.add(texts[1])
+    for text in itertools.cycle(texts[1:]):
+        file.add(text, instead=True)
+        os.write(told, b"2\n")
 
 
 def killed(folder: Path, kind: str, rng: random.Random) -> str:
@@ -82,7 +109,7 @@ def killed(folder: Path, kind: str, rng: random.Random) -> str:
 def main(times: int) -> None:
     rng, found = random.Random(1), Counter()
     for k in range(times):
-        kind = KINDS[k % 3]
+        kind = KINDS[k % len(KINDS)]
         with tempfile.TemporaryDirectory() as folder:
             wrong = killed(Path(folder) / "session", kind, rng)
         found[kind, wrong or "nothing lost"] += 1

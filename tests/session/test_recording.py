@@ -101,6 +101,14 @@ def whole(first, tmp_path_factory):
     return run.folder, session, run.worker.journal
 
 
+def earlier(folder, to):
+    """A copy of a recording as earlier versions wrote it: its lines have no checksum."""
+    shutil.copytree(folder, to)
+    path = to / JOURNAL
+    path.write_bytes(re.sub(rb', "check": "[0-9a-f]{8}"}\n', b"}\n", path.read_bytes()))
+    return to
+
+
 def test_the_recording_is_the_journal(whole):
     folder, _, journal = whole
     recording = read_recording(folder)
@@ -127,7 +135,7 @@ def test_a_replay_comes_to_the_same_numbers(whole):
 
 
 def test_a_number_that_was_changed_is_named(whole, tmp_path):
-    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    folder = earlier(whole[0], tmp_path / "copy")
     lines = (folder / JOURNAL).read_text().splitlines()
     line = json.loads(lines[2])
     q = line["numbers"]["targets"]["3"]["q"]
@@ -200,6 +208,78 @@ def test_a_last_line_that_power_was_lost_in_is_left_out(record):
     assert recording.length == content.index(b"\n", content.index(b"\n") + 1) + 1
 
 
+def test_a_line_that_changed_since_is_never_replayed(whole, tmp_path):
+    """Two places of a drag mixed within a page: it is JSON, and its checksum denies it."""
+    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    path = folder / JOURNAL
+    lines = path.read_bytes().splitlines(keepends=True)
+    assert b'"MoveTarget"' in lines[2]
+    mixed = lines[2].replace(b'"xyz": [0.', b'"xyz": [1.', 1)
+    assert json.loads(mixed)["fields"]["xyz"] != json.loads(lines[2])["fields"]["xyz"]
+    path.write_bytes(b"".join([*lines[:2], mixed, *lines[3:]]))
+    with pytest.raises(FileError, match=r"step 2 .*--step 1"):
+        read_recording(folder)
+    path.write_bytes(b"".join([*lines[:2], mixed]))  # the last one: the program was stopped there
+    recording = read_recording(folder)
+    assert len(recording.lines) == 1
+    assert "incomplete" in recording.notes[0]
+
+
+@pytest.fixture(scope="module")
+def dragging(first, tmp_path_factory):
+    """Folders as a kill leaves them after each command of a drag; the last place of each in the session."""
+    run = Run(begin(first.robot, first.plate, folder=tmp_path_factory.mktemp("dragging") / "now"))
+    left = []
+    for k, command in enumerate(moves(first, 5)):
+        session = run(command)
+        folder = shutil.copytree(run.folder, run.folder.parent / str(k))
+        left.append((folder, session.plate.targets[2].xyz.tolist(), len(run.worker.journal)))
+    run.worker.close()
+    assert sorted(path.name for path in run.folder.iterdir()) == [".lock", "inputs", JOURNAL]
+    return left
+
+
+def test_a_kill_between_the_places_of_a_drag_loses_none(dragging):
+    for folder, xyz, count in dragging:
+        recording = read_recording(folder)
+        replayed = check(recording)
+        assert len(recording.lines) == count
+        assert replayed.session.plate.targets[2].xyz.tolist() == xyz
+        assert replayed.differences == ()
+
+
+def test_a_kill_within_the_write_of_a_place_leaves_the_one_before(dragging, tmp_path):
+    """Wherever it is cut: a beginning of the new line, and the rest of the one that was there."""
+    (two, before, count), (three, after, _) = dragging[4], dragging[5]
+    assert before != after
+    (slot,) = (n for n in codec.PLACES if (two / n).read_bytes() != (three / n).read_bytes())
+    old, new = (folder / slot for folder in (two, three))
+    old, new = old.read_bytes(), new.read_bytes()
+    folder = shutil.copytree(two, tmp_path / "copy")
+    seen = set()
+    for cut in range(1, len(new) + 1, 7):
+        (folder / slot).write_bytes(new[:cut] + old[cut:])
+        recording = read_recording(folder)
+        assert len(recording.lines) == count
+        seen.add(recording.entries[-1].command.xyz)
+    assert seen <= {tuple(before), tuple(after)}
+    assert tuple(before) in seen
+
+
+def test_a_session_killed_in_a_drag_goes_on_from_its_last_place(dragging, record, tmp_path):
+    folder = shutil.copytree(dragging[5][0], tmp_path / "copy")
+    recording = read_recording(folder)
+    again = record(resume(recording, replay(recording.first, recording.entries)))
+    again(*moves(again.worker.session, 3, target=4))
+    again.worker.close()
+    whole = read_recording(folder)
+    kinds_ = [type(e.command) for e in whole.entries]
+    assert kinds_ == [GrabTarget, MoveTarget, DropTarget, GrabTarget, MoveTarget, DropTarget]
+    assert list(whole.entries[1].command.xyz) == dragging[5][1]
+    assert check(whole).differences == ()
+    assert not [name for name in codec.PLACES if (folder / name).exists()]
+
+
 def test_every_line_but_the_places_of_a_drag_is_on_the_disk(record, first, monkeypatch):
     """What was confirmed outlives a loss of power; the places of a drag come with its end."""
     synced, really = [], os.fdatasync
@@ -252,7 +332,7 @@ def test_a_drag_that_was_cut_off_is_let_go(record, first):
     ],
 )
 def test_damage_is_one_clear_sentence(whole, tmp_path, spoil, words):
-    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    folder = earlier(whole[0], tmp_path / "copy")
     path = folder / JOURNAL
     path.write_bytes(b"\n".join(spoil(path.read_bytes().splitlines())) + b"\n")
     with pytest.raises(FileError, match=words) as found:
@@ -269,7 +349,7 @@ def test_up_to_the_damage_it_can_be_used(whole, tmp_path):
 
 
 def test_an_input_that_was_changed_or_lies_elsewhere_is_refused(whole, tmp_path):
-    folder = shutil.copytree(whole[0], tmp_path / "copy")
+    folder = earlier(whole[0], tmp_path / "copy")
     file = next((folder / "inputs").glob("*.csv"))
     file.write_bytes(file.read_bytes() + b"9")
     with pytest.raises(FileError, match="was changed"):

@@ -1,15 +1,18 @@
 """Commands as plain data and back, by their field's types; files in them go beside the journal.
 
 A command is a frozen record of plain values, so every command is written and read by the same few rules. A
-field that an older journal lacks has its default; a command or a field that is unknown here is refused.
+field that an older journal lacks has its default; a command or a field that is unknown here is refused. A
+line ends with a checksum of what comes before it; lines of older versions have none.
 """
 
 import dataclasses
 import functools
 import hashlib
 import math
+import re
 import types
 import typing
+import zlib
 from collections.abc import Callable, Mapping
 from enum import Enum
 from pathlib import PurePosixPath
@@ -19,7 +22,12 @@ from workbench.session.command import AbstractCommand, kinds
 
 INPUTS = "inputs"
 """Folder of the files that commands brought."""
+PLACES = ("drag-1.jsonl", "drag-2.jsonl")
+"""Where the newest place of a drag stands beside the journal, and the one before it."""
 LONGEST_SUFFIX = 8
+CHECK = "check"
+"""Name of a line's checksum, its last value."""
+CHECKSUM = re.compile(rf', "{CHECK}": "([0-9a-f]{{8}})"}}\s*$'.encode())
 
 Load = Callable[[str], bytes]
 Read = Callable[[Any, Load], Any]
@@ -59,6 +67,17 @@ def decode(name: str, values: Mapping[str, Any], load: Load) -> AbstractCommand:
 def file_name(content: bytes, ending: str) -> str:
     """Place of a file in a recording, from its content."""
     return f"{INPUTS}/{hashlib.sha256(content).hexdigest()[:20]}{ending}"
+
+
+def sealed(line: str) -> str:
+    """A line of the journal, a JSON object, with its checksum."""
+    return f'{line[:-1]}, "{CHECK}": "{zlib.crc32(line[:-1].encode()):08x}"}}'
+
+
+def is_whole(line: bytes) -> bool:
+    """Whether a line is as it was written, as far as it can tell."""
+    found = CHECKSUM.search(line)
+    return found is None or zlib.crc32(line[: found.start()]) == int(found[1], 16)
 
 
 def _record(value: Any, files: dict[str, bytes], ending: str) -> dict[str, Any]:

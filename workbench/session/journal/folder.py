@@ -2,6 +2,7 @@
 
     recordings/2026-11-21-133000-aria/
         journal.jsonl     a header, then one line a command
+        drag-1.jsonl      during a drag, its newest place or the one before; likewise drag-2.jsonl
         inputs/           robot, plate and measurement files, as they were
         session.rrd       pictures for the rerun viewer
 
@@ -9,6 +10,7 @@ A session begins from the recording's own copies of robot and plate, so that a r
 to the last digit.
 """
 
+import contextlib
 import json
 import re
 import shutil
@@ -115,6 +117,9 @@ def resume(recording: Recording, session: Session) -> StartedSession:
     folder = recording.folder
     try:
         file = Appender(folder / JOURNAL, length=recording.length)
+        if recording.unsettled:
+            with contextlib.suppress(OSError):  # it waits, and the user is told with the next line
+                file.add(recording.unsettled)
     except OSError as error:
         return _without_folder(session, NO_MORE, error, folder, recording.entries)
     return StartedSession(session, (Logbook(file),), folder, recording.entries)

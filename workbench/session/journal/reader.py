@@ -1,10 +1,12 @@
 """Reading a recording: its header, its commands, and the state of its last line.
 
-A last line without a line end, or one that is not valid JSON, means that the program was stopped or lost
-power while writing it: it is skipped with a note. Any other damage is refused, with the last step up to which
-the recording can be used.
+A last line that has no line end, is not valid JSON, or contradicts its checksum means that the program was
+stopped or lost power while writing it: it is skipped with a note. Any other damage is refused, with the last
+step up to which the recording can be used. A program that was stopped in a drag left its last place beside
+the journal, and that stands for the last line.
 """
 
+import contextlib
 import json
 from dataclasses import dataclass, field, replace
 from datetime import datetime
@@ -78,6 +80,11 @@ class Line:
     numbers: dict[str, Any]
     text: str
 
+    @property
+    def is_sealed(self) -> bool:
+        """Whether it has a checksum; earlier versions wrote none."""
+        return codec.CHECKSUM.search(self.text.encode()) is not None
+
 
 @dataclass(frozen=True, eq=False)
 class Recording:
@@ -87,7 +94,8 @@ class Recording:
         folder: Where it is.
         header: Its first line.
         lines: Its commands, in order.
-        length: Bytes of the journal that are whole lines.
+        length: Bytes of the journal that are whole lines and stay.
+        unsettled: The last line, if it stands beside the journal: it takes its place there.
         notes: What a reader should know, one sentence each.
     """
 
@@ -96,6 +104,7 @@ class Recording:
     lines: tuple[Line, ...]
     length: int
     notes: tuple[str, ...] = ()
+    unsettled: str = ""
 
     @property
     def entries(self) -> tuple[Entry, ...]:
@@ -157,26 +166,48 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
             f"has no {JOURNAL}; give a folder recorded by 'workbench serve'", path=str(folder)
         ) from None
     *whole, rest = content.split(b"\n")
-    if not rest and len(whole) > 1 and not _is_json(whole[-1]):
+    if not rest and len(whole) > 1 and _is_torn(whole[-1]):
         rest = whole.pop() + b"\n"
     if not whole:
         raise FileError("has no complete line; the recording was stopped before it began", path=str(path))
-    header = _header(whole[0], path)
+    header, unsettled = _header(whole[0], path), b""
+    length = len(content) - len(rest)
+    if (place := _last_place(folder)) is not None:
+        step, text = place
+        if step == len(whole) - 1:
+            length -= len(whole.pop()) + 1
+        if step == len(whole):
+            whole.append(text)
+            unsettled, rest = text, b""
     wanted = whole[1:] if to is None else whole[1 : max(to, 0) + 1]
     lines = tuple(_line(text, number, path) for number, text in enumerate(wanted, start=1))
     notes: tuple[str, ...] = ()
     if rest:
         notes = (f"the last line of {path} is incomplete and was left out: the program was stopped there",)
-    found = Recording(folder, header, lines, len(content) - len(rest), notes)
+    found = Recording(folder, header, lines, length, notes, unsettled.decode())
     return found if to is None else found.truncated_at(to)
 
 
-def _is_json(text: bytes) -> bool:
+def _last_place(folder: Path) -> tuple[int, bytes] | None:
+    """Step and line of the newest place of a drag that stands beside the journal whole."""
+    found = []
+    for name in codec.PLACES:
+        with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
+            text = (folder / name).read_bytes().partition(b"\n")[0]
+            if codec.CHECKSUM.search(text) and codec.is_whole(text):
+                line = json.loads(text)
+                found.append((float(line["at"]), max(int(line["step"]), 1), text))
+    return max(found)[1:] if found else None
+
+
+def _is_torn(text: bytes) -> bool:
+    """Whether this can only be what a kill or a loss of power left of a line."""
     try:
-        json.loads(text)
+        return not codec.is_whole(text) or _is_mixed(json.loads(text))
     except (ValueError, RecursionError):
+        return True
+    except (KeyError, TypeError, AttributeError):  # another kind of damage
         return False
-    return True
 
 
 def _header(text: bytes, path: Path) -> dict[str, Any]:
@@ -196,11 +227,15 @@ def _header(text: bytes, path: Path) -> dict[str, Any]:
 
 def _line(text: bytes, step: int, path: Path) -> Line:
     try:
+        if not codec.is_whole(text):
+            raise ValueError("it isn't as it was written")
         found = json.loads(text)
         if found["step"] != step:
             raise ValueError(f"it says step {found['step']}")
         if not isinstance(found["numbers"], dict) or not isinstance(found["fields"], dict):
             raise ValueError("its fields and numbers must be tables")
+        if _is_mixed(found):
+            raise ValueError("it begins with one place of a drag and ends with another")
         command = codec.decode(found["command"], found["fields"], lambda name: _load(path.parent, name))
         entry = Entry(
             command=command,
@@ -219,6 +254,20 @@ def _line(text: bytes, step: int, path: Path) -> Line:
             path=str(path),
             line=step + 1,
         ) from None
+
+
+def _is_mixed(line: dict[str, Any]) -> bool:
+    """Whether a line begins with one place of a drag and ends with another.
+
+    Earlier versions wrote places over one another, and a kill could leave half of each.
+    """
+    fields = line["fields"]
+    place = line["numbers"].get("targets", {}).get(str(fields.get("target", -1) + 1))
+    return (
+        line["command"] == "MoveTarget"
+        and place is not None
+        and any(place[name] != fields[name] for name in ("xyz", "rpy"))
+    )
 
 
 def _load(folder: Path, name: str) -> bytes:

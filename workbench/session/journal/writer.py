@@ -1,9 +1,11 @@
 """The journal on the disk: one line a command, whole or not at all, written before the next one is taken.
 
-Neither the end of the process by whatever signal nor a loss of power loses a line. One that stands for the
-one before it as well (the places of a drag) is written over that one, by a single call and filled up with
-spaces: at any moment one of the two is there. The operating system brings it onto the disk when it likes: a
-loss of power may take the drag in hand, but nothing before it.
+Neither the end of the process by whatever signal nor a loss of power loses a line: lines are only appended.
+One that stands for the one before it as well (the places of a drag) would have to be written over it, and a
+write that crosses a page may be cut off there. Such a line goes into two files beside the journal in turn, so
+that the older one stays until the newer one is whole, which its checksum tells; it joins the journal with the
+next command. The operating system brings it onto the disk when it likes: a loss of power may take the drag in
+hand, but nothing before it.
 
 Trouble with the disk is told once, the session goes on, and the lines wait; when there is room again they
 follow, so that nothing is missing.
@@ -45,9 +47,10 @@ class Appender:
     """
 
     def __init__(self, path: Path, *, length: int = 0):
-        self._folder, self._length = path.parent, length
+        self._folder, self._length, self._last = path.parent, length, length
         self._waiting: deque[tuple[bytes, Mapping[str, bytes]]] = deque()
-        self._last = b""
+        self._place = b""
+        self._slots: list[int] = []
         self._lock = _lock(path.parent)
         try:
             self._file = os.open(path, os.O_WRONLY | os.O_CREAT, 0o666)
@@ -63,17 +66,19 @@ class Appender:
         Args:
             line: Without its end.
             files: By their place in the folder.
-            instead: Whether it takes the place of the line before it.
+            instead: Whether it takes the place of the line before it; it has no files then.
 
         Raises:
             OSError, FileError: it can't be written now; it waits.
         """
         content = line.encode() + b"\n"
-        if instead and self._waiting:
-            self._waiting.pop()
-        elif instead:
-            self._overwrite(content)
+        if instead and not self._waiting:
+            self._place = content
+            self._keep_place()
             return
+        if instead:
+            self._waiting.pop()
+        self._settle_place()
         self._waiting.append((content, files or {}))
         self.write_waiting()
 
@@ -88,36 +93,50 @@ class Appender:
             for name, data in needed.items():
                 if not (self._folder / name).exists():
                     write_bytes(self._folder / name, data)
-            self._write(content)
+            self._append(content, is_synced=len(self._waiting) == 1)
             self._waiting.popleft()
 
     def close(self) -> None:
-        """Let others append."""
-        os.close(self._file)
-        os.close(self._lock)
+        """Write what waits, if there is room, and let others append."""
+        self._settle_place()
+        with contextlib.suppress(OSError, WorkbenchError):  # it was told when it began
+            self.write_waiting()
+            for name in codec.PLACES:
+                (self._folder / name).unlink(missing_ok=True)
+        for file in (*self._slots, self._file, self._lock):
+            os.close(file)
 
-    def _overwrite(self, content: bytes) -> None:
-        """Put a line where the last one is; where it finds no room the last one goes, and it waits."""
-        content = content[:-1].ljust(len(self._last) - 1) + b"\n"
-        self._length -= len(self._last)
-        written = 0
-        with contextlib.suppress(OSError):
-            written = os.pwrite(self._file, content, self._length)
-        if written == len(content):
-            self._length, self._last = self._length + written, content
-            return
-        self._last = b""
-        self._waiting.append((content, {}))
-        self.write_waiting()
+    def _keep_place(self) -> None:
+        """Write the newest place of a drag over the one before the last."""
+        if not self._slots:
+            self._slots = [
+                os.open(self._folder / name, os.O_WRONLY | os.O_CREAT, 0o666) for name in codec.PLACES
+            ]
+        _write_whole(self._slots[0], self._place, 0)
+        self._slots.reverse()
 
-    def _write(self, content: bytes) -> None:
+    def _settle_place(self) -> None:
+        """Have the last place of a drag take the place of the journal's last line."""
+        if self._place:
+            self._waiting.append((self._place, {}))
+            self._place, self._length = b"", self._last
+
+    def _append(self, content: bytes, *, is_synced: bool) -> None:
         if os.fstat(self._file).st_size != self._length:
             os.ftruncate(self._file, self._length)
-        if os.pwrite(self._file, content, self._length) != len(content):
+        try:
+            _write_whole(self._file, content, self._length)
+        except OSError:
             os.ftruncate(self._file, self._length)
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-        getattr(os, "fdatasync", os.fsync)(self._file)  # macOS has the second alone
-        self._length, self._last = self._length + len(content), content
+            raise
+        if is_synced:
+            getattr(os, "fdatasync", os.fsync)(self._file)  # macOS has the second alone
+        self._last, self._length = self._length, self._length + len(content)
+
+
+def _write_whole(file: int, content: bytes, at: int) -> None:
+    if os.pwrite(file, content, at) != len(content):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
 
 def _lock(folder: Path) -> int:
@@ -173,7 +192,7 @@ class Logbook(AbstractKeeper):
             line = json.dumps(
                 _line(step, entry, fields, session, self._before), ensure_ascii=False, allow_nan=False
             )
-            self._file.add(line, files, instead=is_instead)
+            self._file.add(codec.sealed(line), files, instead=is_instead)
         except (OSError, WorkbenchError) as error:
             self._fail(error)
         except Exception as error:
@@ -185,8 +204,6 @@ class Logbook(AbstractKeeper):
 
     def close(self) -> None:
         if self._file is not None:
-            with contextlib.suppress(OSError, WorkbenchError):  # it was told when it began
-                self._file.write_waiting()
             self._file.close()
             self._file = None
 
