@@ -35,7 +35,7 @@ from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.journal.compare_numbers import check
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
-from workbench.session.journal.replay import restore
+from workbench.session.journal.restore import restore
 from workbench.session.view import AbstractKeeper
 from workbench.views.recording.blueprint import blueprint
 from workbench.views.recording.canvas import Canvas
@@ -166,7 +166,7 @@ def reopen(folder, room, worker=None):
     with timer("journal read"):
         recording = read_recording(folder)
     with timer(f"{len(recording.lines)} steps restored"):
-        session = restore(recording)
+        session = restore(recording).session
     (room / "mended").mkdir()
     with timer("pictures checked"):
         files = pictures_of(recording, room / "mended")

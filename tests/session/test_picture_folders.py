@@ -22,7 +22,7 @@ from workbench.session.commands.images import LoadPictures
 from workbench.session.export import calibrated_urdf
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
-from workbench.session.journal.replay import restore
+from workbench.session.journal.restore import restore
 from workbench.session.state import Focus, Severity
 from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page.panels.cameras import _camera, _identified
@@ -91,7 +91,7 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
     assert b"<robot" in calibrated_urdf(session)[1]
     assert "joint zeros" in _identified(session)
     assert "% of the picture used" in _camera(session, 0, view)
-    again = restore(read_recording(tmp_path / "kept"))
+    again = restore(read_recording(tmp_path / "kept")).session
     assert again.identification.best.fit.x == pytest.approx(session.identification.best.fit.x, rel=1e-9)
 
 

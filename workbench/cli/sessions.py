@@ -51,6 +51,7 @@ def _compare(found: list, json: Path | None) -> None:
     from workbench.views.recording.compare_sessions import compare
 
     compared = compare(found)
+    opt.say_notes(compared.notes)
     opt.show(compared.tables())
     opt.write_result(json, compared.json())
 
@@ -154,15 +155,14 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
 
     def begin(robot, plate):
         from workbench.session.journal import folder as folders
-        from workbench.session.journal.replay import restore
+        from workbench.session.journal.restore import restore
 
         recording = recorded()
         with opt.progress_bar("coming to the last state") as progress:
-            now = restore(recording, progress=progress)
+            restored = restore(recording, progress=progress)
         if not record:
-            return _with_recorder(folders.StartedSession(now, entries=recording.entries), live)
-        go_on = folders.resume if step is None else folders.branch
-        return _with_recorder(go_on(recording, now), live)
+            return _with_recorder(folders.go_on_unrecorded(restored), live)
+        return _with_recorder(folders.go_on(restored, is_branch=step is not None), live)
 
     return Opening(read, begin)
 

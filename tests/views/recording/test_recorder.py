@@ -20,7 +20,7 @@ from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.numbers import SUBJECTS, numbers_of
 from workbench.session.journal.reader import JOURNAL, read_recording
-from workbench.session.journal.replay import restore
+from workbench.session.journal.restore import restore
 from workbench.views.recording.compare_sessions import compare_sessions
 from workbench.views.recording.draw_steps import thinned
 from workbench.views.recording.recorded_step import INTERVAL, Moment
@@ -94,7 +94,7 @@ def test_what_is_passing_is_thinned_by_time_but_decisions_are_not(replayed):
 
 def test_a_session_that_goes_on_has_another_file(copy, reader):
     recording = read_recording(copy)
-    begun = resume(recording, restore(recording))
+    begun = resume(recording, restore(recording).session)
     worker = Worker(begun.session, keepers=(*begun.keepers, recorder(copy)), journal=begun.entries)
     worker.submit(SelectTarget(5))
     worker.wait()
@@ -107,7 +107,7 @@ def test_a_session_that_goes_on_has_another_file(copy, reader):
 
 def test_a_restored_session_is_the_replayed_one(sample, replayed):
     """An older version drew the sample's numbers: they agree but for the last digits."""
-    restored, again = restore(sample), replayed.session
+    restored, again = restore(sample).session, replayed.session
     pairs = [*compare(numbers_of(restored, SUBJECTS), numbers_of(again, SUBJECTS))]
     assert max(pair.size for pair in pairs) <= ROUNDING
     a, b = restored.identification.runs["opt2"].fit, again.identification.runs["opt2"].fit
@@ -156,8 +156,8 @@ def test_drags_out_of_reach_and_back_are_restored(sample, tmp_path):
     assert check(recording).differences == ()
     for step in (3, 9, 14, 40, len(recording.lines)):
         part = recording.truncated_at(step)
-        same_targets(restore(part), replay(part.first, part.entries))
-    assert numbers_of(restore(recording), SUBJECTS) == numbers_of(worker.session, SUBJECTS)
+        same_targets(restore(part).session, replay(part.first, part.entries))
+    assert numbers_of(restore(recording).session, SUBJECTS) == numbers_of(worker.session, SUBJECTS)
 
 
 @pytest.mark.parametrize("cut", [500, 20_000, 400_000, 10**9])

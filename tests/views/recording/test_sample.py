@@ -12,7 +12,7 @@ from workbench.session.journal.compare_numbers import ROUNDING, check, compare
 from workbench.session.journal.entry import Ending
 from workbench.session.journal.numbers import SUBJECTS, numbers_of
 from workbench.session.journal.reader import read_recording
-from workbench.session.journal.replay import restore
+from workbench.session.journal.restore import restore
 from workbench.views.recording.canvas import ROW, STEP, TIME
 
 MOST = 2 * 2**20
@@ -80,7 +80,7 @@ def test_an_earlier_version_s_session_opens():
     assert all(move.start is None for move in moves)
     again = check(earlier)
     assert again.differences == ()
-    pairs = list(compare(numbers_of(again.session, SUBJECTS), numbers_of(restore(earlier), SUBJECTS)))
+    pairs = list(compare(numbers_of(again.session, SUBJECTS), numbers_of(restore(earlier).session, SUBJECTS)))
     assert len(pairs) > 100
     assert max(pair.size for pair in pairs) <= ROUNDING
 

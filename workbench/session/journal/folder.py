@@ -14,7 +14,7 @@ import contextlib
 import json
 import re
 import shutil
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -32,9 +32,10 @@ from workbench.session.commands.drag import DropTarget
 from workbench.session.journal.entry import Entry
 from workbench.session.journal.numbers import changed_numbers
 from workbench.session.journal.reader import JOURNAL, PLATE, ROBOT, SCHEMA, Recording, inputs
+from workbench.session.journal.restore import Restored
 from workbench.session.journal.writer import Appender, Logbook
 from workbench.session.start import start
-from workbench.session.state import Session
+from workbench.session.state import Session, Severity
 from workbench.session.view import AbstractKeeper
 
 ROOT = Path("recordings")
@@ -51,7 +52,7 @@ class StartedSession:
         keepers: What follows its commands, such as its journal.
         folder: Where it is recorded; None if nowhere.
         entries: Commands before, if the session goes on from a recording.
-        trouble: Why it is recorded nowhere; empty if all is as it was asked for.
+        trouble: Why it is recorded nowhere or elsewhere; empty if all is as it was asked for.
     """
 
     session: Session
@@ -123,6 +124,34 @@ def resume(recording: Recording, session: Session) -> StartedSession:
     except OSError as error:
         return _without_folder(session, NO_MORE, error, folder, recording.entries)
     return StartedSession(session, (Logbook(file),), folder, recording.entries)
+
+
+def go_on(restored: Restored, *, is_branch: bool = False, root: Path = ROOT) -> StartedSession:
+    """Continue a recording that was opened again: in its own folder, if it came out as it was recorded.
+
+    Otherwise, and if asked to, in a new one; the user is told of the difference.
+
+    Args:
+        restored: The recording and its session.
+        is_branch: Whether the recording was cut off, so that it can't be continued itself.
+        root: Where new recordings go.
+
+    Raises:
+        OptionError: another process records there.
+    """
+    recording, session, warning = restored.recording, restored.session, restored.warning
+    if not warning:
+        return branch(recording, session, root=root) if is_branch else resume(recording, session)
+    text = f"{warning}; that recording stays as it is, and the session goes on in a new one"
+    begun = branch(recording, session.tell(Severity.WARNING, text), root=root)
+    return replace(begun, trouble="; ".join(filter(None, (text, begun.trouble))))
+
+
+def go_on_unrecorded(restored: Restored) -> StartedSession:
+    """Continue a recording that was opened again without recording what follows."""
+    session, warning = restored.session, restored.warning
+    session = session.tell(Severity.WARNING, warning) if warning else session
+    return StartedSession(session, entries=restored.recording.entries, trouble=warning)
 
 
 def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> StartedSession:

@@ -7,7 +7,7 @@ those that move together with others, whose shares are only conventional.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from workbench.identification.result import judged
 from workbench.report.json import plain
 from workbench.report.numbers import signed
 from workbench.session.journal.reader import Recording
-from workbench.session.journal.replay import restore
+from workbench.session.journal.restore import restore
 from workbench.session.state import Session
 
 BEYOND_CHANCE = 3.0
@@ -62,11 +62,12 @@ class Move:
 
 @dataclass(frozen=True)
 class Compared:
-    """Several sessions beside each other: numbers at their ends, and their parameters."""
+    """Several sessions beside each other: numbers at their ends, their parameters, and what to beware of."""
 
     names: tuple[str, ...]
     figures: tuple[Figure, ...]
     moves: tuple[Move, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def moved(self) -> tuple[Move, ...]:
@@ -141,8 +142,10 @@ class Compared:
 
 def compare(recordings: Sequence[Recording]) -> Compared:
     """Compare the last states of recordings, in the order given."""
-    sessions = [restore(recording) for recording in recordings]
-    return compare_sessions([recording.folder.name for recording in recordings], sessions)
+    restored = [restore(recording) for recording in recordings]
+    names = [recording.folder.name for recording in recordings]
+    notes = tuple(found.warning for found in restored if found.warning)
+    return replace(compare_sessions(names, [found.session for found in restored]), notes=notes)
 
 
 def compare_sessions(names: Sequence[str], sessions: Sequence[Session]) -> Compared:
