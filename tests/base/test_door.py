@@ -34,7 +34,9 @@ class Extras:
         admit(self)
 
 
-accept(Grams, "grams", lambda value, given: Grams(given["scale"] * value) if isinstance(value, int) else value)
+accept(
+    Grams, "grams", lambda value, given: Grams(given["scale"] * value) if isinstance(value, int) else value
+)
 
 
 @door(Extras)

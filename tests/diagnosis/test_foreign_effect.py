@@ -3,7 +3,7 @@
 import json
 import warnings
 from dataclasses import dataclass
-from importlib.metadata import EntryPoint
+from importlib.metadata import EntryPoint, EntryPoints
 from pathlib import Path
 from typing import final
 
@@ -248,12 +248,12 @@ def test_the_registry_takes_entries_and_replaces_none(monkeypatch):
     with pytest.raises(OptionError, match=r"AbstractEffect lacks law, name, sentence"):
         EFFECTS.register(AbstractEffect)
     point = EntryPoint("gear-sag", f"{__name__}:GearSag", GROUP)
-    monkeypatch.setattr(registry, "entry_points", lambda group: [point] if group == GROUP else [])
-    assert dict(registry.Registry("effect", WarmJoint, group=GROUP)) == {
+    monkeypatch.setattr(registry, "_installed", lambda: EntryPoints([point]))
+    assert dict(registry.Registry("effect", AbstractEffect, WarmJoint, group=GROUP, classes=True)) == {
         "warm-joint": WarmJoint,
         "gear-sag": GearSag,
     }
-    assert "gear-sag" in registry.Registry("effect", group=GROUP)
+    assert "gear-sag" in registry.Registry("effect", AbstractEffect, group=GROUP, classes=True)
 
 
 def test_measured_rows_know_their_drivers(folder, found):

@@ -83,7 +83,7 @@ def pictures(poses, rng, common):
     return Dataset(pixels=pixels, sight=sight, rig=Rig(cameras, targets), **common)
 
 
-@pytest.mark.parametrize("kind", OBSERVATIONS, ids=lambda k: k.__name__)
+@pytest.mark.parametrize("kind", OBSERVATIONS.values(), ids=lambda k: k.__name__)
 @pytest.mark.parametrize("per_session", [False, True])
 @pytest.mark.parametrize("joints", [(), (0.5, 0.0, 1.0, 0.2, 2.0, 0.5)], ids=["exact", "noisy readings"])
 def test_every_jacobian_column_is_the_derivative(kind, per_session, joints):

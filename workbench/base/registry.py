@@ -1,6 +1,6 @@
 """Extensible registries: parts by their names in files, in order.
 
-A part from another package can be added without editing this one. Its module calls
+A part from another package is added without editing this one. Its module calls
 
     from workbench.arm.effects import EFFECTS
 
@@ -12,70 +12,165 @@ and is imported before it is used; or its package names it as an entry point, so
 
     [project.entry-points."workbench.effects"]
     gear-sag = "my_package.gear_sag:GearSag"
+
+A class can be registered everywhere: a registry of objects makes one of it, without arguments. A part that is
+registered again (a notebook cell that runs twice) replaces itself; another one can't have its name.
 """
 
-from collections.abc import Iterator, Mapping
+import warnings
+from collections.abc import Callable, Iterator, Mapping
+from functools import cache
 from importlib.metadata import entry_points
 from inspect import isabstract
+from threading import RLock
 from typing import Any, TypeVar, final
 
 from workbench.base.errors import OptionError
 
+BUILT_IN, BY_HAND = "built in", "by hand"
 Part = TypeVar("Part")
 Added = TypeVar("Added")
 
 
+@cache
+def _installed() -> Any:
+    """Entry points of all packages: to look through them takes 20 ms."""
+    return entry_points()
+
+
+def plugins(
+    group: str, what: str, add: Callable[[Any, str], None] = lambda part, origin: None
+) -> Iterator[tuple[str, Any]]:
+    """Names and parts of one group of entry points; one that is broken costs a warning, and nothing else.
+
+    Args:
+        what: What a part is called in the warning.
+        add: Takes a part and where it comes from, and may refuse it.
+    """
+    for entry in _installed().select(group=group):
+        try:
+            part = entry.load()
+            add(part, entry.value)
+        except Exception as error:  # whatever is wrong with somebody else's package
+            package = entry.dist.name if entry.dist is not None else entry.value
+            warnings.warn(
+                f"the {what} '{entry.name}' of {package} is left out: {type(error).__name__}: {error}",
+                RuntimeWarning,
+                stacklevel=2,
+            )
+        else:
+            yield entry.name, part
+
+
 @final
 class Registry(Mapping[str, Part]):
-    """Parts by name, classes or objects with a `name`; entries are added, never replaced.
+    """Parts by name: objects of a kind, its subclasses, or functions.
 
     Args:
         what: What a part is called in messages.
+        kind: What every part is, or derives from; a function if None.
         parts: Those that come with the package.
         group: Entry points to add when it is first read.
+        classes: Whether the parts are the classes themselves.
     """
 
-    def __init__(self, what: str, *parts: Part, group: str):
+    def __init__(
+        self, what: str, kind: type | tuple[type, ...] | None, *parts: Any, group: str, classes: bool = False
+    ):
         self._parts: dict[str, Part] = {}
+        self._origins: dict[str, str] = {}
         self._what = what
-        self._group = group
+        self._group: str | None = group
+        self._is_read = False
+        self._kind, self._classes = kind, classes
+        self._lock = RLock()
         for part in parts:
-            self.register(part)
+            self._add(part, BUILT_IN)
 
     def register(self, part: Added) -> Added:
         """Add a part, and hand it back, so that this can decorate a class.
 
         Raises:
-            OptionError: a part that lacks something, or whose name another one has.
+            OptionError: a part of another kind, one that lacks something, or whose name another one has.
         """
-        kind: Any = part if isinstance(part, type) else type(part)
-        if isabstract(kind):
-            missing = ", ".join(sorted(kind.__abstractmethods__))
-            raise OptionError(f"the {self._what} {kind.__name__} lacks {missing}")
-        added: Any = part
-        known: Any = self._parts.setdefault(str(added.name), added)
-        if known is not part:
-            raise OptionError(
-                f"the name '{added.name}' is taken by another {self._what}; give {kind.__name__} another name"
-            )
+        self._add(part, BY_HAND)
         return part
+
+    def _add(self, part: Any, origin: str) -> None:
+        """Keep a part; of two with one name the later stays if both are the same code, run again."""
+        added = self._checked(part)
+        name = _name(added)
+        if name in self._parts and self._parts[name] is not added:
+            home, known = _home(added), self._origins[name]
+            others = {origin, known} if home[0].startswith("workbench.") else {origin, known} - {BY_HAND}
+            if home != _home(self._parts[name]) or known == BUILT_IN or len(others) > 1:
+                raise OptionError(
+                    f"the name '{name}' is taken by another {self._what}; give {home[1]} another name"
+                )
+        self._parts[name], self._origins[name] = added, origin
 
     def remove(self, name: str) -> None:
         """Forget a part that was registered."""
-        del self._parts[name]
+        del self._parts[name], self._origins[name]
 
     def __getitem__(self, name: str) -> Part:
         return self._all()[name]
 
     def __iter__(self) -> Iterator[str]:
-        return iter(self._all())
+        return iter(tuple(self._all()))
 
     def __len__(self) -> int:
         return len(self._all())
 
+    def _checked(self, part: Any) -> Any:
+        """The part as it is kept."""
+        if self._kind is None:
+            if not callable(part) or isinstance(part, type):
+                raise OptionError(f"a {self._what} is a function; got {_type(part).__name__}")
+            return part
+        kind = _type(part)
+        if not issubclass(kind, self._kind):
+            kinds = self._kind if isinstance(self._kind, tuple) else (self._kind,)
+            wanted = " or ".join(k.__name__ for k in kinds)
+            raise OptionError(f"the {self._what} {kind.__name__} must derive from {wanted}")
+        if isabstract(kind):
+            missing = ", ".join(sorted(kind.__abstractmethods__))
+            raise OptionError(f"the {self._what} {kind.__name__} lacks {missing}")
+        if self._classes:
+            if not isinstance(part, type):
+                raise OptionError(f"a {self._what} is a class: register {kind.__name__}, no object of it")
+        elif isinstance(part, type):
+            try:
+                part = part()
+            except TypeError as error:
+                raise OptionError(
+                    f"register an object as {self._what}: {kind.__name__} needs arguments ({error})"
+                ) from None
+        if not self._classes and not isinstance(getattr(part, "name", None), str):
+            raise OptionError(f"the {self._what} {kind.__name__} lacks name")
+        return part
+
     def _all(self) -> dict[str, Part]:
         """With those of installed packages, which are looked for once."""
-        group, self._group = self._group, ""
-        for entry in entry_points(group=group) if group else ():
-            self.register(entry.load())
+        if not self._is_read:
+            with self._lock:
+                if (group := self._group) is not None:  # else a plug-in reads it while it is loaded
+                    self._group = None
+                    for _ in plugins(group, self._what, add=self._add):
+                        pass
+                    self._is_read = True
         return self._parts
+
+
+def _type(part: Any) -> Any:
+    return part if isinstance(part, type) else type(part)
+
+
+def _name(part: Any) -> str:
+    return part.name if isinstance(getattr(part, "name", None), str) else part.__name__
+
+
+def _home(part: Any) -> tuple[str, str]:
+    """Where a part is written: two with the same home are one, registered again."""
+    written = part if isinstance(part, type) or hasattr(part, "__qualname__") else type(part)
+    return written.__module__, written.__qualname__

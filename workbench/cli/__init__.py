@@ -9,11 +9,13 @@ import contextlib
 import gc
 import signal
 import sys
+import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from workbench.base.registry import plugins
 from workbench.cli import (
     arms,
     calibration,
@@ -57,7 +59,32 @@ def main() -> None:
     """Entry point of the `workbench` command; without arguments, or with only a file, it opens the app."""
     gc.set_threshold(COLLECTED_EVERY)
     atexit.register(gc.freeze)  # a last search of all objects would take a tenth of a short command
-    sys.exit(run(lambda words: app(list(words)), opened(sys.argv[1:])))
+    warnings.showwarning = lambda message, *_, **__: print(f"workbench: {message}", file=sys.stderr)
+    words = opened(sys.argv[1:])
+    add_plugins(words)
+    sys.exit(run(lambda words: app(list(words)), words))
+
+
+def add_plugins(words: list[str]) -> None:
+    """Add commands of other packages, unless one of ours is called: to look for them takes 20 ms."""
+    own = {c.name or getattr(c.callback, "__name__", "") for c in app.registered_commands}
+    own |= {str(g.typer_instance.info.name) for g in app.registered_groups if g.typer_instance}
+    if words[0] in own:
+        return
+    for name, entry in plugins("workbench.commands", "command", add=_check_command):
+        if isinstance(entry, typer.Typer):
+            app.add_typer(entry, name=name)
+        elif name not in own:
+            app.command(name)(entry)
+
+
+def _check_command(entry: Any, origin: str) -> None:
+    """Raise for what is no command: typer would find that out when it runs any."""
+    if not isinstance(entry, typer.Typer):
+        alone = typer.Typer()
+        alone.command()(entry)
+        entry = alone
+    typer.main.get_command(entry)
 
 
 def opened(words: list[str]) -> list[str]:

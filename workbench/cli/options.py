@@ -71,8 +71,7 @@ class FileOptions:
     columns: ColumnsOption = None
     sheet: SheetOption = None
     layout: Annotated[
-        str | None,
-        option("Layout of the file, recognised if not given: plain, ipa-grid, mocap, c3d, ros-bag …"),
+        str | None, option("Layout of the file, recognised if not given; `--layout list` lists all.")
     ] = None
     mapping: Annotated[
         Path | None, option("A column mapping (.toml), as written by preview --save-mapping.")

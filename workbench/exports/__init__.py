@@ -11,6 +11,7 @@ from workbench.exports.tables import DhCsv, DhLatex, UrCalibration
 
 FORMS: Registry[AbstractForm] = Registry(
     "form",
+    AbstractForm,
     UR,
     XARM,
     FRANKA,

@@ -107,7 +107,7 @@ def visible_parts(
     data: Dataset, known: Mapping[str, float] | None = None
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Parts of the base and of the tool that the rows' observations can show."""
-    kinds = [kind for kind in OBSERVATIONS if kind.applies(data).any()]
+    kinds = [kind for kind in OBSERVATIONS.values() if kind.applies(data).any()]
 
     def fixed_places(kind: type[AbstractObservation]) -> bool:
         unknowns = kind.of(data.take(kind.applies(data))).unknowns

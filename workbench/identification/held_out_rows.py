@@ -21,7 +21,7 @@ Excluded = list[tuple[int, str]]
 
 def usable(data: Dataset) -> np.ndarray:
     """Rows that carry an observation which can be compared with a pose."""
-    return np.any([kind.applies(data) for kind in OBSERVATIONS], axis=0)
+    return np.any([kind.applies(data) for kind in OBSERVATIONS.values()], axis=0)
 
 
 def choose_rows(
@@ -174,13 +174,13 @@ def unused_observations(data: Dataset) -> list[str]:
     """Sentences on what rows carry beside the observation that is used."""
     left = np.ones(len(data), bool)
     words = []
-    for kind in OBSERVATIONS:
+    for kind in OBSERVATIONS.values():
         applies = kind.applies(data)
         beside = applies & ~left & (kind.unused_words != "")
         if beside.any():
             words.append(f"{int(beside.sum())} rows also carry {kind.unused_words}, which are not used there")
         left &= ~applies
-    if all(not kind.sees_tool for kind in OBSERVATIONS if kind.applies(data).any()):
+    if all(not kind.sees_tool for kind in OBSERVATIONS.values() if kind.applies(data).any()):
         words.append("only tilts of links were measured: position errors are unknown and shown as 0")
     return words
 
@@ -197,7 +197,7 @@ def scale_fixing_length(
     Shrinking arm and places together changes no contact, so a free fit ends in a point. Lengths of the arm
     that are known, such as that of a fixed last link, give the scale.
     """
-    kinds = {kind for kind in OBSERVATIONS if kind.applies(data).any()}
+    kinds = {kind for kind in OBSERVATIONS.values() if kind.applies(data).any()}
     without_scale = bool(kinds) and kinds <= {ContactObservation, PlaneObservation}
     if not without_scale or any(n.startswith("contact[") for n in known):
         return None

@@ -289,7 +289,7 @@ def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.nd
     """Every row with the first observation that fits it."""
     left = np.ones(len(data), bool)
     kinds = []
-    for kind in OBSERVATIONS:
+    for kind in OBSERVATIONS.values():
         mine = kind.applies(data) & left
         left &= ~mine
         if mine.any():

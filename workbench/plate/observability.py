@@ -15,7 +15,7 @@ I is of a set and a region. It comes with the robot and poses that matter, so it
 `I(position_weight(…))`.
 
 A new index of sets is a `SetIndex`, any other one a small class, with an entry in `INDICES`. One from outside
-is passed on as it is wherever a name is asked for, or in a mapping `{**INDICES, mine.name: mine}`.
+is registered there, or passed on as it is wherever a name is asked for.
 """
 
 from abc import ABC, abstractmethod
@@ -30,6 +30,7 @@ from jaxtyping import Float
 
 from workbench.arm.identification_jacobian import RANK_TOLERANCE, Linearisation
 from workbench.base.errors import OptionError
+from workbench.base.registry import Registry
 from workbench.base.types import frozen
 
 ROUND = 1e-3
@@ -307,7 +308,7 @@ of all; O1 with one noise for all poses does not know that. It is of linearisati
 """
 OF_CAMERAS: Mapping[str, AbstractIndex] = MappingProxyType({OV1.name: OV1})
 """Indices that only what cameras see has."""
-INDICES: Mapping[str, AbstractIndex] = MappingProxyType({index.name: index for index in (O(), *_OF_SETS)})
+INDICES: Registry[AbstractIndex] = Registry("index", AbstractIndex, O(), *_OF_SETS, group="workbench.indices")
 """Every index by name that needs no region; `I` is made for one."""
 
 

@@ -1,16 +1,19 @@
 """Commands: frozen records that can be checked, executed, written to the journal, and replayed.
 
 A class of this kind is a frozen dataclass, and known by its name, from its definition on: `kinds` lists them,
-and no list is kept elsewhere. The journal writes that name and the fields, so both stay as they are.
+and no list is kept elsewhere; those of other packages are entry points of `workbench.session_commands`. The
+journal writes that name and the fields, so both stay as they are.
 """
 
 import inspect
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any, ClassVar, dataclass_transform
 
 from workbench.base.progress import Cancel
+from workbench.base.registry import plugins
 from workbench.session.state import Session
 
 Progress = Callable[[float, str], None]
@@ -104,8 +107,17 @@ class AbstractChore(AbstractTask):
 
 
 def kinds() -> dict[str, type[AbstractCommand]]:
-    """All commands that are defined, by name."""
-    return {kind.__name__: kind for kind in _below(AbstractCommand)}
+    """All commands that are defined, by name; no other package's takes the place of one of ours."""
+    _load_plugins()
+    found = sorted(_below(AbstractCommand), key=lambda kind: kind.__module__.startswith("workbench."))
+    return {kind.__name__: kind for kind in found}
+
+
+@cache
+def _load_plugins() -> None:
+    """Define the commands of other packages, which a journal may hold."""
+    for _ in plugins("workbench.session_commands", "command"):
+        pass
 
 
 def _below(kind: Any) -> Iterator[type[AbstractCommand]]:

@@ -18,6 +18,7 @@ from workbench.base.registry import Registry
 
 EFFECTS: Registry[type[AbstractEffect]] = Registry(
     "effect",
+    AbstractEffect,
     JointCompliance,
     Backlash,
     ClearanceTilt,
@@ -31,6 +32,7 @@ EFFECTS: Registry[type[AbstractEffect]] = Registry(
     GravitySag,
     LocalJointError,
     group="workbench.effects",
+    classes=True,
 )
 """The catalogue by the names of files."""
 

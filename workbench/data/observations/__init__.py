@@ -1,5 +1,6 @@
 """Observations: one file per kind, all with the same interface."""
 
+from workbench.base.registry import Registry
 from workbench.data.observations.contact import ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
 from workbench.data.observations.markers import MarkerObservation
@@ -9,7 +10,9 @@ from workbench.data.observations.point import PointObservation
 from workbench.data.observations.pose import PoseObservation
 from workbench.data.observations.tilt import TiltObservation
 
-OBSERVATIONS: tuple[type[AbstractObservation], ...] = (
+OBSERVATIONS: Registry[type[AbstractObservation]] = Registry(
+    "observation",
+    AbstractObservation,
     PoseObservation,
     PointObservation,
     MarkerObservation,
@@ -18,6 +21,8 @@ OBSERVATIONS: tuple[type[AbstractObservation], ...] = (
     ContactObservation,
     TiltObservation,
     PixelObservation,
+    group="workbench.observations",
+    classes=True,
 )
 """All kinds, in the order in which a row is asked; each row is seen by the first that fits it."""
 

@@ -96,8 +96,9 @@ def read_by_layout(
         table = _named(read_frame(source), naming_of(columns))
     else:
         path = Path(source)
-        if layout is not None and layout not in layouts.NAMES:
-            raise OptionError(f"there is no layout '{layout}': there are {listed(layouts.NAMES)}")
+        if layout not in (None, layouts.PLAIN, *layouts.LAYOUTS):
+            known = listed((layouts.PLAIN, *layouts.LAYOUTS), longest=100)
+            raise OptionError(f"there is no layout '{layout}': there are {known}")
         if (whole := _file_layout(path, layout)) is not None:
             return whole.read(path, naming_of(columns), cancel), whole.name, None
         table = read_table(path, columns=columns, sheet=sheet, cancel=cancel)
@@ -113,7 +114,7 @@ def naming_of(columns: str | Naming | None) -> Naming | None:
 def _file_layout(path: Path, layout: str | None) -> AbstractFileLayout | None:
     """The layout that reads this file or folder as a whole, if any."""
     if layout is not None:
-        known = next((known for known in layouts.FILE_LAYOUTS if known.name == layout), None)
+        known = next((known for known in layouts.file_layouts() if known.name == layout), None)
         if known is not None and not path.exists():
             raise FileError("there is no such file or folder: check the path", path=str(path))
         return known
@@ -124,7 +125,7 @@ def _file_layout(path: Path, layout: str | None) -> AbstractFileLayout | None:
                 head = file.read(256)
     except OSError:
         return None
-    matching = (known for known in layouts.FILE_LAYOUTS if known.matches(path, head))
+    matching = (known for known in layouts.file_layouts() if known.matches(path, head))
     return next(matching, None) if path.exists() else None
 
 
@@ -134,7 +135,7 @@ def _table_layout(
     """The layout of this table, if it is not the plain one."""
     if columns is not None and layout is None:
         return None
-    for known in layouts.TABLE_LAYOUTS:
+    for known in layouts.table_layouts():
         if layout in (None, known.name) and known.matches(list(table.headings)):
             return known
         if layout == known.name:

@@ -4,14 +4,13 @@ Standard deviations are per axis and typical of the kind at a metre or two; give
 Those that the Katana thesis compares are as it gives them (§§2.2, 3.3): a laser tracker's 20 µm and 45°, a
 photogrammetric tracker's 60 µm, an optical tracker's 0.01 mm at 2 to 7 m, a ball-bar's 3 µm up to 0.5 m, an
 inclinometer's 0.001°.
-A new instrument is one more record; an outsider's registry is `{**INSTRUMENTS, "mine": Instrument(…)}`.
+A new instrument is one more record, or one that is registered: `INSTRUMENTS.register(Instrument(…))`.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.base.errors import OptionError
+from workbench.base.registry import Registry
 from workbench.base.types import Vector3, frozen
 
 
@@ -136,48 +136,46 @@ def _kind(
     )
 
 
-INSTRUMENTS: Mapping[str, Instrument] = MappingProxyType(
-    {
-        instrument.name: instrument
-        for instrument in (
-            _kind("ideal", Observes.POSE, 0.0, 0.0, "full poses without noise"),
-            _kind("plate", Observes.POSE, 0.1, 0.02, "the seat of a fixture plate's target"),
-            _kind("socket", Observes.POINT, 0.05, None, "a ball in a conical socket of a plate"),
-            _kind("laser-tracker", Observes.POINT, 0.02, None, "a laser tracker and one reflector"),
-            _kind("tracker-6d", Observes.POSE, 0.05, 0.01, "a laser tracker with a 6-DoF probe"),
-            _kind("photogrammetry", Observes.POINT, 0.06, None, "a photogrammetric camera and one mark"),
-            _kind("motion-capture", Observes.MARKERS, 0.2, None, "a motion capture system, four markers"),
-            _kind("touch-probe", Observes.CONTACT, 0.03, None, "a probe that touches fixed points"),
-            _kind("ball-bar", Observes.DISTANCE, 0.005, None, "a telescoping ball-bar on fixed anchors"),
-            _kind(
-                *("laser-tracker-fixed", Observes.POINT, 0.02, None),
-                "a laser tracker and a reflector fixed to the tool, lost beyond 45° of the line of sight",
-                sight=Sight(near=0.5, far=10.0, cone=float(np.deg2rad(45.0))),
-            ),
-            _kind(
-                *("photogrammetric-tracker", Observes.RIGID_BODY, 0.06, None),
-                "a photogrammetric tracker and three passive marks at known places of the tool",
-                markers=THREE_MARKERS,
-            ),
-            _kind(
-                *("optotrak", Observes.RIGID_BODY, 0.01, None),
-                "an optical tracker of three active markers, 2 to 7 m away; the tool point is their mean",
-                markers=THREE_MARKERS,
-                sight=Sight(near=2.0, far=7.0),
-            ),
-            _kind(
-                *("short-ball-bar", Observes.DISTANCE, 0.003, None),
-                "a telescoping ball-bar of at most 0.5 m, on the nearest anchor",
-                stroke=(0.1, 0.5),
-            ),
-            _kind("wire", Observes.DISTANCE, 0.1, None, "a draw-wire sensor on fixed anchors"),
-            _kind("sphere-probe", Observes.SPHERE, 0.03, None, "a probe that finds centres of fixed balls"),
-            _kind("plane-probe", Observes.PLANE, 0.03, None, "a probe that touches fixed planes"),
-            _kind("inclinometer", Observes.TILT, 0.0, 0.001, "an inclinometer on every moving link"),
-        )
-    }
+INSTRUMENTS: Registry[Instrument] = Registry(
+    "instrument",
+    Instrument,
+    _kind("ideal", Observes.POSE, 0.0, 0.0, "full poses without noise"),
+    _kind("plate", Observes.POSE, 0.1, 0.02, "the seat of a fixture plate's target"),
+    _kind("socket", Observes.POINT, 0.05, None, "a ball in a conical socket of a plate"),
+    _kind("laser-tracker", Observes.POINT, 0.02, None, "a laser tracker and one reflector"),
+    _kind("tracker-6d", Observes.POSE, 0.05, 0.01, "a laser tracker with a 6-DoF probe"),
+    _kind("photogrammetry", Observes.POINT, 0.06, None, "a photogrammetric camera and one mark"),
+    _kind("motion-capture", Observes.MARKERS, 0.2, None, "a motion capture system, four markers"),
+    _kind("touch-probe", Observes.CONTACT, 0.03, None, "a probe that touches fixed points"),
+    _kind("ball-bar", Observes.DISTANCE, 0.005, None, "a telescoping ball-bar on fixed anchors"),
+    _kind(
+        *("laser-tracker-fixed", Observes.POINT, 0.02, None),
+        "a laser tracker and a reflector fixed to the tool, lost beyond 45° of the line of sight",
+        sight=Sight(near=0.5, far=10.0, cone=float(np.deg2rad(45.0))),
+    ),
+    _kind(
+        *("photogrammetric-tracker", Observes.RIGID_BODY, 0.06, None),
+        "a photogrammetric tracker and three passive marks at known places of the tool",
+        markers=THREE_MARKERS,
+    ),
+    _kind(
+        *("optotrak", Observes.RIGID_BODY, 0.01, None),
+        "an optical tracker of three active markers, 2 to 7 m away; the tool point is their mean",
+        markers=THREE_MARKERS,
+        sight=Sight(near=2.0, far=7.0),
+    ),
+    _kind(
+        *("short-ball-bar", Observes.DISTANCE, 0.003, None),
+        "a telescoping ball-bar of at most 0.5 m, on the nearest anchor",
+        stroke=(0.1, 0.5),
+    ),
+    _kind("wire", Observes.DISTANCE, 0.1, None, "a draw-wire sensor on fixed anchors"),
+    _kind("sphere-probe", Observes.SPHERE, 0.03, None, "a probe that finds centres of fixed balls"),
+    _kind("plane-probe", Observes.PLANE, 0.03, None, "a probe that touches fixed planes"),
+    _kind("inclinometer", Observes.TILT, 0.0, 0.001, "an inclinometer on every moving link"),
+    group="workbench.instruments",
 )
-"""Every built-in instrument by name."""
+"""Every instrument by name."""
 
 
 def instrument_named(name: str, instruments: Mapping[str, Instrument] = INSTRUMENTS) -> Instrument:

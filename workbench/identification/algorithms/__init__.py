@@ -8,7 +8,7 @@ from workbench.identification.algorithms.opt1_bounded import Opt1
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 
 ALGORITHMS: Registry[AbstractIdentifier] = Registry(
-    "algorithm", Ols(), Opt1(), Opt2(), InfluenceBased(), group="workbench.algorithms"
+    "algorithm", AbstractIdentifier, Ols(), Opt1(), Opt2(), InfluenceBased(), group="workbench.algorithms"
 )
 """The identification algorithms by their names in files and commands."""
 USUAL = ("ols", "opt1", "opt2")

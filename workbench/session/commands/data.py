@@ -43,12 +43,12 @@ FEW = 8
 """Fewer rows show no region."""
 MOST_SEED = 2**32 - 1
 MOST_MORE = 500
-VIRTUAL_INSTRUMENTS = tuple(
-    name
-    for name, instrument in INSTRUMENTS.items()
-    if instrument.observes in (Observes.POSE, Observes.POINT, Observes.RIGID_BODY)
-)
-"""What can measure a virtual arm in the app: instruments that see where the tool is."""
+
+
+def virtual_instruments() -> tuple[str, ...]:
+    """What can measure a virtual arm in the app: instruments that see where the tool is."""
+    seen = (Observes.POSE, Observes.POINT, Observes.RIGID_BODY)
+    return tuple(name for name, instrument in INSTRUMENTS.items() if instrument.observes in seen)
 
 
 class LoadData(AbstractTask):
@@ -146,7 +146,7 @@ class MeasureVirtualArm(AbstractTask):
         seed: Of the hidden errors and of the noise: the same seed is the same arm.
         surprise: Whether the arm also has a hidden effect that its geometry can't explain.
         more: Poses of the region that are measured for fitting besides the targets.
-        instrument: What measures, of `VIRTUAL_INSTRUMENTS`; the seats with the session's noise if empty.
+        instrument: What measures, of `virtual_instruments`; the seats with the session's noise if empty.
     """
 
     seed: int = 1
@@ -160,8 +160,8 @@ class MeasureVirtualArm(AbstractTask):
         check_seed(self.seed)
         if not 0 <= self.more <= MOST_MORE:
             raise OptionError(f"the number of extra poses must be 0 to {MOST_MORE}, got {self.more}")
-        if self.instrument and self.instrument not in VIRTUAL_INSTRUMENTS:
-            known = ", ".join(VIRTUAL_INSTRUMENTS)
+        if self.instrument and self.instrument not in (offered := virtual_instruments()):
+            known = ", ".join(offered)
             raise OptionError(f"unknown instrument '{self.instrument}'; choose one of {known}")
         check_measurable(session)
 

@@ -1,7 +1,7 @@
 """The numbers of a session that the journal stores with every command and a replay must reproduce.
 
 Each subject says which parts of the session it depends on. Parts that a command did not touch stay the same
-objects, so only what changed is written. A new subject is one more entry of `SUBJECTS`.
+objects, so only what changed is written. A new subject is one more entry of `SUBJECTS`, or is registered.
 """
 
 from collections.abc import Callable, Collection
@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect
+from workbench.base.registry import Registry
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.results_json import identification_json
@@ -27,10 +28,12 @@ class Subject:
     """What a journal says about one thing.
 
     Args:
+        name: What the journal calls it.
         parts: What it depends on.
         numbers: What is written of these parts; nothing while the first is None.
     """
 
+    name: str
     parts: Callable[[Session], tuple]
     numbers: Callable[..., Any]
 
@@ -128,37 +131,44 @@ def _track(track: Track) -> Json:
     }
 
 
-SUBJECTS = {
-    "robot": Subject(lambda s: (s.robot,), lambda robot: robot.name),
-    "region": Subject(lambda s: (s.plate.region,), lambda r: {"min": r.min, "max": r.max, "cube": r.cube}),
-    "targets": Subject(lambda s: (s.plate, s.states), _targets),
-    "score": Subject(lambda s: (s.score,), _score),
-    "noise": Subject(lambda s: (s.noise,), lambda n: {"position": n.position, "rotation": n.rotation}),
-    "data": Subject(lambda s: (s.loaded,), _data),
-    "measuring": Subject(
+SUBJECTS: Registry[Subject] = Registry(
+    "journal number",
+    Subject,
+    Subject("robot", lambda s: (s.robot,), lambda robot: robot.name),
+    Subject("region", lambda s: (s.plate.region,), lambda r: {"min": r.min, "max": r.max, "cube": r.cube}),
+    Subject("targets", lambda s: (s.plate, s.states), _targets),
+    Subject("score", lambda s: (s.score,), _score),
+    Subject("noise", lambda s: (s.noise,), lambda n: {"position": n.position, "rotation": n.rotation}),
+    Subject("data", lambda s: (s.loaded,), _data),
+    Subject(
+        "measuring",
         lambda s: (None if s.measuring is None else s.measuring.acquisition.capture,),
         lambda c: {"target": c.target.name, "rows": len(c.targets) - c.remaining},
     ),
-    "identification": Subject(lambda s: (s.identification,), _identification),
-    "diagnosis": Subject(lambda s: (s.diagnosis,), _diagnosis),
-    "rezero": Subject(lambda s: (s.rezero,), lambda found: found.json()),
-    "accepted": Subject(lambda s: (s.accepted,), _accepted),
-    "best": Subject(
-        lambda s: (s.best_score,), lambda b: {"position_rms": b.position, "rotation_rms": b.rotation}
+    Subject("identification", lambda s: (s.identification,), _identification),
+    Subject("diagnosis", lambda s: (s.diagnosis,), _diagnosis),
+    Subject("rezero", lambda s: (s.rezero,), lambda found: found.json()),
+    Subject("accepted", lambda s: (s.accepted,), _accepted),
+    Subject(
+        "best", lambda s: (s.best_score,), lambda b: {"position_rms": b.position, "rotation_rms": b.rotation}
     ),
-    "fit": Subject(lambda s: (s.fit,), lambda fit: fit),
-    "comparison": Subject(
+    Subject("fit", lambda s: (s.fit,), lambda fit: fit),
+    Subject(
+        "comparison",
         lambda s: (s.comparison,),
         lambda c: {"rows": len(c), "nominal": c.errors[:, 0], "calibrated": c.errors[:, 1]},
     ),
-    "yield": Subject(
+    Subject(
+        "yield",
         lambda s: (None if s.trial is None else s.trial.found,),
         lambda y: {"arms": y.arms, "share": y.share, "position": y.position.mean()},
     ),
-    "track": Subject(lambda s: (s.track,), _track),
-    "shown": Subject(
+    Subject("track", lambda s: (s.track,), _track),
+    Subject(
+        "shown",
         lambda s: (s.selected, s.focus, s.row),
         lambda selected, focus, row: {"selected": selected, "focus": str(focus), "row": row},
     ),
-}
+    group="workbench.journal_numbers",
+)
 """What a journal says, by subject."""

@@ -1,7 +1,8 @@
 """Which parts of a session are drawn on the page, in recordings, and during a trajectory."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
+from workbench.base.registry import Registry
 from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, bent_arm, blame, branches
 from workbench.views.drawables.camera import cameras, ellipsoid
@@ -11,14 +12,16 @@ from workbench.views.drawables.region import envelope, region
 from workbench.views.drawables.sink import Item
 from workbench.views.drawables.trajectory import arm_on_trajectory, track
 
-SUBJECTS = (arms, plate, region, measured, track, cameras)
-"""What page and recordings show."""
+SUBJECTS: Registry[Callable[[Session], Iterator[Item]]] = Registry(
+    "drawable", None, arms, plate, region, measured, track, cameras, group="workbench.drawables"
+)
+"""What page and recordings show; each yields its items for a session."""
 
 
 def on_page(session: Session) -> Iterator[Item]:
     """Everything that the page shows."""
     for subject in (
-        *SUBJECTS,
+        *SUBJECTS.values(),
         plate_before,
         envelope,
         branches,

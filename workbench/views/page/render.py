@@ -33,7 +33,7 @@ from workbench.views.page.panels.index import IndexPanel, IndicesPanel, WantedPa
 from workbench.views.page.panels.influence import InfluencePanel
 from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
 from workbench.views.page.panels.joints import JointsPanel
-from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.panel import PANELS, AbstractPanel
 from workbench.views.page.panels.production import NoisePanel, ProductionPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.residuals import ResidualsPanel
@@ -158,7 +158,7 @@ def _build_panels(
         with tabs.add(tab):
             if tab is Tab.MORE:
                 card.build_reopen_button(gui)
-            for kind in kinds:
+            for kind in (*kinds, *(p for p in PANELS.values() if p.tab is tab)):
                 panels.append(kind(worker))
                 panels[-1].make(gui)
             if link and FilesPanel in kinds:

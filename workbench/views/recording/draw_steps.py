@@ -53,7 +53,7 @@ class Drawing:
             self._canvas.at_rows()
             self._try("rows", draw_rows, self._canvas, session, rows)
         self._canvas.at(moment.step, moment.at)
-        scene = (item for subject in SUBJECTS for item in subject(session))
+        scene = (item for subject in SUBJECTS.values() for item in subject(session))
         self._try("scene", self._scene.draw, map(_guarded, scene))
         self._try("sheets", self._sheets.draw, map(_guarded, sheets(session)))
         for timeline in self._timelines:

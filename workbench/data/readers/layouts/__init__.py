@@ -1,5 +1,6 @@
-"""The known layouts; a new one is a small file and one line here."""
+"""The known layouts; a new one is a small file and one line here, or `LAYOUTS.register`."""
 
+from workbench.base.registry import Registry
 from workbench.data.readers.layouts.c3d import C3d
 from workbench.data.readers.layouts.ipa_grid import IpaGrid
 from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
@@ -9,9 +10,28 @@ from workbench.data.readers.layouts.ros_bag import RosBag
 from workbench.data.readers.layouts.rtde import Rtde
 from workbench.data.readers.layouts.target_deviation import TargetDeviation
 
-TABLE_LAYOUTS: tuple[AbstractTableLayout, ...] = (IpaGrid(), TargetDeviation(), Rtde())
-FILE_LAYOUTS: tuple[AbstractFileLayout, ...] = (Mukca(), RosBag(), C3d(), Mocap())
 PLAIN = "plain"
 """The layout of formats.md, for tables that would else be taken for one of the others."""
-NAMES = (PLAIN, *(known.name for known in TABLE_LAYOUTS), *(known.name for known in FILE_LAYOUTS))
-"""Every layout that can be asked for."""
+LAYOUTS: Registry[AbstractTableLayout | AbstractFileLayout] = Registry(
+    "layout",
+    (AbstractTableLayout, AbstractFileLayout),
+    IpaGrid(),
+    TargetDeviation(),
+    Rtde(),
+    Mukca(),
+    RosBag(),
+    C3d(),
+    Mocap(),
+    group="workbench.layouts",
+)
+"""Layouts of tables and of whole files, in the order in which they are tried."""
+
+
+def table_layouts() -> list[AbstractTableLayout]:
+    """Those of tables."""
+    return [known for known in LAYOUTS.values() if isinstance(known, AbstractTableLayout)]
+
+
+def file_layouts() -> list[AbstractFileLayout]:
+    """Those of files and folders."""
+    return [known for known in LAYOUTS.values() if isinstance(known, AbstractFileLayout)]

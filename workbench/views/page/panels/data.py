@@ -5,10 +5,10 @@ import viser
 from workbench.session.commands.data import (
     LARGEST_FILE,
     MOST_MORE,
-    VIRTUAL_INSTRUMENTS,
     ForgetData,
     LoadData,
     MeasureVirtualArm,
+    virtual_instruments,
 )
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import Session
@@ -56,7 +56,7 @@ class DataPanel(AbstractPanel):
             )
             self._instrument = gui.add_dropdown(
                 "Instrument",
-                (SEAT, *VIRTUAL_INSTRUMENTS),
+                (SEAT, *virtual_instruments()),
                 hint="The instrument. The seats have the noise set in the Plate tab; every other instrument "
                 "has its own noise and measures poses or points.",
             )

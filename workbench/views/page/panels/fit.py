@@ -30,7 +30,6 @@ from workbench.views.page.panels.result_card import result_card
 from workbench.views.page.style import WIDE
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
-TITLES = {name: algorithm.title for name, algorithm in ALGORITHMS.items()}
 READY = "Ready. Press Identify to fit the parameters."
 SAVED = {"TOML": calibrated_toml, "URDF": calibrated_urdf, "Report": report_zip}
 FRAMES = {
@@ -96,9 +95,11 @@ class FitPanel(AbstractPanel):
         """Algorithms side by side, errors axis by axis, and every parameter."""
         self._errors = gui.add_html("")
         self._fit = gui.add_dropdown(
-            "Shown fit", list(TITLES.values()), hint="The fit whose parameters and arm are shown and saved."
+            "Shown fit",
+            list(_titles().values()),
+            hint="The fit whose parameters and arm are shown and saved.",
         )
-        names = {title: name for name, title in TITLES.items()}
+        names = {title: name for name, title in _titles().items()}
         self.sends(self._fit, lambda: ShowFit(names[self._fit.value]))
         self._errors_of = gui.add_dropdown(
             "Errors of",
@@ -127,8 +128,8 @@ class FitPanel(AbstractPanel):
         self._card.content = waiting(session, "result", READY) if found is None else result_card(session)
         if found is not None:
             self._errors.content = _errors(found, session.fit)
-            self._fit.options = [TITLES[name] for name in found.runs]
-            set_value(self._fit, TITLES[session.fit])
+            self._fit.options = [_titles()[name] for name in found.runs]
+            set_value(self._fit, _titles()[session.fit])
             self._requirement.content = _requirement(found, session)
             self._draw_figure()
             self._parameters.content = _parameters(found, session.fit)
@@ -159,11 +160,16 @@ class FitPanel(AbstractPanel):
             sheet(event, "Errors, axis by axis", f"<div {WIDE}>{''.join(parts)}</div>")
 
 
+def _titles() -> dict[str, str]:
+    """Of all algorithms that there are by now."""
+    return {name: algorithm.title for name, algorithm in ALGORITHMS.items()}
+
+
 def _errors(found: Identification, shown: str) -> str:
     """Errors on held-out rows, before and after, one line per algorithm."""
     rows = [("Nominal arm", *_cells(found.nominal), "")]
     for name, run in found.runs.items():
-        label = TITLES[name] if name != shown else f"<b>{TITLES[name]}</b>"
+        label = _titles()[name] if name != shown else f"<b>{_titles()[name]}</b>"
         outcome = "✓" if run.fit.outcome.ok else "✗"
         colour = GOOD if run.fit.outcome.ok else css(OUT_OF_REACH)
         mark = f'<span title="{text(run.fit.outcome)}" style="color:{colour}">{outcome}</span>'
@@ -237,6 +243,6 @@ def _parameters(found: Identification, shown: str) -> str:
         )
     header = ("Parameter", "nominal", "identified", "std. error")
     return block(
-        heading(f"Parameters identified by {TITLES[shown]}") + table(header, rows, testid="parameters"),
+        heading(f"Parameters identified by {_titles()[shown]}") + table(header, rows, testid="parameters"),
         style="margin-bottom:10px",
     )

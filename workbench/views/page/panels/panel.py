@@ -12,12 +12,13 @@ import viser
 from viser._messages import GuiUpdateMessage
 
 from workbench.base.errors import WorkbenchError
+from workbench.base.registry import Registry
 from workbench.identification.result import LOOK_AGAIN
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.data import too_large
 from workbench.session.commands.messages import Tell
 from workbench.session.export import File, calibrated_toml, calibrated_urdf
-from workbench.session.state import Session
+from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
 from workbench.views.page.html import block, note, text
@@ -31,6 +32,8 @@ AFTERWARDS = math.inf
 class AbstractPanel(ABC):
     """Controls on the page: `build` makes them once; afterwards only `show` changes them."""
 
+    tab: ClassVar[Tab] = Tab.MORE
+    """Where a panel of another package stands, behind ours."""
     pause: ClassVar[float] = 0.25
     """Least time between two drawings in the course of a drag [s]; with 0, at every step before all else."""
     depends: ClassVar[tuple[str | Callable[[Session], Any], ...]] = ()
@@ -175,6 +178,12 @@ class AbstractPanel(ABC):
             self._worker.submit(Tell(str(error)))
         except Exception as error:
             self._worker.submit(Tell(f"the file could not be made ({type(error).__name__}: {error})"))
+
+
+PANELS: Registry[type[AbstractPanel]] = Registry(
+    "panel", AbstractPanel, group="workbench.panels", classes=True
+)
+"""Those of other packages."""
 
 
 def ask(event: viser.GuiEvent, question: str, label: str, do: Callable[[], object]) -> None:

@@ -1,0 +1,238 @@
+"""A second package, one file and one entry point a part; what is broken beside it costs a warning."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from textwrap import dedent
+
+import numpy as np
+import pytest
+
+import workbench as wb
+
+ROOT = Path(__file__).parent.parent
+PARTS = {
+    "effects": """
+        import numpy as np
+        from dataclasses import dataclass
+        from workbench.arm.effects import AbstractEffect, Loads
+        from workbench.arm.effects.axes import diagonal, own
+
+        @dataclass(frozen=True)
+        class Part(AbstractEffect):
+            name = "square-sag"
+            loads = Loads.OWN
+
+            def law(self, chain, motion, wrenches):
+                moment = own(chain, self.joints, wrenches)
+                return diagonal(-moment * np.abs(moment))
+
+            def sentence(self, chain, motion):
+                return f"{self.where} sags by {self.size(chain)}"
+        """,
+    "algorithms": """
+        from workbench.identification.algorithms.identifier import AbstractIdentifier
+        from workbench.identification.algorithms.ols import Ols
+
+        class Part(AbstractIdentifier):
+            name, title, summary = "theirs", "Theirs", "Least squares by another name."
+
+            def search(self, problem, *, on_step=None):
+                return Ols().search(problem, on_step=on_step)
+        """,
+    "layouts": """
+        from workbench.base.units import Quantity
+        from workbench.data.readers.layouts.layout import AbstractTableLayout, Picker
+
+        class Part(AbstractTableLayout):
+            name = "their-log"
+
+            def matches(self, headings):
+                return "axis-1" in headings
+
+            def read(self, table):
+                joints, places = [f"axis-{i}" for i in range(1, 7)], ["X", "Y", "Z"]
+                pick = Picker(table, joints + places)
+                pick.take([f"q{i}" for i in range(1, 7)], joints, "deg", Quantity.ANGLE)
+                pick.take("xyz", places, "mm", Quantity.LENGTH)
+                return pick.fields("their log")
+        """,
+    "exports": """
+        from workbench.exports import AbstractForm
+
+        class Part(AbstractForm):
+            name, title, ending = "their-name", "the name of an arm", ".txt"
+
+            def write(self, job):
+                return job.robot.name
+
+            def read(self, text, job):
+                return None
+        """,
+    "commands": """
+        def Part(number: int = 1) -> None:
+            "Say a number twice."
+            print(number, number)
+        """,
+    "panels": """
+        from workbench.session.command import AbstractChange, computed
+        from dataclasses import replace
+        from workbench.session.state import Tab
+        from workbench.views.page.panels.panel import AbstractPanel
+
+        class DoubleNoise(AbstractChange):
+            factor: float = 2.0
+            title = computed(lambda self: f"Noise times {self.factor:g}")
+
+            def apply(self, session):
+                noise = session.noise
+                return replace(session, noise=noise._replace(position=self.factor * noise.position))
+
+        SHOWN = []
+
+        class Part(AbstractPanel):
+            tab = Tab.REGION
+            depends = ("noise",)
+
+            def build(self, gui):
+                self._words = gui.add_html("")
+
+            def show(self, session):
+                self._words.content = f"{self.tab} {1e3 * session.noise.position:.3f} mm"
+                SHOWN.append(self._words.content)
+        """,
+    "journal_numbers": """
+        from workbench.session.journal.numbers import Subject
+        Part = Subject("reach", lambda s: (s.robot,), lambda robot: robot.reach)
+        """,
+    "drawables": """
+        from workbench.views.drawables.region import region
+
+        def Part(session):
+            yield from ()
+        """,
+}
+"""What stands in the file of each part, by the group of its entry point."""
+MORE = {"session_commands": "panels:DoubleNoise"}
+BROKEN = "import a_module_that_nobody_has\n"
+
+
+@pytest.fixture(scope="module")
+def packages(tmp_path_factory):
+    """A folder with a package of all parts, and one whose effect and algorithm can't be imported."""
+    folder = tmp_path_factory.mktemp("packages")
+    groups = {group: f"stranger.{group}:Part" for group in PARTS}
+    groups |= {group: f"stranger.{home}" for group, home in MORE.items()}
+    install(folder, "stranger", {n: dedent(code) for n, code in PARTS.items()}, groups)
+    broken = dict.fromkeys(("effects", "algorithms"), "broken.part:Part")
+    install(folder, "broken", {"part": BROKEN}, broken)
+    return folder
+
+
+def install(folder, name, files, groups):
+    (folder / name).mkdir()
+    for file, code in {"__init__": "", **files}.items():
+        (folder / name / f"{file}.py").write_text(code)
+    info = folder / f"{name}-1.0.dist-info"
+    info.mkdir()
+    (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
+    points = [f"[workbench.{group}]\nits-{name} = {where}\n" for group, where in groups.items()]
+    (info / "entry_points.txt").write_text("\n".join(points))
+
+
+@pytest.fixture
+def run_with(packages, tmp_path):
+    def run(*words):
+        path = os.pathsep.join((str(packages), str(ROOT)))
+        return subprocess.run(
+            [sys.executable, *map(str, words)],
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": path},
+            check=False,
+        )
+
+    return run
+
+
+@pytest.fixture
+def log(tmp_path):
+    """Measurements of a UR5 as only the stranger writes them."""
+    _, rows = wb.measure_poses(wb.load_robot("ur5"), 40, instrument="laser-tracker", seed=2)
+    table = np.column_stack([np.rad2deg(rows.q), 1e3 * rows.position])
+    heading = ",".join([*(f"axis-{i}" for i in range(1, 7)), "X", "Y", "Z"])
+    np.savetxt(tmp_path / "log.csv", table, delimiter=",", header=heading, comments="", fmt="%.9f")
+    return tmp_path / "log.csv"
+
+
+def test_parts_of_another_package_through_the_command_line(run_with, log, tmp_path):
+    done = run_with(
+        *("-m", "workbench", "identify", log, "--robot", "ur5", "--algorithm", "theirs"),
+        *("--json", "r.json", "--save", "out.toml"),
+    )
+    assert done.returncode == 0, done.stderr
+    (warning,) = [line for line in done.stderr.splitlines() if "broken" in line]
+    assert "a_module_that_nobody_has" in warning
+    assert "theirs" in json.loads((tmp_path / "r.json").read_text())["algorithms"]
+    done = run_with("-m", "workbench", "export", "out.toml", "--for", "their-name", "--out", "x.txt")
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "x.txt").read_text() == wb.load_robot("ur5").name
+    listed = run_with("-m", "workbench", "preview", log, "--layout", "list")
+    assert "'their-log'" in listed.stderr
+    told = run_with("-m", "workbench", "its-stranger", "--number", "7")
+    assert (told.stdout, told.returncode) == ("7 7\n", 0)
+    assert "its-stranger" in run_with("-m", "workbench", "--help").stdout
+
+
+def test_parts_of_another_package_through_python(run_with, log):
+    code = f"""
+        import warnings
+        import workbench as wb
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always")
+            arm, rows = wb.measure_poses(wb.load_robot("ur5"), 30, effects=("square-sag:2",), seed=1)
+            again = wb.read_measurements({str(log)!r})
+            fit = wb.identify("ur5", again, algorithms="theirs")
+        warned = sum("broken" in str(w.message) for w in told)
+        print([e.name for e in arm.effects], list(fit.runs), len(again), warned)
+        """
+    done = run_with("-c", dedent(code))
+    assert done.stdout == "['square-sag'] ['theirs'] 40 2\n", done.stderr
+
+
+def test_a_panel_with_its_command_in_page_journal_and_reopened_session(run_with):
+    code = """
+        from pathlib import Path
+        from stranger.panels import SHOWN, DoubleNoise
+        from workbench.arm.built_in_arms import load_robot
+        from workbench.plate.plate_toml import load_plate
+        from workbench.session.journal.folder import begin
+        from workbench.views.page.app import App
+
+        robot, plate = load_robot("aria"), load_plate("table2")
+        begun = begin(robot, plate, folder=Path("rec"))
+        app = App(robot, plate, begun=begun)
+        app.worker.submit(DoubleNoise(3.0))
+        assert app.worker.wait(60.0)
+        app.close()
+        print(SHOWN)
+        """
+    done = run_with("-c", dedent(code))
+    assert done.stdout == "['Region 0.100 mm', 'Region 0.300 mm']\n", done.stderr
+    code = """
+        import json
+        from pathlib import Path
+        from workbench.session.journal.reader import read_recording
+        from workbench.session.journal.replay import restore
+
+        again = restore(read_recording(Path("rec")))
+        lines = map(json.loads, Path("rec/journal.jsonl").read_text().splitlines())
+        reach = [line["numbers"]["reach"] for line in lines if "reach" in line.get("numbers", {})]
+        print(f"{1e3 * again.noise.position:.3f}", [round(r, 2) for r in reach])
+        """
+    done = run_with("-c", dedent(code))
+    assert done.stdout.startswith("0.300 ["), done.stderr
+    assert "[]" not in done.stdout
