@@ -63,6 +63,7 @@ HOOKS = {
     "AbstractEffect.example",
     "AbstractEffect.surprise",
     "AbstractEffect.views",
+    "AbstractEffect.bounds",
     "AbstractEffect.caveat",
     "AbstractCommand.key",
     "AbstractCommand.check",

@@ -18,6 +18,7 @@ from workbench.arm.robot import FRAME_PARTS, Frame, Robot
 from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import deflect, shift_of
 from workbench.arm.statics.load_derivatives import wrench_derivative
+from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.arm.urdf import read_urdf, write_urdf
 from workbench.base.errors import DataError, OptionError, RobotError, ShapeError
 
@@ -375,3 +376,54 @@ def test_a_urdf_does_not_swallow_effects(arms, tmp_path):
         forward.tool_poses(arms["aria"], Motion(q)),
         atol=1e-9,
     )
+
+
+BOUNDS = {
+    "joint-harmonic": 0.05 / 3.0,
+    "joint-compliance": 0.05 / 25.0,
+    "backlash": 0.03,
+    "backlash by motion": 0.03,
+    "clearance-tilt": 0.02,
+    "bearing-compliance": 0.02 / 25.0,
+    "encoder-scale": 0.03,
+    "joint-coupling": 0.05,
+    "thermal-growth": 1.5e-4,
+    "base-drift": 0.01 / 90.0,
+    "local-joint-error": 0.05,
+}
+"""At 25 N m about every axis and over 90 s."""
+
+
+@pytest.mark.parametrize("case", BOUNDS)
+def test_the_largest_credible_size_moves_an_element_as_far_as_the_docstring_says(case):
+    effect = CATALOGUE[case]
+    robot = carrying(effect)
+    q, time = np.zeros((3, robot.dof)), np.array([5.0, 50.0, 95.0])
+    motion = Motion(q, direction=np.ones_like(q), time=time, temperature=time)
+    found = effect.bounds(robot.chain, motion, np.full((3, robot.dof, 6), 25.0))
+    assert found == pytest.approx([BOUNDS[case]] * len(effect.names))
+
+
+def carrying(effect):
+    return load_robot("aria").with_effects(effect)
+
+
+def test_small_moments_tell_nothing_of_how_soft_a_joint_can_be():
+    soft = EFFECTS["joint-compliance"]((1,))
+    robot = carrying(soft)
+    light = np.full((2, robot.dof, 6), 1e-3)
+    assert soft.bounds(robot.chain, Motion(np.zeros((2, robot.dof))), light) == (pytest.approx(0.05),)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_what_is_usually_hidden_is_credible(name):
+    """On the built-in arm at random postures: the bound lies well above sizes that virtual arms hide."""
+    robot, rng = load_robot("aria"), np.random.default_rng(0)
+    effect = EFFECTS[name].example(robot, 1, rng)
+    q = rng.uniform(-1.0, 1.0, (20, robot.dof))
+    motion = Motion(q, direction=np.sign(q), time=np.arange(20.0), temperature=20.0 + q[:, 0])
+    wide = robot.with_effects(effect)
+    most = np.array(effect.bounds(wide.chain, motion, motion_wrenches(robot, motion)))
+    assert np.isfinite(most).all()
+    usual = EFFECTS[name].typical_size or EFFECTS[name].surprise_size or 0.0
+    assert (most > 2.0 * usual).all()

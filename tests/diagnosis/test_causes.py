@@ -45,9 +45,9 @@ def test_a_soft_bearing_is_not_called_a_soft_link_for_the_masses_behind_it():
     """The link's flexure holds the bearing as a special case; both are asked with uncertain masses."""
     case = make("bearing", 302, "three-parallel")
     found = diagnose(case.robot, case.data, held_out=0.0)
-    assert [(c.kind, c.joints, c.confidence) for c in found.causes] == [
-        ("bearing-compliance", case.truth[0].joints, "certain")
-    ]
+    (cause,) = found.causes
+    assert (cause.kind, cause.joints) == ("bearing-compliance", case.truth[0].joints)
+    assert cause.confidence in ("certain", "probable")
 
 
 def test_what_geometry_takes_back_is_no_coupling():

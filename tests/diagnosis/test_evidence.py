@@ -14,12 +14,17 @@ from workbench.diagnosis.evidence import (
     EVIDENT,
     Term,
     coefficients,
+    differs,
+    jackknifed,
     left_by,
     offer,
     offers,
     precision_of,
+    solve,
     validated,
+    without_each_fold,
 )
+from workbench.diagnosis.stepwise_search import supported
 
 FREE = tuple(Candidate(e) for e in EFFECTS)
 SMOOTH = np.exp(-0.5 * (np.subtract.outer(np.arange(16), np.arange(16)) / 2.0) ** 2) + 1e-3 * np.eye(16)
@@ -193,3 +198,64 @@ def test_a_model_is_shrunk_anew_on_other_rows():
     noisy.left = noisy.left + 10.0 * np.random.default_rng(0).standard_normal(ROWS)
     quiet, loud = (offer(left_by(t.grams, MODELS["free"]), SHRUNK).term.precision for t in (table, noisy))
     assert loud > 3.0 * quiet
+
+
+def test_what_is_larger_than_credible_is_not_offered():
+    """Column units are arbitrary here: 40 of them are found where 30, then 60, are the most."""
+    table = Table(4, joint1_cos2=40.0)
+    for most, is_offered in ((60.0, True), (30.0, False)):
+        grams = replace(table.grams, most=np.where(np.arange(len(table.names)) == 2, most, np.inf))
+        found = {o.term.candidate for o in offers(left_by(grams, ()), FREE)}
+        assert (FREE[1] in found) is is_offered
+
+
+def test_free_coefficients_are_expected_within_what_is_credible():
+    """A prior as wide as half the bound: rows of its own in explicit least squares."""
+    table, model = Table(5, **TRUE), MODELS["free"]
+    most = np.full(len(table.names), 50.0)
+    design = np.column_stack([table.geometry, table.of(*model)])
+    prior = np.column_stack([np.zeros((4, GEOMETRY)), np.eye(4) / 25.0])
+    target = np.concatenate([table.left, np.zeros(4)])
+    by_hand = np.linalg.lstsq(np.vstack([design, prior]), target, rcond=None)[0][GEOMETRY:]
+    found = coefficients(replace(table.grams, most=most), model)
+    scales = [table.scale[table.names.index(n)] for n in found]
+    assert np.array(list(found.values())) * scales == pytest.approx(by_hand, rel=1e-4)
+
+
+def test_shrunk_coefficients_scatter_by_no_more_than_is_credible():
+    table = Table(0, **TRUE)
+    grams = replace(table.grams, most=np.full(len(table.names), 0.5))
+    names = [table.names.index(n) for n in SHRUNK.names]
+    wide, narrow = (offer(left_by(g, ()), SHRUNK).term.precision for g in (table.grams, grams))
+    widest = (table.scale[names] ** 2 * np.diag(SMOOTH)).max() / 0.5**2
+    assert wide < 0.9 * widest
+    assert narrow >= widest * (1.0 - 1e-9)
+
+
+def test_an_effect_that_other_folds_do_not_ask_for_is_dropped():
+    """A true effect beside one of pure chance; and one whose size is not credible at the fit."""
+    table = Table(4, joint1_cos2=40.0)
+    truth, chance = Term(FREE[1]), Term(FREE[5])
+    assert supported(table.grams, (truth, chance)) == (truth,)
+    grams = replace(table.grams, most=np.full(len(table.names), 20.0))
+    assert supported(grams, (truth,)) == ()
+
+
+def test_what_one_fold_alone_asks_for_differs_from_nothing_by_chance():
+    table = Table(4, joint1_cos2=10.0)
+    term = Term(FREE[1])
+    rows = table.fold == 0
+    table.left[rows] += 200.0 * table.of(term)[rows, 0]
+    grams = table.grams
+    whole, parts = solve(grams, (term,), grams.total), without_each_fold(grams, (term,))
+    sizes = [np.linalg.lstsq(np.column_stack([table.geometry, table.of(term)])[table.fold != f],
+             table.left[table.fold != f], rcond=None)[0][GEOMETRY:] for f in range(FOLDS)]  # fmt: skip
+    assert parts[:, grams.columns(term.candidate.names)] == pytest.approx(np.array(sizes), rel=1e-3)
+    assert not differs(grams, term, whole, parts)
+    assert differs(grams, term, whole, np.tile(whole, (FOLDS, 1)))
+
+
+def test_the_jackknife_of_a_mean_is_its_standard_error():
+    values = np.random.default_rng(0).standard_normal(12)
+    means = [np.delete(values, k).mean() for k in range(12)]
+    assert jackknifed(means) == pytest.approx(values.std(ddof=1) / np.sqrt(12))

@@ -2,7 +2,7 @@
 
 Effects of one kind that joints have together are one cause. An accepted effect is a cause if
 
-- it is physically possible: over the rows it moves no element by more than `POSSIBLE`;
+- it is physically possible, as its own file bounds it, and a coefficient exceeds three standard errors;
 - it stands out: where one joint scatters and the others don't, something in that joint is not modelled, of
   which an effect of the joint's own position or motion may be a part;
 - what it explains on rows that took no part in its fit, fold by fold, exceeds one standard error;
@@ -10,10 +10,12 @@ Effects of one kind that joints have together are one cause. An accepted effect 
 
 All others, and smooth errors of a joint that have no physical name, are the *residual map*. The odds are
 those of the evidence against the best effect of another claim in the cause's place, or against none; one that
-holds the cause as a special case and has more coefficients is no rival.
+holds the cause as a special case and has more coefficients is no rival. They are stated as they would survive
+other rows of the same arm: less one standard error of their logarithm, found by leaving out fold after fold.
+What every part of the rows prefers stays probable.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property
@@ -25,11 +27,13 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.diagnosis.evidence import (
+    SURE,
     Left,
     Model,
     Offer,
     Term,
     drop,
+    jackknifed,
     left_by,
     offers,
     standard_error,
@@ -110,8 +114,6 @@ def ranked(searched: Searched) -> list[Offer]:
 
 Sizes = dict[tuple[str, ...], float]
 
-POSSIBLE = 0.1
-"""Most that a cause may move any element [rad or m]."""
 STANDS_OUT = 10.0
 """Times the scatter of its joint, where that joint scatters alone, that the most a cause moves it must be."""
 PART_OF_REST, PART_OF_NOISE = 0.1, 1.0 / 3.0
@@ -225,13 +227,16 @@ def together(effects: Sequence[AbstractEffect]) -> AbstractEffect:
     return replace(first, joints=tuple(joints[i] for i in order), coefficients=tuple(sizes[i] for i in order))
 
 
-def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | None) -> tuple[Cause, ...]:
+def find_causes(
+    searched: Searched, arm: Robot, motion: Motion, floor: Noise | None, std: Mapping[str, float]
+) -> tuple[Cause, ...]:
     """The causes among the accepted effects, the largest contribution first.
 
     Args:
         searched: The last search, at the final fit.
         arm: The arm as it was found.
         floor: Noise that was known beforehand.
+        std: Standard errors of its coefficients [SI].
     """
     sized = {e.names: e for e in arm.effects}
     known = searched.stage.geometric.typical_noise
@@ -249,7 +254,10 @@ def find_causes(searched: Searched, arm: Robot, motion: Motion, floor: Noise | N
         is_map = group[0].candidate.shrunk and group[0].candidate.effect.maps_joint
         if is_map or size < least or fall.mean() <= standard_error(fall):
             continue
-        if any(most[e.names] >= POSSIBLE for e in effects) or _is_masked_by_scatter(effects, most, scatter):
+        found_sizes = [(n, s) for e in effects for n, s in zip(e.names, e.coefficients, strict=True)]
+        if all(abs(s) < SURE * std[n] for n, s in found_sizes):
+            continue
+        if _is_masked_by_scatter(effects, most, scatter):
             continue
         odds, rivals = _against_rivals(searched, group)
         words = together(effects).sentence(arm.chain, motion)
@@ -301,14 +309,32 @@ def _most(arm: Robot, motion: Motion) -> Sizes:
 
 def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:
     """Odds of some terms against the best other claim, and the claims that can't be told from them."""
-    place = place_of(searched, group)
-    near = [o for o in place.offers if place.own - o.gain < np.log(CERTAIN)]
-    including = {id(o) for o in near if _includes(place.left, o, group)}
-    ordered = [o for o in place.offers if id(o) not in including]
-    best = max(ordered[0].gain if ordered else 0.0, 0.0)
-    odds = float(np.exp(np.clip(place.own - best, 0.0, np.log(MOST_ODDS))))
-    close = distinct([o for o in ordered if place.own - o.gain < np.log(PROBABLE)])
+    whole = place_of(searched, group)
+    folds = len(searched.grams.folds)
+    subsets = [searched.grams.without(f) for f in range(folds)] if folds > 1 else []
+    parts = [place_of(replace(searched, grams=g), group) for g in subsets]
+    near = {
+        id(o.term.candidate): o
+        for place in (whole, *parts)
+        for o in place.offers
+        if place.own - o.gain < np.log(CERTAIN)
+    }
+    including = {key for key, o in near.items() if _includes(whole.left, o, group)}
+    rivals, *others = (
+        [o for o in place.offers if id(o.term.candidate) not in including] for place in (whole, *parts)
+    )
+    best = _best(rivals)
+    leads = [place.own - _best(found) for place, found in zip(parts, others, strict=True)]
+    lead = whole.own - best
+    leads = leads or [lead]
+    stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MOST_ODDS))).tolist()
+    odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
+    close = distinct([o for o in rivals if np.log(odds) + best - o.gain < np.log(PROBABLE)])
     return odds, tuple(o.term.candidate.effect for o in close[:LOOK_ALIKES])
+
+
+def _best(rivals: Sequence[Offer]) -> float:
+    return max(rivals[0].gain if rivals else 0.0, 0.0)
 
 
 def _includes(left: Left, rival: Offer, group: Model) -> bool:

@@ -18,10 +18,10 @@ from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.diagnosis.claimed_causes import Cause, ResidualMap, find_causes, ranked, rivals_of
-from workbench.diagnosis.evidence import Model, Offer, Term
+from workbench.diagnosis.evidence import Model, Offer, Term, drop
 from workbench.diagnosis.final_fit import fitted_on_all, structured, suspect_note, suspects
 from workbench.diagnosis.next_poses import Measurable, next_poses
-from workbench.diagnosis.refit import robot_with
+from workbench.diagnosis.refit import large, linear_answer, refit, robot_with
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
 from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
@@ -167,23 +167,18 @@ def _concluded(
     final, said = fitted_on_all(ready, last, apart, on_step)
     before, after = judged(search.before.errors), judged(search.after.errors)
     is_short = search.short is not None
-    motion, judge, advice = Motion.of(fit.problem.data), Trial(ready, last), Advice()
+    motion, judge, advice = Motion.of(fit.problem.data), Trial(ready, last, on_step), Advice()
     missing = advice.ask(
         "what the rows can't show", lambda: () if is_short else undetectable(last, fit.calibrated, motion), ()
     )
+    std = _standard_errors(final, hidden_variance(last, missing))
     accepted = _accepted(
-        last,
-        final,
-        judge,
-        hidden_variance(last, missing),
-        advice,
-        before_mm=before.position_mm.mean,
-        after_mm=after.position_mm.mean,
+        last, final, judge, std, advice, alone_mm=before.position_mm.mean, after_mm=after.position_mm.mean
     )
     shaky = readings(fit.problem.with_noise(last.stage.geometric.noise))
     floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
     left = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
-    causes = find_causes(last, final.calibrated, motion, floor) if accepted else ()
+    causes = find_causes(last, final.calibrated, motion, floor, std) if accepted else ()
     residual_map = _residual_map(last.found.model, accepted, causes, judge, search)
     verdict, message = conclude(
         causes,
@@ -272,7 +267,9 @@ def _residual_map(
         return None
     blamed = tuple(t for t in model if t.candidate.names in claimed)
     before, after = (judged(v.errors).position_mm.mean for v in (search.before, search.after))
-    return ResidualMap(effects=others, before_mm=judge.mean_mm(blamed) if blamed else before, after_mm=after)
+    return ResidualMap(
+        effects=others, before_mm=judge.refitted_mm(blamed) if blamed else before, after_mm=after
+    )
 
 
 _GROSS_REASON = "gross outlier"
@@ -321,19 +318,34 @@ def _validated(ready: Prepared, stage: Stage) -> _Judged:
 
 
 class Trial:
-    """Other models than a search's own, by the linear solution at its fit, on the rows that judge."""
+    """Other models than a search's own, on the rows that judge."""
 
-    def __init__(self, ready: Prepared, searched: Searched):
+    def __init__(self, ready: Prepared, searched: Searched, on_step: OnStep | None = None):
         fitted = searched.stage.fitted
         self._found = fitted.problem.instrument(fitted.fit.x)
         self._searched = searched
         self._ready = ready
+        self._on_step = on_step
         self._data = ready.held if len(ready.held) else fitted.problem.data
 
     def mean_mm(self, model: Model) -> float:
-        """Mean error of the geometry with a model's effects [mm]."""
-        arm = robot_with(self._searched.stage.fitted, self._searched.grams, model)
-        rows = self._ready.errors_on(self._data, arm, self._found)
+        """Mean error of the geometry with a model's effects, by the linear solution at the fit [mm]."""
+        return self._mean_mm(
+            robot_with(self._searched.stage.fitted, self._searched.grams, model), self._found
+        )
+
+    def refitted_mm(self, model: Model) -> float:
+        """Likewise, fitted anew where the problem is not too large for that [mm]."""
+        stage, grams = self._searched.stage, self._searched.grams
+        if large(stage.fitted.problem):
+            return self.mean_mm(model)
+        begin = linear_answer(stage.fitted, grams, model)
+        rows = stage.rows.take(stage.keep)
+        fit = refit(stage.geometric, grams, model, data=rows, begin=begin, on_step=self._on_step).fit
+        return self._mean_mm(fit.calibrated, fit.problem.instrument(fit.x))
+
+    def _mean_mm(self, arm: Robot, found) -> float:
+        rows = self._ready.errors_on(self._data, arm, found)
         return 1e3 * Spread.of(rows.position).mean
 
 
@@ -353,47 +365,50 @@ def _ranking(first: Searched, judge: Trial) -> tuple[Ranked, ...]:
     return tuple(_ranked(o, judge.mean_mm((o.term,)) if place < TRIED else None) for place, o in best)
 
 
+def _standard_errors(fit: Fit, hidden: Mapping[str, float]) -> dict[str, float]:
+    """Of the unknowns, with what else adds to the variance of each [SI]."""
+    std = fit.problem.named(fit.std)
+    return {name: float(np.hypot(s, np.sqrt(hidden.get(name, 0.0)))) for name, s in std.items()}
+
+
 def _accepted(
     last: Searched,
     final: Fit,
     judge: Trial,
-    hidden: Mapping[str, float],
+    std: Mapping[str, float],
     advice: Advice,
     *,
-    before_mm: float,
+    alone_mm: float,
     after_mm: float,
 ) -> tuple[Accepted, ...]:
-    """The effects of the last fit with their standard errors, rivals, and what each brought.
+    """The effects of the last fit with their standard errors, rivals, and what each brings.
 
     Args:
         last: The last search.
         final: Its model on all rows.
         judge: Tries models out at that search.
-        hidden: What else adds to the variance of each coefficient [SI²].
-        advice: Asks for rivals.
-        before_mm: Mean error of the geometry alone on the rows that judge [mm].
+        std: Standard errors of the coefficients [SI].
+        advice: Asks for rivals, and for the errors without each effect.
+        alone_mm: Mean error of the geometry alone on the rows that judge [mm].
         after_mm: Mean error of the whole model on them [mm].
     """
-    std = final.problem.named(final.std)
     sized = {e.names: e for e in final.calibrated.effects}
-    order = sorted(range(len(last.found.model)), key=lambda k: -last.found.offers[k].gain)
-    model = tuple(last.found.model[k] for k in order)
-    means = [before_mm, *(judge.mean_mm(model[:k]) for k in range(1, len(model))), after_mm]
-    out = []
-    for place, k in enumerate(order):
-        term, offered = last.found.model[k], last.found.offers[k]
-        effect = sized[term.candidate.names]
+    model, out = last.found.model, []
+    for k in sorted(range(len(model)), key=lambda k: -last.found.offers[k].gain):
+        term, offered = model[k], last.found.offers[k]
+        effect, rest = sized[term.candidate.names], drop(model, [term])
+        without = f"the error without {effect.phrase}"
         alternatives = advice.ask(
             f"alternatives to {effect.phrase}", partial(_alternatives, last, term, judge), ()
         )
         out.append(
             Accepted(
                 effect=effect,
-                std=tuple(float(np.hypot(std[n], np.sqrt(hidden.get(n, 0.0)))) for n in effect.names),
+                std=tuple(std[n] for n in effect.names),
                 gain=offered.gain,
                 p_value=float(np.exp(offered.log_p)),
-                before_mm=means[place],
-                after_mm=means[place + 1],
+                before_mm=advice.ask(without, partial(judge.refitted_mm, rest), np.nan) if rest else alone_mm,
+                after_mm=after_mm,
                 alternatives=alternatives,
                 words=effect.sentence(final.calibrated.chain, Motion.of(final.problem.data)),
             )

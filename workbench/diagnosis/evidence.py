@@ -6,6 +6,9 @@ one that makes the rows most likely (empirical Bayes: it shrinks what the data d
 
     log E = −½ N' log S − ½ k log N + ½ log |Λ| − ½ log |Λ + A|
 
+No effect is larger than physics allows: free coefficients are expected to scatter by half of what is credible
+of them (`AbstractEffect.bounds`), shrunk ones by no more than that, and what would be larger is no offer.
+
 S is the penalised sum of squares, N' the components beyond geometry and free coefficients, A what the rows
 say of the shrunk coefficients once all others are fitted. Only differences matter.
 
@@ -31,6 +34,10 @@ JITTER = 1e-10
 JITTERS = (1e-12, 1e-9, 1e-6)
 ALLOWED = 2.0
 """Standard errors by which a coefficient that can't be negative may be."""
+EXPECTED = 0.5
+"""Part of the largest credible size by which coefficients are expected to scatter."""
+SURE = 3.0
+"""Standard errors below which a size is compatible with zero."""
 EVIDENT = 4.0
 """F ratios below this are chance in any number of tries; their p-value is not worked out."""
 
@@ -193,7 +200,9 @@ def _known(grams: Grams, inertia: Sequence[str]) -> np.ndarray:
 def _free(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
     """Candidates with the same number of free coefficients."""
     columns = np.stack([left.grams.columns(c.names) for c in candidates])
-    value, vectors = np.linalg.eigh(left.inner[columns[:, :, None], columns[:, None, :]])
+    inner = left.inner[columns[:, :, None], columns[:, None, :]]
+    known = expected(left.grams, candidates)
+    value, vectors = np.linalg.eigh(inner + known[:, :, None] * np.eye(known.shape[1]))
     along = (vectors.transpose(0, 2, 1) @ left.inner[columns, -1, None])[..., 0]
     seen = value > UNSEEN
     rank = seen.sum(1)
@@ -201,20 +210,22 @@ def _free(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
     rest = np.maximum(left.square - taken, 1e-300)
     gain = 0.5 * left.freedom * np.log(left.square / rest) - 0.5 * rank * np.log(left.grams.count)
     size = np.where(seen, along / np.where(seen, value, 1.0), 0.0)
-    usable = (rank > 0) & (left.freedom > rank + 1) & ~_pushing(candidates, value, vectors, size, rest, left)
+    usable = (rank > 0) & (left.freedom > rank + 1) & ~_refused(candidates, value, vectors, size, rest, left)
     return [
         Offer(Term(candidates[int(i)]), float(gain[i]), _log_p(taken[i], rest[i], int(rank[i]), left.freedom))
         for i in np.flatnonzero(usable)
     ]
 
 
-def _pushing(candidates, value, vectors, size, rest, left) -> np.ndarray:
-    """Which candidates would have to push back against their load, beyond what noise explains."""
+def _refused(candidates, value, vectors, size, rest, left) -> np.ndarray:
+    """Which candidates would have to push back against their load, beyond what noise explains, or be larger
+    than is credible."""
     found = (vectors @ size[..., None])[..., 0]
     inverse = np.where(value > UNSEEN, 1.0 / np.maximum(value, UNSEEN), 0.0)
     spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / left.freedom)[:, None])
     gives_way = np.array([c.effect.gives_way for c in candidates])
-    return gives_way & (found < -ALLOWED * spread).any(1)
+    pushing = gives_way & (found < -ALLOWED * spread).any(1)
+    return pushing | (np.abs(found) > np.array([left.grams.bounds(c.names) for c in candidates])).any(1)
 
 
 def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:
@@ -236,7 +247,8 @@ def _shrunk(left: Left, candidate: Candidate) -> Offer | None:
     square = (vectors.T @ (root.T @ along)) ** 2
     if value.max(initial=0.0) <= UNSEEN or left.freedom <= 2:
         return None
-    tried = PRECISIONS * value[value > UNSEEN * value.max()].mean()
+    widest = (root**2).sum(1) / left.grams.bounds(candidate.names) ** 2
+    tried = np.maximum(PRECISIONS * value[value > UNSEEN * value.max()].mean(), widest.max())
     rest = left.square - (square / (value + tried[:, None])).sum(1)
     charge = 0.5 * np.log1p(value / tried[:, None]).sum(1)
     gains = 0.5 * left.freedom * np.log(left.square / np.maximum(rest, 1e-300)) - charge
@@ -253,7 +265,7 @@ def _shrunk(left: Left, candidate: Candidate) -> Offer | None:
 
 
 def _pushing_joints(candidate, vectors, value, precision, root, along, variance) -> set[int]:
-    """Places of the coefficients that would have to push back against their load, as in `_pushing`."""
+    """Places of the coefficients that would have to push back against their load, as in `_refused`."""
     if not (candidate.alike and candidate.effect.gives_way):
         return set()
     spread = root @ vectors / np.sqrt(value + precision)
@@ -316,20 +328,51 @@ def coefficients(grams: Grams, model: Model) -> dict[str, float]:
 
 def validated(grams: Grams, model: Model) -> Float[np.ndarray, " folds"]:
     """Sum of squares of every fold, predicted by a fit to the others."""
-    out = np.empty(len(grams.folds))
-    for f, fold in enumerate(grams.folds):
-        found = np.append(solve(grams, model, grams.total - fold), -1.0)
-        out[f] = found @ fold @ found
-    return out
+    return _squares(grams, without_each_fold(grams, model))
+
+
+def without_each_fold(grams: Grams, model: Model) -> Float[np.ndarray, "folds gc"]:
+    """Solutions, as `solve` gives them, of fits that leave out one fold each."""
+    return np.array([solve(grams, model, grams.total - fold) for fold in grams.folds])
+
+
+def _squares(grams: Grams, found: Float[np.ndarray, "folds gc"]) -> Float[np.ndarray, " folds"]:
+    """Sum of squares of every fold, as a solution of its own predicts it."""
+    whole = np.column_stack([found, -np.ones(len(found))])
+    return np.einsum("fi,fij,fj->f", whole, grams.folds, whole, optimize=True)
+
+
+def differs(
+    grams: Grams, term: Term, whole: Float[np.ndarray, " gc"], parts: Float[np.ndarray, "folds gc"]
+) -> bool:
+    """Whether a term's scaled coefficients differ from zero, by how they vary from fold to fold.
+
+    Args:
+        whole: The solution of a model with the term.
+        parts: Those that leave out one fold each.
+    """
+    mine = grams.columns(term.candidate.names)
+    size = whole[mine]
+    return bool(size @ size > SURE * jackknifed(parts[:, mine] @ size))
+
+
+def jackknifed(values: Sequence[float]) -> float:
+    """Standard error of a statistic that was computed without each fold in turn; 0 for a single fold."""
+    return float(np.std(values) * np.sqrt(len(values) - 1.0))
 
 
 def precision_of(grams: Grams, term: Term) -> Float[np.ndarray, "k k"]:
-    """Precision matrix of a term's scaled coefficients; zeros for free ones."""
+    """Precision matrix of a term's scaled coefficients."""
     k = len(term.candidate.names)
     if term.candidate.covariance is None:
-        return np.zeros((k, k))
+        return np.diag(expected(grams, [term.candidate])[0])
     inverse = linalg.solve_triangular(_root(grams, term.candidate), np.eye(k), lower=True)
     return term.precision * inverse.T @ inverse
+
+
+def expected(grams: Grams, candidates: Sequence[Candidate]) -> Float[np.ndarray, "n k"]:
+    """Precisions of free scaled coefficients, by what is credible of them."""
+    return np.array([(EXPECTED * grams.bounds(c.names)) ** -2.0 for c in candidates])
 
 
 def _root(grams: Grams, candidate: Candidate) -> np.ndarray:

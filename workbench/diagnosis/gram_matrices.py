@@ -15,8 +15,10 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.law import NO_WRENCHES
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.diagnosis.candidate_columns import candidate_columns, carriers
+from workbench.diagnosis.candidate_columns import candidate_columns, carriers, known_wrenches
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
 
@@ -41,6 +43,7 @@ class Grams:
             through it. They go with the effect: without it, no mass is seen.
         known: Standard deviations of these, scaled as the columns are.
         reach: How far a model may be expected to move each of the unknowns that are no coefficients.
+        most: Largest credible size of every coefficient, scaled as the columns are; any by default.
     """
 
     names: tuple[str, ...]
@@ -51,6 +54,7 @@ class Grams:
     inertia: Mapping[tuple[str, ...], tuple[str, ...]] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     reach: Float[np.ndarray, " p"] | float = TETHER
+    most: Float[np.ndarray, " c"] | None = None
 
     @cached_property
     def tether(self) -> Float[np.ndarray, "g g"]:
@@ -73,6 +77,11 @@ class Grams:
         """Column of every coefficient."""
         return {name: self.geometry + i for i, name in enumerate(self.names)}
 
+    def without(self, fold: int) -> "Grams":
+        """Of the rows of all other folds."""
+        share = (len(self.folds) - 1) / len(self.folds)
+        return replace(self, folds=np.delete(self.folds, fold, 0), count=round(share * self.count))
+
     def columns(self, names: Sequence[str]) -> np.ndarray:
         """Columns of some coefficients."""
         return np.array([self.index[n] for n in names], np.int64)
@@ -80,6 +89,12 @@ class Grams:
     def scales(self, names: Sequence[str]) -> np.ndarray:
         """Scales of some coefficients."""
         return self.scale[self.columns(names) - self.geometry]
+
+    def bounds(self, names: Sequence[str]) -> np.ndarray:
+        """Largest credible sizes of some scaled coefficients."""
+        if self.most is None:
+            return np.full(len(names), np.inf)
+        return self.most[self.columns(names) - self.geometry]
 
 
 def compress(
@@ -98,6 +113,7 @@ def compress(
     off = {n: v - problem.robot.inertia[n] for n, v in arm.inertia.items()}
     loaded = weighed(problem, arm)
     inertia = {e.names: tuple(f"{n} by {' '.join(e.names)}" for n in off) for e in loaded}
+    own = sum(len(e.names) for e in bearers)
     names = (*(name for e in bearers for name in e.names), *(n for each in inertia.values() for n in each))
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     residual, jacobian = np.empty(problem.size), np.empty((problem.size, int(plain.sum())))
@@ -137,7 +153,16 @@ def compress(
         inertia,
         known,
         np.maximum(TETHER, moved[plain]),
+        np.array([*_bounds(problem, arm, bearers), *[np.inf] * (len(names) - own)]) * scale,
     )
+
+
+def _bounds(problem: Problem, arm: Robot, effects: Sequence[AbstractEffect]) -> list[float]:
+    """Largest credible size of every coefficient [SI]."""
+    offered, motion = {n for e in effects for n in e.names}, Motion.of(problem.data)
+    chain = arm.with_effects(*effects, *(e for e in arm.effects if not offered & set(e.names))).chain
+    wrenches = known_wrenches(arm, motion) if any(e.loads for e in effects) else NO_WRENCHES
+    return [most for e in effects for most in e.bounds(chain, motion, wrenches)]
 
 
 def weighed(problem: Problem, arm: Robot) -> list[AbstractEffect]:

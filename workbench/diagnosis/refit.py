@@ -78,8 +78,8 @@ def refit(
     constants = [p for p in built.parameters if p.is_geometry]
     values = np.array([p.nominal for p in constants])
     built = built.with_prior([p.name for p in constants], values, np.eye(len(constants)) / LIKELY)
-    if grams is not None and any(t.candidate.shrunk for t in model):
-        built = _shrinking(built, grams, model)
+    if grams is not None and model:
+        built = _expected(built, grams, model)
     here = built.at(begin or {})
     algorithm = Opt2(limit=STEPS)
     if grams is not None and large(built):
@@ -154,12 +154,11 @@ def _chord(problem: Problem, x: np.ndarray, grams: Grams, model: Model, on_step:
     return Search(x, Outcome.CONVERGED, tuple(history))
 
 
-def _shrinking(problem: Problem, grams: Grams, model: Model) -> Problem:
-    """The problem with the variances of shrunk coefficients as prior knowledge that they are near zero."""
-    shrunk = [t for t in model if t.candidate.shrunk]
-    names = [n for t in shrunk for n in t.candidate.names]
+def _expected(problem: Problem, grams: Grams, model: Model) -> Problem:
+    """The problem with the variances of coefficients as prior knowledge that they are near zero."""
+    names = [n for t in model for n in t.candidate.names]
     blocks = []
-    for term in shrunk:
+    for term in model:
         scale = grams.scales(term.candidate.names)
         precision = precision_of(grams, term) * np.outer(scale, scale)
         blocks.append(np.linalg.cholesky(precision).T)

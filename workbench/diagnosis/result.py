@@ -64,9 +64,9 @@ class Accepted:
         std: Their standard errors, SI, with what effects that are lost in the noise may hide in them.
         gain: Log evidence that it adds to the others [nat].
         p_value: Probability that chance would add as much, for one try; 0 below the smallest float.
-        before_mm: Mean held-out error of the geometry with the effects before it [mm]; of the fitted rows
-            where none was held out. Of the first it is that of the geometry alone …
-        after_mm: The same with it too; of the last it is that of the whole model.
+        before_mm: Mean held-out error of the final model without it, fitted anew [mm]; of the fitted rows
+            where none was held out.
+        after_mm: Of the final model with all effects, on the same rows.
         alternatives: Effects that would do nearly as well in its place, the best first.
         words: What it does, one sentence.
     """

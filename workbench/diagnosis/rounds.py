@@ -4,13 +4,13 @@ A stage is everything that holds after a fit. Rounds end when a search finds wha
 earlier one has found already: then the fit that says most with least is kept.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Int
 
-from workbench.arm.effects import Candidate
+from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.motion import Motion
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.candidates import Catalogue, catalogue
@@ -18,7 +18,7 @@ from workbench.diagnosis.evidence import Model, drop, rescaled, solve, validated
 from workbench.diagnosis.gram_matrices import Grams, compress
 from workbench.diagnosis.outliers import find_outliers, robust_fit
 from workbench.diagnosis.refit import Fitted, large, linear_answer, refit, with_own_noise
-from workbench.diagnosis.stepwise_search import WORTH, Found, as_found
+from workbench.diagnosis.stepwise_search import WORTH, Found, as_found, supported
 from workbench.diagnosis.stepwise_search import search as search_effects
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.problem import Noise, Problem
@@ -132,7 +132,27 @@ def rounds(
             tell(f"round {number + 1}: fitting geometry and {len(last.found.model)} effects")
         stage = _fit(stage, last.grams, last.found.model, on_step)
         stage = _without_outliers(stage, last.grams, on_step)
-    return tuple(done)
+    return (*done[:-1], _supported(done[-1], fold, on_step))
+
+
+def _supported(searched: Searched, fold: np.ndarray, on_step: OnStep | None) -> Searched:
+    """The search without effects that its last fit doesn't support, fitted anew."""
+    for _ in range(ROUNDS):
+        kept = supported(searched.grams, searched.found.model)
+        if len(kept) == len(searched.found.model):
+            break
+        stage = _fit(searched.stage, searched.grams, kept, on_step)
+        offered = searched.offered.candidates
+        grams = _compressed(stage, [c.effect for c in offered], fold)
+        found = as_found(grams, _among(kept, offered), searched.found.distrusted)
+        searched = replace(searched, stage=stage, grams=grams, found=found)
+    return searched
+
+
+def _compressed(stage: Stage, effects: Sequence[AbstractEffect], fold: np.ndarray) -> Grams:
+    """Inner products at a stage's fit."""
+    problem = stage.fitted.problem.with_noise(stage.geometric.noise)
+    return compress(problem, stage.fitted.fit.x, effects, fold[stage.keep])
 
 
 def _without_superfluous(searched: Searched, on_step) -> Stage | None:
@@ -200,10 +220,8 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
 
 
 def _search(stage: Stage, fold: np.ndarray, on_step: OnStep | None) -> Searched:
-    problem = stage.fitted.problem.with_noise(stage.geometric.noise)
     offered = catalogue(stage.geometric.robot, Motion.of(stage.rows))
-    effects = [c.effect for c in offered.candidates]
-    grams = compress(problem, stage.fitted.fit.x, effects, fold[stage.keep])
+    grams = _compressed(stage, [c.effect for c in offered.candidates], fold)
     start = _among(stage.fitted.model, offered.candidates)
     asked = None if on_step is None else lambda model: on_step(0, 0.0)
     return Searched(stage, offered, grams, search_effects(grams, offered.candidates, start, on_step=asked))

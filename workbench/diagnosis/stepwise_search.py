@@ -17,12 +17,15 @@ from workbench.diagnosis.evidence import (
     Model,
     Offer,
     Term,
+    differs,
     drop,
     left_by,
     offer,
     offers,
+    solve,
     standard_error,
     validated,
+    without_each_fold,
 )
 from workbench.diagnosis.gram_matrices import Grams
 
@@ -115,7 +118,11 @@ def significant(found: Offer, tries: int) -> bool:
 
 def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
     """Whether the larger model predicts other folds noticeably better: beyond one standard error."""
-    fall = 1.0 - validated(grams, larger) / validated(grams, smaller)
+    return helps(1.0 - validated(grams, larger) / validated(grams, smaller))
+
+
+def helps(fall: np.ndarray) -> bool:
+    """Whether folds' squares fall noticeably, by these parts of them."""
     return bool(fall.mean() > max(WORTH, standard_error(fall)))
 
 
@@ -261,4 +268,25 @@ def prune(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
         if significant(own[weakest], len(candidates)):
             return model
         model = drop(model, [model[weakest]])
+    return model
+
+
+def supported(grams: Grams, model: Model) -> Model:
+    """The effects of a fitted model that are credible, differ from zero, and lower the error on other folds.
+
+    One after the other is dropped, first the one that lowers it least.
+    """
+    while model:
+        after, whole = validated(grams, model), solve(grams, model, grams.total)
+        parts = without_each_fold(grams, model)
+        falls = {}
+        for term in model:
+            fall = 1.0 - after / validated(grams, drop(model, [term]))
+            mine = grams.columns(term.candidate.names)
+            is_credible = (np.abs(whole[mine]) <= grams.bounds(term.candidate.names)).all()
+            if not (is_credible and helps(fall) and differs(grams, term, whole, parts)):
+                falls[term] = float(fall.mean())
+        if not falls:
+            return model
+        model = drop(model, [min(falls, key=lambda t: falls[t])])
     return model

@@ -35,6 +35,9 @@ class BaseDrift(AbstractEffect):
     needs = ("time",)
     whole_arm = True
     moves_arm = False
+    credible = (0.01, 0.01)
+    """Over all rows: a tripod that settles or warms moves by some 0.1 mm and 0.1 mrad an hour; one that moved
+    farther than 10 mm or 10 mrad was knocked."""
 
     @property
     def names(self):

@@ -24,6 +24,8 @@ class BearingCompliance(AbstractEffect):
     of_many_joints = True
     loads = Loads.ALL
     insertion = Insertion.TILT
+    credible = (0.02, 0.0)
+    """At the largest moment of the rows: 1°, where ball bearings would be overloaded."""
 
     def units(self, chain):
         return ("rad/(N*m)",) * len(self.joints)

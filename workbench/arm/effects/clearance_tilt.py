@@ -30,6 +30,8 @@ class ClearanceTilt(AbstractEffect):
     loads = Loads.ALL
     insertion = Insertion.TILT
     has_play = True
+    credible = (0.02, 0.0)
+    """Half the clearance: 0.1 mm at both ends of a bushing of 10 mm. Ball bearings have 1 mrad."""
 
     def law(self, chain, motion, wrenches):
         return paired(-_direction(across(chain, self.joints, wrenches))[0])

@@ -14,7 +14,8 @@ from typing import ClassVar, Protocol, runtime_checkable
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.chain import Chain
+from workbench.arm.chain import Axis, Chain
+from workbench.arm.effects.axes import Wrenches
 from workbench.arm.effects.law import NO_WRENCHES, AbstractLaw, Loads
 from workbench.arm.effects.plots import State, View, usual_views
 from workbench.arm.motion import Motion
@@ -22,6 +23,9 @@ from workbench.report.numbers import readable
 
 STILL = float(np.deg2rad(1.0))
 """A joint [rad, or m] that moves less than this shows no error of its own."""
+
+UNDRIVEN = 1e-9
+"""Laws that move an element less than this per unit [rad or m] don't move it."""
 
 
 @runtime_checkable
@@ -65,6 +69,9 @@ class AbstractEffect(AbstractLaw):
     """Usual greatest coefficient [SI]; None if a virtual arm should choose one that shows well."""
     surprise_size: ClassVar[float | None] = None
     """Usual greatest coefficient [SI] where it may be the surprise of a virtual arm; None if it never is."""
+    credible: ClassVar[tuple[float, float]] = (0.05, 0.01)
+    """Farthest that it can move a turning or sliding element over the rows [rad, m] and be believed. By
+    default 3° and 10 mm: hobby servos and belts come near, and an arm that is farther off is broken."""
 
     @abstractmethod
     def sentence(self, chain: Chain, motion: Motion) -> str:
@@ -107,6 +114,18 @@ class AbstractEffect(AbstractLaw):
     def surprise(cls, arm: Arm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
         """The example that "Surprise me" hides, if there is a `surprise_size`; the usual one by default."""
         return cls.example(arm, joint, rng)
+
+    def bounds(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[float, ...]:
+        """Largest credible size of each coefficient [SI]; by default what moves an element by `credible`.
+
+        A load counts as 1 N m or N at least: less tells nothing of how soft a joint can be. A diagnosis
+        expects coefficients to scatter by half of the bound, and refuses larger ones.
+        """
+        law = np.nan_to_num(np.abs(self.law(chain, motion, wrenches))).max(0, initial=0.0)
+        axes = [e.axis for e in chain.elements]
+        slides = [axes[k] >= Axis.TX for k in chain.indices(self.elements(chain))]
+        most = np.array(self.credible)[np.array(slides, int)]
+        return tuple((most[:, None] / np.maximum(law, 1.0 if self.loads else UNDRIVEN)).min(0).tolist())
 
     def views(self, state: State) -> tuple[View, ...]:
         """Every increment over what drives it; by default over what `loads`, `needs` or its joints name."""

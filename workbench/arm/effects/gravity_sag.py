@@ -76,6 +76,8 @@ class GravitySag(AbstractEffect):
     terms: str = ""
     gravity: tuple[float, ...] = (0.0, 0.0, -1.0)
     name = "gravity-sag"
+    credible = (0.05, 0.0)
+    """Of each weight behind the joint, as of `joint-compliance`."""
 
     @property
     def names(self):

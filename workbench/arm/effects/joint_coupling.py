@@ -4,7 +4,7 @@
 """
 
 from dataclasses import dataclass
-from typing import final
+from typing import ClassVar, final
 
 from workbench.arm.effects.axes import driven_names, turns
 from workbench.arm.effects.effect import AbstractEffect, moved_joints, offered
@@ -20,6 +20,9 @@ class JointCoupling(AbstractEffect):
     """One coefficient: of the first joint, by the second."""
 
     name = "joint-coupling"
+    largest: ClassVar[float] = 0.05
+    """Of the other joint's travel. Controllers take gears that are coupled into account; what is left is the
+    ratio's error, or a cable that pulls. Between a turning and a sliding joint, in rad/m or m/rad."""
 
     @property
     def names(self):
@@ -34,6 +37,9 @@ class JointCoupling(AbstractEffect):
 
     def law(self, chain, motion, wrenches):
         return motion.q[:, self.joints[1], None, None].copy()
+
+    def bounds(self, chain, motion, wrenches):
+        return (self.largest,)
 
     def mistake(self, chain):
         if len(self.joints) != 2:

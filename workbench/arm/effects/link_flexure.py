@@ -26,6 +26,8 @@ class LinkFlexure(AbstractEffect):
     name = "link-flexure"
     loads = Loads.ALL
     insertion = Insertion.BEND
+    credible = (0.05, 0.0)
+    """At the largest moment of the rows: a link of plastic. Aluminium yields at a tenth of it."""
 
     @property
     def names(self):

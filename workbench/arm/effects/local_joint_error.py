@@ -48,6 +48,8 @@ class LocalJointError(AbstractEffect):
     name = "local-joint-error"
     maps_joint = True
     handicap = 6.0
+    credible = (0.05, 0.01)
+    """Height of each knot, as of `joint-harmonic` once a turn: it has the same causes."""
 
     @property
     def names(self):
@@ -65,6 +67,9 @@ class LocalJointError(AbstractEffect):
         at = q if self.periodic else np.clip(q, self.knots[0], self.knots[-1])
         spline = _basis(self.knots, self.periodic)(at)
         return (spline if self.learned is None else spline * self.learned.weight(q)[:, None])[:, None, :]
+
+    def bounds(self, chain, motion, wrenches):
+        return (self.credible[0 if turns(chain, self.joints[0]) else 1],) * len(self.names)
 
     def mistake(self, chain):
         if len(self.joints) != 1:

@@ -7,7 +7,7 @@ excluded: it is fixed to the floor.
 """
 
 from dataclasses import dataclass, replace
-from typing import final
+from typing import ClassVar, final
 
 import numpy as np
 
@@ -32,6 +32,8 @@ class ThermalGrowth(AbstractEffect):
     needs = ("temperature",)
     whole_arm = True
     typical_size = 2.3e-5  # aluminium [1/K]
+    largest: ClassVar[float] = 1.5e-4
+    """[1/K] Steel grows by 1.2e-5, aluminium by 2.3e-5, printed plastics by up to 1e-4."""
 
     def units(self, chain):
         return ("1/K",)
@@ -50,6 +52,9 @@ class ThermalGrowth(AbstractEffect):
     def growth(self, chain, motion, wrenches, constants):
         same = np.array(_lengths(chain))[:, None] == constants
         return self.coefficients[0] * self._warmer(motion)[:, None, None] * same
+
+    def bounds(self, chain, motion, wrenches):
+        return (self.largest,)
 
     def sentence(self, chain, motion):
         return f"The lengths grow with the temperature: {readable(self.coefficients[0], '1/K')}"
