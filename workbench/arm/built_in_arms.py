@@ -49,12 +49,12 @@ def _built_in(path: Path) -> Robot:
 
 
 def save_robot(robot: Robot, path: Path | str) -> Path:
-    """Write a robot as the ending of the file says: `.toml`, or `.urdf` for an arm without effects.
+    """Write a robot as the ending of the file says: `.toml`, or `.urdf` for what that can carry.
 
     Raises:
-        OptionError: another ending, or effects, which a URDF has no place for.
+        OptionError: another ending.
     """
-    path = check_robot_file(path, effects=bool(robot.effects))
+    path = check_robot_file(path)
     if path.suffix.lower() == ".toml":
         return write_toml(robot, path)
     from workbench.arm.urdf import write_urdf
@@ -62,14 +62,12 @@ def save_robot(robot: Robot, path: Path | str) -> Path:
     return write_urdf(robot, path)
 
 
-def check_robot_file(path: Path | str, *, effects: bool = False) -> Path:
-    """A file that a robot can be written to; `effects` says whether it may carry some."""
+def check_robot_file(path: Path | str) -> Path:
+    """A file that a robot can be written to."""
     path = Path(path)
     ending = path.suffix.lower()
     if ending not in (".toml", ".urdf"):
         raise OptionError(f"{path}: a robot is saved as .toml or .urdf, got '{path.suffix}'")
-    if effects and ending == ".urdf":
-        raise OptionError(f"{path}: a URDF has no place for effects; save the arm as .toml")
     return path
 
 

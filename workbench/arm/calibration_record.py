@@ -1,4 +1,4 @@
-"""Calibration record of a calibrated arm: the poses used, and the standard errors of its constants.
+"""Calibration record of a calibrated arm: poses used, standard errors of its constants, what was observed.
 
 Every pose is kept as four bytes, the CRC-32 of its joint positions rounded to `ROUNDING`: enough to tell
 whether a later measurement was among them, and no burden in the robot's file. Two poses of a thousand are
@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, UInt32
 
+from workbench.arm.observed import Expected, Observed
+from workbench.base.toml import AbstractTableReader
 from workbench.base.types import frozen
 
 ROUNDING = 1e-6
@@ -29,11 +31,17 @@ class Calibration:
         source: Name of the file of measurements.
         poses: Of every row that was fitted, as `pose_keys` has them.
         std: Standard errors of the identified constants by name, in SI; without those that no row shows.
+        nominal: Nominal values of the identified constants of arm and frames, SI; empty in older files.
+        observed: What the rows showed of the tool; None in older files.
+        error: Mean error on held-out rows, fitted ones where none were held out [m], [rad]; None if unknown.
     """
 
     source: str
     poses: UInt32[np.ndarray, " rows"]
     std: Mapping[str, float] = field(default_factory=dict)
+    nominal: Mapping[str, float] = field(default_factory=dict)
+    observed: Observed | None = None
+    error: Expected | None = None
 
     def used(self, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         """Which joint positions were among those of the calibration."""
@@ -42,7 +50,14 @@ class Calibration:
     def table(self) -> dict[str, Any]:
         """The `[calibration]` table of the robot's file."""
         poses = base64.b64encode(self.poses.astype("<u4").tobytes()).decode()
-        return {"source": self.source, "poses": poses, "std": dict(self.std)}
+        table: dict[str, Any] = {"source": self.source, "poses": poses, "std": dict(self.std)}
+        if self.nominal:
+            table["nominal"] = dict(self.nominal)
+        if self.error is not None:
+            table["error"] = list(self.error)
+        if self.observed is not None:
+            table["observed"] = self.observed.table()
+        return table
 
 
 def pose_keys(q: Float[np.ndarray, "rows n"]) -> UInt32[np.ndarray, " rows"]:
@@ -57,3 +72,51 @@ def poses_of(text: str) -> UInt32[np.ndarray, " rows"] | None:
         return frozen(np.frombuffer(base64.b64decode(text, validate=True), "<u4").astype(np.uint32))
     except (binascii.Error, ValueError):
         return None
+
+
+def calibration_of(table: Any, reader: AbstractTableReader) -> Calibration | None:
+    """The record in a robot's file; None where it has none."""
+    if table is None:
+        return None
+    what = "[calibration]"
+    reader.keys(table, {"source", "poses", "std", "nominal", "error", "observed"}, what)
+    poses = poses_of(str(table.get("poses", "")))
+    if poses is None:
+        raise reader.fail(f"{what} poses are damaged; take the file that the calibration wrote")
+
+    def named(key: str) -> dict[str, float]:
+        values = reader.table(table.get(key, {}), f"{what} {key}")
+        return {name: reader.number(value, f"{what} {key} of {name}") for name, value in values.items()}
+
+    return Calibration(
+        source=str(table.get("source", "")),
+        poses=poses,
+        std=named("std"),
+        nominal=named("nominal"),
+        error=_expected(table, "error", what, reader) if "error" in table else None,
+        observed=_observed(table["observed"], reader) if "observed" in table else None,
+    )
+
+
+def _observed(table: Any, reader: AbstractTableReader) -> Observed:
+    what = "[calibration.observed]"
+    reader.keys(table, {"position", "rotation", "tool", "flange", "q"}, what)
+    rows = table.get("q")
+    if not isinstance(rows, list) or not rows:
+        raise reader.fail(f"{what} q must be a list of joint positions, not {rows!r}")
+    first = len(rows[0]) if isinstance(rows[0], list) else 0
+    return Observed(
+        position=int(reader.number(table.get("position"), f"{what} position")),
+        rotation=int(reader.number(table.get("rotation"), f"{what} rotation")),
+        tool=_expected(table, "tool", what, reader),
+        flange=_expected(table, "flange", what, reader),
+        q=frozen(np.array([reader.numbers(row, first, f"{what} q") for row in rows])),
+    )
+
+
+def _expected(table: dict, key: str, what: str, reader: AbstractTableReader) -> Expected:
+    """A position's and an orientation's error; NaN stands for none."""
+    pair = table.get(key)
+    if not isinstance(pair, list) or len(pair) != 2 or not all(isinstance(v, int | float) for v in pair):
+        raise reader.fail(f"{what} {key} must be two numbers [m, rad], not {pair!r}")
+    return Expected(float(pair[0]), float(pair[1]))

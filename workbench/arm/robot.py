@@ -228,7 +228,7 @@ class Robot:
         return read_urdf(path, tip=tip)
 
     def save(self, path: Path | str) -> Path:
-        """Write the robot as the ending says: `.toml`, or `.urdf` for an arm without effects."""
+        """Write the robot as the ending says: `.toml`, or `.urdf` for its geometry, best without effects."""
         from workbench.arm.built_in_arms import save_robot
 
         return save_robot(self, path)

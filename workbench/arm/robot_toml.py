@@ -8,7 +8,7 @@ from typing import Any, final
 import numpy as np
 import tomli_w
 
-from workbench.arm.calibration_record import Calibration, poses_of
+from workbench.arm.calibration_record import calibration_of
 from workbench.arm.chain import Axis, Element
 from workbench.arm.conventions import (
     CONSTANTS,
@@ -192,7 +192,7 @@ def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
     except RobotError as error:
         raise reader.fail(str(error)) from None
     sessions = _sessions(reader.tables(data, "session"), robot, reader)
-    return replace(robot, sessions=sessions, calibration=_calibration(data.get("calibration"), reader))
+    return replace(robot, sessions=sessions, calibration=calibration_of(data.get("calibration"), reader))
 
 
 def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader: _Reader):
@@ -285,18 +285,6 @@ def _effect(table: dict, number: int, reader: _Reader) -> AbstractEffect:
     if not coefficients:
         raise reader.fail(f"{what} has no coefficients; give their sizes in SI units")
     return kind(tuple(j - 1 for j in joints), coefficients, **settings)
-
-
-def _calibration(table: Any, reader: _Reader) -> Calibration | None:
-    if table is None:
-        return None
-    reader.keys(table, {"source", "poses", "std"}, "[calibration]")
-    poses = poses_of(str(table.get("poses", "")))
-    if poses is None:
-        raise reader.fail("[calibration] poses are damaged; take the file that the calibration wrote")
-    std = reader.table(table.get("std", {}), "[calibration] std")
-    errors = {name: reader.number(value, f"[calibration] std of {name}") for name, value in std.items()}
-    return Calibration(source=str(table.get("source", "")), poses=poses, std=errors)
 
 
 def _setting(default: Any, value: Any, what: str, reader: _Reader) -> Any:

@@ -20,8 +20,9 @@ from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Element
 from workbench.arm.masses import carried
 from workbench.arm.robot import FRAME_PARTS, Frame, Joint, JointKind, Robot, UrdfSource
+from workbench.arm.usable import usable_arm
 from workbench.base import se3
-from workbench.base.errors import FileError, OptionError, RobotError
+from workbench.base.errors import FileError, RobotError
 from workbench.base.files import read_bytes, write_bytes
 from workbench.base.types import Freedom, Matrix4, Vector3, frozen
 
@@ -256,25 +257,18 @@ def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: lis
     )
 
 
-def write_urdf(robot: Robot, path: Path | str, *, leave_out_effects: bool = False) -> Path:
+def write_urdf(robot: Robot, path: Path | str) -> Path:
     """Write a robot as URDF: a calibrated copy of the file it came from, or frames alone.
 
     The base frame becomes a fixed joint from the link `measuring_frame`, the tool one to `calibrated_tool`,
-    unless they are identities. A URDF has no place for effects.
-
-    Args:
-        leave_out_effects: Write the geometry of an arm with effects, without them.
+    unless they are identities. A URDF has no place for effects: it gets the geometry that is best without
+    them (`usable_arm`, which also says what that misses).
 
     Raises:
         FileError: the file that the robot came from is gone.
         RobotError: the robot has something that a URDF can't say.
     """
-    if robot.effects and not leave_out_effects:
-        names = ", ".join(dict.fromkeys(str(e.name) for e in robot.effects))
-        raise OptionError(
-            f"robot '{robot.name}' has effects ({names}) that a URDF can't say; write a TOML, or leave them "
-            "out knowingly (leave_out_effects=True): the URDF alone is less accurate than the calibration"
-        )
+    robot = usable_arm(robot, effects=False).robot
     if robot.urdf is not None:
         root = _root(robot.urdf.path, wanted="the URDF again that the robot came from")
         _correct_origins(root, robot, robot.urdf.joints)

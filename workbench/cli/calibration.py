@@ -93,7 +93,7 @@ def diagnose(
 
     arm = wb.load_robot(robot)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
-    out.check(effects=True)
+    out.check()
     fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
     with opt.progress_bar("diagnose") as progress:

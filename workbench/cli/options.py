@@ -166,9 +166,9 @@ class OutputOptions:
     report: ReportOption = None
     json: JsonOption = None
 
-    def check(self, *, effects: bool = False) -> None:
-        """Refuse unwritable outputs before the work begins; `effects`: the arm may get some."""
-        check_robot_file(self.save, effects=effects)
+    def check(self) -> None:
+        """Refuse unwritable outputs before the work begins."""
+        check_robot_file(self.save)
         check_writable(self.save, self.json, folder=self.report)
 
 
@@ -356,12 +356,12 @@ def save_robot(arm, path: Path) -> Path:
     return arm.save(path)
 
 
-def check_robot_file(path: Path | None, *, effects: bool = False) -> None:
-    """Refuse a file extension that robots (or robots with effects) can't have, before the work begins."""
+def check_robot_file(path: Path | None) -> None:
+    """Refuse a file extension that robots can't have, before the work begins."""
     from workbench.arm.built_in_arms import check_robot_file as check
 
     if path is not None:
-        check(path, effects=effects)
+        check(path)
 
 
 def fail(sentence: str) -> NoReturn:

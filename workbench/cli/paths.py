@@ -115,8 +115,13 @@ def compensate(
     temperature: Annotated[float | None, option("Temperature [degC].")] = None,
     max_speed: SpeedOption = None,
     positions_only: Annotated[
-        bool, option("--positions-only", "Ignore orientations; Katana eq. (5.22).")
-    ] = False,
+        bool | None,
+        option(
+            "--positions-only/--orientations",
+            "Ignore orientations (Katana eq. 5.22), or insist on them; default: correct what the "
+            "calibration observed, leave the rest as it was.",
+        ),
+    ] = None,
     moving: Annotated[bool, option("--moving", "Include inertial loads, not just static ones.")] = False,
     json: opt.JsonOption = None,
     columns: opt.ColumnsOption = None,

@@ -128,7 +128,7 @@ def rezero(
     from workbench.identification.rezero.result import Verdict
 
     arm = wb.load_robot(robot)
-    opt.check_robot_file(save, effects=bool(arm.effects))
+    opt.check_robot_file(save)
     opt.check_writable(save, json)
     rows = files.read(data, arm)
     with opt.progress_bar("rezero") as progress:

@@ -1,8 +1,8 @@
 """Export formats of a calibration for controllers, drivers and programs: one file each.
 
 A form writes a text and reads it back as the arm that a consumer of the file would compute. That arm is
-compared with the calibrated one over poses within the limits, so that the error due to whatever a form can't
-represent is measured on the written file itself.
+compared with the calibrated one over the measured poses (or some within the limits, where the arm's file has
+none), so that the error due to whatever a form can't represent is measured on the written file itself.
 """
 
 from abc import ABC, abstractmethod
@@ -13,12 +13,14 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
+from jaxtyping import Float
 
-from workbench.arm.effects import AbstractEffect, Loads
+from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Frame, Robot
+from workbench.arm.usable import PoseErrors, divided, usable_arm
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.files import read_bytes, write_text
@@ -63,6 +65,8 @@ class AbstractForm(ABC):
 
     ending: ClassVar[str]
     """Usual ending of its files."""
+    takes_calibrated: ClassVar[bool] = False
+    """Whether `write` takes the calibrated arm itself, instead of what a geometry can carry of it."""
 
     @property
     @abstractmethod
@@ -146,19 +150,26 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         RobotError, ShapeError: the nominal arm is not the one that was calibrated.
         FileError: the file can't be written, or the source is not of this form.
     """
+    whole = usable_arm(job.robot, nominal=job.nominal)
     if job.nominal is not None:
-        require_same_arm(job.robot, job.nominal)
+        require_same_arm(whole.robot, job.nominal)
+    carried = whole if form.takes_calibrated else usable_arm(job.robot, nominal=job.nominal, effects=False)
+    if not form.takes_calibrated:
+        job = replace(job, robot=carried.robot)
     text = form.write(job)
     read = form.read(text, job)
     apart: tuple[float, float] | tuple[None, None] = (None, None)
-    notes = [*form.notes(job)]
+    notes = list(dict.fromkeys([*carried.notes, *form.notes(job)]))
     if read is not None:
-        known, unknown = divided(job.robot)
-        apart = apart_from(job.robot.with_effects(*known), read, rows)
+        known, unknown = divided(whole.robot)
+        moved = Frame.from_pose(se3.inverse(whole.robot.base.pose) @ carried.robot.base.pose)
+        q = whole.q[:rows]
+        apart = apart_from(whole.robot.with_effects(*known), read.with_frames(base=moved), q)
         if known:
             notes.append(f"can't hold the effects {_names(known)}; the figure above includes the error")
         if unknown:
             notes.append(f"can't hold {_names(unknown)}, which the figure above does not include")
+        rows = len(q)
     return Exported(
         path=write_text(path, text), position=apart[0], rotation=apart[1], rows=rows, notes=tuple(notes)
     )
@@ -172,23 +183,12 @@ def tool_note(tool: Matrix4) -> Iterable[str]:
         yield f"enter the tool frame (TCP) {xyz} mm, rotation vector {turn} rad: the file has no place for it"
 
 
-def divided(robot: Robot) -> tuple[list[AbstractEffect], list[AbstractEffect]]:
-    """Effects that joint positions alone drive, and those that need more; the instrument's are left out."""
-    mine = [e for e in robot.effects if e.moves_arm]
-    known = [e for e in mine if not e.needs and (robot.has_masses or e.loads is Loads.NONE)]
-    return known, [e for e in mine if e not in known]
-
-
-def apart_from(robot: Robot, other: Robot, rows: int) -> tuple[float, float]:
-    """Greatest distance [m] and angle [rad] of two arms with one tool, in the robot's base frame."""
-    rng = np.random.default_rng(0)
-    lower, upper = robot.search_limits.T
-    motion = Motion(rng.uniform(lower, upper, (rows, robot.dof)))
-    arms = (robot.with_frames(base=Frame()), other.with_frames(base=Frame()))
-    error = se3.pose_error(*(tool_poses(replace(arm, sessions=()), motion) for arm in arms))
-    return float(np.linalg.norm(error[:, :3], axis=1).max()), float(
-        np.linalg.norm(error[:, 3:], axis=1).max()
-    )
+def apart_from(robot: Robot, other: Robot, q: Float[np.ndarray, "rows n"]) -> tuple[float, float]:
+    """Greatest distance [m] and angle [rad] of two arms, the first in its own base."""
+    arms = (robot.with_frames(base=Frame()), other)
+    error = se3.pose_error(*(tool_poses(replace(arm, sessions=()), Motion(q)) for arm in arms))
+    worst = PoseErrors.of(error)
+    return worst.position_max, worst.rotation_max
 
 
 def _names(effects: Iterable[AbstractEffect]) -> str:

@@ -37,6 +37,7 @@ class OffsetsCard(AbstractForm):
     name = "card"
     title = "card of joint offsets, tool and base to type, with what remains"
     ending = ".txt"
+    takes_calibrated = True
 
     def write(self, job: Job) -> str:
         use = use_of(job.robot, job.require_nominal(self.name))
@@ -109,6 +110,7 @@ class MotorCalibration(AbstractForm):
     name = "lerobot"
     title = "motor calibration of LeRobot (JSON), for joint positions in degrees"
     ending = ".json"
+    takes_calibrated = True
 
     def write(self, job: Job) -> str:
         table: Mapping[str, Any] = json.loads(self._source(job))

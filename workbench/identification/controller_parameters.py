@@ -15,9 +15,8 @@ and a number that repeats what earlier ones can do stays as it is and is named.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -25,17 +24,12 @@ from jaxtyping import Float
 from workbench.arm.kinematics.forward import joint_elements, sensitivity, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame, Robot
+from workbench.arm.usable import LEVER, PoseErrors, closest, sampled, usable_arm
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
 from workbench.base.types import frozen
 from workbench.identification.undetermined_combinations import independent_columns
 
-LEVER = 0.3
-"""Length L at which an angle counts [m]: about the reach of a tool with its workpiece."""
-SAMPLES = 500
-"""Joint positions sampled within the limits where none are given."""
-ITERATIONS = 30
-"""Greatest number of Gauss–Newton steps."""
 REPEATS = 1e-8
 """A number whose effect is this close to what earlier ones can do (relative length) stays as it is."""
 
@@ -46,22 +40,6 @@ class Part(StrEnum):
     OFFSETS = "offsets"
     TOOL = "tool"
     BASE = "base"
-
-
-class PoseErrors(NamedTuple):
-    """Difference of two arms over some joint positions.
-
-    Args:
-        position_mean: Mean distance of the tools [m].
-        position_max: Greatest distance [m].
-        rotation_mean: Mean angle between the tools [rad].
-        rotation_max: Greatest angle [rad].
-    """
-
-    position_mean: float
-    position_max: float
-    rotation_mean: float
-    rotation_max: float
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -127,41 +105,28 @@ def controller_numbers(
             expected=nominal.dof,
             found=calibrated.dof,
         )
-    q = _sample(nominal, rng) if q is None else np.ascontiguousarray(q)
+    usable = usable_arm(replace(calibrated.in_session(session), sessions=()), nominal=nominal)
+    actual = usable.robot
+    if q is None:
+        q = usable.q if rng is None else sampled(nominal, rng)
     if not len(q) or not lever > 0:
         raise OptionError(
             f"at least 1 joint position and a lever above 0 m are needed, got {len(q)} and {lever:g} m"
         )
-    frames = calibrated.session_frames(session)
-    wanted = tool_poses(calibrated.in_session(session), Motion(q))
-    arm = start = nominal.with_frames(base=frames.base, tool=frames.tool)
-    names = _names(arm, chosen)
-    weight = np.array([1.0] * 3 + [lever] * 3)
-    error = se3.pose_error(wanted, tool_poses(arm, Motion(q)))
-    held: tuple[str, ...] = ()
-    before, cost = _summary(error), _cost(error, weight)
-    for _ in range(ITERATIONS):
-        columns = sensitivity(arm, Motion(q), names)[1] * weight[:, None]
-        jacobian = columns.reshape(-1, len(names))
-        if not held:
-            own = independent_columns(jacobian, REPEATS * np.linalg.norm(jacobian, axis=0))
-            held = tuple(n for i, n in enumerate(names) if i not in own)
-        keep = [i for i, n in enumerate(names) if n not in held]
-        step = np.linalg.lstsq(jacobian[:, keep], (error * weight).ravel(), rcond=None)[0]
-        moved = arm.with_values(
-            {
-                names[i]: arm.chain.values[arm.chain.index[names[i]]] + s
-                for i, s in zip(keep, step, strict=True)
-            }
-        )
-        moved_error = se3.pose_error(wanted, tool_poses(moved, Motion(q)))
-        moved_cost = _cost(moved_error, weight)
-        if not moved_cost < cost:
-            break
-        arm, error, done = moved, moved_error, moved_cost > (1.0 - 1e-12) * cost
-        cost = moved_cost
-        if done:
-            break
+    here, wanted = Motion(np.ascontiguousarray(q)), tool_poses(actual, Motion(np.ascontiguousarray(q)))
+    start = nominal.with_frames(base=actual.base, tool=actual.tool)
+    names, weight = _names(start, chosen), np.array([1.0] * 3 + [lever] * 3)
+
+    def at(arm: Robot, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+        poses, twists = sensitivity(arm, here, names)
+        error = se3.pose_error(wanted, poses) * weight
+        return error.ravel(), (twists * weight[:, None]).reshape(-1, len(names))
+
+    jacobian = at(start, names)[1]
+    own = independent_columns(jacobian, REPEATS * np.linalg.norm(jacobian, axis=0))
+    held = tuple(n for i, n in enumerate(names) if i not in own)
+    free = tuple(names[i] for i in own)
+    arm = closest(start, free, lambda arm: at(arm, free), prior=np.zeros(len(free)))
     drives = joint_elements(arm)
     return ControllerNumbers(
         parts=chosen,
@@ -170,8 +135,8 @@ def controller_numbers(
         base=arm.base,
         robot=arm,
         held=held,
-        before=before,
-        after=_summary(error),
+        before=_errors(wanted, start, here),
+        after=_errors(wanted, arm, here),
         rows=len(q),
     )
 
@@ -186,12 +151,6 @@ def _parts(parts: Sequence[Part | str]) -> tuple[Part, ...]:
     return tuple(p for p in Part if p in given)
 
 
-def _sample(robot: Robot, rng: np.random.Generator | None) -> np.ndarray:
-    rng = np.random.default_rng(0) if rng is None else rng
-    lower, upper = robot.search_limits.T
-    return rng.uniform(lower, upper, (SAMPLES, robot.dof))
-
-
 def _names(arm: Robot, parts: tuple[Part, ...]) -> tuple[str, ...]:
     """Constants to search, in the order in which they are preferred."""
     names: list[str] = []
@@ -203,10 +162,5 @@ def _names(arm: Robot, parts: tuple[Part, ...]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _cost(error: Float[np.ndarray, "rows 6"], weight: Float[np.ndarray, "6"]) -> float:
-    return float(np.sum((error * weight) ** 2))
-
-
-def _summary(error: Float[np.ndarray, "rows 6"]) -> PoseErrors:
-    distance, angle = np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1)
-    return PoseErrors(float(distance.mean()), float(distance.max()), float(angle.mean()), float(angle.max()))
+def _errors(wanted: Float[np.ndarray, "rows 4 4"], arm: Robot, at: Motion) -> PoseErrors:
+    return PoseErrors.of(se3.pose_error(wanted, tool_poses(arm, at)))

@@ -13,6 +13,8 @@ from jaxtyping import Float
 
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
+from workbench.arm.observed import Expected
+from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.identification.fit import Fit
 
 ELSEWHERE = 400
@@ -21,18 +23,6 @@ MADE_ANGLE, MADE_LENGTH = np.deg2rad(5.0) / np.sqrt(3.0), 5e-3 / np.sqrt(3.0)
 """Standard deviation of manufacturing errors, even within 5° and 5 mm [rad], [m]."""
 SERIOUS = 2.0
 """Ratio of the two expected errors from which on the user is warned."""
-
-
-class Expected(NamedTuple):
-    """Expected error of a model from the uncertainty of its constants.
-
-    Args:
-        position: Root mean square of the position's uncertainty [m].
-        rotation: Of the orientation's [rad].
-    """
-
-    position: float
-    rotation: float
 
 
 class Transfer(NamedTuple):
@@ -55,19 +45,29 @@ def expected_error(fit: Fit, motion: Motion) -> Expected:
             first session has them.
         motion: Where: joint positions, and what drives the arm's effects.
     """
-    problem = fit.problem
-    robot = problem.robot_at(fit.x)
-    session = problem.data.sessions[0]
-    arm = robot.in_session(session)
-    own = {place: name.replace(f"[{session}]", "") for place, name in enumerate(problem.names)}
-    own = {place: n for place, n in own.items() if n in arm.chain.index or n in arm.coefficients}
-    places = list(own)
-    _, twists = sensitivity(arm, motion, tuple(own.values()))
+    _, twists, places = fit_twists(fit, motion)
     covariance = (fit.covariance + _unseen(fit))[np.ix_(places, places)]
     spread = np.einsum("rip,pq,riq->ri", twists, covariance, twists)
     position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)
     sizes = np.sqrt(np.maximum([position.mean(), rotation.mean()], 0.0))  # rounding may leave less than 0
     return Expected(float(sizes[0]), float(sizes[1]))
+
+
+def fit_twists(
+    fit: Fit, motion: Motion, *, at_flange: bool = False
+) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 k"], list[int]]:
+    """Poses of the tool, or the flange, of a fit's arm in its first session, its twist for each unknown that
+    moves it, and the places of these in x."""
+    problem = fit.problem
+    session = problem.data.sessions[0]
+    arm = problem.robot_at(fit.x).in_session(session)
+    arm = arm.with_frames(tool=Frame()) if at_flange else arm
+    own = {place: name.replace(f"[{session}]", "") for place, name in enumerate(problem.names)}
+    moves = (arm.chain.index.keys() | arm.coefficients.keys()) - {
+        f"tool.{part}" for part in FRAME_PARTS if at_flange
+    }
+    own = {place: name for place, name in own.items() if name in moves}
+    return *sensitivity(arm, motion, tuple(own.values())), list(own)
 
 
 def _unseen(fit: Fit) -> Float[np.ndarray, "p p"]:

@@ -19,6 +19,7 @@ from workbench.arm.robot import Robot
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, Search
 from workbench.identification.noise import effective_parameters, factor_at
+from workbench.identification.observed import observed_by
 from workbench.identification.pixel_noise import Considered, covariance
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor
@@ -102,6 +103,8 @@ class Fit(AbstractShown):
             source=Path(self.problem.data.source).name,
             poses=pose_keys(self.problem.data.q),
             std={name: value for name, value in std if name not in hidden and np.isfinite(value)},
+            nominal={p.name: p.nominal for p in self.parameters if p.is_plain and not p.is_instrument},
+            observed=observed_by(self),
         )
         return replace(self.problem.robot_at(self.x), calibration=calibration)
 

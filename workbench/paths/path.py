@@ -7,6 +7,7 @@ not matter to a path. Every refusal names time, row and joint.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -19,8 +20,10 @@ from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
+from workbench.arm.observed import Expected
 from workbench.arm.robot import Frame, Robot
-from workbench.base.errors import DataError
+from workbench.arm.usable import usable_arm
+from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.identification.arm_match import require_same_arm
 
@@ -44,6 +47,7 @@ class Commanded:
         poses: Poses that the tool is to take, robot's base frame.
         q: Joint positions that the controller sends without correction [rad or m].
         task: What of the poses so many joints can meet.
+        expected: Error of the calibrated arm where it was measured; None where nobody says.
         time: Time of every row [s], for messages; None where there is none.
     """
 
@@ -53,6 +57,7 @@ class Commanded:
     q: Float[np.ndarray, "rows n"]
     task: Task
     notes: tuple[str, ...]
+    expected: Expected | None = None
     time: Float[np.ndarray, " rows"] | None = None
 
 
@@ -61,7 +66,7 @@ def command_joints(
     nominal: Robot,
     q: Float[np.ndarray, "rows n"],
     *,
-    positions_only: bool = False,
+    positions_only: bool | None = None,
     time: Times = None,
 ) -> Commanded:
     """The path of joint positions that were planned with the nominal arm.
@@ -70,24 +75,25 @@ def command_joints(
         calibrated: The arm that moves.
         nominal: The arm as the controller computes it.
         q: Joint positions [rad or m].
-        positions_only: Whether orientations do not matter.
+        positions_only: Whether orientations do not matter. By default they do, as far as the calibration
+            observed them: others are left as the nominal arm has them.
         time: Time of every row [s], for messages.
 
     Raises:
         ShapeError: the arms, or the rows, have different numbers of joints.
         DataError: a row is outside the limits; names it and the joint.
     """
-    actual, planned, notes = comparable(calibrated, nominal)
-    planned.check_joints(q, "trajectory")
-    refuse_beyond(planned, q, time)
-    task = Task.POSITION if positions_only else Task.default(planned.dof)
+    arms = comparable(calibrated, nominal, positions_only=positions_only)
+    arms.nominal.check_joints(q, "trajectory")
+    refuse_beyond(arms.nominal, q, time)
     return Commanded(
-        calibrated=actual,
-        nominal=planned,
-        poses=frozen(tool_poses(planned, Motion(q))),
+        calibrated=arms.calibrated,
+        nominal=arms.nominal,
+        poses=frozen(tool_poses(arms.nominal, Motion(q))),
         q=frozen(q),
-        task=task,
-        notes=(*notes, *_words(task)),
+        task=arms.task,
+        notes=(*arms.notes, *_words(arms.task)),
+        expected=arms.expected,
         time=time,
     )
 
@@ -97,7 +103,7 @@ def command_poses(
     nominal: Robot,
     poses: Float[np.ndarray, "rows 4 4"],
     *,
-    positions_only: bool = False,
+    positions_only: bool | None = None,
     near: Float[np.ndarray, " n"] | None = None,
     time: Times = None,
 ) -> Commanded:
@@ -107,15 +113,16 @@ def command_poses(
         calibrated: The arm that moves.
         nominal: The arm as the controller computes it.
         poses: Poses of the tool [m].
-        positions_only: Whether orientations do not matter.
+        positions_only: Whether orientations do not matter. By default they do, as far as the calibration
+            observed them: others are left as the nominal arm has them.
         near: Joint positions near which the path begins [rad or m]; the best branch if None.
         time: Time of every row [s], for messages.
 
     Raises:
         DataError: no branch of the nominal arm follows the whole path; names the row where the last one ends.
     """
-    actual, planned, notes = comparable(calibrated, nominal)
-    task = Task.POSITION if positions_only else Task.default(planned.dof)
+    arms = comparable(calibrated, nominal, positions_only=positions_only)
+    planned, task = arms.nominal, arms.task
     first = inverse.solve(planned, poses[0], task=task)
     if not first.reachable:
         raise DataError(f"{named(0, time)}: {first.reason}")
@@ -128,12 +135,13 @@ def command_poses(
         q, reached = _followed(planned, poses, start.q, task)
         if reached == len(poses):
             return Commanded(
-                calibrated=actual,
+                calibrated=arms.calibrated,
                 nominal=planned,
                 poses=frozen(poses),
                 q=frozen(q),
                 task=task,
-                notes=(*notes, f"the path is followed in the branch '{start.name}'", *_words(task)),
+                expected=arms.expected,
+                notes=(*arms.notes, f"the path is followed in the branch '{start.name}'", *_words(task)),
                 time=time,
             )
         if reached >= furthest:
@@ -146,15 +154,44 @@ def command_poses(
     )
 
 
-def comparable(calibrated: Robot, nominal: Robot) -> tuple[Robot, Robot, list[str]]:
+class Compared(NamedTuple):
+    """Two arms in the robot's base frame and with one tool.
+
+    Args:
+        calibrated: What may be used of the calibrated arm.
+        nominal: The arm as the controller computes it.
+        task: What of a pose so many joints can meet, and the calibration observed.
+        expected: Error of the calibrated arm where it was measured; None where nobody says.
+    """
+
+    calibrated: Robot
+    nominal: Robot
+    task: Task
+    expected: Expected | None
+    notes: list[str]
+
+
+def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None = None) -> Compared:
     """Both arms in the robot's base frame and with the calibrated tool; the instrument's drift left out."""
-    require_same_arm(calibrated, nominal)
+    usable = usable_arm(calibrated, nominal=nominal)
+    require_same_arm(usable.robot, nominal)
+    if positions_only is False and not usable.sees_rotation:
+        raise OptionError(
+            f"orientations of '{calibrated.name}' can't be corrected ({'; '.join(usable.notes)}); measure "
+            "orientations too, or correct positions alone"
+        )
+    place = positions_only or not (usable.sees_rotation or usable.has_nominal)
     effects = tuple(e for e in calibrated.effects if e.moves_arm)
     apart = [e.name for e in calibrated.effects if not e.moves_arm]
     notes = [f"{name} is left out: it moves the measuring frame, not the arm" for name in apart]
-    here = Frame()
-    actual = calibrated.with_effects(*effects).with_frames(base=here)
-    return actual, nominal.with_frames(base=here, tool=calibrated.tool), notes
+    here, arm = Frame(), usable.robot
+    return Compared(
+        calibrated=arm.with_effects(*effects).with_frames(base=here),
+        nominal=nominal.with_frames(base=here, tool=arm.tool),
+        task=Task.POSITION if place else Task.default(nominal.dof),
+        expected=None if calibrated.calibration is None else calibrated.calibration.error,
+        notes=[*usable.notes, *notes],
+    )
 
 
 def _words(task: Task) -> tuple[str, ...]:

@@ -40,7 +40,7 @@ def compensate_trajectory(
     payload: float | None = None,
     temperature: float | None = None,
     max_speed: float | None = None,
-    positions_only: bool = False,
+    positions_only: bool | None = None,
     moving: bool = False,
 ) -> Compensation:
     """Joint positions with which a calibrated arm takes the poses that a trajectory means.
@@ -55,11 +55,13 @@ def compensate_trajectory(
         payload: Mass at the tool [kg]; the trajectory's own where None.
         temperature: Temperature [degC]; the trajectory's own where None.
         max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.
-        positions_only: Whether orientations do not matter.
+        positions_only: Whether orientations do not matter; by default they are corrected where the
+            calibration observed them, and left as the nominal arm has them where it did not.
         moving: Whether the inertia of the links counts beside their weight.
 
     Raises:
-        OptionError: joints without a nominal arm, or motion without time.
+        OptionError: joints without a nominal arm, motion without time, or orientations that were asked for
+            and not observed.
         DataError: a row that the arm can't follow, named with its joint.
     """
     if trajectory.q is not None and nominal is None:
@@ -82,7 +84,7 @@ def write_trajectory(found: Compensation, path: Path | str) -> Path:
 
 
 def _commanded(
-    calibrated: Robot, trajectory: Trajectory, nominal: Robot | None, positions_only: bool
+    calibrated: Robot, trajectory: Trajectory, nominal: Robot | None, positions_only: bool | None
 ) -> Commanded:
     time = trajectory.time
     if trajectory.q is not None and nominal is not None:
@@ -94,7 +96,7 @@ def _commanded(
         calibrated,
         calibrated.with_effects() if nominal is None else nominal,
         se3.pose(rotation, trajectory.position),
-        positions_only=positions_only or turned is None,
+        positions_only=True if turned is None else positions_only,
         time=time,
     )
 

@@ -88,7 +88,7 @@ def calibrated_toml(session: Session) -> File:
 
 
 def calibrated_urdf(session: Session) -> File:
-    """The same as URDF, which has no place for effects.
+    """What a URDF can carry of it: the geometry that is best without effects.
 
     Raises:
         DataError: nothing has been identified.
@@ -96,7 +96,7 @@ def calibrated_urdf(session: Session) -> File:
     from workbench.arm.urdf import write_urdf
 
     with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-        path = write_urdf(_calibrated(session), Path(folder, "file.urdf"), leave_out_effects=True)
+        path = write_urdf(_calibrated(session), Path(folder, "file.urdf"))
         return f"{_stem(session.robot.name)}-calibrated.urdf", path.read_bytes()
 
 

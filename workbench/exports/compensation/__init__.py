@@ -11,7 +11,7 @@ from typing import Any, final
 
 import numpy as np
 
-from workbench.arm.inverse.damped_newton import WEIGHT, Task
+from workbench.arm.inverse.damped_newton import WEIGHT
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import masses, mounts
@@ -25,7 +25,8 @@ EMPTY = "ARM: dict = {}  # filled in by the export"
 
 def arm_data(job: Job, form: str) -> dict[str, Any]:
     """What `standalone.py` needs of an arm."""
-    robot, nominal, _ = comparable(job.robot, job.require_nominal(form))
+    arms = comparable(job.robot, job.require_nominal(form))
+    robot, nominal = arms.calibrated, arms.nominal
     chain, arm, plain = robot.chain, compile_arm(robot), compile_arm(nominal)
     terms = [term for effect in robot.effects for term in terms_of(effect, chain)]
     loaded = any(term.kind >= Kind.LOAD for term in terms)
@@ -43,7 +44,7 @@ def arm_data(job: Job, form: str) -> dict[str, Any]:
     return {
         "name": robot.name,
         "dof": robot.dof,
-        "task": int(Task.default(robot.dof)),
+        "task": int(arms.task),
         "weight": WEIGHT * arm.length,
         "limits": robot.limits.tolist(),
         "slides": arm.slides.tolist(),
@@ -66,11 +67,13 @@ def arm_data(job: Job, form: str) -> dict[str, Any]:
 class AbstractProgram(AbstractForm):
     """A program that computes with the whole calibrated model."""
 
+    takes_calibrated = True
+
     def read(self, text: str, job: Job) -> Robot | None:
         return None
 
     def notes(self, job: Job) -> Iterable[str]:
-        yield from comparable(job.robot, job.require_nominal(self.name))[2]
+        yield from comparable(job.robot, job.require_nominal(self.name)).notes
         yield "poses are in the robot's base, with the calibrated tool; loads are those of the arm at rest"
 
 

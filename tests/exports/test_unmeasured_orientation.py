@@ -1,0 +1,226 @@
+"""A virtual UR5 measured with one reflector: whatever is saved improves its positions and spoils nothing.
+
+The arm, its errors and every judge are plain numpy; of the package's own code only files come here.
+"""
+
+import xml.etree.ElementTree as ET
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from tests.exports import readers
+from tests.exports.test_programs import GLUE, InC, in_python
+from workbench.arm.usable import usable_arm
+from workbench.base.errors import OptionError
+from workbench.data.dataset import Dataset
+from workbench.data.readers.trajectory import Trajectory
+from workbench.exports import FORMS, Job, export_robot
+
+assert GLUE  # of the C program that `InC` compiles
+DH = np.array([
+    [0.0, 0.089159, 0.0, np.pi / 2],
+    [0.0, 0.0, -0.425, 0.0],
+    [0.0, 0.0, -0.39225, 0.0],
+    [0.0, 0.10915, 0.0, np.pi / 2],
+    [0.0, 0.09465, 0.0, -np.pi / 2],
+    [0.0, 0.0823, 0.0, 0.0],
+])  # fmt: skip
+ERROR, NOISE, ROWS = 4e-4, 3e-5, 200
+BASE = readers.origin(1.0, 0.5, 0.2, 0.0, 0.0, 0.7)
+
+
+def flanges(q: np.ndarray, errors: np.ndarray | None = None) -> np.ndarray:
+    """Flanges in the arm's base; errors are x y z roll pitch yaw behind every joint."""
+    out = []
+    for row in q:
+        here = np.eye(4)
+        for k, (theta, d, a, alpha) in enumerate(DH):
+            here = here @ readers.rot(2, row[k] + theta) @ readers.move(2, d) @ readers.move(0, a)
+            here = here @ readers.rot(0, alpha)
+            here = here if errors is None else here @ readers.origin(*errors[k])
+        out.append(here)
+    return np.array(out)
+
+
+def angles(a: np.ndarray, b: np.ndarray) -> float:
+    """Mean angle between orientations [°]."""
+    trace = np.einsum("rij,rij->r", a[:, :3, :3], b[:, :3, :3])
+    return float(np.rad2deg(np.arccos(np.clip(0.5 * (trace - 1.0), -1.0, 1.0))).mean())
+
+
+def distances(a: np.ndarray, b: np.ndarray) -> float:
+    """Mean distance [mm]."""
+    return 1e3 * float(np.linalg.norm(a - b, axis=1).mean())
+
+
+def apart(a: np.ndarray, b: np.ndarray) -> float:
+    """Mean distance [mm] on the best base: where the arm stands, its rows can't tell."""
+    a, b = a - a.mean(0), b - b.mean(0)
+    u, _, vt = np.linalg.svd(a.T @ b)
+    return distances(a @ u @ vt, b)
+
+
+@dataclass(frozen=True)
+class Cell:
+    """An arm with errors, its reflector, and joint positions near those that were measured."""
+
+    errors: np.ndarray
+    reflector: np.ndarray
+    q: np.ndarray
+    saved: str
+
+    def flanges(self, q: np.ndarray) -> np.ndarray:
+        return flanges(q, self.errors)
+
+    def points(self, q: np.ndarray) -> np.ndarray:
+        """Of the reflector in the measuring frame."""
+        return (BASE @ self.flanges(q) @ self.reflector)[:, :3]
+
+    def judge(self, found: np.ndarray) -> None:
+        """Flanges of a model: orientations as good as the nominal ones, positions better."""
+        nominal, actual = flanges(self.q), self.flanges(self.q)
+        assert angles(found, actual) < 1.1 * angles(nominal, actual)
+        assert distances(found[:, :3, 3], actual[:, :3, 3]) < distances(nominal[:, :3, 3], actual[:, :3, 3])
+
+    def judge_corrected(self, q: np.ndarray, tool: np.ndarray) -> None:
+        """Corrected joints: the real flange is turned as before, the reflector where it was meant to be."""
+        wanted, before, after = flanges(self.q), self.flanges(self.q), self.flanges(q)
+        assert angles(after, wanted) < 1.1 * angles(before, wanted)
+        missed = [apart((t @ self.reflector)[:, :3], (wanted @ tool)[:, :3]) for t in (before, after)]
+        assert missed[1] < 0.3 * missed[0]
+        assert np.abs(q - self.q).max() < 0.02
+
+
+def measured(rng: np.random.Generator) -> np.ndarray:
+    """A tool that keeps pointing down, more or less, over a table: the last joints hardly vary."""
+    centre = np.array([0.1, -1.2, 1.9, -2.2, -1.5, 0.3])
+    return centre + rng.uniform(-1.0, 1.0, (ROWS, 6)) * [0.7, 0.4, 0.4, 0.35, 0.3, 0.5]
+
+
+@pytest.fixture(scope="module", params=[(0, 0.02), (1, 0.03), (2, 0.05)], ids=str)
+def cell(request, tmp_path_factory) -> Cell:
+    seed, off_axis = request.param
+    rng = np.random.default_rng(seed)
+    errors = rng.normal(0.0, ERROR, (6, 6))
+    reflector, q = np.array([off_axis, 0.0, 0.02 - 0.0823, 1.0]), measured(rng)
+    path = tmp_path_factory.mktemp("saved") / "calibrated.toml"
+    made = Cell(errors, reflector, measured(rng)[:60], str(path))
+    point = made.points(q) + rng.normal(0.0, NOISE, (ROWS, 3))
+    rows = Dataset(q=q, row=np.arange(ROWS), position=point, source="reflector.csv")
+    wb.identify(wb.load_robot("ur5"), rows, algorithms=("ols",)).robot.save(path)
+    return made
+
+
+def trajectory(q: np.ndarray) -> Trajectory:
+    return Trajectory(source="t.csv", q=q, time=None, position=None, rotation=None, notes=())
+
+
+def test_a_file_says_what_was_observed(cell):
+    seen = wb.load_robot(cell.saved).calibration.observed
+    assert (seen.position, seen.rotation) == (3, 0)
+    assert seen.sees_position
+    assert not seen.sees_rotation
+    assert seen.tool.position < 1e-4 < seen.tool.rotation
+    assert seen.q.shape[1] == 6
+
+
+def test_a_corrected_trajectory_leaves_orientations_as_they_were(cell):
+    arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
+    found = wb.compensate(arm, trajectory(cell.q), nominal=nominal)
+    cell.judge_corrected(found.q, np.append(found.commanded.calibrated.tool.xyz, 1.0))
+    assert any("orientations" in note and "not measured" in note for note in found.notes)
+    with pytest.raises(OptionError, match="not measured"):
+        wb.compensate(arm, trajectory(cell.q), nominal=nominal, positions_only=False)
+
+
+@pytest.mark.parametrize("kind", ["python", "c"])
+def test_generated_programs_do_the_same(cell, kind, tmp_path):
+    arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
+    if kind == "python":
+        q = in_python(arm, nominal, tmp_path).correct(cell.q)[0]
+    else:
+        q = InC(arm, nominal, tmp_path).correct(np.ascontiguousarray(cell.q), np.zeros_like(cell.q))[0]
+    cell.judge_corrected(q, np.append(usable_arm(arm).robot.tool.xyz, 1.0))
+
+
+def test_a_urdf_is_good_at_the_reflector_and_no_worse_at_the_flange(cell, tmp_path):
+    path = wb.load_robot(cell.saved).save(tmp_path / "arm.urdf")
+    root, pose = ET.parse(path).getroot(), {}
+    for node in root.findall("joint"):
+        frame = np.array([float(v) for k in ("xyz", "rpy") for v in node.find("origin").get(k).split()])
+        pose[node.find("parent").get("link")] = (node, readers.origin(*frame))
+
+    def links(q: np.ndarray) -> dict[str, np.ndarray]:
+        name = next(iter(set(pose) - {n.find("child").get("link") for n, _ in pose.values()}))
+        here, out, k = np.eye(4), {name: np.eye(4)}, 0
+        while name in pose:
+            node, frame = pose[name]
+            here = here @ frame
+            if node.get("type") != "fixed":
+                axis = [float(v) for v in node.find("axis").get("xyz").split()]
+                here, k = here @ readers.rot(int(np.argmax(axis)), q[k]), k + 1
+            name = node.find("child").get("link")
+            out[name] = here
+        return out
+
+    at = [links(row) for row in cell.q]
+    tips = np.array([here["calibrated_tool"][:3, 3] for here in at])
+    assert distances(tips, cell.points(cell.q)) < 0.06
+    cell.judge(np.array([np.linalg.inv(here["base_link"]) @ here["flange"] for here in at]))
+
+
+@pytest.mark.parametrize("form", ["dh-csv", "mjcf", "xacro"])
+def test_tables_and_models_are_no_worse_at_the_flange(cell, form, tmp_path):
+    path = tmp_path / f"arm{FORMS[form].ending}"
+    done = export_robot(FORMS[form], path, Job(robot=wb.load_robot(cell.saved), nominal=wb.load_robot("ur5")))
+    assert any("not measured" in note for note in done.notes)
+    assert done.position < 2e-5
+    text = path.read_text()
+    if form == "dh-csv":
+        pose = readers.spreadsheet(text)
+    elif form == "mjcf":
+        pose = _bodies(text)
+    else:
+        pose = _properties(text)
+    cell.judge(np.array([pose(row) for row in cell.q]))
+
+
+def _bodies(text: str) -> readers.Kinematics:
+    """MJCF: nested bodies with their place in the one before, a hinge each, and the site of the flange."""
+
+    def place(node):
+        w, x, y, z = (float(v) for v in node.get("quat").split())
+        out = np.eye(4)
+        out[:3, :3] = [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+        ]
+        out[:3, 3] = [float(v) for v in node.get("pos").split()]
+        return out
+
+    def pose(q):
+        node, here, k = ET.fromstring(text).find("worldbody/body"), np.eye(4), 0
+        while (inner := node.find("body")) is not None:
+            node = inner
+            axis = np.array([float(v) for v in node.find("joint").get("axis").split()])
+            here, k = here @ place(node) @ readers.rot(int(np.argmax(axis)), q[k]), k + 1
+        return here @ place(next(s for s in node.findall("site") if s.get("name") == "flange"))
+
+    return pose
+
+
+def _properties(text: str) -> readers.Kinematics:
+    values = {n.get("name"): [float(v) for v in n.get("value").split()] for n in ET.fromstring(text)}
+    names = [n.removesuffix("_xyz") for n in values if n.endswith("_xyz")]
+
+    def pose(q):
+        here = np.eye(4)
+        for k, name in enumerate(names[:-1]):
+            here = here @ readers.origin(*values[f"{name}_xyz"], *values[f"{name}_rpy"])
+            here = here @ readers.rot(2, q[k]) if k < len(q) else here
+        return here
+
+    return pose

@@ -1,0 +1,260 @@
+"""The part of a calibrated arm that may be used: what was observed, and what can be carried.
+
+Directions of the tool that no row shows (`observed.py`) are left as the nominal arm has them; a file that has
+no place for effects gets the geometry that is best without them. Both are one fit to the calibrated arm's own
+predictions T(q) over measured joint positions:
+
+    Σ_q |Δp|²/s_p² + |Δφ|²/s_φ² + Σ_k (x_k − nominal_k)²/s_x²
+
+Where a channel was not observed, Δ is taken from the nominal arm instead, and s is so large that it decides
+only what the others leave open. Constants of the arm have a prior, base and tool none, so that what base and
+arm can do alike is done by the base.
+"""
+
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.effects import AbstractEffect, Loads
+from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.observed import Observed
+from workbench.arm.robot import FRAME_PARTS, Frame, Robot
+from workbench.base import se3
+from workbench.base.types import Matrix4, frozen
+
+CLOSE = 1e-4
+"""s_p of positions that were observed [m]: below what calibrations reach."""
+LEVER = 0.3
+"""Length at which an angle counts [m], s_φ = s_p / lever: about the reach of a tool with its workpiece."""
+OPEN = 0.02
+"""s of a channel that was not observed [m or rad]: what nominal arms keep."""
+MADE = 0.01
+"""s_x of the arm's constants [rad or m]."""
+SAMPLES = 500
+"""Joint positions sampled within the limits where none are known."""
+ITERATIONS = 30
+"""Greatest number of Gauss–Newton steps."""
+
+
+class PoseErrors(NamedTuple):
+    """Difference of two arms over some joint positions.
+
+    Args:
+        position_mean: Mean distance of the tools [m].
+        position_max: Greatest distance [m].
+        rotation_mean: Mean angle between the tools [rad].
+        rotation_max: Greatest angle [rad].
+    """
+
+    position_mean: float
+    position_max: float
+    rotation_mean: float
+    rotation_max: float
+
+    @classmethod
+    def of(cls, error: Float[np.ndarray, "rows 6"]) -> "PoseErrors":
+        """Summary of differences row by row [m, rad]."""
+        distance, angle = np.linalg.norm(error[:, :3], axis=1), np.linalg.norm(error[:, 3:], axis=1)
+        return cls(float(distance.mean()), float(distance.max()), float(angle.mean()), float(angle.max()))
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Usable:
+    """What may be used of a calibrated arm.
+
+    Args:
+        robot: The arm to use; it carries no record of a calibration.
+        left: What it misses of the calibrated arm's tool over the measured poses; of orientations that were
+            not observed, how far they are from the calibrated arm's.
+        sees_position: Whether positions are the calibrated arm's.
+        sees_rotation: Whether orientations are.
+        has_nominal: Whether the nominal arm was there for what they are not.
+        q: Joint positions that were compared [rad or m].
+        notes: What was left as it was, and what was assumed, one sentence each.
+    """
+
+    robot: Robot
+    left: PoseErrors
+    sees_position: bool = True
+    sees_rotation: bool = True
+    has_nominal: bool = True
+    q: Float[np.ndarray, "rows n"]
+    notes: tuple[str, ...] = ()
+
+
+def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = True) -> Usable:
+    """What may be used of an arm.
+
+    Args:
+        robot: As calibrated.
+        nominal: The nominal arm, for files that don't say what it was; another convention's is not used.
+        effects: Whether they can be carried; without, the geometry does what it can of them.
+    """
+    found = robot.calibration
+    seen, notes = _observed(robot)
+    q = found.observed.q if found is not None and found.observed is not None else sampled(robot)
+    known, unknown = divided(robot)
+    if unknown:
+        names = ", ".join(dict.fromkeys(str(e.name) for e in unknown))
+        notes += () if effects else (f"can't hold {names}, which depends on more than joint positions",)
+    plain = robot.with_effects(*known) if known or unknown else robot
+    if all(seen) and (not known or (effects and found is None)):
+        kept = robot if effects else robot.with_effects()
+        return Usable(robot=replace(kept, calibration=None), left=PoseErrors(0, 0, 0, 0), q=q, notes=notes)
+    first = robot.sessions[0].name if robot.sessions else ""
+    actual = plain.in_session(first)
+    start = _nominal(actual, nominal)
+    if start is None:
+        notes += ("its file does not hold the nominal arm, so nothing could be left as that has it",)
+    begin = start or actual
+    begin = begin if effects else begin.with_effects()
+    trusted = (True, True) if start is None else seen
+    fitted = _fitted(begin, tool_poses(actual, Motion(q)), q, _free(robot, begin), trusted)
+    left = PoseErrors.of(se3.pose_error(tool_poses(actual, Motion(q)), tool_poses(fitted, Motion(q))))
+    arm = replace(fitted, effects=robot.effects if effects else (), sessions=(), calibration=None)
+    return Usable(
+        robot=_with_sessions(arm, robot, actual),
+        left=left,
+        sees_position=seen[0],
+        sees_rotation=seen[1],
+        has_nominal=start is not None,
+        q=q,
+        notes=notes,
+    )
+
+
+def sampled(robot: Robot, rng: np.random.Generator | None = None) -> Float[np.ndarray, "rows n"]:
+    """Joint positions evenly within the limits; seeded with 0 if rng is None."""
+    rng = np.random.default_rng(0) if rng is None else rng
+    lower, upper = robot.search_limits.T
+    return rng.uniform(lower, upper, (SAMPLES, robot.dof))
+
+
+def divided(robot: Robot) -> tuple[list[AbstractEffect], list[AbstractEffect]]:
+    """Effects that joint positions alone drive, and those that need more; the instrument's are left out."""
+    mine = [e for e in robot.effects if e.moves_arm]
+    known = [e for e in mine if not e.needs and (robot.has_masses or e.loads is Loads.NONE)]
+    return known, [e for e in mine if e not in known]
+
+
+def _observed(robot: Robot) -> tuple[tuple[bool, bool], tuple[str, ...]]:
+    """Whether positions and orientations were observed, and what to say of that."""
+    if (found := robot.calibration) is None:
+        return (True, True), ()
+    if (seen := found.observed) is not None:
+        return (seen.sees_position, seen.sees_rotation), _words(seen)
+    if any(name.startswith("tool") and name.endswith(FRAME_PARTS[3:]) for name in found.std):
+        return (True, True), ()
+    return (True, False), (
+        "its file does not say what was measured: positions alone are assumed, as no orientation of the tool "
+        "was identified; identify it again to be sure",
+    )
+
+
+def _words(seen: Observed) -> tuple[str, ...]:
+    pairs = (("positions", seen.sees_position), ("orientations", seen.sees_rotation))
+    left = " and ".join(name for name, known in pairs if not known)
+    return (f"{left} are left as the nominal arm has them: {seen.missing}",) if left else ()
+
+
+def _nominal(robot: Robot, other: Robot | None) -> Robot | None:
+    """The arm with its constants as they were before the calibration; None if nobody says."""
+    if (found := robot.calibration) is None:
+        return robot
+    arm = {e.name for e in robot.elements}
+    if found.nominal:
+        return robot.with_values({n: v for n, v in found.nominal.items() if n in arm})
+    if other is None or [e.name for e in other.elements] != [e.name for e in robot.elements]:
+        return None
+    return robot.with_values({e.name: e.value for e in other.elements if e.matrix is None})
+
+
+def _free(robot: Robot, start: Robot) -> tuple[str, ...]:
+    """Constants that were identified, base and tool as of one session."""
+    found = robot.calibration
+    if found is None or not found.nominal:
+        frames = (
+            () if found is None else {n.split("[")[0].split(".")[0] for n in found.std} & {"base", "tool"}
+        )
+        parts = [f"{frame}.{p}" for frame in sorted(frames) for p in FRAME_PARTS]
+        return (*robot.default_free, *parts)
+    names = (f"{n.split('[')[0]}.{n.rpartition('.')[2]}" if "[" in n else n for n in found.nominal)
+    return tuple(n for n in dict.fromkeys(names) if n in start.chain.index)
+
+
+def _fitted(
+    start: Robot,
+    wanted: Float[np.ndarray, "rows 4 4"],
+    q: np.ndarray,
+    names: tuple[str, ...],
+    seen: tuple[bool, bool],
+) -> Robot:
+    """The arm with the named constants fitted; rotations that were not observed are those in its own base."""
+    sigma = np.repeat([CLOSE if seen[0] else OPEN, CLOSE / LEVER if seen[1] else OPEN], 3)
+    here, nominal = Motion(q), tool_poses(start, Motion(q))
+    wanted = wanted.copy()
+    if not seen[0]:
+        wanted[:, :3, 3] = nominal[:, :3, 3]
+    turned = wanted if seen[1] else tool_poses(start.with_frames(base=Frame()), here)
+    own = np.array([not n.startswith("base.") for n in names])
+
+    def at(arm: Robot) -> tuple[np.ndarray, np.ndarray]:
+        poses, twists = sensitivity(arm, here, names)
+        error = se3.pose_error(wanted, poses)
+        if not seen[1]:
+            poses, columns = sensitivity(arm.with_frames(base=Frame()), here, names)
+            error[:, 3:] = se3.pose_error(turned, poses)[:, 3:]
+            twists[:, 3:] = columns[:, 3:] * own
+        return (error / sigma).ravel(), (twists / sigma[:, None]).reshape(-1, len(names))
+
+    prior = np.array([0.0 if n.startswith(("base.", "tool.")) else 1.0 / MADE for n in names])
+    return closest(start, names, at, prior=prior)
+
+
+def closest(start: Robot, names: tuple[str, ...], at, *, prior: Float[np.ndarray, " p"]) -> Robot:
+    """The arm with the constants that minimise |r|² + |prior · (x − start)|², by Gauss–Newton steps.
+
+    Args:
+        start: Where the search begins.
+        names: Constants that may change.
+        at: Residuals of an arm, and their derivative of the prediction in these constants.
+        prior: Reciprocal standard deviation of each constant; 0 for none.
+    """
+    begin = start.values(names)
+    arm, x, (residual, jacobian) = start, np.zeros(len(names)), at(start)
+    cost = float(residual @ residual)
+    for _ in range(ITERATIONS):
+        rows = np.vstack([jacobian, np.diag(prior)])
+        step = np.linalg.lstsq(rows, np.concatenate([residual, -prior * x]), rcond=None)[0]
+        moved = start.with_values(dict(zip(names, (begin + x + step).tolist(), strict=True)))
+        new, derivative = at(moved)
+        reached = float(new @ new) + float(np.sum((prior * (x + step)) ** 2))
+        if not reached < cost:
+            break
+        done = reached > (1.0 - 1e-12) * cost
+        arm, x, residual, jacobian, cost = moved, x + step, new, derivative, reached
+        if done:
+            break
+    return arm
+
+
+def _with_sessions(arm: Robot, robot: Robot, actual: Robot) -> Robot:
+    """Bases and tools of all sessions moved as those of the one that was fitted were."""
+    if not robot.sessions:
+        return arm
+    base = se3.inverse(actual.base.pose) @ arm.base.pose
+    tool = arm.tool.pose @ se3.inverse(actual.tool.pose)
+
+    def moved(frame: Frame, before: Matrix4, after: Matrix4) -> Frame:
+        return Frame.from_pose(frozen(before @ frame.pose @ after), frame.free)
+
+    eye = np.eye(4)
+    sessions = tuple(
+        replace(s, base=moved(s.base, eye, base), tool=moved(s.tool, tool, eye)) for s in robot.sessions
+    )
+    return replace(
+        arm, base=moved(robot.base, eye, base), tool=moved(robot.tool, tool, eye), sessions=sessions
+    )

@@ -1,0 +1,81 @@
+"""What the rows of a fit showed of the tool, for the record of its calibration (`arm/observed.py`).
+
+By rows: twists of the tool, in axes of the base and in its own, that change no measured number are not seen
+(a point shows no rotation, two markers none about their line, a plane nothing along itself). By covariance:
+how far the uncertainty of what was identified moves tool and flange at the measured poses; positions up to a
+motion of them all, which is where the base stands.
+"""
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.motion import Motion
+from workbench.arm.observed import Expected, Observed, some_of
+from workbench.base import se3
+from workbench.base.types import Matrix3, frozen
+
+if TYPE_CHECKING:
+    from workbench.identification.fit import Fit
+
+LEVER = 0.1
+"""Length at which a turn of the tool counts like a displacement [m]."""
+SEEN = 1e-6
+"""Share of the information on the best direction from which on a direction is seen."""
+
+
+def observed_by(fit: "Fit") -> Observed:
+    """What the rows of a fit showed."""
+    position, rotation = _directions(fit)
+    rows = some_of(fit.problem.data.q)
+    motion = Motion.of(fit.problem.data).take(rows)
+    tool, flange = (_expected(fit, motion, at_flange=place) for place in (False, True))
+    return Observed(
+        position=position, rotation=rotation, tool=tool, flange=flange, q=frozen(fit.problem.data.q[rows])
+    )
+
+
+def _expected(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
+    """How far the covariance moves the tool or the flange."""
+    from workbench.identification.expected_error import fit_twists
+
+    poses, twists, places = fit_twists(fit, motion, at_flange=at_flange)
+    value, vectors = np.linalg.eigh(fit.covariance[np.ix_(places, places)])
+    moved = twists @ (vectors * np.sqrt(np.maximum(value, 0.0)))
+    rigid = np.concatenate([np.tile(np.eye(3), (len(poses), 1, 1)), -se3.skew(poses[:, :3, 3])], axis=2)
+    basis, field = np.linalg.qr(rigid.reshape(-1, 6))[0], moved[:, :3].reshape(-1, moved.shape[2])
+    left = field - basis @ (basis.T @ field)
+    sizes = np.sqrt([(part**2).sum() / len(poses) for part in (left, moved[:, 3:])])
+    return Expected(float(sizes[0]), float(sizes[1]))
+
+
+def _directions(fit: "Fit") -> tuple[int, int]:
+    """How many directions of the tool's position and of its orientation change a measured number."""
+    problem, x = fit.problem, fit.x
+    information = np.zeros((2, 6, 6))
+    for block in problem.blocks:
+        if block.observation.link is not None:
+            continue
+        poses = block.poses(x)
+        part = block.observation.see(poses, problem.unknown(block, x))
+        by_twist = problem.whiten(block, part.by_twist) / np.repeat([1.0, LEVER], 3)
+        turned = np.einsum("rmak,rkj->rmaj", by_twist.reshape(*by_twist.shape[:2], 2, 3), poses[:, :3, :3])
+        for k, table in enumerate((by_twist, turned.reshape(by_twist.shape))):
+            information[k] += np.einsum("rmi,rmj->ij", table, table)
+    size = max(float(np.trace(information[0])), 1e-300)
+    return tuple(min(_rank(part(i) / size) for i in information) for part in (_position, _rotation))  # type: ignore[return-value]
+
+
+def _position(information: Float[np.ndarray, "6 6"]) -> Matrix3:
+    return information[:3, :3]
+
+
+def _rotation(information: Float[np.ndarray, "6 6"]) -> Matrix3:
+    """What is known of orientations where positions are not."""
+    cross = information[3:, :3]
+    return information[3:, 3:] - cross @ np.linalg.pinv(information[:3, :3], rcond=SEEN) @ cross.T
+
+
+def _rank(information: Matrix3) -> int:
+    return int((np.linalg.eigvalsh(information) > SEEN).sum())
