@@ -1,14 +1,21 @@
 """Commands for comparison: the shown fit, the shown row, the overlays in the scene."""
 
+import logging
+from collections.abc import Iterable
 from dataclasses import replace
+
+import numpy as np
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.session.command import AbstractChange, computed
-from workbench.session.comparison import Overlay, Stage, compare, numbered_after
-from workbench.session.state import Focus, Session, Units
+from workbench.session.comparison import Comparison, Overlay, Stage, compare, numbered_after
+from workbench.session.loaded_measurements import Loaded
+from workbench.session.state import Focus, Session, Severity, Units
 
+log = logging.getLogger(__name__)
 LEAST_EXAGGERATION, GREATEST_EXAGGERATION = 1.0, 5000.0
 
 
@@ -18,21 +25,51 @@ def with_fit(session: Session, algorithm: str) -> Session:
 
 
 def with_comparison(session: Session) -> Session:
-    """The session with its measurements compared with every available model."""
-    found, loaded = session.identification, session.loaded
-    if loaded is None:
+    """The session with its measurements compared with every available model.
+
+    What was identified or diagnosed stays even if its rows can't be compared; a message then tells why.
+    """
+    if session.loaded is None:
         return replace(session, comparison=None)
-    if found is None:
-        fitted = with_drivers(session.robot, loaded.dataset)
-        checks, nominal, shown = numbered_after(fitted, loaded.checks), session.robot, None
-    else:
-        fitted = found.data.take(found.train_rows)
-        checks = found.held_out_data
-        if not len(found.held_out_rows):
-            checks = numbered_after(fitted, checks)
+    try:
+        return replace(session, comparison=_comparison(session, session.loaded))
+    except Exception as error:
+        if session.identification is None and session.diagnosis is None:
+            raise
+        log.warning("the rows could not be compared", exc_info=error)
+        text = f"the result is kept, but measured and predicted positions can't be compared: {error}"
+        return replace(session, comparison=None).tell(Severity.WARNING, text)
+
+
+def _comparison(session: Session, loaded: Loaded) -> Comparison:
+    found, nominal, shown = session.identification, session.robot, None
+    if found is not None:
         run = found.runs[session.fit]
         nominal, shown = found.aligned, run.judged or run.calibrated
-    return replace(session, comparison=compare(fitted, checks, nominal, shown, _models(session, shown)))
+    models = _models(session, shown)
+    robots = [robot for robot in (nominal, shown, *models.values()) if robot is not None]
+    fitted, checks = _driven(robots, loaded.dataset), _driven(robots, loaded.checks)
+    if found is not None:
+        held_out = fitted if len(found.held_out_rows) else checks
+        fitted = _directed(found.data.take(found.train_rows), fitted)
+        checks = _directed(found.held_out_data, held_out)
+    if found is None or not len(found.held_out_rows):
+        checks = numbered_after(fitted, checks)
+    return compare(fitted, checks, nominal, shown, models)
+
+
+def _driven(robots: Iterable[Robot], data: Dataset | None) -> Dataset | None:
+    """All rows of a file with what drives the effects of any of these arms."""
+    for robot in robots:
+        data = None if data is None else with_drivers(robot, data)
+    return data
+
+
+def _directed(rows: Dataset, whole: Dataset | None) -> Dataset:
+    """Some rows of a file, in its order, with the directions of motion that only the whole file tells."""
+    if whole is None or whole.direction is None or rows.direction is not None:
+        return rows
+    return replace(rows, direction=whole.direction[np.isin(whole.row, rows.row)])
 
 
 def _models(session: Session, shown: Robot | None) -> dict[Stage, Robot]:

@@ -72,10 +72,10 @@ class Identify(AbstractTask):
         check_unchanged(session, loaded, "identify")
         fit = next(name for name in (*PREFERRED, *found.runs) if name in found.runs)
         session = with_fit(replace(session, identification=found, row=0, focus=Focus.ROW), fit)
-        assert session.comparison is not None
-        before, after = map(exaggeration_for, session.comparison.errors.T)
-        overlay = replace(session.overlay, exaggeration=before, exaggeration_after=after)
-        session = replace(session, overlay=overlay)
+        if session.comparison is not None:
+            before, after = map(exaggeration_for, session.comparison.errors.T)
+            overlay = replace(session.overlay, exaggeration=before, exaggeration_after=after)
+            session = replace(session, overlay=overlay)
         return session.tell(Severity.INFO, _summary(found, fit))
 
 

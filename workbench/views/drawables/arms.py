@@ -106,6 +106,8 @@ def _glow_words(robot: Robot, q: np.ndarray, joint: int, words: str) -> Label | 
     return Label(text=words, place=place) if words else None
 
 
-def _branch(robot: Robot, q: np.ndarray) -> Arm:
+def _branch(robot: Robot, q: np.ndarray | None) -> Arm | None:
+    if q is None:
+        return None
     bodies = bodies_of(robot, swell=0.9, is_plain=True)
     return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=BRANCH, opacity=0.13)

@@ -25,8 +25,11 @@ def plate(session: Session) -> Iterator[Item]:
 
 
 def plate_before(session: Session) -> Iterator[Item]:
-    """Grey blocks at the targets' positions before the last step or before the current drag."""
-    if not session.done or session.focus is not Focus.TARGET:
+    """Grey blocks at the targets' positions before the last step or before the current drag.
+
+    None after another robot or plate was opened, whose last step was on another plate.
+    """
+    if not session.done or session.focus is not Focus.TARGET or session.done[-1].session is not None:
         return
     before, now = session.done[-1].plate, session.plate.targets
     for i, target in enumerate(before.targets):

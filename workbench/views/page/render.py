@@ -1,6 +1,7 @@
 """The browser as a view of the session: the scene and the panels, drawn together."""
 
 import contextlib
+import logging
 import zipfile
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -11,6 +12,7 @@ import viser
 from viser import _icons
 
 from workbench.session.commands.compare import FollowSystem
+from workbench.session.commands.messages import Tell
 from workbench.session.state import Session, Tab
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
@@ -49,6 +51,7 @@ from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.style import NARROW
 from workbench.views.page.tabs import PageSignals, Tabs
 
+log = logging.getLogger(__name__)
 LEAST_WIDTH, SHARE = 340, 0.42
 """Where the window is narrow: least width of the panel [px], and its share of the window."""
 STRIP: tuple[type[AbstractPanel], ...] = (Verdict, Header)
@@ -97,6 +100,7 @@ class BrowserView(AbstractView):
         drawn: FirstPicture | None = None,
     ):
         self._server, self._worker = server, worker
+        self._failed: set[str] = set()
         session = worker.session
         with server.atomic():
             self._scene = Scene(server, worker, session, drawn=drawn)
@@ -111,7 +115,7 @@ class BrowserView(AbstractView):
             tradeoff.links = tuple(told.pressed(f"plate-{i}", partial(tradeoff.open, i)) for i in range(MOST))
             self._scene.moved = next(p for p in self._panels if isinstance(p, TrackPanel)).place
             for panel in self._panels:
-                panel.update(session)
+                self._update(panel, session)
 
     @property
     def gizmo(self) -> Gizmo:
@@ -123,16 +127,31 @@ class BrowserView(AbstractView):
             with self._server.atomic():
                 for panel in self._panels:
                     if panel.pause == 0.0:
-                        panel.update(session)
+                        self._update(panel, session)
             self._server.flush()
         with self._server.atomic():
-            self._scene.show(session)
-            waits = [panel.update(session) for panel in self._panels]
+            self._guarded("the scene", self._scene.show, session)
+            waits = [self._update(panel, session) for panel in self._panels]
         self._server.flush()
         self.is_behind = self._scene.is_behind or any(waits)
         if session.opened is not None and session.opened is not self._opened:
             self._tabs.open(session.opened.tab)
         self._opened = session.opened
+
+    def _update(self, panel: AbstractPanel, session: Session) -> bool:
+        """Show a panel; one that raises is told of once, and the others are shown all the same."""
+        return bool(self._guarded(f"the panel {type(panel).__name__}", panel.update, session))
+
+    def _guarded(self, name: str, show: Callable[[Session], bool | None], session: Session) -> bool | None:
+        try:
+            return show(session)
+        except Exception as error:
+            if name not in self._failed:
+                self._failed.add(name)
+                log.exception("%s can't be shown", name)
+                words = f"{name} can't be shown ({type(error).__name__}: {error}); everything else is up to date"
+                self._worker.submit(Tell(words))
+            return None
 
     def _follow(self, is_dark: bool) -> None:
         if is_dark is not self._worker.session.is_dark:
