@@ -48,6 +48,15 @@ def test_only_aria_begins_with_what_its_paper_asks(first, do):
     assert do(SetWanted(-1.0)).messages[-1].severity is Severity.ERROR
 
 
+@pytest.mark.parametrize("name", ["panda", "iiwa14", "wam", "ur5"])
+def test_an_arm_begins_on_a_plate_that_it_can_measure(name):
+    """The Panda began with 3 of 10 targets out of reach, the iiwa with one."""
+    arm = load_robot(name)
+    begun = start(arm, default_circle(arm))
+    assert [state.obstacle for state in begun.states if not state.measurable] == []
+    assert len(begun.plate) == 10
+
+
 @pytest.mark.parametrize(("per_axis", "kept"), [(True, [True, False, True]), (False, [False, False, True])])
 def test_rows_are_judged_by_length_or_axis_by_axis(per_axis, kept):
     rows = RowComponents(

@@ -9,8 +9,8 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
-from workbench.session.state import CubeView, Drag, Field, Focus, Trial
-from workbench.views.drawables.plate import plate
+from workbench.session.state import CubeView, Drag, Field, Focus, Step, Trial
+from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.scene_contents import in_motion, on_page
 from workbench.views.drawables.sink import AbstractSink, Item, is_same
 
@@ -113,6 +113,21 @@ def test_what_is_hidden_is_made_when_it_is_shown(session):
     assert asked == [3, 4]
     sink.draw([])
     assert sink.there == {}
+
+
+def test_every_item_is_made_from_its_inputs(session):
+    """A sink may make what is hidden, too: recordings do."""
+    for item in on_page(session):
+        item.make(*item.inputs)
+    assert any(not item.shown for item in on_page(session))
+
+
+def test_no_target_of_the_last_plate_haunts_another_arm(session):
+    """Blocks of the plate before a move are shadows; those of the plate of another robot would be ghosts."""
+    stepped = replace(moved(session, 0, 0.05), done=(Step(session.plate, session.states),))
+    assert [item.path for item in plate_before(stepped)] == ["plate/before/1"]
+    opened = replace(stepped, done=(Step(session.plate, session.states, session),))
+    assert list(plate_before(opened)) == []
 
 
 def test_nothing_takes_the_place_of_what_has_nothing_to_show():

@@ -1,8 +1,9 @@
 """The start of a session: a robot, a plate, and everything derived from them.
 
-An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is. An arm with
-fewer than six joints can't take any orientation: each of its targets is turned about the vertical until the
-arm meets it well clear of limits and plate, and then has the orientation that the tool has there.
+An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is. A target
+that the arm can't reach as it is, and every one of an arm with fewer than six joints, is turned about the
+vertical, and moved nearer if need be, until the arm meets it well clear of limits and plate; it then has the
+orientation that the tool has there.
 """
 
 from dataclasses import replace
@@ -25,7 +26,7 @@ from workbench.plate.patterns import CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.readings import usual_sigma
-from workbench.session.reach import solve_all_targets
+from workbench.session.reach import branches_to, solve_all_targets
 from workbench.session.score import draw_region, score
 from workbench.session.state import Session, TargetState
 from workbench.session.target_steps import commit_step
@@ -88,6 +89,8 @@ ARIA, TABLE_2, TABLE_2_NAME = "ARIA", "table2", "Table 2"
 """The paper's arm and its plate, as it is loaded and called."""
 TURNS = 6
 """Turns about the vertical that are tried at a place."""
+NEARER = (1.0, 0.95, 0.9, 0.85)
+"""Shares of a place's distance from the base at which they are tried."""
 
 
 def default_plate(robot: Robot) -> Plate:
@@ -105,23 +108,27 @@ def is_default_plate(session: Session) -> bool:
 @lru_cache(maxsize=16)
 def default_circle(robot: Robot) -> Plate:
     """The circle before an arm; above the floor that it stands on."""
-    plate = circle_before(robot)
-    if robot.dof >= int(Task.POSE):
-        return plate
-    straight = robot.with_effects()
-    return replace(plate, targets=tuple(_met(straight, plate, i) for i in range(len(plate))))
+    plate, straight = circle_before(robot), robot.with_effects()
+    targets = (
+        target if robot.dof >= int(Task.POSE) and branches_to(robot, target) else _met(straight, plate, i)
+        for i, target in enumerate(plate.targets)
+    )
+    return replace(plate, targets=tuple(targets))
 
 
 def _met(robot: Robot, plate: Plate, number: int) -> Target:
-    """The target with an orientation that the arm has there; a socket where it can't hold any."""
-    target = plate.targets[number]
-    kind = Kind.SEAT if Task.default(robot.dof) is Task.POSITION_AXIS else Kind.SOCKET
+    """The target, turned or nearer to the base, as the arm meets it; a socket where it can't hold any."""
+    placed = plate.targets[number]
+    kind = Kind.SOCKET if Task.default(robot.dof) is Task.POSITION else Kind.SEAT
     turns = se3.rotvec_to_matrix(np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)[:, None] * [0, 0, 1])
-    poses = robot.base.pose @ se3.pose(turns @ target.pose[:3, :3], np.tile(target.xyz, (TURNS, 1)))
-    branches = [branch for result in solve_many(robot, poses) for branch in result.within_limits]
-    if not branches:
-        return replace(target, kind=Kind.SOCKET)
-    clear = unobstructed(robot, plate, number, branches) or branches
-    best = Motion(max(clear, key=lambda branch: branch.margin).q[None])
-    tool = se3.inverse(robot.base.pose) @ tool_poses(robot, best)[0]
-    return replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)
+    for nearer in NEARER:
+        target = replace(placed, xyz=frozen(placed.xyz * [nearer, nearer, 1.0]))
+        poses = robot.base.pose @ se3.pose(turns @ target.pose[:3, :3], np.tile(target.xyz, (TURNS, 1)))
+        branches = [branch for result in solve_many(robot, poses) for branch in result.within_limits]
+        if not branches:
+            continue
+        clear = unobstructed(robot, plate, number, branches) or branches
+        best = Motion(max(clear, key=lambda branch: branch.margin).q[None])
+        tool = se3.inverse(robot.base.pose) @ tool_poses(robot, best)[0]
+        return replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)
+    return replace(placed, kind=Kind.SOCKET)

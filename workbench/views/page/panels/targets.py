@@ -5,7 +5,7 @@ import viser
 
 from workbench.base.wording import capital
 from workbench.plate.collision import unobstructed
-from workbench.plate.plate import AUTO
+from workbench.plate.plate import AUTO, Target
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
@@ -18,12 +18,13 @@ from workbench.views.page.panels.panel import AbstractPanel, set_options, set_va
 
 LEFT_TO_PROGRAM = "automatic"
 MARK = " · blocked"
+HIDDEN = "The scene shows measured rows; plate and targets are hidden."
 
 
 class TargetsPanel(AbstractPanel):
     """Place and state of the selected target."""
 
-    depends = ("plate", "selected", "states", "branches", "branches_of", "drag", "units")
+    depends = ("plate", "selected", "states", "branches", "branches_of", "drag", "units", "shows_plate")
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
@@ -55,6 +56,13 @@ class TargetsPanel(AbstractPanel):
         )
         self.sends(self._branch, self._choose_branch)
         self._state = gui.add_html("")
+        self._show_plate = self.button(
+            "Show the plate",
+            lambda: SelectTarget(self._number),
+            viser.Icon.EYE,
+            "Put plate and targets back into the scene, where measured rows are shown now.",
+            visible=False,
+        )
         self._locked = gui.add_checkbox("Locked", False, hint="Keep this target fixed when others are moved.")
         self.sends(self._locked, lambda: LockTarget(self._number, self._locked.value))
         self._build_buttons(gui)
@@ -72,21 +80,28 @@ class TargetsPanel(AbstractPanel):
         self._names = {AUTO: LEFT_TO_PROGRAM, **mine, **known}
         set_options(self._branch, list(self._names.values()), self._names[target.branch])
         set_value(self._locked, target.locked)
+        is_hidden = not session.shows_plate
+        self._show_plate.visible = is_hidden
+        self._edit.visible = not is_hidden
+        for control in (self._branch, self._locked):
+            control.disabled = is_hidden
         for field in (self._xyz, self._rpy):
-            field.control.disabled = target.locked
-        self._state.content = block(_state(state), testid="state", style="margin:4px 0 6px")
+            field.control.disabled = is_hidden or target.locked
+        words = text(HIDDEN) if is_hidden else _state(target, state)
+        self._state.content = block(words, testid="state", style="margin:4px 0 6px")
 
     @property
     def _number(self) -> int:
         return int(self._choice.value) - 1
 
     def _build_buttons(self, gui: viser.GuiApi) -> None:
+        self._edit = gui.add_button_group(
+            "Target",
+            ("Add", "Copy", "Delete"),
+            hint="Add a target in the middle of the region, copy the selected one, or delete it.",
+        )
         self.sends_one_of(
-            gui.add_button_group(
-                "Target",
-                ("Add", "Copy", "Delete"),
-                hint="Add a target in the middle of the region, copy the selected one, or delete it.",
-            ),
+            self._edit,
             {
                 "Add": AddTarget,
                 "Copy": lambda: CopyTarget(self._number),
@@ -118,7 +133,7 @@ def blocked_branches(session: Session) -> tuple[str, ...]:
     return tuple(branch.name for branch in branches if not any(branch is other for other in free))
 
 
-def _state(state: TargetState) -> str:
+def _state(target: Target, state: TargetState) -> str:
     if state.measurable:
         return badge("Reached", css(REACHED)) + f'<span style="color:{MUTED}"> · {text(state.branch)}</span>'
     if state.reached:
@@ -136,6 +151,8 @@ def _state(state: TargetState) -> str:
         f"The arm stops {1e3 * distance:.1f} mm and {np.rad2deg(angle):.1f}° short of it. Drag the target "
         "back, or press Undo."
         if distance > 1e-6 or angle > 1e-6
+        else "Turn or move the target, or press Undo."
+        if target.branch == AUTO
         else "Choose another branch, or set the branch to automatic."
     )
     return (
