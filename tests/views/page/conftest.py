@@ -67,13 +67,14 @@ def untouched(running: App) -> Session:
 
 
 @pytest.fixture
-def app(running: App, untouched: Session) -> App:
-    """The app of this worker, in whose session nothing has happened yet."""
+def app(running: App, untouched: Session) -> Iterator[App]:
+    """The app of this worker, in whose session nothing has happened yet; no panel may raise in the test."""
     running.worker.cancel()
     running.worker.wait()
     running.worker.submit(StartAgain(untouched))
     running.worker.wait()
-    return running
+    yield running
+    assert running.view._failed == set()
 
 
 def browser_program() -> str | None:

@@ -2,8 +2,10 @@
 
 import io
 import re
+import tempfile
 import zipfile
 from dataclasses import replace
+from pathlib import Path
 from time import monotonic, sleep
 from types import SimpleNamespace
 
@@ -19,16 +21,21 @@ from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.data.readers import read_measurements
 from workbench.data.readers.preview import Preview
-from workbench.identification.algorithms import ALGORITHMS
+from workbench.data.simulation.instruments import instrument_named
+from workbench.data.simulation.simulate import simulate
+from workbench.data.writer import write_measurements
+from workbench.identification.algorithms import ALGORITHMS, AbstractIdentifier
+from workbench.identification.algorithms.ols import Ols
 from workbench.identification.arm_match import ArmMatch
 from workbench.plate.plate_toml import read_plate
 from workbench.plate.region import Region
 from workbench.session.commands.arm import ChooseRobot, drawn_joints
 from workbench.session.commands.compare import SetUnits, ShowFit
-from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.messages import Tell
+from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.trajectory import PlanTrack, PlayTrack, SetPace
 from workbench.session.export import (
     calibrated_toml,
@@ -53,6 +60,7 @@ from workbench.views.page.panels.choices import read_rows
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.header import Header
+from workbench.views.page.panels.influence import InfluencePanel
 from workbench.views.page.panels.start_card import StartCard
 from workbench.views.page.panels.target_placement import rows_of, table_of
 from workbench.views.page.panels.targets import TargetsPanel
@@ -429,3 +437,79 @@ def test_a_message_draws_no_figure_again(app, monkeypatch):
         app.worker.submit(command)
         assert app.worker.wait(60.0)
     assert len(drawn) == 1
+
+
+def test_a_panel_that_raises_stops_no_other_and_is_told_of_once(app, monkeypatch, caplog):
+    """All panels behind it stood still without a word."""
+
+    def raises(self, session):
+        raise RuntimeError("no humidity")
+
+    monkeypatch.setattr(app.view, "_failed", set())
+    monkeypatch.setattr(InfluencePanel, "show", raises)
+    for number, position in ((3, 2e-4), (4, 3e-4)):
+        app.worker.submit(SelectTarget(number))
+        app.worker.submit(SetNoise(position, 1e-3))
+        assert app.worker.wait()
+    assert control(app, "Noise [mm]").value == 0.3
+    told = [m for m in app.worker.session.messages if "humidity" in m.text]
+    assert [m.severity for m in told] == [Severity.ERROR]
+    assert "InfluencePanel" in told[0].text
+    assert len([record for record in caplog.records if record.exc_info]) == 1
+
+
+def test_a_scene_that_raises_stops_no_panel(app, monkeypatch):
+    def raises(session):
+        raise RuntimeError("no light")
+
+    monkeypatch.setattr(app.view, "_failed", set())
+    monkeypatch.setattr(app.view._scene, "show", raises)
+    app.worker.submit(SetNoise(4e-4, 1e-3))
+    assert app.worker.wait()
+    assert control(app, "Noise [mm]").value == 0.4
+    assert any("no light" in message.text for message in app.worker.session.messages)
+
+
+def test_an_algorithm_that_was_registered_later_is_shown_like_the_others(app):
+    class Late(AbstractIdentifier):
+        name, title, summary = "late", "LATE", "Gauss-Newton under another name."
+
+        def search(self, problem, *, on_step=None):
+            return Ols().search(problem, on_step=on_step)
+
+    ALGORITHMS.register(Late())
+    try:
+        for command in (MeasureVirtualArm(2), Identify(("late", "opt2"))):
+            app.worker.submit(command)
+            assert app.worker.wait(60.0)
+        app.worker.submit(ShowFit("late"))
+        assert app.worker.wait(60.0)
+        assert app.worker.session.fit == "late"
+        assert tuple(control(app, "Shown fit").options) == ("LATE", "OPT2")
+        assert control(app, "Shown fit").value == "LATE"
+    finally:
+        ALGORITHMS.remove("late")
+
+
+def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_shown(app):
+    """Their fields moved blocks that nobody saw."""
+    rows = simulate(
+        app.worker.session.robot,
+        Motion(np.random.default_rng(4).uniform(-1.5, 1.5, (30, 6))),
+        instrument=instrument_named("tracker-6d"),
+        rng=np.random.default_rng(4),
+    )
+    with tempfile.TemporaryDirectory() as folder:
+        file = write_measurements(rows, Path(folder) / "rows.csv").read_bytes()
+    app.worker.submit(LoadData("rows.csv", file))
+    assert app.worker.wait(60.0)
+    panel = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
+    edits = [panel._xyz.control, panel._rpy.control, panel._branch, panel._locked]
+    assert not app.worker.session.shows_plate
+    assert (panel._show_plate.visible, panel._edit.visible) == (True, False)
+    assert all(edit.disabled for edit in edits)
+    panel.send(lambda: SelectTarget(3))
+    assert app.worker.wait(60.0)
+    assert app.worker.session.shows_plate
+    assert (panel._show_plate.visible, panel._edit.visible) == (False, True)
+    assert not any(edit.disabled for edit in edits)

@@ -149,7 +149,9 @@ class BrowserView(AbstractView):
             if name not in self._failed:
                 self._failed.add(name)
                 log.exception("%s can't be shown", name)
-                words = f"{name} can't be shown ({type(error).__name__}: {error}); everything else is up to date"
+                words = (
+                    f"{name} can't be shown ({type(error).__name__}: {error}); everything else is up to date"
+                )
                 self._worker.submit(Tell(words))
             return None
 
