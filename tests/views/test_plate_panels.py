@@ -15,6 +15,7 @@ from workbench.plate.plate_toml import load_plate
 from workbench.session import start
 from workbench.session.commands.drag import GrabTarget, MoveTarget
 from workbench.session.commands.undo import GoBackTo, Undo
+from workbench.session.judgement import plate_judgement
 from workbench.views.drawables.plate import plate_before
 from workbench.views.drawables.region import envelope
 from workbench.views.page.panels.history import _plot, step_names
@@ -58,7 +59,7 @@ def test_a_target_that_nothing_replaces_is_marked(first):
     [
         (1.25e-4, None, "below the error of one instrument reading (0.173 mm rms)"),
         (3.5e-4, None, "2.0 × the error of one reading (0.173 mm rms)"),
-        (1.25e-4, 1e-3, "rms within the wanted 1 mm"),
+        (1.25e-4, 1e-3, "not yet tried against the wanted 1 mm"),
         (2e-3, 1e-3, "rms beyond the wanted 1 mm"),
         (np.inf, 1e-3, ""),
         (np.nan, None, ""),
@@ -66,7 +67,8 @@ def test_a_target_that_nothing_replaces_is_marked(first):
 )
 def test_an_error_is_judged_against_the_wanted_one_and_the_instrument(first, position, wanted, expected):
     score = replace(first.score, position=position)
-    words = judgement(score, 1e-4, wanted and Wanted(position=wanted))
+    session = replace(first, score=score, wanted=wanted and Wanted(position=wanted))
+    words = judgement(score, 1e-4, plate_judgement(session))
     assert expected in words
     assert bool(words) is bool(expected)
 

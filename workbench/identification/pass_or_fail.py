@@ -7,7 +7,7 @@ from jaxtyping import Int
 
 from workbench.data.accuracy_requirement import Wanted, WantedCheck
 from workbench.data.prediction import row_components
-from workbench.identification.result import Identification
+from workbench.identification.result import Identification, Run
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -46,9 +46,13 @@ class Judged:
         return f"✗ {len(self.failed)} of {count} {self.where} {words} {self.check.words}"
 
 
-def judge(result: Identification, wanted: Wanted) -> Judged:
-    """Assess the best fit against the required error."""
+def judge(result: Identification, wanted: Wanted, *, run: Run | None = None) -> Judged:
+    """Assess a run, the best one if none is given, against the required error.
+
+    Held-out rows are judged by an arm that did not see them.
+    """
+    run = result.best if run is None else run
     held_out = len(result.held_out_data) > 0
     rows = result.held_out_data if held_out else result.data.take(result.train_rows)
-    check = wanted.check(row_components(result.best.fit.calibrated, rows))
+    check = wanted.check(row_components(run.judged or run.calibrated, rows))
     return Judged(check=check, rows=rows.row, held_out=held_out)

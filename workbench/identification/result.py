@@ -249,7 +249,7 @@ def columns_of(result: Identification) -> tuple[Column, ...]:
     """The nominal arm (base and tool fitted where they are free) and every algorithm's."""
     train, held_out = result.data.take(result.train_rows), result.held_out_data
     robots = [("NOM", result.aligned)]
-    robots += [(run.fit.title, run.fit.calibrated) for run in result.runs.values()]
+    robots += [(run.fit.title, run.judged or run.calibrated) for run in result.runs.values()]
     return tuple(
         Column(title, row_components(robot, train), row_components(robot, held_out))
         for title, robot in robots

@@ -4,8 +4,7 @@ Drag → measure → identify → diagnose → add → compare → take away; th
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
-from enum import StrEnum
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -25,23 +24,13 @@ from workbench.session.commands.measure import UseRows
 from workbench.session.commands.messages import Tell
 from workbench.session.commands.plate import ImprovePlate, TryPlate
 from workbench.session.export import File, fixture_zip
+from workbench.session.judgement import Tone, arm_judgement, plate_judgement
 from workbench.session.state import Focus, Session, Severity, Tab
 
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 """Mean length of a position error of three normal components of unit deviation."""
-ENOUGH = 0.95
-"""Share of virtual arms that have to keep the wanted error."""
 BEYOND_NOISE = 1.5
 """Ratio of remaining error to instrument noise above which it is not noise alone."""
-
-
-class Tone(StrEnum):
-    """How a sentence is meant."""
-
-    PLAIN = "plain"
-    GOOD = "good"
-    CAREFUL = "careful"
-    BAD = "bad"
 
 
 @dataclass(frozen=True)
@@ -98,7 +87,15 @@ POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
 
 
 def guide(session: Session) -> Step:
-    """The state of this session."""
+    """The state of this session; where it advises to save the arm, the verdict on it decides the tone."""
+    step = _guide(session)
+    judged = arm_judgement(session) if step.next == TAKE else None
+    if judged is None:
+        return step
+    return replace(step, sentence=f"{step.sentence} {judged.text}.", tone=judged.tone)
+
+
+def _guide(session: Session) -> Step:
     if session.caption:
         return Step(session.caption, figure=_figure(session))
     if session.job is not None:
@@ -232,19 +229,16 @@ def _design(session: Session) -> Step:
         words = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
         return Step(f"{words}. Or let the program place all targets.", next=improve, other=LOAD)
     words = capital(_predicted(session))
-    if session.wanted is None or np.isnan(session.score.position):
+    if (judged := plate_judgement(session)) is None:
         words = f"{words}. Good enough? Set the required error below (Wanted [mm]), or measure."
         return Step(words, next=LOAD, other=improve)
-    wanted = session.wanted.words
-    if not session.wanted.within_by_norms(session.score.position, session.score.rotation):
-        return Step(f"{words}: beyond the wanted {wanted}. Improve it.", Tone.CAREFUL, improve, LOAD)
-    if session.tried is None:
-        words = f"{words}: rms within the wanted {wanted}. Good enough? Try it, or measure."
-        return Step(words, next=TRY, other=LOAD)
-    kept = f"{100 * session.tried.share:.3g} % of {session.tried.arms} virtual arms keep {wanted} everywhere"
-    if session.tried.share < ENOUGH:
-        return Step(f"{kept}.", Tone.CAREFUL, improve, LOAD)
-    return Step(f"{kept}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
+    if judged.tone is Tone.GOOD:
+        return Step(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
+    if session.tried is not None:
+        return Step(f"{capital(judged.text)}.", judged.tone, improve, LOAD)
+    if judged.tone is Tone.CAREFUL:
+        return Step(f"{words}: {judged.text}. Improve it.", judged.tone, improve, LOAD)
+    return Step(f"{words}: {judged.text}. Try it, or measure.", judged.tone, TRY, LOAD)
 
 
 def _predicted(session: Session) -> str:

@@ -154,7 +154,7 @@ def plate(visit: Visit, robot: str, wanted: str, folder: Path) -> Path:
     visit.says(" mm at first. Good enough?")
     visit.shoot("improved")
     visit.type("Wanted [mm]", wanted)
-    visit.says("rms within the wanted")
+    visit.says("not yet tried against the wanted")
     visit.shoot("wanted")
     visit.press("Try it on virtual arms")
     visit.says("Make the plate, then measure")

@@ -5,11 +5,15 @@ from html import escape
 
 import numpy as np
 
+from workbench.session.judgement import Tone
+
 MUTED = "var(--mantine-color-dimmed)"
 LINE = "var(--mantine-color-default-border)"
 FONT = "font-size:13px;line-height:1.45;color:var(--mantine-color-text)"
 GOOD, BAD, CAREFUL = "#16a34a", "#dc2626", "#c2700a"
 """Colours of words that read on light and on dark pages."""
+INKS = {Tone.PLAIN: MUTED, Tone.GOOD: GOOD, Tone.CAREFUL: CAREFUL, Tone.BAD: BAD}
+"""Of a verdict."""
 
 
 def on_any_page(colour: str) -> str:

@@ -4,25 +4,15 @@ import numpy as np
 import viser
 
 from workbench.identification.algorithms import ALGORITHMS, USUAL
-from workbench.identification.result import Identification, columns_of, judged
+from workbench.identification.result import Identification, judged
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
 from workbench.session.export import calibrated_toml, calibrated_urdf, report_zip
+from workbench.session.judgement import arm_judgement
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import OUT_OF_REACH, css
-from workbench.views.page.html import (
-    CAREFUL,
-    GOOD,
-    MUTED,
-    badge,
-    block,
-    bullets,
-    heading,
-    number,
-    table,
-    text,
-)
+from workbench.views.page.html import CAREFUL, GOOD, INKS, MUTED, block, bullets, heading, number, table, text
 from workbench.views.page.panels.figure import error_figure
 from workbench.views.page.panels.index import WantedPanel
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, sheet, waiting
@@ -130,7 +120,7 @@ class FitPanel(AbstractPanel):
             self._errors.content = _errors(found, session.fit)
             self._fit.options = [_titles()[name] for name in found.runs]
             set_value(self._fit, _titles()[session.fit])
-            self._requirement.content = _requirement(found, session)
+            self._requirement.content = _requirement(session)
             self._draw_figure()
             self._parameters.content = _parameters(found, session.fit)
             self._warnings.content = block(
@@ -186,20 +176,14 @@ def _cells(validation) -> tuple[str, str, str]:
     return number(errors.position_mm.mean), number(errors.position_mm.max), turned
 
 
-def _requirement(found: Identification, session: Session) -> str:
-    """Pass or fail of the shown fit against the required error, on held-out rows if there are any."""
-    if session.wanted is None:
+def _requirement(session: Session) -> str:
+    """Pass or fail of the shown fit against the required error."""
+    judged = arm_judgement(session)
+    if judged is None:
         return ""
-    column = columns_of(found)[1 + list(found.runs).index(session.fit)]
-    rows, kind = (column.held_out, "held-out") if len(column.held_out) else (column.train, "fitted")
-    judged = int(rows.has_position.sum())
-    if not judged:
-        return ""
-    kept = int((session.wanted.within(rows) & rows.has_position).sum())
-    mark = badge("Passes", GOOD) if kept == judged else badge("Fails", css(OUT_OF_REACH))
-    words = f"{kept} of {judged} {kind} poses are within {session.wanted.words}"
+    colour = INKS[judged.tone]
     return block(
-        f'{mark} <span style="color:{MUTED}">{text(words)}</span>', testid="requirement", style="margin:4px 0"
+        text(judged.text), testid="requirement", style=f"margin:4px 0;color:{colour};font-weight:600"
     )
 
 

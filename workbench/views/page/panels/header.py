@@ -5,10 +5,10 @@ from typing import Any
 import viser
 
 from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
-from workbench.session.guide import Action, Step, Tone, guide
+from workbench.session.guide import Action, Step, guide
 from workbench.session.state import Message, Session, Severity
 from workbench.session.worker import Worker
-from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, block, text
+from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 TINTS = {
@@ -17,7 +17,6 @@ TINTS = {
     Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
 FIGURE = "font-size:22px;font-weight:650;line-height:1.3;font-variant-numeric:tabular-nums"
-INKS = {Tone.PLAIN: LINE, Tone.GOOD: GOOD, Tone.CAREFUL: CAREFUL, Tone.BAD: BAD}
 
 
 class Verdict(AbstractPanel):

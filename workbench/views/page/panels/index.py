@@ -3,15 +3,15 @@
 import numpy as np
 import viser
 
-from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.observability import INDICES
 from workbench.plate.readings import assumptions
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.session.commands.identify import SetWanted
+from workbench.session.judgement import Judgement, plate_judgement
 from workbench.session.state import Score, Session
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.drawables.plate import target_colour
-from workbench.views.page.html import GOOD, MUTED, block, change, heading, note, number, table, text
+from workbench.views.page.html import INKS, MUTED, block, change, heading, note, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 WIDTH, HEIGHT, HEAD = 340, 46, 13
@@ -25,7 +25,7 @@ class IndexPanel(AbstractPanel):
     """Predicted error, its assessment, and the contribution of each target."""
 
     pause = 0.0
-    depends = ("score", "first_score", "states", "selected", "noise", "wanted")
+    depends = ("score", "first_score", "states", "selected", "noise", "wanted", "tried")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html("")
@@ -36,7 +36,7 @@ class IndexPanel(AbstractPanel):
             heading("Predicted error in the region after calibration")
             + _measurable(session)
             + _predicted(session)
-            + judgement(now, session.noise.position, session.wanted)
+            + judgement(now, session.noise.position, plate_judgement(session))
             + heading("Predicted error without each target")
             + worth(session)
             + _worst(now)
@@ -60,7 +60,7 @@ class IndicesPanel(AbstractPanel):
         self._html.content = block(content, testid="indices")
 
 
-def judgement(score: Score, noise: float, wanted: Wanted | None = None) -> str:
+def judgement(score: Score, noise: float, judged: Judgement | None = None) -> str:
     """Assessment of a predicted error against the required error and the instrument.
 
     `noise` is the standard deviation of each coordinate that it measures [m].
@@ -68,10 +68,8 @@ def judgement(score: Score, noise: float, wanted: Wanted | None = None) -> str:
     if not np.isfinite(score.position):
         return ""
     parts = []
-    if wanted is not None:
-        good = wanted.within_by_norms(score.position, score.rotation)
-        words = f"rms {'within' if good else 'beyond'} the wanted {wanted.words}"
-        parts.append(f'<span style="color:{GOOD if good else css(OUT_OF_REACH)}">{words}</span>')
+    if judged is not None:
+        parts.append(f'<span style="color:{INKS[judged.tone]}">{text(judged.text)}</span>')
     length = np.sqrt(3.0) * noise
     times = score.position / length
     if times < 1.0:

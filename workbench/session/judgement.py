@@ -1,0 +1,74 @@
+"""Plate and arm against the wanted error: one answer to each question, the same in strip, panels and report.
+
+The plate is judged by its yield on virtual arms, the arm by its held-out rows; until these are known, nothing
+is called good.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import lru_cache
+
+import numpy as np
+
+from workbench.data.accuracy_requirement import Wanted
+from workbench.identification.pass_or_fail import Judged, judge
+from workbench.identification.result import Identification
+from workbench.session.state import Session
+
+ENOUGH = 0.95
+"""Share of virtual arms that have to keep the wanted error."""
+
+
+class Tone(StrEnum):
+    """How a sentence is meant."""
+
+    PLAIN = "plain"
+    GOOD = "good"
+    CAREFUL = "careful"
+    BAD = "bad"
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """Whether something keeps the wanted error.
+
+    Args:
+        tone: Plain while that is not known.
+        text: For people, without a full stop.
+    """
+
+    tone: Tone
+    text: str
+
+
+def plate_judgement(session: Session) -> Judgement | None:
+    """Whether arms that are calibrated on this plate keep the wanted error; None where nothing is to judge.
+
+    A predicted rms over poses can show that they don't, but not that they do at every pose.
+    """
+    wanted, score, found = session.wanted, session.score, session.tried
+    if wanted is None or np.isnan(score.position):
+        return None
+    if found is not None:
+        kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms keep {wanted.words} everywhere"
+        return Judgement(Tone.GOOD if found.share >= ENOUGH else Tone.CAREFUL, kept)
+    if not wanted.within_by_norms(score.position, score.rotation):
+        return Judgement(Tone.CAREFUL, f"rms beyond the wanted {wanted.words}")
+    return Judgement(Tone.PLAIN, f"not yet tried against the wanted {wanted.words}")
+
+
+def arm_judgement(session: Session) -> Judgement | None:
+    """Whether the arm of the shown fit keeps the wanted error; None where nothing is to judge."""
+    found, wanted = session.identification, session.wanted
+    if found is None or wanted is None:
+        return None
+    judged = _judged(found, session.fit, wanted)
+    if not judged.check.judged.any():
+        return None
+    passed = Tone.GOOD if judged.held_out else Tone.PLAIN
+    return Judgement(passed if judged.check.ok else Tone.BAD, judged.verdict)
+
+
+@lru_cache(maxsize=2)
+def _judged(found: Identification, fit: str, wanted: Wanted) -> Judged:
+    return judge(found, wanted, run=found.runs[fit])
