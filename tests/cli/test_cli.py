@@ -21,6 +21,7 @@ from workbench.base.files import write_text
 from workbench.data.readers import read_measurements
 from workbench.data.readers.trajectory import read_trajectory
 from workbench.data.writer import RotationForm, write_measurements
+from workbench.plate.plate_toml import load_plate
 from workbench.plate.simulated_measurement import measure_poses
 
 ERRORS = {"position_mm", "orientation_deg"}
@@ -198,12 +199,23 @@ def test_a_driven_arm_is_captured_and_identified(run):
 
 
 def test_an_incomplete_capture_says_so_by_its_status(run, monkeypatch):
-    line = '{"time": 0.0, "q": [0, 0, 0, 0, 0, 0], "xyz": [0.1, 0.2, 0.3], "capture": true}\n'
-    monkeypatch.setattr(sys, "stdin", io.StringIO(line))
+    first = load_plate("table2").targets[0].xyz.tolist()
+    line = {"time": 0.0, "q": [0, 0, 0, 0, 0, 0], "xyz": first, "capture": True}
+    monkeypatch.setattr(sys, "stdin", io.StringIO(f"{json.dumps(line)}\n"))
     status, out, _ = run("capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv")
     assert status == 2
     assert out.startswith("1 of 10 targets")
     assert len(read_measurements("d.csv", joints=6)) == 1
+
+
+def test_a_capture_books_nothing_for_a_target_where_the_tool_is_not(run, monkeypatch):
+    fourth = load_plate("table2").targets[3].xyz.tolist()
+    line = {"time": 0.0, "q": [0, 0, 0, 0, 0, 0], "xyz": fourth, "capture": True}
+    monkeypatch.setattr(sys, "stdin", io.StringIO(f"{json.dumps(line)}\n"))
+    status, _, said = run("capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv")
+    assert status != 0
+    assert "target 4" in said
+    assert not Path("d.csv").exists()
 
 
 def test_plates_and_poses(run):

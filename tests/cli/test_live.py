@@ -32,7 +32,8 @@ def test_it_fits_into_80_columns(sees):
     position = None if sees == "nothing" else 10.0 * pose[:3, 3]
     rotation = pose[:3, :3] if sees == "poses" else None
     acquisition.update(Sample(time=0.0, q=np.full(6, -3.1), position=position, rotation=rotation))
-    acquisition.store()
+    assert not acquisition.store().changed  # it is at no target
+    assert acquisition.store(anywhere=True).changed
     text = shown(acquisition)
     assert "target 2 of 10" in text
     assert ("by model" in text) == (sees == "nothing")

@@ -20,14 +20,16 @@ from workbench.data.simulation.instruments import instrument_named
 from workbench.plate.guided_measurement import capture, plate_acquisition
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.simulated_measurement import drive_plate
+from workbench.session.start import start
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")
+POSTURES = [state.q for state in start(ARM, PLATE).states]
 QUICK = Pace(rate=20.0, dwell=0.8)
 
 
 def still(k: int, *, start: float, q=None, pose: bool = True, flag: bool = False, count: int = 40):
-    """Samples of an arm that stands at its k-th place."""
-    q = np.full(6, 0.1 * k) if q is None else q
+    """Samples of an arm that stands at its k-th target, counted from 0."""
+    q = POSTURES[k] if q is None else q
     found = tool_poses(ARM, Motion(q[None]))[0]
     for i in range(count):
         yield Sample(
@@ -50,7 +52,7 @@ def stored(acquisition):
 
 def test_a_measured_pose_is_stored_with_its_joints():
     acquisition = plate_acquisition(ARM, PLATE, session="front")
-    fed(acquisition, still(1, start=0.0))
+    fed(acquisition, still(0, start=0.0))
     assert acquisition.arm_state is ArmState.STILL
     assert acquisition.store().changed
     data = acquisition.dataset(source="here")
@@ -62,20 +64,20 @@ def test_a_measured_pose_is_stored_with_its_joints():
 
 def test_without_a_pose_the_target_s_own_is_stored():
     acquisition = plate_acquisition(ARM, PLATE)
-    fed(acquisition, still(1, start=0.0, pose=False))
+    fed(acquisition, still(0, start=0.0, pose=False))
     assert not acquisition.status().measured
     acquisition.store()
     np.testing.assert_array_equal(acquisition.dataset(source="x").position[0], PLATE.targets[0].xyz)
     assert acquisition.source is PoseSource.REFERENCE
-    fed(acquisition, still(2, start=9.0))  # poses come after all: one file has one kind
+    fed(acquisition, still(1, start=9.0))  # poses come after all: one file has one kind
     acquisition.store()
     np.testing.assert_array_equal(acquisition.dataset(source="x").position[1], PLATE.targets[1].xyz)
 
 
 def test_an_instrument_that_has_lost_the_tool_stores_nothing():
     acquisition = plate_acquisition(ARM, PLATE)
-    fed(acquisition, still(1, start=0.0))
-    fed(acquisition, still(1, start=2.0, pose=False))
+    fed(acquisition, still(0, start=0.0))
+    fed(acquisition, still(0, start=2.0, pose=False))
     assert not acquisition.store().changed
 
 
@@ -83,7 +85,7 @@ def test_nothing_is_stored_while_the_arm_moves_unless_forced():
     acquisition = plate_acquisition(ARM, PLATE)
     assert not acquisition.store().changed  # no sample yet
     moving = [
-        replace(sample, q=sample.q + 0.01 * i) for i, sample in enumerate(still(1, start=0.0, flag=True))
+        replace(sample, q=sample.q + 0.01 * i) for i, sample in enumerate(still(0, start=0.0, flag=True))
     ]
     (refused,) = fed(acquisition, moving)
     assert not refused.changed
@@ -93,10 +95,73 @@ def test_nothing_is_stored_while_the_arm_moves_unless_forced():
     assert plate_acquisition(ARM, PLATE, forced=True).update(moving[-1]).changed
 
 
+def elsewhere(acquisition, k, *, start, **options):
+    """What comes of an arm that stands at the k-th target, whichever is current."""
+    return fed(acquisition, still(k, start=start, flag=True, **options))[-1]
+
+
+@pytest.mark.parametrize("pose", [True, False])
+def test_a_row_is_not_booked_for_a_target_where_the_tool_is_not(pose):
+    """An arm that stood at target 4 was booked as target 1, and the whole series was shifted by three."""
+    acquisition = plate_acquisition(ARM, PLATE)
+    refused = elsewhere(acquisition, 3, start=0.0, pose=pose)
+    assert not refused.changed
+    assert "target 1" in refused.message
+    assert "target 4" in refused.message
+    place = acquisition.status().place
+    assert (place.is_known, place.looks_like) == (False, 3)
+    far = np.linalg.norm(PLATE.targets[3].xyz - PLATE.targets[0].xyz)
+    assert f"{1e3 * far:.1f} mm" in place.text
+    assert not acquisition.store().changed
+    assert acquisition.store_as(3).changed
+    assert acquisition.capture.current == 4
+    assert [elsewhere(acquisition, k, start=10.0 * k, pose=pose).changed for k in (4, 5)] == [True, True]
+    assert stored(acquisition) == [3, 4, 5]
+    names = acquisition.dataset(source="x").group.tolist()
+    assert names == ["target 4", "target 5", "target 6"]
+
+
+@pytest.mark.parametrize("pose", [True, False])
+def test_at_no_target_nothing_is_stored_unless_told_so(pose):
+    acquisition = plate_acquisition(ARM, PLATE)
+    fed(acquisition, still(0, start=0.0, q=POSTURES[0] + 0.3, pose=pose))
+    place = acquisition.status().place
+    assert (place.is_known, place.looks_like) == (False, None)
+    assert not acquisition.store().changed
+    assert not acquisition.store_as(3).changed
+    assert acquisition.capture.current == 0
+    assert acquisition.store(anywhere=True).changed
+
+
+@pytest.mark.parametrize(("millimetres", "degrees", "known"), [(29, 0, True), (31, 0, False), (0, 6, False)])
+def test_a_tool_is_at_its_target_within_30_mm_and_5_degrees(millimetres, degrees, known):
+    acquisition = plate_acquisition(ARM, PLATE)
+    pose = np.array(PLATE.targets[0].pose)
+    turn = se3.rotvec_to_matrix(np.array([0.0, 0.0, np.deg2rad(degrees)]))
+    place = pose[:3, 3] + [1e-3 * millimetres, 0.0, 0.0]
+    q = POSTURES[0] + 0.3  # the joints say nothing
+    for k in range(20):
+        acquisition.update(Sample(time=0.1 * k, q=q, position=place, rotation=turn @ pose[:3, :3]))
+    assert acquisition.store().changed is known
+
+
+def test_an_instrument_in_a_frame_of_its_own_is_no_reason_to_refuse():
+    """A tracker that stands anywhere measures no pose near a target; the joints tell where the arm is."""
+    acquisition = plate_acquisition(ARM, PLATE)
+    away = np.array([2.0, -1.0, 0.5])
+    for k in (0, 1, 3):
+        for sample in still(k, start=10.0 * k):
+            acquisition.update(replace(sample, position=sample.position + away))
+        told = acquisition.store()
+        assert told.changed is (k < 2)
+        assert " mm" in told.message
+    assert acquisition.status().place.looks_like == 3
+
+
 def test_an_arm_that_has_not_moved_on_is_no_next_target():
     acquisition = plate_acquisition(ARM, PLATE)
-    fed(acquisition, still(1, start=0.0, flag=True))
-    fed(acquisition, still(1, start=2.0, flag=True))
+    fed(acquisition, still(0, start=0.0, flag=True))
+    fed(acquisition, still(0, start=2.0, flag=True))
     assert stored(acquisition) == [0]
     acquisition.again()
     assert acquisition.store().changed
@@ -130,7 +195,7 @@ def test_rows_are_taken_again_and_targets_passed_over():
 
 def test_a_full_capture_is_not_overwritten_by_one_key_too_many():
     acquisition = plate_acquisition(ARM, replace(PLATE, targets=PLATE.targets[:1]))
-    fed(acquisition, still(1, start=0.0, flag=True))
+    fed(acquisition, still(0, start=0.0, flag=True))
     assert acquisition.capture.done
     assert not acquisition.store(force=True).changed
 
@@ -214,7 +279,7 @@ def test_keys_store_take_again_and_end(tmp_path):
     """Keys are given by a source of lines that waits for nobody: one thread stands for both."""
     asked = iter("\nrq")
     acquisition = plate_acquisition(ARM, PLATE)
-    fed(acquisition, still(1, start=0.0))
+    fed(acquisition, still(0, start=0.0))
     with pytest.raises(DataError):
         capture(acquisition, ARM, _endless(), tmp_path / "d.csv", keys=asked)
     assert not list(tmp_path.iterdir())  # the only row was dropped, and its file with it

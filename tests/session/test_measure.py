@@ -90,6 +90,20 @@ def test_the_last_row_is_taken_again_and_a_target_left_for_later(do, begun):
     assert kept.row.tolist() == [0, 2]
 
 
+def test_a_row_is_kept_for_the_target_at_which_the_arm_stands(do, begun):
+    session = do(*samples(begun, begun.virtual.postures[3], begin=0.0), StoreRow())
+    assert session.measuring.acquisition.rows == 0
+    assert "target 4" in session.messages[-1].text
+    assert do(StoreRow(target=5)).measuring.acquisition.rows == 0
+    assert do(StoreRow(target=99)).measuring.acquisition.rows == 0
+    assert do(StoreRow(target=3)).measuring.target == 4
+    session = do(*samples(begun, begun.virtual.postures[4], begin=10.0), StoreRow())
+    taken = session.measuring.acquisition.capture.taken
+    assert [i for i, row in enumerate(taken) if row is not None] == [3, 4]
+    session = do(*samples(begun, begun.virtual.postures[2], begin=20.0), StoreRow(anywhere=True), UseRows())
+    assert session.loaded.dataset.group.tolist() == ["target 4", "target 5", "target 6"]
+
+
 def test_a_snapshot_stays_as_it_was(do, begun):
     before = do(*samples(begun, begun.virtual.postures[0], begin=0.0)).measuring
     do(StoreRow(), *samples(begun, begun.virtual.postures[1], begin=5.0, shift=1.0))

@@ -17,11 +17,9 @@ from rich.text import Text
 
 from workbench.base import se3
 from workbench.base.types import Matrix4, Vector3
-from workbench.data.live.acquisition import ArmState, Status
+from workbench.data.live.acquisition import ALIGNED, FAR, NEAR, TURNED, ArmState, Status
 
-KEYS = "Enter stores · f forces · r row again · n/p next/previous · q ends"
-NEAR = 1e-3, float(np.deg2rad(0.5))
-"""Deviations below these are shown in green [m], [rad]."""
+KEYS = "Enter stores · y as seen · f forces · r row again · n/p next/previous · q ends"
 NOTHING, DEGREES = "–", 180.0 / np.pi
 MARKS = 50
 """Targets that the line of marks shows."""
@@ -60,7 +58,7 @@ def _table(status: Status) -> Table:
     table.add_row("target", *_pose(status.target))
     turned = not status.measured or status.rotation is not None or status.target is None
     table.add_row("measured" if status.measured else "by model", *_pose(status.pose, turned=turned))
-    off = "–" if status.position is None else _size(status.position, 1e3, NEAR[0])
+    off = "–" if status.position is None else _size(status.position, 1e3, NEAR, FAR)
     table.add_row("off", *_parts(status.position, 1e3), off, *_parts(status.rotation, DEGREES))
     return table
 
@@ -77,10 +75,11 @@ def _parts(values: Vector3 | None, scale: float) -> list[str]:
     return [NOTHING] * 3 if values is None else [f"{scale * v:+z.2f}" for v in values]
 
 
-def _size(values: Vector3, scale: float, near: float) -> Text:
-    """The length, green where it is small."""
+def _size(values: Vector3, scale: float, near: float, far: float) -> Text:
+    """The length, green where it is small, red where the tool is not at the target."""
     size = float(np.linalg.norm(values))
-    return Text(f"{scale * size:.2f}", style="bold green" if size < near else "bold")
+    colour = "green" if size < near else "yellow" if size <= far else "red"
+    return Text(f"{scale * size:.2f}", style=f"bold {colour}")
 
 
 def _state(status: Status) -> Text:
@@ -93,7 +92,9 @@ def _state(status: Status) -> Text:
         f"the arm {status.arm_state}", style="green" if status.arm_state is ArmState.STILL else "yellow"
     )
     if status.rotation is not None:
-        text.append("   angle off ", style="").append(_size(status.rotation, DEGREES, NEAR[1])).append("°")
+        text.append("   angle off ", style="").append(
+            _size(status.rotation, DEGREES, ALIGNED, TURNED)
+        ).append("°")
     return text
 
 

@@ -197,9 +197,10 @@ def capture(
 ) -> None:
     """Guided measurement: move the arm to each target of a plate and store a row by a key or from the source.
 
-    The source sends one JSON object a line. Keys: Enter or space stores, f stores although the arm moves,
-    r takes the shown target's row again or else the last one, n and p go to the next and the previous target,
-    q ends.
+    The source sends one JSON object a line. A tool more than 30 mm or 5° from its target is not stored. Keys:
+    Enter or space stores, y stores for the target that the place looks like, f stores although the arm moves
+    or is elsewhere, r takes the shown target's row again or else the last one, n and p go to the next and the
+    previous target, q ends.
     """
     from rich.console import Console
 

@@ -28,7 +28,16 @@ SILENT = 2.0
 WAITING = 2000
 """Samples that may wait; a faster source has to."""
 
-KEYS = {"\r": "store", "\n": "store", " ": "store", "f": "force", "r": "again", "n": "next", "p": "previous"}
+KEYS = {
+    "\r": "store",
+    "\n": "store",
+    " ": "store",
+    "y": "as",
+    "f": "force",
+    "r": "again",
+    "n": "next",
+    "p": "previous",
+}
 """Commands by key; `q` ends."""
 
 Show = Callable[[Status], None]
@@ -197,7 +206,11 @@ class _Run:
             return self.acquisition.again()
         if asked in ("next", "previous"):
             return self.acquisition.step(1 if asked == "next" else -1)
-        return self.acquisition.store(force=asked == "force")
+        seen = self.acquisition.place().looks_like
+        if asked == "as" and seen is not None:
+            return self.acquisition.store_as(seen)
+        is_forced = asked == "force"
+        return self.acquisition.store(force=is_forced, anywhere=is_forced)
 
     def nothing(self) -> None:
         silent = monotonic() - self._heard

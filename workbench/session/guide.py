@@ -238,7 +238,7 @@ def _design(session: Session) -> Step:
         return Step(f"{capital(judged.text)}.", judged.tone, improve, LOAD)
     if judged.tone is Tone.CAREFUL:
         return Step(f"{words}: {judged.text}. Improve it.", judged.tone, improve, LOAD)
-    return Step(f"{words}: {judged.text}. Try it, or measure.", judged.tone, TRY, LOAD)
+    return Step(f"{words}: {judged.text}. Good enough? Try it, or measure.", judged.tone, TRY, LOAD)
 
 
 def _predicted(session: Session) -> str:

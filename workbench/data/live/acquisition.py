@@ -29,6 +29,13 @@ POSITION_STILL = 1e-3
 """Greatest range of positions that a noisy instrument measures of an arm that stands still [m]."""
 ORIENTATION_STILL = float(np.deg2rad(0.2))
 """Likewise of orientations [rad]; the joints decide more sharply."""
+FAR, TURNED = 0.03, float(np.deg2rad(5.0))
+"""A tool further than this from its target [m], [rad] is at none, or at another one."""
+NEAR, ALIGNED = 5e-3, float(np.deg2rad(1.0))
+"""A tool nearer than this is shown in green [m], [rad]."""
+ROUGH, CLEARER = 6.0, 2.0
+"""Where only the nominal arm tells: how many times further the tool may be, and how many times nearer another
+target must be."""
 
 
 @final
@@ -128,6 +135,24 @@ class Event:
     changed: bool = False
 
 
+@dataclass(frozen=True)
+class Place:
+    """Where the tool stands among the targets.
+
+    Args:
+        off: Distance from the current target, in multiples of what it may be off (`FAR`, `TURNED`); NaN where
+            the target is no pose, or nothing tells.
+        looks_like: Index of the target at which it stands instead, if it clearly does.
+        is_known: Whether a row may be stored for the current target.
+        text: How far it is off, where it is more than it may; else empty.
+    """
+
+    off: float = np.nan
+    looks_like: int | None = None
+    is_known: bool = True
+    text: str = ""
+
+
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Status:
     """All that a view shows, at one time.
@@ -140,6 +165,7 @@ class Status:
         pose: Where the tool is, measured or from the nominal model; None before the first sample.
         position: Pose minus target, axes of the measuring frame [m]; None where one is missing.
         rotation: Rotation vector from target to pose, same axes [rad]; None where one is missing.
+        place: Where the tool stands among the targets.
         measured: Whether the pose is measured; else it comes from the nominal model.
         arm_state: Whether the arm stands still; None before the first sample.
         source: Where the stored poses come from.
@@ -154,6 +180,7 @@ class Status:
     pose: Matrix4 | None
     position: Vector3 | None
     rotation: Vector3 | None
+    place: Place
     measured: bool
     arm_state: ArmState | None
     source: PoseSource
@@ -234,22 +261,84 @@ class Acquisition:
         seldom = sample.time - last > max(self._detector.window / 2.0, 3.0 * THINNED)
         return ArmState.UNKNOWN if seldom else ArmState.MOVING
 
-    def store(self, *, force: bool = False) -> Event:
+    def store(self, *, force: bool = False, anywhere: bool = False) -> Event:
         """Store the latest sample for the current target, or say why not.
 
         Args:
             force: Also while the arm moves, or has not moved since the last row.
+            anywhere: Also where the tool is not at the target.
         """
-        sample, index = self.latest, self.capture.current
+        sample, index, place = self.latest, self.capture.current, self.place()
         reason = "no sample has come from the source yet" if sample is None else self._refusal(sample, force)
+        if not reason and not place.is_known and not anywhere:
+            reason = f"the tool is {place.text}"
+            if place.looks_like is not None:
+                name = self.capture.targets[place.looks_like].name
+                reason += f"; this looks like {name}: store it as {name}?"
         if reason or sample is None:
             return self._say(f"not stored: {reason}")
         self._source = self.source
         self.capture = self.capture.store(self._completed(sample))
         self._order = [*(i for i in self._order if i != index), index]
-        doubt = "" if self.arm_state is ArmState.STILL else f" (the arm {self.arm_state})"
+        doubts = [] if self.arm_state is ArmState.STILL else [f"the arm {self.arm_state}"]
+        doubts += [f"the tool is {place.text}"] if place.text else []
+        doubt = f" ({'; '.join(doubts)})" if doubts else ""
         end = "; that was the last one" if self.capture.done else ""
         return self._say(f"{self.capture.targets[index].name} stored{doubt}{end}", changed=True)
+
+    def store_as(self, index: int) -> Event:
+        """Make the target current at which the tool stands, and store the latest sample for it."""
+        before, self.capture = self.capture, self.capture.go_to(index)
+        event = self.store()
+        if not event.changed:
+            self.capture = before
+        return event
+
+    def place(self) -> Place:
+        """Where the tool stands among the targets.
+
+        The measured pose decides wherever it is at a target. Where it is at none, as with an instrument in a
+        frame of its own, the nominal arm does; and where nothing is measured, what is clearly nearer to it,
+        as its own errors may be large.
+        """
+        sample, current = self.latest, self.capture.current
+        if sample is None or self.capture.target.pose is None:
+            return Place()
+        pose, _, turned, measured = self._where()
+        expected = tool_poses(self._robot, Motion(sample.q[None]))[0]
+        by_joints = self._distances(expected, turned=True)
+        if not measured or pose is None:
+            nearest, own = int(np.argmin(by_joints)), by_joints[current]
+            is_other = by_joints[nearest] * CLEARER < own > 1.0
+            is_known = not is_other and own <= ROUGH
+            return self._place(own, expected, True, is_known, nearest if is_other else None)
+        seen = self._distances(pose, turned=turned)
+        by_pose = seen if seen.min() <= 1.0 else by_joints
+        nearest = int(np.argmin(by_pose))
+        is_other = by_pose[nearest] <= 1.0 < by_pose[current]
+        return self._place(
+            seen[current], pose, turned, bool(by_pose[current] <= 1.0), nearest if is_other else None
+        )
+
+    def _place(
+        self, off: float, pose: Matrix4, turned: bool, is_known: bool, looks_like: int | None
+    ) -> Place:
+        if off <= 1.0:
+            return Place(off=float(off))
+        target = self.capture.target
+        assert target.pose is not None
+        error = se3.pose_error(pose, target.pose)
+        angle = f" and {np.rad2deg(np.linalg.norm(error[3:])):.1f}°" if turned else ""
+        text = f"{1e3 * np.linalg.norm(error[:3]):.1f} mm{angle} from {target.name}"
+        return Place(float(off), looks_like, is_known, text)
+
+    def _distances(self, pose: Matrix4, *, turned: bool) -> np.ndarray:
+        """From a pose to every target, in multiples of what it may be off; infinite to one without pose."""
+        nowhere = se3.pose(np.eye(3), np.full(3, np.inf))
+        poses = np.stack([nowhere if t.pose is None else t.pose for t in self.capture.targets])
+        error = se3.pose_error(np.broadcast_to(pose, poses.shape), poses)
+        shares = np.linalg.norm(error[:, :3], axis=1) / FAR, np.linalg.norm(error[:, 3:], axis=1) / TURNED
+        return np.where(turned & np.array(self._oriented), np.maximum(*shares), shares[0])
 
     def _refusal(self, sample: Sample, force: bool) -> str | None:
         """Why the sample can't be stored now; None if it can."""
@@ -316,6 +405,7 @@ class Acquisition:
             pose=pose,
             position=off[:3] if off is not None and position else None,
             rotation=off[3:] if off is not None and rotation else None,
+            place=self.place(),
             measured=measured,
             arm_state=self.arm_state,
             source=self.source,

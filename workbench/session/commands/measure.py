@@ -154,17 +154,33 @@ class TakeSample(AbstractChange):
 
 
 class StoreRow(AbstractChange):
-    """Keep the latest sample as the current target's row."""
+    """Keep the latest sample as the current target's row.
+
+    Args:
+        target: The target of the plate that it is kept for, counted from 0; the current one if None.
+        anywhere: Also where the tool is not at the target.
+    """
 
     title = "Store the row"
 
+    target: int | None = None
+    anywhere: bool = False
+
     def check(self, session: Session) -> None:
-        stored = _measurement(session).acquisition.copy().store()
+        measuring = _measurement(session)
+        if self.target is not None and self.target not in measuring.numbers:
+            raise OptionError(f"target {self.target + 1} is not being measured")
+        stored = self._store(measuring, measuring.acquisition.copy())
         if not stored.changed:
             raise DataError(stored.message)
 
     def apply(self, session: Session) -> Session:
-        return _after(session, Acquisition.store)
+        return _after(session, lambda acquisition: self._store(_measurement(session), acquisition))
+
+    def _store(self, measuring: Measuring, acquisition: Acquisition) -> Event:
+        if self.target is None:
+            return acquisition.store(anywhere=self.anywhere)
+        return acquisition.store_as(measuring.numbers.index(self.target))
 
 
 class TakeAgain(AbstractChange):

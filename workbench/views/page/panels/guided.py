@@ -4,7 +4,7 @@ import numpy as np
 import viser
 
 from workbench.base.wording import capital
-from workbench.data.live.acquisition import ArmState, Status
+from workbench.data.live.acquisition import ALIGNED, FAR, NEAR, TURNED, ArmState, Status
 from workbench.session.commands.measure import (
     BeginMeasuring,
     DriveArm,
@@ -29,6 +29,7 @@ class GuidedPanel(AbstractPanel):
     """A connected real arm or a virtual one moves from target to target; rows are stored by hand."""
 
     depends = ("measuring", "source")
+    _seen: int | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Guided, target by target"):
@@ -82,6 +83,20 @@ class GuidedPanel(AbstractPanel):
             "Keep joint positions and measured pose as this target's row; the arm must be still.",
             main=True,
         )
+        self._store_as = self.button(
+            "Store",
+            lambda: StoreRow(target=self._seen),
+            icon.TARGET_ARROW,
+            "The arm stands there, not at the current target: keep the row for that one and go on after it.",
+            main=True,
+            visible=False,
+        )
+        self._store_anyway = button(
+            "Store all the same",
+            lambda: StoreRow(anywhere=True),
+            icon.ALERT_TRIANGLE,
+            "Keep the row for the current target although the tool is not there.",
+        )
         self._again = button(
             "Retake",
             TakeAgain,
@@ -110,14 +125,30 @@ class GuidedPanel(AbstractPanel):
         self._seed.visible = self._begin.visible = measuring is None
         for button in (self._drive, self._store, self._again, self._next, self._use, self._stop):
             button.visible = measuring is not None
+        for button in (self._store_as, self._store_anyway):
+            button.visible = False
         if measuring is None:
             self._status.content = ""
             return
         self._drive.visible = measuring.virtual is not None
         acquisition = measuring.acquisition
+        status = acquisition.status()
         self._store.disabled = not acquisition.copy().store().changed
+        if not status.place.is_known:
+            self._offer(measuring, status)
         self._again.disabled = self._use.disabled = not acquisition.rows
-        self._status.content = _status(acquisition.status(), measuring)
+        self._status.content = _status(status, measuring)
+
+    def _offer(self, measuring: Measuring, status: Status) -> None:
+        """Ask for which target a row is to be kept while the tool is not at the current one."""
+        acquisition, index = measuring.acquisition, status.place.looks_like
+        self._store_anyway.visible = True
+        self._store_anyway.disabled = not acquisition.copy().store(anywhere=True).changed
+        if index is not None:
+            self._seen = measuring.numbers[index]
+            self._store_as.visible = True
+            self._store_as.label = f"Store as target {self._seen + 1}"
+            self._store_as.disabled = not acquisition.copy().store_as(index).changed
 
 
 def _source(source: Source | None) -> str:
@@ -147,7 +178,7 @@ def _status(status: Status, measuring: Measuring) -> str:
         f'<div data-testid="progress">{stored} of {count} rows stored</div>{bar}'
         f'<div style="font-weight:600">Current: target {measuring.target + 1}</div>'
         + _place(status)
-        + _deviation(status)
+        + _deviation(status, measuring)
         + _light(status.arm_state)
         + (words if status.message else ""),
         testid="measuring",
@@ -162,19 +193,30 @@ def _place(status: Status) -> str:
     return f'<div style="color:{MUTED}">at {place} mm</div>'
 
 
-def _deviation(status: Status) -> str:
-    """How far off, large; a dash before the first sample."""
+def _deviation(status: Status, measuring: Measuring) -> str:
+    """How far off, large and coloured; a dash before the first sample; and at which target it looks to be."""
 
-    def part(testid: str, value: str) -> str:
-        return f'<span data-testid="{testid}" style="font-size:20px;font-weight:650">{value}</span>'
+    def part(testid: str, vector: np.ndarray | None, scale: float, unit: str, near: float, far: float) -> str:
+        size = np.nan if vector is None else float(np.linalg.norm(vector))
+        colour = GOOD if size < near else CAREFUL if size <= far else BAD if size > far else MUTED
+        style = f"font-size:20px;font-weight:650;color:{colour}"
+        return f'<span data-testid="{testid}" style="{style}">{number(scale * size)}{unit}</span>'
 
-    position = np.nan if status.position is None else 1e3 * float(np.linalg.norm(status.position))
-    rotation = np.nan if status.rotation is None else float(np.rad2deg(np.linalg.norm(status.rotation)))
-    return (
+    content = (
         f'<div style="display:flex;align-items:baseline;gap:10px;margin:4px 0" '
         'title="Measured pose and target pose compared."><span>Off by</span>'
-        f"{part('off_mm', number(position) + ' mm')}{part('off_deg', number(rotation) + '°')}</div>"
+        f"{part('off_mm', status.position, 1e3, ' mm', NEAR, FAR)}"
+        f"{part('off_deg', status.rotation, np.rad2deg(1.0), '°', ALIGNED, TURNED)}</div>"
     )
+    if status.place.is_known:
+        return content
+    index = status.place.looks_like
+    words = (
+        "The tool is at no target."
+        if index is None
+        else f"This looks like target {measuring.numbers[index] + 1}."
+    )
+    return content + f'<div data-testid="place" style="color:{BAD};font-weight:600">{words}</div>'
 
 
 def _light(arm_state: ArmState | None) -> str:
