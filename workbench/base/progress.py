@@ -26,6 +26,11 @@ def checkpoint(progress: Report | None, cancel: Cancel | None) -> Report:
     return step
 
 
+def part_of(report: Report, begin: float, share: float) -> Report:
+    """The progress of some work that is a share of the whole and begins at this share of it."""
+    return lambda part, text: report(begin + share * part, text)
+
+
 def never() -> bool:
     """The default cancel callback: never stop."""
     return False

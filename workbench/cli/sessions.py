@@ -5,13 +5,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import workbench as wb
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
 from workbench.cli.options import argument, option
+
+if TYPE_CHECKING:
+    from workbench.views.recording.compare_sessions import Compared
 
 RecordingArgument = Annotated[Path, argument("A recording: a folder such as recordings/sample.")]
 
@@ -32,8 +35,9 @@ def review(
     found = [read_recording(folder) for folder in (recording, *(others or []))]
     opt.say_notes(note for r in found for note in r.notes)
     opt.check_writable(out, json)
+    compared = None
     if len(found) > 1:
-        _compare(found, json)
+        compared = _compare(found, json)
     elif json is not None:
         raise OptionError("--json needs --with, another recording to compare with")
     if len(found) > 2:
@@ -41,19 +45,21 @@ def review(
     from workbench.views.recording.review import show_recordings
 
     with opt.progress_bar("drawing") as progress:
-        pictures = show_recordings(found, out=out, web=web, progress=progress, say=opt.say)
+        pictures = show_recordings(found, compared=compared, out=out, web=web, progress=progress, say=opt.say)
     if out is not None:
         opt.say(f"pictures: {pictures}")
 
 
-def _compare(found: list, json: Path | None) -> None:
+def _compare(found: list, json: Path | None) -> "Compared":
     """What differs, and which parameters have moved beyond their standard errors."""
     from workbench.views.recording.compare_sessions import compare
 
-    compared = compare(found)
+    with opt.progress_bar("replay") as progress:
+        compared = compare(found, progress=progress)
     opt.say_notes(compared.notes)
     opt.show(compared.tables())
     opt.write_result(json, compared.json())
+    return compared
 
 
 def replay(

@@ -11,6 +11,7 @@ import pytest
 
 from tests.views.recording.demo import drag
 from workbench import cli
+from workbench.arm.built_in_arms import load_robot
 from workbench.session import Worker
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.undo import Undo
@@ -21,11 +22,12 @@ from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.numbers import SUBJECTS, numbers_of
 from workbench.session.journal.reader import JOURNAL, read_recording
 from workbench.session.journal.restore import restore
+from workbench.views.recording.compare_sessions import compare as compare_recordings
 from workbench.views.recording.compare_sessions import compare_sessions
 from workbench.views.recording.draw_steps import thinned
 from workbench.views.recording.recorded_step import INTERVAL, Moment
 from workbench.views.recording.recorder import parts, recorder
-from workbench.views.recording.review import pictures_of
+from workbench.views.recording.review import pictures_of, write_comparison
 
 
 @pytest.fixture
@@ -225,6 +227,37 @@ def test_what_has_moved_is_named(replayed):
     expected = 10.0 * run.fit.std[k] / np.hypot(*compared.moved[0].stds)
     assert compared.moved[0].ratios[1] == pytest.approx(expected, rel=1e-6)
     assert "1 of" in compared.sentence
+
+
+def test_parameters_of_different_arms_are_not_compared(replayed):
+    """joint4.alpha of a Panda had "moved 30372 σ" against ARIA's."""
+    session = replayed.session
+    panda = replace(session, robot=load_robot("panda"))
+    compared = compare_sessions(["then", "now"], [session, panda])
+    assert compared.moves == ()
+    assert len(compared.figures) > 5
+    assert "now" in compared.sentence
+    assert "7 joints" in compared.sentence
+    assert compared.json()["other_arms"]
+    assert compare_sessions(["then", "now"], [session, session]).others == ()
+    robot = session.calibrated  # opened again as it was calibrated
+    assert compare_sessions(["then", "now"], [session, replace(session, robot=robot)]).others == ()
+
+
+def test_a_comparison_says_how_far_it_is(copy, tmp_path):
+    lines = (copy / JOURNAL).read_text().splitlines(keepends=True)
+    (copy / JOURNAL).write_text("".join(lines[:6]))
+    recording, told = read_recording(copy), []
+    compared = compare_recordings([recording] * 2, progress=lambda part, text: told.append(part))
+    write_comparison(
+        recording,
+        recording,
+        tmp_path / "ab.rrd",
+        compared=compared,
+        progress=lambda part, _: told.append(part),
+    )
+    assert len(told) > 4
+    assert 0.5 < max(told) <= 1.0
 
 
 @pytest.mark.parametrize(

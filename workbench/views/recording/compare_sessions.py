@@ -2,7 +2,8 @@
 
 A parameter has moved when the difference of two identifications is beyond chance: more than three times the
 root of the sum of their squared standard errors. Constants that either could not see are left out, and so are
-those that move together with others, whose shares are only conventional.
+those that move together with others, whose shares are only conventional. Parameters of different arms have
+nothing to do with each other: only errors and indices are then compared.
 """
 
 import math
@@ -16,6 +17,10 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from workbench.base.errors import WorkbenchError
+from workbench.base.progress import Report, part_of
+from workbench.base.wording import plural
+from workbench.identification.arm_match import require_same_arm
 from workbench.identification.fit import Fit
 from workbench.identification.result import judged
 from workbench.report.json import plain
@@ -62,12 +67,16 @@ class Move:
 
 @dataclass(frozen=True)
 class Compared:
-    """Several sessions beside each other: numbers at their ends, their parameters, and what to beware of."""
+    """Several sessions beside each other: numbers at their ends, their parameters, and what to beware of.
+
+    `others` says why a session's arm is not that of the first one; there are no moves if any is another.
+    """
 
     names: tuple[str, ...]
     figures: tuple[Figure, ...]
     moves: tuple[Move, ...]
     notes: tuple[str, ...] = ()
+    others: tuple[str, ...] = ()
 
     @property
     def moved(self) -> tuple[Move, ...]:
@@ -86,13 +95,14 @@ class Compared:
             for name, cells, unit, ratio in self._rows():
                 moves.add_row(name, *cells, unit, ratio)
             parts += [moves] if self.moved else []
+        if self.sentence:
             parts.append(Text(self.sentence))
         return Group(*parts)
 
     def markdown(self) -> str:
         """For the viewer: what moved first."""
         names = " | ".join(self.names)
-        lines = [f"**{self.sentence}**", ""] if self.moves else []
+        lines = [f"**{self.sentence}**", ""] if self.sentence else []
         if self.moved:
             lines += [f"| parameter | {names} | | moved |", "|---|" + "---:|" * len(self.names) + "---|---:|"]
             lines += [f"| {n} | {' | '.join(cells)} | {u} | {r} |" for n, cells, u, r in self._rows()]
@@ -103,7 +113,11 @@ class Compared:
 
     @property
     def sentence(self) -> str:
-        """What moved, in words."""
+        """What moved, in words; why no parameters are compared; empty where none were identified."""
+        if self.others:
+            return f"Parameters are not compared: {'; '.join(self.others)}."
+        if not self.moves:
+            return ""
         count, all_ = len(self.moved), len(self.moves)
         if not count:
             return f"None of {all_} parameters moved by more than {BEYOND_CHANCE:g} standard errors."
@@ -115,6 +129,7 @@ class Compared:
             {
                 "schema": "workbench.comparison/1",
                 "sessions": list(self.names),
+                "other_arms": list(self.others),
                 "figures": {figure.name: list(figure.values) for figure in self.figures},
                 "parameters": [
                     {
@@ -140,10 +155,13 @@ class Compared:
             yield move.name, cells, unit, f"{np.nanmax(np.abs(move.ratios)):.1f} σ"
 
 
-def compare(recordings: Sequence[Recording]) -> Compared:
+def compare(recordings: Sequence[Recording], *, progress: Report = lambda part, text: None) -> Compared:
     """Compare the last states of recordings, in the order given."""
-    restored = [restore(recording) for recording in recordings]
-    names = [recording.folder.name for recording in recordings]
+    names, share = [recording.folder.name for recording in recordings], 1.0 / max(len(recordings), 1)
+    restored = [
+        restore(recording, progress=part_of(progress, share * i, share))
+        for i, recording in enumerate(recordings)
+    ]
     notes = tuple(found.warning for found in restored if found.warning)
     return replace(compare_sessions(names, [found.session for found in restored]), notes=notes)
 
@@ -153,8 +171,21 @@ def compare_sessions(names: Sequence[str], sessions: Sequence[Session]) -> Compa
     numbers = [dict(_figures(session)) for session in sessions]
     every = dict.fromkeys(name for found in numbers for name in found)
     figures = tuple(Figure(name, tuple(found.get(name, math.nan) for found in numbers)) for name in every)
+    others = tuple(_others(names, sessions))
     fits = [s.run.fit for s in sessions if s.run is not None]
-    return Compared(tuple(names), figures, _moves(fits) if len(fits) == len(sessions) else ())
+    moves = _moves(fits) if len(fits) == len(sessions) and not others else ()
+    return Compared(tuple(names), figures, moves, others=others)
+
+
+def _others(names: Sequence[str], sessions: Sequence[Session]) -> Iterator[str]:
+    """Sessions of another arm than the first one's."""
+    first = sessions[0].robot
+    for name, session in zip(names[1:], sessions[1:], strict=True):
+        try:
+            require_same_arm(session.robot, first)
+        except WorkbenchError:
+            arms = (f"{arm.name} with {plural(arm.dof, 'joint')}" for arm in (session.robot, first))
+            yield f"the arm of {name} is another one than that of {names[0]} ({', not '.join(arms)})"
 
 
 def _figures(session: Session) -> Iterator[tuple[str, float]]:

@@ -23,12 +23,13 @@ from rerun.chunk import RrdReader
 
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_bytes
+from workbench.base.progress import part_of
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
 from workbench.session.state import Severity
 from workbench.views.recording.blueprint import blueprint, side_by_side
 from workbench.views.recording.canvas import STEP, Canvas
-from workbench.views.recording.compare_sessions import compare
+from workbench.views.recording.compare_sessions import Compared, compare
 from workbench.views.recording.draw_steps import Drawing, thinned
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.recorder import parts
@@ -44,6 +45,7 @@ BEHIND = 5
 def show_recordings(
     recordings: Sequence[Recording],
     *,
+    compared: Compared | None = None,
     out: Path | None = None,
     web: bool = False,
     progress: Progress | None = None,
@@ -53,6 +55,7 @@ def show_recordings(
 
     Args:
         recordings: One or two.
+        compared: Of two, where that is known already.
         out: Write one file here, which is returned, instead of opening a viewer.
         web: Whether to open the viewer in the browser.
         progress: Called with the part done, while pictures are drawn.
@@ -62,7 +65,8 @@ def show_recordings(
         raise OptionError(f"{len(recordings)} recordings can't be shown side by side; give one or two")
     with tempfile.TemporaryDirectory(prefix="workbench-") as room:
         if len(recordings) == 2:
-            files = [write_comparison(recordings[0], recordings[1], Path(room) / "compared.rrd")]
+            path = Path(room) / "compared.rrd"
+            files = [write_comparison(*recordings, path, compared=compared, progress=progress)]
         else:
             files = pictures_of(recordings[0], Path(room), progress=progress, say=say)
         if out is not None:
@@ -257,11 +261,20 @@ def moments(recording: Recording) -> Iterator[Moment]:
         yield Moment(step, line.entry.at, said, line.entry)
 
 
-def write_comparison(first: Recording, second: Recording, path: Path) -> Path:
+def write_comparison(
+    first: Recording,
+    second: Recording,
+    path: Path,
+    *,
+    compared: Compared | None = None,
+    progress: Progress | None = None,
+) -> Path:
     """Two sessions in one file, below `A/` and `B/`, with the table of what differs."""
     layout = side_by_side(first.first, second.first)
     outlet = _outlet(path, f"{first.folder.name} with {second.folder.name}", layout)
-    for prefix, recording in (("A/", first), ("B/", second)):
-        draw_all(recording, Canvas([outlet], prefix=prefix))
-    Canvas([outlet]).log("differences", markdown(compare([first, second]).markdown()), static=True)
+    for begun, prefix, recording in ((0.0, "A/", first), (0.5, "B/", second)):
+        on = None if progress is None else part_of(progress, begun, 0.5)
+        draw_all(recording, Canvas([outlet], prefix=prefix), progress=on)
+    found = compare([first, second]) if compared is None else compared
+    Canvas([outlet]).log("differences", markdown(found.markdown()), static=True)
     return _finish(outlet, path)
