@@ -72,7 +72,12 @@ def follow_and_measure_a_real_arm(app, screen):
     for k in range(1, 14):
         lines.put(format_sample(replace(still, time=0.1 * k, capture=k == 13)))
         screen.page.wait_for_timeout(60)
+    screen.wait_text("place", "This looks like target 3")  # the current one is the first
+    assert screen.page.get_by_role("button", name="Store", exact=True).is_disabled()
+    screen.shoot("elsewhere")
+    screen.press("Store as target 3")
     screen.wait_text("progress", "1 of 10")
+    screen.wait_text("measuring", "Current: target 4")
     screen.shoot("live")
     lines.put(None)
     screen.wait_text("source", "Ended")
