@@ -17,6 +17,7 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.guide import Tone, guide
 from workbench.session.state import Severity
+from workbench.views.page.panels.data import _preview
 
 
 @pytest.fixture(scope="module")
@@ -134,3 +135,15 @@ def test_rows_of_an_arm_with_more_joints_offer_that_arm_too(do):
     own = do(ChooseRobot("aria"), MeasureVirtualArm(1), LoadData("seven.csv", "\n".join(rows).encode()))
     assert own.loaded.virtual  # what is there stays, and so does the way on from it
     assert guide(own).next.label == "Identify the geometry"
+    offered = guide(own).other.command
+    assert offered == ChooseRobot("panda", keep=True)
+    assert "seven.csv is not read" in _preview(own.loaded, own.unread)
+    changed = do(offered)
+    assert (changed.robot.name, changed.loaded.name, len(changed.loaded.dataset)) == (
+        arm.name,
+        "seven.csv",
+        30,
+    )
+    gone_on = do(ChooseRobot("aria"), MeasureVirtualArm(1), LoadData("seven.csv", "\n".join(rows).encode()))
+    assert gone_on.unread is not None
+    assert do(Identify(("opt2",))).unread is None

@@ -262,11 +262,10 @@ def test_every_state_says_where_it_stands_and_what_is_next(
     assert (step.other and step.other.label) == other
 
 
-def test_taking_the_arm_away_says_where_it_is_saved_even_where_that_tab_is_open(walked):
+def test_taking_the_arm_away_offers_its_formats(walked):
     step = guide(walked["added"])
-    said = done(walked["added"], step.next.command)
-    assert said.messages[-1].text.startswith("Save the calibrated arm below: TOML")
-    assert guide(said) == step
+    assert step.next.offers_formats
+    assert step.next.command is None
 
 
 def test_what_its_buttons_do_makes_sense_there(walked):

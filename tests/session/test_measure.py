@@ -20,6 +20,7 @@ from workbench.session.commands.measure import (
     TakeSample,
     UseRows,
 )
+from workbench.session.guide import guide
 from workbench.session.journal import Ending
 from workbench.session.journal.codec import decode, encode
 from workbench.session.live import VirtualDriver
@@ -94,6 +95,7 @@ def test_a_row_is_kept_for_the_target_at_which_the_arm_stands(do, begun):
     session = do(*samples(begun, begun.virtual.postures[3], begin=0.0), StoreRow())
     assert session.measuring.acquisition.rows == 0
     assert "target 4" in session.messages[-1].text
+    assert guide(session).next.command == StoreRow(target=3)
     assert do(StoreRow(target=5)).measuring.acquisition.rows == 0
     assert do(StoreRow(target=99)).measuring.acquisition.rows == 0
     assert do(StoreRow(target=3)).measuring.target == 4

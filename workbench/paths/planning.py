@@ -212,4 +212,4 @@ def _unit(axis: Vector3) -> Vector3:
 
 
 def _numbers(vector: np.ndarray) -> str:
-    return "(" + ", ".join(f"{v:.3f}" for v in vector) + ")"
+    return "(" + ", ".join(f"{v:z.3f}" for v in vector) + ")"

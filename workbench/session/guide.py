@@ -20,12 +20,12 @@ from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.diagnose import LEAST_ROWS, AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.measure import UseRows
-from workbench.session.commands.messages import Tell
+from workbench.session.commands.measure import StoreRow, UseRows
 from workbench.session.commands.plate import ImprovePlate, TryPlate
 from workbench.session.export import File, fixture_zip
 from workbench.session.judgement import Tone, arm_judgement, plate_judgement
-from workbench.session.state import Focus, Session, Severity, Tab
+from workbench.session.loaded_measurements import Measuring
+from workbench.session.state import Focus, Session, Tab
 
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 """Mean length of a position error of three normal components of unit deviation."""
@@ -42,12 +42,14 @@ class Action:
         tab: Where its outcome is seen.
         command: What is carried out, if anything.
         save: What is handed out as a file, if anything.
+        offers_formats: Whether it offers the formats in which the calibrated arm can be saved.
     """
 
     label: str
     tab: Tab
     command: AbstractCommand | None = None
     save: Callable[[Session], File] | None = None
+    offers_formats: bool = False
 
 
 @dataclass(frozen=True)
@@ -76,11 +78,7 @@ CAUSE = Action("Find the cause", Tab.DIAGNOSE, Diagnose())
 ADD = Action("Add what was found", Tab.IDENTIFY, AddEffects())
 TRY = Action("Try it on virtual arms", Tab.PLATE, TryPlate())
 COMPARE = Action("Compare", Tab.COMPARE)
-SAVED = (
-    "Save the calibrated arm below: TOML for this program, effects and all; URDF for others, its geometry "
-    "alone; or the report"
-)
-TAKE = Action("Save the arm", Tab.IDENTIFY, Tell(SAVED, Severity.INFO))
+TAKE = Action("Save the arm", Tab.IDENTIFY, offers_formats=True)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
 OTHER_ARM = Action("Choose the robot", Tab.MORE)
 POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
@@ -88,7 +86,9 @@ POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
 
 def guide(session: Session) -> Step:
     """The state of this session; where it advises to save the arm, the verdict on it decides the tone."""
-    step = _guide(session)
+    step, file = _guide(session), session.unread
+    if session.loaded is not None and session.job is None and file is not None and file.match is not None:
+        step = replace(step, other=_change_to(file.match))
     judged = arm_judgement(session) if step.next == TAKE else None
     if judged is None:
         return step
@@ -103,10 +103,7 @@ def _guide(session: Session) -> Step:
     if session.drag is not None:
         return Step(f"Release to keep this position; {_predicted(session)}.")
     if session.measuring is not None:
-        stored = session.measuring.acquisition.rows
-        done = Action("End with these rows", Tab.MEASURE, UseRows()) if stored else None
-        words = "Drive the arm to the current target, wait until it is still, store the row"
-        return Step(f"{words}; {stored} of {len(session.plate)} stored.", next=done)
+        return _measuring(session.measuring)
     if session.source is not None and session.source.is_followed and session.focus is Focus.JOG:
         return Step("The arm follows the real one. Store its rows target by target.", next=LOAD)
     if session.focus is Focus.TRACK:
@@ -135,15 +132,35 @@ def _guide(session: Session) -> Step:
     return _identified(session, session.identification)
 
 
+def _measuring(measuring: Measuring) -> Step:
+    """Where the arm stands, and the rows stored so far."""
+    acquisition, stored = measuring.acquisition, measuring.acquisition.rows
+    done = Action("End with these rows", Tab.MEASURE, UseRows()) if stored else None
+    seen = acquisition.place().looks_like
+    if seen is not None and acquisition.copy().store_as(seen).changed:
+        number = measuring.numbers[seen]
+        words = (
+            f"The arm stands at target {number + 1}, not at target {measuring.target + 1}, the current one."
+        )
+        here = Action(f"Store it as target {number + 1}", Tab.MEASURE, StoreRow(target=number))
+        return Step(words, Tone.CAREFUL, here, done)
+    words = "Drive the arm to the current target, wait until it is still, store the row"
+    return Step(f"{words}; {stored} of {len(measuring.numbers)} stored.", next=done)
+
+
 def _foreign(match: ArmMatch) -> Step:
     """Rows of another arm: change to that one, if it is known."""
     anyway = OTHER_ARM
     if match.joints[0] == match.joints[1]:
         anyway = Action("Identify all the same", Tab.IDENTIFY, Identify(anyway=True))
-    change = OTHER_ARM
-    if match.rival:
-        change = Action(f"Change to {match.rival_name}", Tab.IDENTIFY, ChooseRobot(match.rival, keep=True))
-    return Step(f"{capital(match.words)}.", Tone.BAD, change, anyway)
+    return Step(f"{capital(match.words)}.", Tone.BAD, _change_to(match), anyway)
+
+
+def _change_to(match: ArmMatch) -> Action:
+    """To the built-in arm that the rows fit, with them; to choose one if none does."""
+    if not match.rival:
+        return OTHER_ARM
+    return Action(f"Change to {match.rival_name}", Tab.IDENTIFY, ChooseRobot(match.rival, keep=True))
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,6 +21,7 @@ from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
 from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
 from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
+from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.start import default_plate, is_default_plate, start
 from workbench.session.state import Focus, Session, Severity, Step
 from workbench.session.target_steps import instrument_for
@@ -51,20 +52,30 @@ class ChooseRobot(AbstractTask):
 
     def check(self, session: Session) -> None:
         _check_quiet(session)
-        kept = session.unread if session.loaded is None else session.loaded.read
-        if self.keep and kept is None:
+        if (
+            self.keep
+            and self._unread(session) is None
+            and (session.loaded is None or session.loaded.read is None)
+        ):
             raise OptionError("there are no measurements of a file to keep")
 
     def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
         progress(0.2, "solving inverse kinematics for the targets")
         robot = _robot_that_gives(self.name, self.poses) if self.poses else load_robot(self.name)
-        if self.keep and session.loaded is None and (file := session.unread) is not None:
+        if self.keep and (file := self._unread(session)) is not None:
             begun = start_with(robot, session, cancel=cancel)
             again = LoadData(file.name, file.content, file.mapping)
             return again.finish(begun, again.compute(begun, progress=progress, cancel=cancel))
         loaded = matched_to_arm(robot, session.loaded) if self.keep and session.loaded is not None else None
         begun = start_with(robot, session, cancel=cancel)
         return begun if loaded is None else with_data(begun, loaded)
+
+    def _unread(self, session: Session) -> MeasurementFile | None:
+        """The file that was given last and is this robot's, though the session's robot can't read it."""
+        file = session.unread
+        if file is None or session.loaded is None:
+            return file
+        return file if file.match is not None and file.match.rival == self.name else None
 
     def finish(self, session: Session, result: Any) -> Session:
         return _in_the_page(session, result)

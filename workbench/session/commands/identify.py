@@ -71,7 +71,8 @@ class Identify(AbstractTask):
         loaded, found = result
         check_unchanged(session, loaded, "identify")
         fit = next(name for name in (*PREFERRED, *found.runs) if name in found.runs)
-        session = with_fit(replace(session, identification=found, row=0, focus=Focus.ROW), fit)
+        session = replace(session, identification=found, row=0, focus=Focus.ROW, unread=None)
+        session = with_fit(session, fit)
         if session.comparison is not None:
             before, after = map(exaggeration_for, session.comparison.errors.T)
             overlay = replace(session.overlay, exaggeration=before, exaggeration_after=after)

@@ -184,6 +184,7 @@ def _build_panels(
                 panels[-1].make(gui)
             if link and FilesPanel in kinds:
                 gui.add_html(_link(link))
+    tabs.ready()
     panels += [ResidualsPanel(worker), card]
     for panel in panels[-2:]:
         panel.make(gui)

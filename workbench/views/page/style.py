@@ -84,6 +84,16 @@ COARSE = 0.4
 SLOW = "llvmpipe|swiftshader|softpipe|software"
 """In the names of renderers without a graphics card."""
 SCRIPT = f"""
+document.title = "workbench";
+let held = null;
+addEventListener("focusin", e => {{
+  held = e.target.matches?.('input[inputmode="decimal"]') ? [e.target, e.target.value] : null;
+}}, true);
+addEventListener("focusout", e => {{
+  if (!held || e.target !== held[0] || e.target.value !== "") return;
+  Object.getOwnPropertyDescriptor(HTMLInputElement.prototype, "value").set.call(e.target, held[1]);
+  e.target.dispatchEvent(new Event("input", {{ bubbles: true }}));
+}}, true);
 const settings = () => window.__viserTestpoints?.devSettings;
 const slow = canvas => {{
   const gl = canvas.getContext("webgl2"), info = gl?.getExtension("WEBGL_debug_renderer_info");
@@ -105,7 +115,8 @@ const end = () => {{
 for (const name of ["pointerup", "pointercancel"]) addEventListener(name, end, true);
 addEventListener("blur", end);  // the window's alone: a control that was pressed before loses its focus too
 """
-"""While a hand moves the scene or a handle, a page without a graphics card draws a sixth of its pixels."""
+"""A field for a number that is left blank, as letters leave it, shows its number again. While a hand moves
+the scene or a handle, a page without a graphics card draws a sixth of its pixels."""
 
 
 def configure_pages(server: viser.ViserServer) -> None:

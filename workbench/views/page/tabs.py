@@ -66,11 +66,14 @@ class Tabs:
         self._server, self._told, self._opened = server, told, first
         self._numbers = itertools.count()
         self._group = server.gui.add_tab_group()
-        server.on_client_connect(self._arrived)
 
     def add(self, tab: Tab) -> viser.GuiTabHandle:
         """One more tab, to be filled within `with`."""
         return self._group.add_tab(tab)
+
+    def ready(self) -> None:
+        """All tabs are there: open the first one on every page, those included that have come before it."""
+        self._server.on_client_connect(self._arrived)
 
     def open(self, tab: Tab) -> None:
         """Open a tab on every page, and on those that come later."""

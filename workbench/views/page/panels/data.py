@@ -10,7 +10,7 @@ from workbench.session.commands.data import (
     MeasureVirtualArm,
     virtual_instruments,
 )
-from workbench.session.loaded_measurements import Loaded
+from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.state import Session
 from workbench.views.page.html import LINE, block, bullets, heading, note, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel
@@ -25,7 +25,7 @@ NOTES = 8
 class DataPanel(AbstractPanel):
     """Two sources of measurements, and how they were interpreted."""
 
-    depends = ("loaded",)
+    depends = ("loaded", "unread")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Real arm"):
@@ -78,7 +78,7 @@ class DataPanel(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        self._preview.content = _preview(session.loaded)
+        self._preview.content = _preview(session.loaded, session.unread)
         self._forget.visible = session.loaded is not None
 
     def _virtual(self) -> MeasureVirtualArm:
@@ -88,7 +88,10 @@ class DataPanel(AbstractPanel):
         return MeasureVirtualArm(seed, bool(self._surprise.value), more, instrument)
 
 
-def _preview(loaded: Loaded | None) -> str:
+def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:
+    """What is loaded; while another file waits for its columns or its arm, which are shown, only its name."""
+    if loaded is not None and unread is not None:
+        return note(f"{unread.name} is not read; {loaded.name} stays loaded.", "preview", margin="8px 0")
     if loaded is None:
         return note(NOTHING, "preview", margin="8px 0")
     notes, more = [*map(text, loaded.notes[:NOTES])], len(loaded.notes) - NOTES

@@ -1,5 +1,7 @@
 """Identification: start it, inspect its results, save the calibrated arm."""
 
+from collections.abc import Callable
+
 import numpy as np
 import viser
 
@@ -7,12 +9,24 @@ from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.result import Identification, judged
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
-from workbench.session.export import calibrated_toml, calibrated_urdf, report_zip
+from workbench.session.export import File, calibrated_toml, calibrated_urdf, report_zip
 from workbench.session.judgement import arm_judgement
 from workbench.session.state import Session
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import OUT_OF_REACH, css
-from workbench.views.page.html import CAREFUL, GOOD, INKS, MUTED, block, bullets, heading, number, table, text
+from workbench.views.page.html import (
+    CAREFUL,
+    GOOD,
+    INKS,
+    MUTED,
+    block,
+    bullets,
+    heading,
+    note,
+    number,
+    table,
+    text,
+)
 from workbench.views.page.panels.figure import error_figure
 from workbench.views.page.panels.index import WantedPanel
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, sheet, waiting
@@ -20,6 +34,10 @@ from workbench.views.page.panels.result_card import result_card
 from workbench.views.page.style import WIDE
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
+FORMATS = (
+    "The arm of the shown fit: TOML for this program, effects and all; URDF for others, its geometry alone; "
+    "the report as an HTML page with tables and figures."
+)
 READY = "Ready. Press Identify to fit the parameters."
 SAVED = {"TOML": calibrated_toml, "URDF": calibrated_urdf, "Report": report_zip}
 FRAMES = {
@@ -69,13 +87,7 @@ class FitPanel(AbstractPanel):
             self._wanted.make(gui)
         self._requirement = gui.add_html("", visible=False)
         self._warnings = gui.add_html("", visible=False)
-        self._save = gui.add_button_group(
-            "Save",
-            tuple(SAVED),
-            visible=False,
-            hint="The arm of the shown fit: TOML for this program, effects and all; URDF for others, its "
-            "geometry alone; the report as an HTML page with tables and figures.",
-        )
+        self._save = gui.add_button_group("Save", tuple(SAVED), visible=False, hint=FORMATS)
         self._save.on_click(lambda event: self.save(event, SAVED[event.target.value]))
         self._details = gui.add_folder("Details", expand_by_default=False, visible=False)
         with self._details:
@@ -148,6 +160,21 @@ class FitPanel(AbstractPanel):
         if found is not None:
             parts = (error_figure(found, rotation=turned) for turned in (False, True))
             sheet(event, "Errors, axis by axis", f"<div {WIDE}>{''.join(parts)}</div>")
+
+
+def offer_formats(
+    event: viser.GuiEvent, save: Callable[[viser.GuiEvent, Callable[[Session], File]], None]
+) -> None:
+    """A sheet over the page of the user who pressed, with a button for every format of the calibrated arm."""
+    if event.client is None:
+        return
+    gui = event.client.gui
+    with (offered := gui.add_modal("Save the calibrated arm")):
+        gui.add_html(note(FORMATS, "formats", margin="4px 0 10px"))
+        formats = gui.add_button_group("Save", tuple(SAVED), hint=FORMATS)
+        close = gui.add_button("Close", color="gray", hint="Close this sheet.")
+    formats.on_click(lambda pressed: save(pressed, SAVED[pressed.target.value]))
+    close.on_click(lambda _: offered.close())
 
 
 def _titles() -> dict[str, str]:

@@ -200,7 +200,7 @@ def _deviation(status: Status, measuring: Measuring) -> str:
         size = np.nan if vector is None else float(np.linalg.norm(vector))
         colour = GOOD if size < near else CAREFUL if size <= far else BAD if size > far else MUTED
         style = f"font-size:20px;font-weight:650;color:{colour}"
-        return f'<span data-testid="{testid}" style="{style}">{number(scale * size)}{unit}</span>'
+        return f'<span data-testid="{testid}" style="{style}">{number(round(scale * size, 3))}{unit}</span>'
 
     content = (
         f'<div style="display:flex;align-items:baseline;gap:10px;margin:4px 0" '

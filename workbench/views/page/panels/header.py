@@ -9,6 +9,7 @@ from workbench.session.guide import Action, Step, guide
 from workbench.session.state import Message, Session, Severity
 from workbench.session.worker import Worker
 from workbench.views.page.html import INKS, MUTED, block, text
+from workbench.views.page.panels.fit import offer_formats
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 TINTS = {
@@ -57,6 +58,8 @@ class Verdict(AbstractPanel):
             self._worker.submit(action.command)
         if action.save is not None:
             self.save(event, action.save)
+        if action.offers_formats:
+            offer_formats(event, self.save)
 
 
 class Header(AbstractPanel):

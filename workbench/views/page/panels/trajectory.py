@@ -199,7 +199,7 @@ def curves(track: Track) -> str:
         share = (column - column.min()) / max(float(np.ptp(column)), LEAST_MOVED)
         parts.append(_polyline(track.time, share, ROOM, ink))
     drawn = f'<svg viewBox="0 0 {WIDTH} {2 * ROOM}" preserveAspectRatio="none">{"".join(parts)}</svg>'
-    top = f"error, up to {in_mm(track.errors.max())}" if track.before is not None else ""
+    top = f"error, largest {in_mm(track.errors.max())}" if track.before is not None else ""
     words = (
         label("0", 10, top, size=11),
         label("0", ROOM + 10, "joints, each in its own range", size=11),
