@@ -48,7 +48,8 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
         nominal, shown = found.aligned, run.judged or run.calibrated
     models = _models(session, shown)
     robots = [robot for robot in (nominal, shown, *models.values()) if robot is not None]
-    fitted, checks = _driven(robots, loaded.dataset), _driven(robots, loaded.checks)
+    fitted = _driven(robots, loaded.dataset)
+    checks = None if loaded.checks is None else _driven(robots, loaded.checks)
     if found is not None:
         held_out = fitted if len(found.held_out_rows) else checks
         fitted = _directed(found.data.take(found.train_rows), fitted)
@@ -58,10 +59,10 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
     return compare(fitted, checks, nominal, shown, models)
 
 
-def _driven(robots: Iterable[Robot], data: Dataset | None) -> Dataset | None:
+def _driven(robots: Iterable[Robot], data: Dataset) -> Dataset:
     """All rows of a file with what drives the effects of any of these arms."""
     for robot in robots:
-        data = None if data is None else with_drivers(robot, data)
+        data = with_drivers(robot, data)
     return data
 
 

@@ -66,7 +66,8 @@ def show_recordings(
     with tempfile.TemporaryDirectory(prefix="workbench-") as room:
         if len(recordings) == 2:
             path = Path(room) / "compared.rrd"
-            files = [write_comparison(*recordings, path, compared=compared, progress=progress)]
+            first, second = recordings
+            files = [write_comparison(first, second, path, compared=compared, progress=progress)]
         else:
             files = pictures_of(recordings[0], Path(room), progress=progress, say=say)
         if out is not None:
