@@ -24,6 +24,7 @@ def circle(run):
     status, out, err = run(*words, "--out", "c.csv", "--picture", "c.png", "--json", "c.json")
     assert status == 0, err
     assert "held along" in out
+    assert "-0.000" not in out
     return read_trajectory("c.csv", joints=6)
 
 

@@ -6,6 +6,7 @@ import tempfile
 import zipfile
 from dataclasses import replace
 from pathlib import Path
+from threading import Event
 from time import monotonic, sleep
 from types import SimpleNamespace
 
@@ -66,6 +67,7 @@ from workbench.views.page.panels.target_placement import rows_of, table_of
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.render import BrowserView
 from workbench.views.page.style import RULES
+from workbench.views.page.tabs import Tabs
 
 
 def test_every_control_has_a_tooltip(app):
@@ -513,3 +515,36 @@ def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_s
     assert app.worker.session.shows_plate
     assert (panel._show_plate.visible, panel._edit.visible) == (False, True)
     assert not any(edit.disabled for edit in edits)
+
+
+def test_a_page_that_comes_before_the_tabs_opens_the_first_one_once_they_are_there():
+    """After a restart the pages that were open come while the panel is made: no such tab was found."""
+    sent, group = [], SimpleNamespace(_tab_labels=(), _tab_icons_html=(), _tab_container_ids=())
+
+    def add_tab(tab):
+        for name in names:
+            setattr(group, name, (*getattr(group, name), tab))
+
+    names = (*vars(group),)
+    group.add_tab, group._impl = add_tab, SimpleNamespace(uuid="tabs")
+    interface = SimpleNamespace(queue_message=lambda message: sent.append(message.updates["_tab_labels"]))
+    shown = SimpleNamespace(remove=lambda: None)
+    gui = SimpleNamespace(_websock_interface=interface, add_html=lambda sign: shown)
+    client = SimpleNamespace(client_id=7, gui=gui)
+    server = SimpleNamespace(
+        gui=SimpleNamespace(add_tab_group=lambda: group),
+        get_clients=lambda: {7: client},
+        on_client_connect=lambda call: call(client),  # one is there already
+    )
+    drawn = Event()
+    drawn.set()
+    told = SimpleNamespace(drawn=lambda words: ("", drawn))
+    tabs = Tabs(server, told, first=Tab.MORE)
+    assert sent == []
+    for tab in Tab:
+        tabs.add(tab)
+    tabs.ready()
+    end = monotonic() + 10.0
+    while len(sent) < 2 and monotonic() < end:
+        sleep(0.01)
+    assert sent == [(Tab.MORE,), tuple(Tab)]
