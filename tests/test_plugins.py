@@ -226,9 +226,9 @@ def test_a_panel_with_its_command_in_page_journal_and_reopened_session(run_with)
         import json
         from pathlib import Path
         from workbench.session.journal.reader import read_recording
-        from workbench.session.journal.replay import restore
+        from workbench.session.journal.restore import restore
 
-        again = restore(read_recording(Path("rec")))
+        again = restore(read_recording(Path("rec"))).session
         lines = map(json.loads, Path("rec/journal.jsonl").read_text().splitlines())
         reach = [line["numbers"]["reach"] for line in lines if "reach" in line.get("numbers", {})]
         print(f"{1e3 * again.noise.position:.3f}", [round(r, 2) for r in reach])

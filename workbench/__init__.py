@@ -7,62 +7,35 @@
     fit = wb.identify(arm, data, held_out=0.2)
     fit.robot.save("calibrated.toml")
 
-Names are imported when they are first used, so that importing the package costs nothing.
+Names are imported when they are first used, so that importing the package costs nothing. Which there are and
+where they live stands in `__init__.pyi`, which type checkers and editors read as well.
 """
 
+from functools import cache
 from importlib import import_module
 
-_HOMES = {
-    "workbench.base.errors": ("WorkbenchError",),
-    "workbench.arm.robot": ("Robot", "Frame"),
-    "workbench.arm.built_in_arms": ("load_robot",),
-    "workbench.arm.robot_toml": ("write_toml",),
-    "workbench.arm.own_robot.find_convention": ("find_convention",),
-    "workbench.arm.own_robot.readings": ("table_readings", "typed_readings"),
-    "workbench.arm.urdf": ("read_urdf", "write_urdf"),
-    "workbench.arm.kinematics.array_like": ("tool_poses", "sensitivity", "sensitivity_blocks", "link_frames"),
-    "workbench.arm.inverse.solve": ("solve", "follow"),
-    "workbench.data.dataset": ("Dataset",),
-    "workbench.data.readers": ("read_measurements",),
-    "workbench.data.camera.rig": ("read_rig",),
-    "workbench.data.camera.pixel_table": ("read_pixels",),
-    "workbench.data.writer": ("write_measurements",),
-    "workbench.plate.plate": ("Plate", "Target"),
-    "workbench.plate.region": ("Region",),
-    "workbench.plate.parts.as_measured": ("load_plate",),
-    "workbench.plate.plate_toml": ("write_plate",),
-    "workbench.plate.poses.choose_poses": ("choose_poses",),
-    "workbench.plate.simulated_measurement": ("measure_plate", "measure_poses"),
-    "workbench.plate.score": ("score_plate as score", "PlateScore"),
-    "workbench.plate.design": ("optimise_plate", "try_plate"),
-    "workbench.plate.optimiser.result": ("PlateDesign",),
-    "workbench.identification.result": ("Identification", "Evaluation"),
-    "workbench.identification.evaluate": ("evaluate",),
-    "workbench.diagnosis.identify_with_effects": ("identify",),
-    "workbench.identification.verification.verify": ("verify", "Verification"),
-    "workbench.identification.fleet.fleet": ("compare_fleet", "Fleet"),
-    "workbench.identification.problem": ("Noise",),
-    "workbench.identification.rezero.moved_joints": ("rezero",),
-    "workbench.diagnosis.result": ("Diagnosis",),
-    "workbench.diagnosis.diagnose": ("diagnose",),
-    "workbench.paths.trajectories": ("compensate_trajectory as compensate",),
-    "workbench.views.page.show": ("show",),
-}
-_HOME = {
-    entry.rpartition(" as ")[2]: (home, entry.partition(" as ")[0])
-    for home, entries in _HOMES.items()
-    for entry in entries
-}
 
-__all__ = sorted(_HOME)
+@cache
+def _homes() -> dict[str, tuple[str, str]]:
+    """Module and own name of each name of the root."""
+    import ast
+    from pathlib import Path
+
+    body = ast.parse(Path(__file__).with_suffix(".pyi").read_bytes()).body
+    imports = [node for node in body if isinstance(node, ast.ImportFrom)]
+    found = {a.asname or a.name: (str(node.module), a.name) for node in imports for a in node.names}
+    renamed = {ast.unparse(n.targets[0]): ast.unparse(n.value) for n in body if isinstance(n, ast.Assign)}
+    return found | {name: found.pop(own) for name, own in renamed.items()}
 
 
 def __getattr__(name: str):
-    if name not in _HOME:
+    if name == "__all__":
+        return sorted(_homes())
+    if name not in _homes():
         raise AttributeError(f"module 'workbench' has no attribute '{name}'")
-    home, own = _HOME[name]
+    home, own = _homes()[name]
     return getattr(import_module(home), own)
 
 
 def __dir__() -> list[str]:
-    return __all__
+    return sorted(_homes())

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.base.errors import OptionError
 from workbench.identification.fit_choices import ChoiceFields, FitChoices
 from workbench.identification.problem import Noise
 
@@ -75,6 +77,55 @@ def test_names_and_files_and_frames_stand_for_robots_and_data(csv):
 def test_the_rest_is_refused_by_name(robot, data, options, name):
     with pytest.raises(wb.WorkbenchError, match=rf"^{name} must be"):
         fit(robot, data, **options)
+
+
+def test_every_verb_has_the_same_door(csv):
+    assert wb.verify("aria", str(csv), wanted="0.5mm").wanted == wb.Wanted(position=5e-4)
+    assert wb.verify(ARM, ROWS, wanted=5e-4).wanted == wb.Wanted(position=5e-4)
+    assert wb.verify(ARM, ROWS, wanted="0.5mm,0.1deg").wanted.rotation == pytest.approx(np.deg2rad(0.1))
+    assert wb.verify(ARM, ROWS, wanted=wb.Requirement()).wanted == wb.Requirement().wanted
+    assert wb.evaluate("aria", csv).errors == wb.evaluate(ARM, wb.read_measurements(csv)).errors
+    zeros = wb.rezero("aria", csv, replaced=2, exclude=[3], noise=(1e-4, 1e-4))
+    assert zeros.excluded == ((3, "by hand"),)
+    path = csv.with_name("path.csv")
+    np.savetxt(
+        path,
+        [[0.3, -0.5, 0.8, 0.4, 0.6, 0.1 * k] for k in range(4)],
+        delimiter=",",
+        comments="",
+        header=",".join(f"q{j}[rad]" for j in range(1, 7)),
+    )
+    moved = wb.compensate("aria", path, nominal="aria")
+    np.testing.assert_array_equal(moved.q, wb.compensate(ARM, wb.read_trajectory(path), nominal=ARM).q)
+    _, rows = wb.measure_poses("aria", 5, effects="joint-compliance:2", seed=1)
+    assert len(rows) == 5
+    assert len(wb.score("aria", "table2").plate) == 10
+
+
+@pytest.mark.parametrize(
+    ("call", "name"),
+    [
+        (lambda: wb.verify(ARM, ROWS, wanted="large"), "wanted"),
+        (lambda: wb.evaluate(ROWS, ARM), "robot"),
+        (lambda: wb.evaluate(ARM, ROWS, fit_frames="yes"), "fit_frames"),
+        (lambda: wb.score(ARM, 3), "plate"),
+        (lambda: wb.compensate(ARM, ROWS), "trajectory"),
+        (lambda: wb.measure_poses(ARM, "many"), "number"),
+        (lambda: wb.choose_poses(ARM, 8, method="luck"), "method"),
+        (lambda: wb.diagnose(ARM, ROWS, seed="one"), "seed"),
+        (lambda: wb.show(3, open_browser=False), "robot"),
+        (lambda: ARM.with_effects("backlash"), "an effect"),
+    ],
+)
+def test_every_verb_refuses_by_name(call, name):
+    with pytest.raises(OptionError, match=rf"^{name} must be"):
+        call()
+
+
+def test_effects_come_one_by_one_or_in_a_list():
+    effects = (JointCompliance((1,), (1e-5,)), JointCompliance((2,), (2e-5,)))
+    assert ARM.with_effects(effects).effects == ARM.with_effects(*effects).effects == effects
+    assert ARM.with_effects(effects).with_effects(()).effects == ()
 
 
 def test_type_checkers_know_the_fields_that_there_are():

@@ -6,7 +6,7 @@ that no base or tool orientation is singular.
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from functools import cached_property
@@ -19,6 +19,7 @@ from jaxtyping import Float
 from workbench.arm.calibration_record import Calibration
 from workbench.arm.chain import Axis, Chain, Element
 from workbench.arm.effects import AbstractEffect, extrapolation_notes
+from workbench.arm.effects.effect import flattened
 from workbench.arm.effects.law import drifting, with_insertions
 from workbench.base import se3
 from workbench.base.errors import RobotError, ShapeError
@@ -384,9 +385,9 @@ class Robot:
             out.append(replace(joint, mass=mass, com=frozen(np.array(com, float))))
         return tuple(out)
 
-    def with_effects(self, *effects: AbstractEffect) -> "Robot":
-        """The same arm with these effects instead of its own."""
-        return replace(self, effects=effects)
+    def with_effects(self, *effects: AbstractEffect | Sequence[AbstractEffect]) -> "Robot":
+        """The same arm with these effects, one by one or in a list, instead of its own."""
+        return replace(self, effects=flattened(effects))
 
     def with_frames(self, *, base: Frame | None = None, tool: Frame | None = None) -> "Robot":
         """The same arm on another base or with another tool; itself if they are its own already."""

@@ -7,7 +7,6 @@ from typing import TypeVar
 from workbench.base.progress import Cancelled
 
 T = TypeVar("T")
-U = TypeVar("U")
 
 
 class Advice:
@@ -16,7 +15,7 @@ class Advice:
     def __init__(self) -> None:
         self.warnings: list[str] = []
 
-    def ask(self, what: str, adviser: Callable[[], T], otherwise: U) -> T | U:
+    def ask(self, what: str, adviser: Callable[[], T], otherwise: T) -> T:
         """What an adviser says; `otherwise` where it fails.
 
         Args:

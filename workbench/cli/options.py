@@ -12,8 +12,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import workbench as wb
-from workbench.base.errors import DataError, OptionError, UnitError
-from workbench.cli.exit_status import Unusable
+from workbench.base.errors import OptionError
 
 
 def option(*names_and_help: str, **more: Any) -> Any:
@@ -115,7 +114,7 @@ class FitOptions:
     """Which rows are fitted, what is free, and how the rows weigh."""
 
     held_out: Annotated[
-        str, option("Share of rows to hold out (0.2 or 20%), a file of them, or session:NAME.")
+        str, option("Share of rows to hold out (0.2: a fifth), a file of them, or session:NAME.")
     ] = "0.2"
     frames: FramesOption = "auto"
     region: Annotated[str | None, option("Keep only rows inside the region of this plate.")] = None
@@ -134,7 +133,7 @@ class FitOptions:
     )
 
     def check_same_arm(self, arm, rows) -> None:
-        """Refuse rows that clearly belong to another arm, unless forced."""
+        """End with status 2 if the rows clearly belong to another arm, unless forced."""
         from workbench.data.misread import checked
         from workbench.identification.arm_match import arm_match
 
@@ -142,7 +141,7 @@ class FitOptions:
         found = arm_match(arm, checked(arm, rows))
         if found.is_foreign and not self.force:
             rival = f"--robot {found.rival}, or " if found.rival else "the robot that was measured, or "
-            raise DataError(f"{found.words}; give {rival}--force to continue anyway")
+            fail(f"{found.words}; give {rival}--force to continue anyway")
 
     def choices(self, arm, files: FileOptions):
         """The same in SI."""
@@ -203,8 +202,7 @@ def held_out_of(text: str, arm, files: FileOptions):
     if text.startswith("session:"):
         return tuple(text.removeprefix("session:").split(","))
     try:
-        share = text.rstrip()
-        return 0.01 * float(share[:-1]) if share.endswith("%") else float(share)
+        return float(text)
     except ValueError:
         return files.read_whole(Path(text), arm)
 
@@ -261,10 +259,7 @@ def noise_of(text: str):
 def _quantity(name: str, text: str) -> float:
     from workbench.base.units import Quantity, parse_quantity
 
-    try:
-        return parse_quantity(text, Quantity[name])
-    except UnitError as error:
-        raise OptionError(str(error)) from None
+    return parse_quantity(text, Quantity[name])
 
 
 length, angle, duration = (partial(_quantity, name) for name in ("LENGTH", "ANGLE", "TIME"))
@@ -350,8 +345,6 @@ def check_writable(*files: Path | None, folder: Path | None = None) -> None:
     for path in files:
         if path is not None:
             check_writable(path)
-            if not path.parent.exists():
-                say(f"note: the folder {path.parent} does not exist; it is made with {path.name}")
     if folder is not None:
         check_writable(folder, folder=True)
 
@@ -372,8 +365,9 @@ def check_robot_file(path: Path | None) -> None:
 
 
 def fail(sentence: str) -> NoReturn:
-    """End with exit status 2 and the reason on standard error: the result should not be used as it is."""
-    raise Unusable(sentence)
+    """End with exit status 2 and the reason on standard error: there is a result, but it is unreliable."""
+    print(f"workbench: {sentence}", file=sys.stderr)
+    raise typer.Exit(2)
 
 
 def check_converged(fit) -> None:

@@ -4,16 +4,21 @@ A `Dataset` is plain SI data: joint positions and what an instrument saw, one ro
 that a file does not have are None; single values that a row lacks are NaN (numbers) or "" (labels).
 """
 
+from collections.abc import Collection
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from workbench.base.errors import DataError, ShapeError
+from workbench.base.frames import data_frame
 from workbench.base.types import frozen
 from workbench.data.camera.rig import Rig
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 Labels = np.ndarray  # one string a row
 LABELS = {"anchor", "contact", "point", "session", "group", "reason", "image"}
@@ -153,6 +158,16 @@ class Dataset:
     def in_session(self, name: str) -> Bool[np.ndarray, " rows"]:
         """Rows of a session; all of them where the file has none."""
         return np.ones(len(self), bool) if self.session is None else self.session == name
+
+    def to_frame(self, *, prismatic: Collection[int] = ()) -> "DataFrame":
+        """A pandas frame with headings as in a file (`q1[rad]`, `x[m]` …), which reads back as the same rows.
+
+        Args:
+            prismatic: Joints, counted from 0, whose positions are lengths [m].
+        """
+        from workbench.data.writer import columns_of
+
+        return data_frame(columns_of(self, prismatic))
 
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Dataset":
         """The chosen rows, by index or mask, in the order given."""

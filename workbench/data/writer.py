@@ -86,6 +86,11 @@ def measurements_csv(
     return buffer.getvalue()
 
 
+def columns_of(dataset: Dataset, prismatic: Collection[int]) -> dict[str, np.ndarray]:
+    """The same columns as a file's, by heading; orientations are quaternions."""
+    return dict(_columns(dataset, RotationForm.QUATERNION, prismatic))
+
+
 def _columns(data: Dataset, form: RotationForm, prismatic: Collection[int]) -> Iterator[Column]:
     """Heading and values of each column, in the order of formats.md."""
     joints = range(1, data.joints + 1)

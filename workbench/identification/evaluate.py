@@ -9,8 +9,10 @@ from workbench.data.misread import checked
 from workbench.identification.frames import choose_frames
 from workbench.identification.result import Evaluation
 from workbench.identification.row_errors import row_errors
+from workbench.plate.door import door
 
 
+@door()
 @one_thread()
 def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evaluation:
     """Errors of a given model; nothing is fitted, or only base and tool.

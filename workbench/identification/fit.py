@@ -6,7 +6,7 @@ Everything here is computed at the answer from one factorisation, whichever algo
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import final
+from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 from jaxtyping import Float
@@ -16,6 +16,7 @@ from workbench.arm.calibration_record import Calibration, pose_keys
 from workbench.arm.confounded_constants import Combination, combinations
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
+from workbench.base.frames import data_frame
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, Search
 from workbench.identification.noise import effective_parameters, factor_at
@@ -24,6 +25,9 @@ from workbench.identification.pixel_noise import Considered, covariance
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor
 from workbench.report.result_display import AbstractShown
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
 
 SUSPICIOUS = 5.0
 """Rows whose residual is this many times what the others lead one to expect are listed."""
@@ -83,6 +87,13 @@ class Fit(AbstractShown):
         from workbench.identification.report.table import parameters_tables
 
         return parameters_tables(self)
+
+    def to_frame(self) -> "DataFrame":
+        """The parameters by name as a pandas frame: unit, nominal, identified, standard error; SI."""
+        columns: dict[str, Any] = {
+            name: [getattr(p, name) for p in self.parameters] for name in ("name", "unit", "nominal")
+        }
+        return data_frame(columns | {"identified": self.x, "std": self.std}, index="name")
 
     @property
     def iterations(self) -> int:

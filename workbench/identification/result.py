@@ -9,6 +9,7 @@ import numpy as np
 from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
+from workbench.base.frames import data_frame
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
 from workbench.identification.arm_match import SOME, ArmMatch, arm_match
@@ -22,6 +23,7 @@ from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
 """Corrections of an arm's constants beyond these [m], [rad] are hardly errors of making."""
@@ -177,6 +179,17 @@ class Identification(AbstractShown):
         suspicious = errors.median > 1e3 * SOME * self.nominal_robot.reach
         return arm_match(self.nominal_robot, self.data) if suspicious else None
 
+    def to_frame(self) -> "DataFrame":
+        """Errors by row as a pandas frame: of the nominal arm and of the best run's, fitted rows first."""
+        numbers = np.concatenate([self.data.row[self.train_rows], self.held_out_data.row])
+        best = (self.best.train_rows, self.best.held_out_rows)
+        columns = {"row": numbers, "held_out": np.arange(len(numbers)) >= len(self.train_rows)}
+        for title, pair in (("nominal", self.nominal_rows), ("calibrated", best)):
+            for name in {**pair[0].columns, **pair[1].columns}:
+                parts = [rows.columns.get(name, np.full_like(rows.position, np.nan)) for rows in pair]
+                columns[f"{title} {name}"] = np.concatenate(parts)
+        return data_frame(columns, index="row")
+
     def doubts(self, run: Run) -> tuple[str, ...]:
         """Reasons to doubt a calibrated arm: rows of another arm, or constants that moved too far."""
         foreign = (self.match.words,) if self.match is not None and self.match.is_foreign else ()
@@ -290,6 +303,10 @@ class Evaluation(AbstractShown):
     def errors(self) -> Errors:
         """Their summary."""
         return Errors.of(self.rows)
+
+    def to_frame(self) -> "DataFrame":
+        """Errors by row as a pandas frame."""
+        return data_frame({"row": self.row_numbers, **self.rows.columns}, index="row")
 
     def summary(self) -> RenderableType:
         from workbench.identification.report.table import evaluation_tables

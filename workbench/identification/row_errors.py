@@ -59,6 +59,13 @@ class RowErrors:
     pixel: Float[np.ndarray, " rows"] | None = None
     corners: Float[np.ndarray, " rows"] | None = None
 
+    @property
+    def columns(self) -> dict[str, np.ndarray]:
+        """What was measured, by heading."""
+        named = {"position[m]": self.position, "rotation[rad]": self.rotation, "tilt[rad]": self.tilt}
+        kept = {name: values for name, values in named.items() if np.isfinite(values).any()}
+        return kept if self.pixel is None else kept | {"pixel[px]": self.pixel}
+
     def take(self, rows: np.ndarray) -> "RowErrors":
         """Errors of some of the rows."""
         extra = (None if v is None else v[rows] for v in (self.pixel, self.corners))
@@ -128,11 +135,11 @@ class Errors:
     @classmethod
     def of(cls, rows: RowErrors) -> "Errors":
         """Summary of at least one row."""
-        turned, tilted = (
+        angles = (
             Spread.of(np.rad2deg(values)) if np.isfinite(values).any() else None
             for values in (rows.rotation, rows.tilt)
         )
-        return cls(Spread.of(1e3 * rows.position), turned, tilted, _pixel_spread(rows))
+        return cls(Spread.of(1e3 * rows.position), *angles, _pixel_spread(rows))
 
 
 def _pixel_spread(rows: RowErrors) -> Spread | None:

@@ -25,11 +25,13 @@ from workbench.paths.correction import Compensation, Method, compensate
 from workbench.paths.curves import Circle, circle_through
 from workbench.paths.path import Commanded, command_joints, command_poses
 from workbench.paths.planning import Planned, derivatives
+from workbench.plate.door import door
 
 LEAST_MOVING = 6
 """Rows from which velocities and accelerations can be told."""
 
 
+@door()
 @one_thread()
 def compensate_trajectory(
     calibrated: Robot,

@@ -17,6 +17,7 @@ from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
 from workbench.plate import clustering
 from workbench.plate.clustering import Clustering
 from workbench.plate.criterion import goal_index
+from workbench.plate.door import door
 from workbench.plate.free_constants import identified_names
 from workbench.plate.monte_carlo.production_yield import ARMS, Yield, check_number, try_production
 from workbench.plate.monte_carlo.yield_inputs import Errors, Job, constrained_by
@@ -44,6 +45,7 @@ DOWN = np.diag([1.0, -1.0, -1.0])
 """Orientation of a tool that points straight down."""
 
 
+@door()
 @one_thread()
 def optimise_plate(
     robot: Robot,
@@ -175,6 +177,7 @@ def goal_poses(robot: Robot, plate: Plate) -> np.ndarray:
     return region_poses(robot, plate.region, PLATE_POSES, rng=rng, towards=down, cone=PLATE_CONE)
 
 
+@door()
 @one_thread()
 def try_plate(
     robot: Robot,

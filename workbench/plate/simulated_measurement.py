@@ -27,6 +27,7 @@ from workbench.data.simulation.simulate import (
     without,
 )
 from workbench.plate.collision import hits
+from workbench.plate.door import door
 from workbench.plate.plate import Plate
 from workbench.plate.poses.circle_points import circle_poses
 from workbench.plate.poses.informative_poses import informative_poses
@@ -45,6 +46,7 @@ DESIGNED = "designed"
 """Name of the choice of branches that spreads them for the smallest predicted error."""
 
 
+@door()
 @one_thread()
 def measure_poses(
     robot: Robot,
@@ -88,6 +90,7 @@ def measure_poses(
     return actual, replace(rows, source=note, notes=(*rows.notes, *notes))
 
 
+@door()
 @one_thread()
 def measure_plate(
     robot: Robot,

@@ -19,6 +19,7 @@ from workbench.arm.effects.axes import Wrenches
 from workbench.arm.effects.law import NO_WRENCHES, AbstractLaw, Loads
 from workbench.arm.effects.plots import State, View, usual_views
 from workbench.arm.motion import Motion
+from workbench.base.errors import OptionError
 from workbench.report.numbers import readable
 
 STILL = float(np.deg2rad(1.0))
@@ -269,3 +270,15 @@ def has_complete_torques(motion: Motion) -> bool:
 def moved_joints(motion: Motion) -> list[int]:
     """Joints whose position differs enough from row to row to show an error over it."""
     return [j for j in range(motion.q.shape[1]) if np.ptp(motion.q[:, j]) > STILL]
+
+
+def flattened(effects: Sequence[AbstractEffect | Sequence[AbstractEffect]]) -> tuple[AbstractEffect, ...]:
+    """Effects that were given one by one or in lists.
+
+    Raises:
+        OptionError: something that is no effect.
+    """
+    flat = [e for part in effects for e in (part if isinstance(part, tuple | list) else (part,))]
+    if (wrong := next((e for e in flat if not isinstance(e, AbstractEffect)), None)) is not None:
+        raise OptionError(f"an effect must be such as JointCompliance((1,), (1e-5,)), got {wrong!r}")
+    return tuple(flat)

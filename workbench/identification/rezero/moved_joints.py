@@ -22,7 +22,7 @@ from workbench.data.dataset import Dataset
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
-from workbench.identification.fit_choices import FitChoices
+from workbench.identification.fit_choices import Excluded, FitChoices
 from workbench.identification.frames import Sessions, visible_parts
 from workbench.identification.held_out_rows import check_enough
 from workbench.identification.preparation import Prepared, prepare
@@ -34,6 +34,7 @@ from workbench.identification.rezero.last_calibration import UNKNOWN, Knowledge
 from workbench.identification.rezero.other_explanations import doubts
 from workbench.identification.rezero.result import JointShift, Rezero
 from workbench.identification.row_errors import Errors, instrument_places
+from workbench.plate.door import door
 
 TOLERANCE = (1e-4, 1e-4)
 """How well a calibration knows lengths [m] and angles [rad], where nothing says it."""
@@ -45,6 +46,7 @@ NEAR = 0.02
 """Part of the reach within which rows must lie for zeros to be sought before the frames."""
 
 
+@door()
 @one_thread()
 def rezero(
     robot: Robot,
@@ -55,7 +57,7 @@ def rezero(
     tolerance: tuple[float, float] = TOLERANCE,
     noise: Noise | None = None,
     frames: Sessions | str = Sessions.AUTO,
-    exclude: Mapping[int, str] | None = None,
+    exclude: Excluded | None = None,
     known: Mapping[str, float] | None = None,
     progress: Report | None = None,
     cancel: Cancel | None = None,

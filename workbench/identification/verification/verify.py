@@ -26,6 +26,7 @@ from workbench.identification.verification.iso9283 import (
     pose_labels,
     repeated_poses,
 )
+from workbench.plate.door import door
 from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
@@ -152,6 +153,7 @@ class Verification(AbstractShown):
         return on_white(error_map(self))
 
 
+@door()
 @one_thread()
 def verify(
     robot: Robot,

@@ -1,0 +1,58 @@
+"""Data, parameters and errors as pandas frames."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.base.errors import MissingExtraError
+
+ARM = wb.load_robot("aria")
+ROWS = wb.measure_poses(ARM, 30, seed=3)[1]
+FIT = wb.identify(ARM, ROWS, algorithms="ols")
+
+
+def test_measurements_go_out_and_come_back():
+    pytest.importorskip("pandas")
+    frame = ROWS.to_frame()
+    assert frame.shape[0] == 30
+    np.testing.assert_array_equal(frame[["x[m]", "y[m]", "z[m]"]], ROWS.position)
+    again = wb.read_measurements(frame)
+    np.testing.assert_array_equal(again.q, ROWS.q)
+    np.testing.assert_allclose(again.rotation, ROWS.rotation, atol=1e-14)
+    slider = wb.Dataset(q=[[0.1, 0.2], [0.3, 0.4]], position=np.zeros((2, 3)))
+    assert list(slider.to_frame(prismatic=[1]))[:2] == ["q1[rad]", "q2[m]"]
+
+
+def test_parameters_by_name():
+    pytest.importorskip("pandas")
+    fit = FIT.best.fit
+    frame = fit.to_frame()
+    assert list(frame.index) == list(fit.problem.names)
+    assert frame.loc["joint2.a", "identified"] == FIT.robot.values(["joint2.a"])[0]
+    assert frame.loc["joint2.a", "nominal"] == ARM.values(["joint2.a"])[0]
+    np.testing.assert_array_equal(frame["std"], fit.std)
+    assert set(frame["unit"]) == {"rad", "m"}
+
+
+def test_errors_row_by_row():
+    pytest.importorskip("pandas")
+    frame = FIT.to_frame()
+    assert sorted(frame.index) == list(range(30))
+    assert frame["held_out"].sum() == len(FIT.held_out_data)
+    held = frame[frame["held_out"]]
+    assert 1e3 * held["calibrated position[m]"].mean() == pytest.approx(FIT.error.after.position_mm.mean)
+    assert 1e3 * held["nominal position[m]"].mean() == pytest.approx(FIT.error.before.position_mm.mean)
+    poses = wb.tool_poses(FIT.robot, ROWS.q)
+    off = np.linalg.norm(poses[:, :3, 3] - ROWS.position, axis=1)
+    np.testing.assert_allclose(frame["calibrated position[m]"].sort_index(), off, atol=1e-12)
+    alone = wb.evaluate(FIT.robot, ROWS).to_frame()
+    np.testing.assert_allclose(alone["position[m]"], off, atol=1e-12)
+
+
+def test_without_pandas_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(MissingExtraError) as refused:
+        ROWS.to_frame()
+    assert refused.value.extra == "pandas"

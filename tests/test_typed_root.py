@@ -1,0 +1,68 @@
+"""What a type checker sees of the root is what there is."""
+
+import subprocess
+import sys
+from dataclasses import is_dataclass
+from inspect import isfunction, signature
+from pathlib import Path
+from typing import get_args
+
+import pytest
+
+import workbench as wb
+
+ROOT = Path(__file__).parent.parent
+GIVEN_BY_NAME = {"Naming", "Reading", "Making", "Task", "Typed", "PixelRows", "Rig", "AbstractEffect"}
+"""Records that have a word, or that only what returned them takes."""
+
+
+@pytest.mark.slow
+def test_a_type_checker_knows_the_names_and_their_types(tmp_path):
+    pytest.importorskip("mypy")
+    (tmp_path / "script.py").write_text(
+        "import workbench as wb\n"
+        + "".join(f"reveal_type(wb.{name})\n" for name in dir(wb))
+        + "arm, rows = wb.load_robot('aria'), wb.read_measurements('x')\n"
+        "fit = wb.identify(arm, rows, held_out=0.2, noise=(1e-4, 1e-4))\n"
+        "reveal_type(fit)\n"
+        "wb.identify(arm, rows, held=0.2)\n"
+        "wb.no_such_name\n"
+    )
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "mypy",
+            "--follow-imports=silent",
+            "--cache-dir",
+            tmp_path / "cache",
+            "script.py",
+        ],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env={"MYPYPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": str(tmp_path)},
+        check=False,
+    )
+    notes = [line for line in done.stdout.splitlines() if "Revealed type" in line]
+    assert len(notes) == len(dir(wb)) + 1, done.stdout
+    assert not [line for line in notes if '"Any"' in line or "*args: Any" in line]
+    assert notes[-1].endswith('Identification"')
+    errors = [line for line in done.stdout.splitlines() if ": error:" in line]
+    assert len(errors) == 2, done.stdout
+    assert "held" in errors[0]
+    assert "no_such_name" in errors[1]
+
+
+def test_records_that_verbs_take_stand_at_the_root():
+    verbs = [verb for name in dir(wb) if isfunction(verb := getattr(wb, name))]
+    hints = (p.annotation for verb in verbs for p in signature(verb).parameters.values())
+    ours = (
+        part for part in leaves(*hints) if is_dataclass(part) and part.__module__.startswith("workbench.")
+    )
+    assert {part.__name__ for part in ours} - set(dir(wb)) <= GIVEN_BY_NAME
+
+
+def leaves(*hints):
+    for hint in hints:
+        yield from leaves(*get_args(hint)) if get_args(hint) else (hint,)
