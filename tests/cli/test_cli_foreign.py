@@ -14,10 +14,10 @@ def rows(run, tmp_path):
     return tmp_path / "ur5.csv"
 
 
-def test_rows_of_another_arm_end_with_status_2_unless_forced(run, rows, tmp_path):
+def test_rows_of_another_arm_give_no_result_unless_forced(run, rows, tmp_path):
     for command in ("identify", "diagnose"):
         status, _, err = run(command, rows, "--robot", "aria", "--json", "r.json")
-        assert status == 2
+        assert status == 1
         assert "these rows are not ARIA's" in err
         assert "--force" in err
         assert not (tmp_path / "r.json").exists()

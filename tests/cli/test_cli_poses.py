@@ -37,7 +37,7 @@ def test_poses_with_limits(run, tmp_path):
 )
 def test_bad_input(run, words, said):
     status, out, err = run("poses", "--robot", "aria", "--number", "8", *words)
-    assert status == 1
+    assert status == (1 if said in ("conflict", "hardly ever reaches") else 64)
     assert said in err
     assert err.count("\n") == 1
     assert not out

@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -99,3 +100,73 @@ def test_a_result_on_standard_output_is_alone_there(run, tmp_path):
     assert json.loads(out)["schema"] == "workbench.evaluation/1"
     assert "rows" in errors
     assert [path.name for path in tmp_path.iterdir()] == ["rows.csv"]
+
+
+@pytest.mark.parametrize(
+    ("command", "status"),
+    [
+        ("--help", 0),
+        ("redundancy --robot ur5", 0),
+        ("verify fresh.csv --robot aria --wanted 1um", 2),
+        ("evaluate none.csv --robot aria", 1),
+        ("evaluate fresh.csv --robot none.toml", 1),
+        ("evaluate fresh.csv --robot panda", 1),
+        ("diagnose fresh.csv --robot ur10", 1),
+        ("soft.cvs", 1),
+        ("fly", 64),
+        ("evaluate", 64),
+        ("plate fly", 64),
+        ("plate", 64),
+        ("evaluate fresh.csv --robot aria --fly", 64),
+        ("redundancy --robot ur5 --frames=3", 64),
+        ("simulate --robot aria --out d.csv --poses 0", 64),
+        ("simulate --robot aria --out d.csv --poses many", 64),
+        ("verify fresh.csv --robot aria --wanted 3", 64),
+        ("identify fresh.csv --robot aria --held-out 120%", 64),
+    ],
+)
+def test_the_status_tells_wrong_usage_from_no_result_and_from_a_bad_one(command, status, run):
+    run("simulate", "--robot", "aria", "--poses", "10", "--out", "fresh.csv")
+    found, out, err = run(*command.split())
+    assert found == status, err
+    assert bool(err) == (status != 0)
+    assert bool(out) == (status in (0, 2))
+
+
+def test_a_word_that_looks_like_a_file_is_no_unknown_command(run, tmp_path):
+    _, _, err = run("soft.cvs")
+    assert "no such file" in err
+    (tmp_path / "soft.cvs").write_text("q1[rad]\n0\n")
+    _, _, err = run("soft.cvs")
+    assert ".csv" in err
+
+
+def test_a_share_may_be_given_in_per_cent(run):
+    run("simulate", "--robot", "aria", "--poses", "40", "--out", "rows.csv")
+    found = []
+    for share in ("25%", "0.25"):
+        words = ("rows.csv", "--robot", "aria", "--algorithm", "ols", "--held-out", share, "--json", "-")
+        found.append(json.loads(run("identify", *words)[1])["measurements"])
+    assert found[0] == found[1]
+    assert found[0]["held_out"] == 10
+
+
+def test_a_number_without_a_unit_is_answered_with_that_number_in_units(run):
+    run("simulate", "--robot", "aria", "--poses", "10", "--out", "rows.csv")
+    _, _, err = run("identify", "rows.csv", "--robot", "aria", "--noise", "0.05")
+    assert "0.05 mm" in err
+    assert "0.05 m " in err
+
+
+def test_a_folder_that_is_made_is_said(run, tmp_path):
+    status, out, _ = run("redundancy", "--robot", "ur5", "--json", "no/such/r.json")
+    assert status == 0
+    assert (tmp_path / "no" / "such" / "r.json").is_file()
+    assert str(Path("no") / "such") + " does not exist" in out
+
+
+def test_a_file_without_columns_is_refused_without_an_empty_table(run, tmp_path):
+    (tmp_path / "bad.csv").write_text("")
+    status, out, err = run("preview", "bad.csv")
+    assert (status, out) == (1, "")
+    assert "bad.csv" in err

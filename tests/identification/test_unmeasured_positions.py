@@ -14,6 +14,12 @@ import workbench as wb
 from workbench.base.errors import DataError
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.verification.certificate import write_certificate
+from workbench.session import Worker, start
+from workbench.session.commands.data import LoadData
+from workbench.session.commands.identify import Identify
+from workbench.session.guide import guide
+from workbench.session.journal.numbers import changed_numbers
+from workbench.views.page.panels.result_card import result_card
 
 DH = np.array(  # theta, d, a, alpha of a UR5 [rad, m]
     [
@@ -238,3 +244,26 @@ def test_a_fit_of_inclinometers_alone_reports_their_angles(command, run, tmp_pat
     pages = [path.read_text() for path in (tmp_path / "out").glob("*.html")]
     assert pages
     assert "nan mm" not in " ".join(pages)
+
+
+def test_the_page_says_no_number_of_what_nobody_measured(tmp_path):
+    """Inclinometers alone in the app: its sentence, its card and its recorded numbers."""
+    write_rows(tmp_path / "tilts.csv", hidden(1e-3), seen=0, tilted=60, seed=1)
+    first = start(wb.load_robot(robot_file(tmp_path / "arm.toml")), wb.load_plate("table2"))
+    worker = Worker(first)
+    try:
+        for command in (LoadData("tilts.csv", (tmp_path / "tilts.csv").read_bytes()), Identify()):
+            worker.submit(command)
+            assert worker.wait(120.0)
+        session = worker.session
+        assert session.identification is not None, session.messages[-1].text
+        shown = (
+            session.messages[-1].text,
+            guide(session).sentence,
+            guide(session).figure,
+            result_card(session),
+        )
+        assert not any("nan" in text or "0 mm" in text for text in shown), shown
+        assert changed_numbers(session, None)
+    finally:
+        worker.close()

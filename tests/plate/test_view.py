@@ -130,7 +130,7 @@ def test_the_command_chooses_poses_in_view(run, tmp_path, aria):
     assert seen.admits(aria, q).all()
     for missing in (("--target", "target.toml"), at):
         status, _, err = run(*words, *missing)
-        assert status == 1
+        assert status == 64
         assert "--camera needs --target FILE" in err
     status, _, err = run(*words, "--target", "target.toml", "--camera-at", "0.4,0,1")
     assert "--camera-at must be x,y,z,roll,pitch,yaw" in err

@@ -7,6 +7,7 @@ from typing import TypeVar
 from workbench.base.progress import Cancelled
 
 T = TypeVar("T")
+U = TypeVar("U")
 
 
 class Advice:
@@ -15,7 +16,7 @@ class Advice:
     def __init__(self) -> None:
         self.warnings: list[str] = []
 
-    def ask(self, what: str, adviser: Callable[[], T], otherwise: T) -> T:
+    def ask(self, what: str, adviser: Callable[[], T], otherwise: U) -> T | U:
         """What an adviser says; `otherwise` where it fails.
 
         Args:

@@ -6,7 +6,9 @@ import os
 import shutil
 import sys
 import tempfile
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextvars import ContextVar
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO
 
@@ -17,6 +19,7 @@ LARGEST = 4 * 2**30
 CHUNK = 16 * 2**20
 STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1")
 """Names of files that mean standard output."""
+_WAITING: ContextVar[list[Callable[[], None]] | None] = ContextVar("waiting", default=None)
 
 
 def read_bytes(path: Path | str, *, wanted: str, most: int = LARGEST) -> bytes:
@@ -63,7 +66,7 @@ def write_bytes(path: Path | str, content: bytes) -> Path:
     path = Path(path)
     with _said(path):
         if str(path) in STANDARD_OUTPUT:
-            _write_through(1, content)
+            _to_standard_output(content)
         elif path.exists() and not path.is_file():
             _write_through(os.open(path, os.O_WRONLY), content)
         else:
@@ -102,6 +105,25 @@ def _said(path: Path) -> Iterator[None]:
         remedy = "make room" if error.errno in (errno.ENOSPC, errno.EDQUOT) else "choose a place"
         remedy += "" if remedy == "make room" else " where you may write"
         raise FileError(f"it can't be written ({error.strerror}); {remedy}", path=str(path)) from None
+
+
+@contextlib.contextmanager
+def standard_output_last() -> Iterator[list[Callable[[], None]]]:
+    """Files named as standard output wait, to be written by the caller when all others are."""
+    waiting: list[Callable[[], None]] = []
+    token = _WAITING.set(waiting)
+    try:
+        yield waiting
+    finally:
+        _WAITING.reset(token)
+
+
+def _to_standard_output(content: bytes) -> None:
+    waiting = _WAITING.get()
+    if waiting is None:
+        _write_through(1, content)
+    else:
+        waiting.append(partial(_write_through, 1, content))
 
 
 def _write_through(descriptor: int, content: bytes) -> None:

@@ -172,7 +172,11 @@ def parse_quantity(text: str, quantity: Quantity) -> float:
     """
     match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", text)
     if match is None or (not match[2] and quantity is not Quantity.NUMBER):
-        raise UnitError(f"'{text}' is not a number with a unit: write e.g. '0.1 {quantity}'", unit=text)
+        number, why = ("0.1", "is not a number with a unit") if match is None else (match[1], "has no unit")
+        units = EXAMPLES.get(quantity, str(quantity)).split(" or ")
+        raise UnitError(
+            f"'{text}' {why}: write {' or '.join(f'{number} {unit}' for unit in units)}", unit=text
+        )
     return float(to_si(np.array([float(match[1])]), match[2], quantity)[0])
 
 

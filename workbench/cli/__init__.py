@@ -1,7 +1,7 @@
 """The commands. Each reads its input, calls one function of the package, and shows or writes the result.
 
-Heavy modules are imported inside the commands, so that `workbench --help` responds immediately. A user error
-ends with one sentence on standard error and exit status 1, and nothing is written.
+Heavy modules are imported inside the commands, so that `workbench --help` responds immediately. How they end:
+`exit_status.py`.
 """
 
 import atexit
@@ -10,11 +10,13 @@ import gc
 import signal
 import sys
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
+from workbench.base.errors import FileError
 from workbench.base.registry import plugins
 from workbench.cli import (
     arms,
@@ -28,7 +30,7 @@ from workbench.cli import (
     verification,
 )
 from workbench.cli import options as opt
-from workbench.cli.exit_status import Commands, run
+from workbench.cli.exit_status import Commands, at_once, run
 from workbench.cli.options import option
 from workbench.cli.sessions import open_session
 
@@ -60,9 +62,13 @@ def main() -> None:
     gc.set_threshold(COLLECTED_EVERY)
     atexit.register(gc.freeze)  # a last search of all objects would take a tenth of a short command
     warnings.showwarning = lambda message, *_, **__: print(f"workbench: {message}", file=sys.stderr)
-    words = opened(sys.argv[1:])
-    add_plugins(words)
-    sys.exit(run(lambda words: app(list(words)), words))
+    sys.exit(run(_carry_out, sys.argv[1:]))
+
+
+def _carry_out(words: Sequence[str]) -> None:
+    given = opened(list(words))
+    add_plugins(given)
+    app(given)
 
 
 def add_plugins(words: list[str]) -> None:
@@ -93,8 +99,18 @@ def opened(words: list[str]) -> list[str]:
         return ["serve"]
     ending = Path(words[0]).suffix.lower()
     if words[0].startswith("-") or ending not in (*ROBOTS, *MEASUREMENTS):
+        if ending and not words[0].startswith("-"):
+            _refuse(Path(words[0]))
         return words
     return ["serve", "--robot" if ending in ROBOTS else "--data", *words]
+
+
+def _refuse(path: Path) -> None:
+    """Say why a word that looks like a file can't be opened: no command has a dot in its name."""
+    if not path.exists():
+        raise FileError("there is no such file", path=str(path))
+    known = ", ".join((*ROBOTS, *MEASUREMENTS))
+    raise FileError(f"the app opens files that end in {known}", path=str(path))
 
 
 def _is_given(context: typer.Context, name: str) -> bool:
@@ -132,6 +148,7 @@ def serve(
     """The app in the browser: robot, plate, draggable targets, identification."""
     from workbench.views.page.serve import serve as run
 
+    at_once()
     gc.set_threshold(*USUALLY)
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # the recording is finished, as after Ctrl-C
     opening = open_session(robot, plate, session=session, step=step, record=record, live=rerun)

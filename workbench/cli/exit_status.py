@@ -1,7 +1,10 @@
-"""How a command ends: one sentence on standard error, and a reliable exit status for scripts.
+"""How a command ends: what it says, one sentence for whatever goes wrong, and a reliable exit status.
 
-0 is success, 1 an error that the user can fix or a full disk, 2 an unreliable result or an invalid command
-line, 130 Ctrl-C. A reader that closes the pipe, such as `head`, is not an error.
+0: the result may be used. 2: there is a result that should not be used as it is. 1: no result. 64: wrong
+usage. 130: Ctrl-C. With any but 0 comes a sentence on standard error that says why.
+
+A reader that closes the pipe, such as `head`, is not an error: a command says nothing before all its files
+are written, unless it calls `at_once`.
 """
 
 import contextlib
@@ -14,10 +17,13 @@ from typing import Any
 import typer
 import typer.core
 
-from workbench.base.errors import INTERRUPTED, STOPPED, WorkbenchError
-from workbench.base.files import STANDARD_OUTPUT
+from workbench.base.errors import INTERRUPTED, STOPPED, OptionError, WorkbenchError
+from workbench.base.files import STANDARD_OUTPUT, standard_output_last
 from workbench.base.wording import brief
 
+NO_RESULT, UNUSABLE, WRONG_USAGE = 1, 2, 64
+UsageError: Any = typer.BadParameter.__base__
+"""Of the click that typer brings: an unknown command or option, a missing or malformed value."""
 SECTIONS = ("Start", "Calibrate", "Plates", "Paths", "Files")
 """Purposes of commands, in the order of the help."""
 
@@ -60,6 +66,9 @@ def group(name: str, help: str) -> typer.Typer:
 def _past_typer() -> Iterator[None]:
     try:
         yield
+    except UsageError as error:
+        error.exit_code = WRONG_USAGE
+        raise
     except (KeyboardInterrupt, OSError) as error:
         raise _Raised(error) from None
 
@@ -71,6 +80,48 @@ class _Raised(Exception):
         self.error = error
 
 
+class Unusable(Exception):
+    """There is a result that should not be used as it is; the message says why."""
+
+
+class _HeldOutput(io.StringIO):
+    """Standard output that waits until the command has written its files."""
+
+    def __init__(self, stream: Any):
+        super().__init__()
+        self._stream, self._holds = stream, True
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        return str(self._stream.encoding)
+
+    def isatty(self) -> bool:
+        return bool(self._stream.isatty())
+
+    def fileno(self) -> int:
+        return int(self._stream.fileno())
+
+    def write(self, text: str) -> int:
+        return super().write(text) if self._holds else self._stream.write(text)
+
+    def flush(self) -> None:
+        if not self._holds:
+            self._stream.flush()
+
+    def release(self) -> None:
+        """Write what was held, and from now on everything as it comes."""
+        if self._holds:
+            self._holds = False
+            self._stream.write(self.getvalue())
+        self._stream.flush()
+
+
+def at_once() -> None:
+    """Let a command that goes on for long say things as it does them."""
+    if isinstance(sys.stdout, _HeldOutput):
+        sys.stdout.release()
+
+
 def run(command: Callable[[Sequence[str]], None], words: Sequence[str]) -> int:
     """Run a command, print what goes wrong, and return its exit status.
 
@@ -78,57 +129,65 @@ def run(command: Callable[[Sequence[str]], None], words: Sequence[str]) -> int:
         command: Carries the words out; may raise anything, or `SystemExit`.
         words: Those after the program's name.
     """
-    for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper):
+    for name in ("stdout", "stderr"):
+        if (stream := getattr(sys, name)) is None:  # it was closed before we began
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))  # noqa: SIM115
+        elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a locale that lacks our letters
-    try:
-        with _messages_to_stderr(words):
-            try:
+    status, sentence = 0, ""
+    with _messages_to_stderr(words), standard_output_last() as contents:
+        held = _HeldOutput(sys.stdout)
+        try:
+            with contextlib.redirect_stdout(held):
                 command(words)
-            except _Raised as raised:
-                raise raised.error from None
-            sys.stdout.flush()
-    except SystemExit as ended:
-        return _flush(ended.code if isinstance(ended.code, int) else int(bool(ended.code)))
+        except SystemExit as ended:
+            status = ended.code if isinstance(ended.code, int) else int(bool(ended.code))
+        except (KeyboardInterrupt, Exception) as raised:
+            error = raised.error if isinstance(raised, _Raised) else raised
+            if isinstance(error, BrokenPipeError):
+                _discard_output()
+            else:
+                status, sentence = _status_and_sentence(error)
+        finally:
+            reason = _release(held, contents)
+    if reason:
+        status, sentence = status or NO_RESULT, sentence or reason
+    if sentence:
+        with contextlib.suppress(OSError):
+            print(f"workbench: {sentence}", file=sys.stderr)
+    return status
+
+
+def _release(held: _HeldOutput, contents: Sequence[Callable[[], None]]) -> str:
+    """Print what was held, then what files on standard output get; why not, if that fails."""
+    try:
+        held.release()
+        for write in contents:
+            write()
     except BrokenPipeError:
         _discard_output()
-        return 0
-    except (KeyboardInterrupt, Exception) as error:
-        status, sentence = _status_and_sentence(error)
-        return _flush(status, sentence)
-    return 0
+    except OSError as error:
+        _discard_output()
+        return _status_and_sentence(error)[1]
+    return ""
 
 
 def _status_and_sentence(error: BaseException) -> tuple[int, str]:
     """Exit status and sentence of what was raised; a bug is raised again."""
     if isinstance(error, KeyboardInterrupt):
         return INTERRUPTED, STOPPED
+    if isinstance(error, Unusable):
+        return UNUSABLE, str(error)
     if isinstance(error, WorkbenchError):
-        return 1, str(error)
+        return WRONG_USAGE if isinstance(error, OptionError) else NO_RESULT, str(error)
     if isinstance(error, MemoryError):
-        return 1, "there is not enough memory for this; give fewer rows, targets or poses"
+        return NO_RESULT, "there is not enough memory for this; give fewer rows, targets or poses"
     if isinstance(error, RecursionError):
-        return 1, "the input has too many levels within each other; make it flatter"
+        return NO_RESULT, "the input has too many levels within each other; make it flatter"
     if isinstance(error, OSError):
         where = f"{error.filename}: " if error.filename else ""
-        return 1, brief(f"{where}{error.strerror or error}; make room, or choose another place")
+        return NO_RESULT, brief(f"{where}{error.strerror or error}; make room, or choose another place")
     raise error
-
-
-def _flush(status: int, sentence: str = "") -> int:
-    """The status, once all output is out; 1 if that fails."""
-    try:
-        if sentence:
-            print(f"workbench: {sentence}", file=sys.stderr)
-        sys.stdout.flush()
-    except BrokenPipeError:
-        _discard_output()
-    except OSError as error:
-        _discard_output()
-        with contextlib.suppress(OSError):
-            print(f"workbench: the output can't be written ({error.strerror})", file=sys.stderr)
-        return status or 1
-    return status
 
 
 def _discard_output() -> None:

@@ -9,6 +9,7 @@ from typing import Annotated
 import workbench as wb
 from workbench.base.errors import DataError, OptionError
 from workbench.cli import options as opt
+from workbench.cli.exit_status import at_once
 from workbench.cli.options import option
 
 
@@ -97,10 +98,12 @@ def preview(
     stored = None if files.mapping is None else read_mapping(files.mapping)
     columns = files.columns or (None if stored is None else stored.columns)
     found = preview(data, columns=columns, layout=files.layout, sheet=files.sheet)
-    table = new_table(f"{data.name}: {found.rows} rows, layout {found.layout}", "heading", "is", "unit", "SI")
+    title = f"{data.name}: {found.rows} rows, layout {found.layout}"
+    table = new_table(title, "heading", "is", "unit", "SI")
     for column in found.columns:
         table.add_row(escape(column.heading), column.key or "left out", column.unit or "", column.si or "")
-    opt.show(table)
+    if found.columns:
+        opt.show(table)
     for words in found.decisions:
         opt.show(line("note", words))
     if save_mapping is not None:
@@ -253,6 +256,7 @@ def drive(
     from workbench.data.simulation.driver import Pace
     from workbench.plate.simulated_measurement import drive_plate
 
+    at_once()
     opt.check_writable(actual)
     hidden, samples = drive_plate(
         wb.load_robot(robot),

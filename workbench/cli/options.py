@@ -12,7 +12,8 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 import workbench as wb
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError, OptionError, UnitError
+from workbench.cli.exit_status import Unusable
 
 
 def option(*names_and_help: str, **more: Any) -> Any:
@@ -114,7 +115,7 @@ class FitOptions:
     """Which rows are fitted, what is free, and how the rows weigh."""
 
     held_out: Annotated[
-        str, option("Share of rows to hold out (0.2: a fifth), a file of them, or session:NAME.")
+        str, option("Share of rows to hold out (0.2 or 20%), a file of them, or session:NAME.")
     ] = "0.2"
     frames: FramesOption = "auto"
     region: Annotated[str | None, option("Keep only rows inside the region of this plate.")] = None
@@ -133,7 +134,7 @@ class FitOptions:
     )
 
     def check_same_arm(self, arm, rows) -> None:
-        """End with status 2 if the rows clearly belong to another arm, unless forced."""
+        """Refuse rows that clearly belong to another arm, unless forced."""
         from workbench.data.misread import checked
         from workbench.identification.arm_match import arm_match
 
@@ -141,7 +142,7 @@ class FitOptions:
         found = arm_match(arm, checked(arm, rows))
         if found.is_foreign and not self.force:
             rival = f"--robot {found.rival}, or " if found.rival else "the robot that was measured, or "
-            fail(f"{found.words}; give {rival}--force to continue anyway")
+            raise DataError(f"{found.words}; give {rival}--force to continue anyway")
 
     def choices(self, arm, files: FileOptions):
         """The same in SI."""
@@ -202,7 +203,8 @@ def held_out_of(text: str, arm, files: FileOptions):
     if text.startswith("session:"):
         return tuple(text.removeprefix("session:").split(","))
     try:
-        return float(text)
+        share = text.rstrip()
+        return 0.01 * float(share[:-1]) if share.endswith("%") else float(share)
     except ValueError:
         return files.read_whole(Path(text), arm)
 
@@ -259,7 +261,10 @@ def noise_of(text: str):
 def _quantity(name: str, text: str) -> float:
     from workbench.base.units import Quantity, parse_quantity
 
-    return parse_quantity(text, Quantity[name])
+    try:
+        return parse_quantity(text, Quantity[name])
+    except UnitError as error:
+        raise OptionError(str(error)) from None
 
 
 length, angle, duration = (partial(_quantity, name) for name in ("LENGTH", "ANGLE", "TIME"))
@@ -345,6 +350,8 @@ def check_writable(*files: Path | None, folder: Path | None = None) -> None:
     for path in files:
         if path is not None:
             check_writable(path)
+            if not path.parent.exists():
+                say(f"note: the folder {path.parent} does not exist; it is made with {path.name}")
     if folder is not None:
         check_writable(folder, folder=True)
 
@@ -365,9 +372,8 @@ def check_robot_file(path: Path | None) -> None:
 
 
 def fail(sentence: str) -> NoReturn:
-    """End with exit status 2 and the reason on standard error: there is a result, but it is unreliable."""
-    print(f"workbench: {sentence}", file=sys.stderr)
-    raise typer.Exit(2)
+    """End with exit status 2 and the reason on standard error: the result should not be used as it is."""
+    raise Unusable(sentence)
 
 
 def check_converged(fit) -> None:

@@ -11,6 +11,7 @@ import workbench as wb
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
+from workbench.cli.exit_status import at_once
 from workbench.cli.options import argument, option
 
 if TYPE_CHECKING:
@@ -32,6 +33,8 @@ def review(
     """Open recorded sessions in the rerun viewer; two of them side by side."""
     from workbench.session.journal.reader import read_recording
 
+    if out is None:
+        at_once()
     found = [read_recording(folder) for folder in (recording, *(others or []))]
     opt.say_notes(note for r in found for note in r.notes)
     opt.check_writable(out, json)

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Annotated
 
-from workbench.base.errors import OptionError
+from workbench.base.errors import FileError
 from workbench.base.installed_package import install_command
 from workbench.cli import options as opt
 from workbench.cli.exit_status import group
@@ -24,9 +24,10 @@ works = group("reproduce", "The works behind this program done again: printed nu
 def reproduce() -> None:
     """The works behind this program done again: printed numbers beside ours."""
     if not (TESTS / "studies" / "__init__.py").is_file():
-        raise OptionError(
+        raise FileError(
             "the studies of the two works are not installed with the package; run this command in a checkout "
-            f"of the project, after `{install_command()}`"
+            f"of the project, after `{install_command()}`",
+            path=str(TESTS / "studies"),
         )
     if str(TESTS) not in sys.path:
         sys.path.insert(0, str(TESTS))

@@ -135,11 +135,11 @@ class Errors:
     @classmethod
     def of(cls, rows: RowErrors) -> "Errors":
         """Summary of at least one row."""
-        angles = (
+        turned, tilted = (
             Spread.of(np.rad2deg(values)) if np.isfinite(values).any() else None
             for values in (rows.rotation, rows.tilt)
         )
-        return cls(Spread.of(1e3 * rows.position), *angles, _pixel_spread(rows))
+        return cls(Spread.of(1e3 * rows.position), turned, tilted, _pixel_spread(rows))
 
 
 def _pixel_spread(rows: RowErrors) -> Spread | None:

@@ -24,7 +24,7 @@ from workbench.diagnosis.report.table import (
 from workbench.diagnosis.result import Diagnosis, Verdict, judged
 from workbench.identification.report.html_report import error_cards
 from workbench.identification.result import error_rows
-from workbench.report.figures import png
+from workbench.report.figures import Drawing, png
 from workbench.report.html import write_page
 from workbench.report.numbers import short
 
@@ -45,7 +45,9 @@ def write_diagnosis(result: Diagnosis, folder: Path | str, *, progress: Report |
     report = progress or (lambda part, words: None)
     check_folder(folder)
     wanted = pictures(result)
-    drawings, files, advice = [], {}, Advice()
+    drawings: list[Drawing] = []
+    files: dict[str, bytes] = {}
+    advice = Advice()
     for k, picture in enumerate(wanted):
         report(0.9 * k / len(wanted), f"drawing: {picture.title}")
         if (drawn := advice.ask(f"the picture “{picture.title}”", picture.drawn, None)) is not None:

@@ -36,7 +36,8 @@ def all_figures(
         wanted: Whose limits are drawn along the axes, where it is asked for per axis.
         advice: Keeps a sentence about each picture that failed.
     """
-    drawings, advice = [], advice or Advice()
+    drawings: list[Drawing] = []
+    advice = advice or Advice()
     for picture in pictures(result, wanted=wanted):
         if progress is not None:
             progress(picture.title)

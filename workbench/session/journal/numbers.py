@@ -92,7 +92,7 @@ def _score(score: Score) -> Json:
 def _data(loaded: Loaded) -> Json:
     rows, checks = loaded.dataset, loaded.checks
     found: Json = {"name": loaded.name, "rows": len(rows), "q_mean": rows.q.mean(0)}
-    if rows.position is not None:
+    if rows.position is not None and np.isfinite(rows.position).any():
         found["position_mean"] = np.nanmean(rows.position, 0)
     return found | {"checks": 0 if checks is None else len(checks)}
 

@@ -1,0 +1,112 @@
+"""A reader that closes the pipe costs no file: every command writes all of them before it prints anything."""
+
+import io
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import workbench as wb
+
+WRITTEN = ("--out", "--save", "--json", "--report", "--actual", "--picture", "--readings", "--save-mapping")
+WRITTEN += ("--urdf", "--toml", "--controller")
+"""Options that name an output."""
+
+COMMANDS = (
+    "simulate --robot aria --poses 5 --out out.csv --actual arm.toml",
+    "preview rows.csv --save-mapping map.toml",
+    "identify rows.csv --robot aria --algorithm ols --save cal.toml --json r.json --report out",
+    "diagnose rows.csv --robot aria --save cal.toml --json r.json --report out",
+    "evaluate rows.csv --robot aria --json r.json",
+    "verify fresh.csv --robot given.toml --wanted 9mm --json r.json --report c.pdf",
+    "rezero fresh.csv --robot given.toml --save zeros.toml --json r.json",
+    "fleet fleet --json r.json --report out",
+    "poses --robot aria --number 6 --index O1 --out q.csv --json r.json",
+    "redundancy --robot aria --json r.json",
+    "axes turned.csv --robot aria --json r.json",
+    "new aria --poses typed.csv --out own.toml --json r.json",
+    "loading katana450 --out out --json r.json",
+    "export given.toml --urdf a.urdf --toml a.toml --controller c.json --nominal aria",
+    "compensate circle.csv --robot given.toml --nominal aria --out q.csv --json r.json",
+    "path circle --robot aria --through 0.4,0.1,0.4 --through 0.4,0,0.5 --through 0.4,-0.1,0.4 "
+    "--out q.csv --picture p.png --json r.json",
+    "path line --robot aria --from 0.4,0.1,0.4 --to 0.4,-0.1,0.4 --out q.csv --json r.json",
+    "pencil sheet --dpi 60 --out sheet.png",
+    "plate score table2 --robot aria --json r.json",
+    "plate compare table2 table2 --robot aria --json r.json",
+    "plate export table2 --formats csv --out out",
+    "plate yield table2 --robot aria --arms 20 --poses 20 --json r.json",
+)
+
+
+class ClosedPipe(io.TextIOBase):
+    """Standard output whose reader has gone."""
+
+    encoding = "utf-8"
+
+    def write(self, text: str) -> int:
+        raise BrokenPipeError(32, "Broken pipe")
+
+
+@pytest.fixture(scope="module")
+def inputs(tmp_path_factory) -> Path:
+    """Rows of a virtual arm, its calibration, fresh rows, a circle, a folder of two calibrations."""
+    folder = tmp_path_factory.mktemp("inputs")
+    robot = wb.load_robot("aria")
+    actual, rows = wb.measure_poses(robot, 40, seed=1)
+    given = wb.identify(robot, rows, algorithms=("ols",), held_out=0.0).robot
+    given.save(folder / "given.toml")
+    wb.write_measurements(rows, folder / "rows.csv")
+    wb.write_measurements(wb.measure_poses(robot, 12, seed=2, actual=actual)[1], folder / "fresh.csv")
+    circles = wb.measure_poses(robot, 60, index="circle-points", actual=actual)[1]
+    wb.write_measurements(circles, folder / "turned.csv")
+    wb.write_measurements(wb.measure_poses(robot, 4, actual=robot)[1], folder / "typed.csv")
+    for day in ("2026-01-01", "2026-02-01"):
+        (folder / "fleet" / "A").mkdir(parents=True, exist_ok=True)
+        given.save(folder / "fleet" / "A" / f"{day}.toml")
+    q = np.linspace([0.1, -0.4, 0.5, 0.2, 0.4, 0.1], [0.3, -0.5, 0.6, 0.3, 0.5, 0.2], 5)
+    lines = [",".join(f"q{i}[rad]" for i in range(1, 7)), *(",".join(map(repr, row)) for row in q.tolist())]
+    (folder / "circle.csv").write_text(
+        "time[s]," + "\n".join([lines[0], *(f"{k},{r}" for k, r in enumerate(lines[1:]))])
+    )
+    return folder
+
+
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda words: " ".join(words.split()[:2]))
+def test_every_file_is_there_though_nobody_reads(command, inputs, run, tmp_path, monkeypatch):
+    for path in inputs.iterdir():
+        (tmp_path / path.name).symlink_to(path)
+    monkeypatch.setattr(sys, "stdout", ClosedPipe())
+    words = command.split()
+    status, _, err = run(*words)
+    assert status == 0, err
+    outputs = [tmp_path / words[k + 1] for k, word in enumerate(words) if word in WRITTEN]
+    assert all(path.exists() for path in outputs)
+
+
+@pytest.mark.parametrize("closed", ["pipe", "descriptor"])
+def test_a_closed_standard_output_in_a_process_of_its_own(closed, inputs, tmp_path):
+    """Nobody reads the pipe, even its result; or there is no standard output at all."""
+    command = f"identify {inputs / 'rows.csv'} --robot aria --algorithm ols --save cal.toml --json "
+    command += "-" if closed == "pipe" else "r.json"
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [sys.executable, "-m", "workbench", *command.split()],
+        cwd=tmp_path,
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        env={**os.environ, "PYTHONPATH": str(Path(wb.__file__).parents[1])},
+        preexec_fn=(lambda: os.close(1)) if closed == "descriptor" else None,
+        check=False,
+    )
+    os.close(writer)
+    assert done.returncode == 0, done.stderr
+    assert b"Traceback" not in done.stderr
+    assert wb.load_robot(tmp_path / "cal.toml").calibration is not None
+    if closed == "descriptor":
+        assert json.loads((tmp_path / "r.json").read_text())["robot"] == "ARIA"
