@@ -70,6 +70,7 @@ HOOKS = {
     "AbstractChange.merged_with",
     "AbstractChange.recalled",
     "AbstractForm.notes",
+    "AbstractForm.doubt",
 }
 """Methods that say `nothing` or what is usual by default: most observations have no unknowns of their own,
 most commands can always be carried out and stand for themselves alone; an effect says what sets it apart, so

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.calibration_record import Calibration
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
+from workbench.arm.observed import Expected, Observed
 from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
@@ -120,3 +122,19 @@ def test_bad_input(nominal):
         controller_numbers(load_robot("panda"), nominal)
     assert (error.value.found, error.value.expected) == (7, 6)
     assert replace(nominal, name="same").dof == 6
+
+
+def test_numbers_that_help_at_the_measured_poses_alone_are_not_advised(nominal):
+    rng = np.random.default_rng(6)
+    q = np.array([0.3, -0.8, 1.0, 0.4, 0.6, 0.2]) + rng.uniform(-0.1, 0.1, (60, 6))
+    seen = Observed(position=3, rotation=3, tool=Expected(1e-5, 1e-5), flange=Expected(1e-5, 1e-5), q=q)
+    lengths = {f"joint{k}.a": float(nominal.values((f"joint{k}.a",))[0]) + 0.02 for k in (2, 3)}
+    calibrated = replace(
+        nominal.with_values(lengths),
+        calibration=Calibration(source="", poses=np.zeros(0, np.uint32), observed=seen),
+    )
+    found = controller_numbers(calibrated, nominal, parts=("offsets",))
+    assert found.after.position_mean < 0.5 * found.before.position_mean
+    assert any("limits" in loss for loss in found.losses)
+    assert not found.is_better
+    assert not any("limits" in loss for loss in controller_numbers(nominal, nominal).losses)

@@ -24,6 +24,7 @@ from workbench.arm.observed import Observed
 from workbench.arm.robot import FRAME_PARTS, Frame, Robot
 from workbench.base import se3
 from workbench.base.types import Matrix4, frozen
+from workbench.base.wording import in_mm
 
 CLOSE = 1e-4
 """s_p of positions that were observed [m]: below what calibrations reach."""
@@ -35,6 +36,8 @@ MADE = 0.01
 """s_x of the arm's constants [rad or m]."""
 SAMPLES = 500
 """Joint positions sampled within the limits where none are known."""
+EXACT = 1e-9
+"""Difference [m] that is none."""
 ITERATIONS = 30
 """Greatest number of Gauss–Newton steps."""
 
@@ -72,6 +75,7 @@ class Usable:
         sees_position: Whether positions are the calibrated arm's.
         sees_rotation: Whether orientations are.
         has_nominal: Whether the nominal arm was there for what they are not.
+        free_frames: Parts of base and tool that were identified.
         q: Joint positions that were compared [rad or m].
         notes: What was left as it was, and what was assumed, one sentence each.
     """
@@ -81,6 +85,7 @@ class Usable:
     sees_position: bool = True
     sees_rotation: bool = True
     has_nominal: bool = True
+    free_frames: tuple[str, ...] = ()
     q: Float[np.ndarray, "rows n"]
     notes: tuple[str, ...] = ()
 
@@ -94,6 +99,8 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
         effects: Whether they can be carried; without, the geometry does what it can of them.
     """
     found = robot.calibration
+    free = _free(robot)
+    frames = tuple(n for n in free if n.startswith(("base.", "tool.")))
     seen, notes = _observed(robot)
     q = found.observed.q if found is not None and found.observed is not None else sampled(robot)
     known, unknown = divided(robot)
@@ -103,7 +110,8 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
     plain = robot.with_effects(*known) if known or unknown else robot
     if all(seen) and (not known or (effects and found is None)):
         kept = robot if effects else robot.with_effects()
-        return Usable(robot=replace(kept, calibration=None), left=PoseErrors(0, 0, 0, 0), q=q, notes=notes)
+        kept, none = replace(kept, calibration=None), PoseErrors(0.0, 0.0, 0.0, 0.0)
+        return Usable(robot=kept, left=none, free_frames=frames, q=q, notes=notes)
     first = robot.sessions[0].name if robot.sessions else ""
     actual = plain.in_session(first)
     start = _nominal(actual, nominal)
@@ -112,7 +120,7 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
     begin = start or actual
     begin = begin if effects else begin.with_effects()
     trusted = (True, True) if start is None else seen
-    fitted = _fitted(begin, tool_poses(actual, Motion(q)), q, _free(robot, begin), trusted)
+    fitted = _fitted(begin, tool_poses(actual, Motion(q)), q, free, trusted)
     left = PoseErrors.of(se3.pose_error(tool_poses(actual, Motion(q)), tool_poses(fitted, Motion(q))))
     arm = replace(fitted, effects=robot.effects if effects else (), sessions=(), calibration=None)
     return Usable(
@@ -121,9 +129,23 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
         sees_position=seen[0],
         sees_rotation=seen[1],
         has_nominal=start is not None,
+        free_frames=frames,
         q=q,
         notes=notes,
     )
+
+
+def carried_words(robot: Robot) -> tuple[str, ...]:
+    """What a file without effects misses of a calibrated arm, one sentence each; none if nothing."""
+    found = usable_arm(robot, effects=False)
+    mean, most = found.left.position_mean, found.left.position_max
+    if most < EXACT:
+        return found.notes
+    at = f"{in_mm(mean)} on average from the calibrated arm, up to {in_mm(most)}, over {len(found.q)} poses"
+    if robot.calibration is None or robot.calibration.error is None:
+        return (f"the file is {at}", *found.notes)
+    own = robot.calibration.error.position
+    return (f"URDF about {in_mm(np.hypot(own, mean))} · TOML {in_mm(own)}: the URDF is {at}", *found.notes)
 
 
 def sampled(robot: Robot, rng: np.random.Generator | None = None) -> Float[np.ndarray, "rows n"]:
@@ -172,7 +194,7 @@ def _nominal(robot: Robot, other: Robot | None) -> Robot | None:
     return robot.with_values({e.name: e.value for e in other.elements if e.matrix is None})
 
 
-def _free(robot: Robot, start: Robot) -> tuple[str, ...]:
+def _free(robot: Robot) -> tuple[str, ...]:
     """Constants that were identified, base and tool as of one session."""
     found = robot.calibration
     if found is None or not found.nominal:
@@ -182,7 +204,7 @@ def _free(robot: Robot, start: Robot) -> tuple[str, ...]:
         parts = [f"{frame}.{p}" for frame in sorted(frames) for p in FRAME_PARTS]
         return (*robot.default_free, *parts)
     names = (f"{n.split('[')[0]}.{n.rpartition('.')[2]}" if "[" in n else n for n in found.nominal)
-    return tuple(n for n in dict.fromkeys(names) if n in start.chain.index)
+    return tuple(n for n in dict.fromkeys(names) if n in robot.chain.index)
 
 
 def _fitted(

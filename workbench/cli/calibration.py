@@ -38,6 +38,7 @@ def identify(
     from workbench.cli.verification import wanted_of
     from workbench.data.accuracy_requirement import default_requirement
     from workbench.identification.algorithms import ALGORITHMS
+    from workbench.identification.file_errors import file_words
     from workbench.identification.pass_or_fail import judge
     from workbench.identification.prior import read_prior
     from workbench.identification.report import results_json as reports
@@ -76,6 +77,7 @@ def identify(
         opt.fail(f"{out.save} is not written: {run.gate.refused}")
     if out.save is not None:
         opt.say(f"calibrated robot ({run.best.fit.title}): {opt.save_robot(run.robot, out.save)}")
+        opt.say(f"held-out error of the files: {file_words(run, run.best)}")
     opt.check_converged(run.best.fit)
 
 
@@ -90,6 +92,7 @@ def diagnose(
     """Find the effects that the geometry lacks, add them, and report the held-out error before and after."""
     from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
+    from workbench.identification.file_errors import file_words
 
     arm = wb.load_robot(robot)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
@@ -101,6 +104,8 @@ def diagnose(
     opt.show(diagnosis_tables(run))
     if out.save is not None:
         opt.say(f"calibrated robot: {opt.save_robot(run.robot, out.save)}")
+        found = run.identification()
+        opt.say(f"held-out error of the files: {file_words(found, found.best)}")
     opt.write_result(out.json, diagnosis_json(run))
     if out.report is not None:
         from workbench.diagnosis.report.html_report import write_diagnosis
@@ -163,6 +168,7 @@ def export(
     json: opt.JsonOption = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or a file for a controller, driver or program."""
+    from workbench.arm.usable import carried_words
     from workbench.exports import FORMS, form_named
 
     if form == "list":
@@ -183,6 +189,8 @@ def export(
     for path in (urdf, toml):
         if path is not None:
             opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
+    if urdf is not None:
+        opt.say_notes(carried_words(arm))
     if controller is not None and nominal is not None:
         from workbench.identification.arm_match import require_same_arm
         from workbench.identification.report.how_to_apply import use_of
@@ -193,6 +201,8 @@ def export(
         use = use_of(arm, own)
         opt.show(use.summary())
         opt.say(f"controller: {write_json(controller, {'robot': arm.name, 'controller': use.json()})}")
+        if use.advised is None:
+            opt.fail(use.advice)
 
 
 def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None, json: Path | None) -> None:
@@ -214,3 +224,5 @@ def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None, 
         "notes": list(done.notes),
     }
     opt.write_result(json, content)
+    if done.doubt:
+        opt.fail(done.doubt)

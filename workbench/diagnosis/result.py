@@ -18,7 +18,7 @@ from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
-from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged
+from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged, with_error
 from workbench.identification.row_errors import RowErrors
 from workbench.report.result_display import AbstractShown
 
@@ -156,7 +156,7 @@ class Diagnosis(AbstractShown):
     @cached_property
     def calibrated(self) -> Robot:
         """The arm with the identified geometry and the accepted effects, fitted on all rows."""
-        return self.final_fit.calibrated
+        return with_error(self.final_fit.calibrated, judged(self.after))
 
     @property
     def robot(self) -> Robot:

@@ -92,7 +92,8 @@ class AbstractForm(ABC):
 
     @abstractmethod
     def read(self, text: str, job: Job) -> Robot | None:
-        """The arm as whoever loads the file computes it, in its own base, up to its flange.
+        """The arm as whoever loads the file computes it, in its own base, up to its flange; of a form that
+        takes the calibrated arm, in the measuring frame.
 
         None if the file computes with the whole calibrated model, which tests compare by running it.
 
@@ -103,6 +104,10 @@ class AbstractForm(ABC):
     def notes(self, job: Job) -> Iterable[str]:
         """Notes on using the file, one sentence each."""
         return ()
+
+    def doubt(self, job: Job) -> str:
+        """Why the file should not be used, in one sentence; empty if it may."""
+        return ""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -115,6 +120,7 @@ class Exported:
         rotation: Greatest angle between the two [rad]; None if not compared.
         rows: Poses that were compared.
         notes: What to know before it is used.
+        doubt: Why it should not be used; empty if it may.
     """
 
     path: Path
@@ -122,6 +128,7 @@ class Exported:
     rotation: float | None
     rows: int
     notes: tuple[str, ...]
+    doubt: str = ""
 
     @property
     def verdict(self) -> str:
@@ -162,7 +169,8 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
     notes = list(dict.fromkeys([*carried.notes, *form.notes(job)]))
     if read is not None:
         known, unknown = divided(whole.robot)
-        moved = Frame.from_pose(se3.inverse(whole.robot.base.pose) @ carried.robot.base.pose)
+        base = read.base if form.takes_calibrated else carried.robot.base
+        moved = Frame.from_pose(se3.inverse(whole.robot.base.pose) @ base.pose)
         q = whole.q[:rows]
         apart = apart_from(whole.robot.with_effects(*known), read.with_frames(base=moved), q)
         if known:
@@ -171,7 +179,12 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
             notes.append(f"can't hold {_names(unknown)}, which the figure above does not include")
         rows = len(q)
     return Exported(
-        path=write_text(path, text), position=apart[0], rotation=apart[1], rows=rows, notes=tuple(notes)
+        path=write_text(path, text),
+        position=apart[0],
+        rotation=apart[1],
+        rows=rows,
+        notes=tuple(notes),
+        doubt=form.doubt(job),
     )
 
 

@@ -21,7 +21,7 @@ from workbench.arm.kinematics.forward import joint_elements
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import FileError, OptionError
 from workbench.exports.export_format import AbstractForm, Job
-from workbench.identification.controller_parameters import Part, controller_numbers
+from workbench.identification.controller_parameters import ControllerNumbers, Part, controller_numbers
 from workbench.identification.report.how_to_apply import use_of
 from workbench.report.result_display import as_text
 
@@ -45,11 +45,15 @@ class OffsetsCard(AbstractForm):
 
     def read(self, text: str, job: Job) -> Robot:
         nominal = job.require_nominal(self.name)
-        found = controller_numbers(job.robot, nominal, parts=(Part.OFFSETS, Part.TOOL))
-        return found.robot
+        use = use_of(job.robot, nominal)
+        return (use.advised or use.full).robot
 
     def notes(self, job: Job) -> Iterable[str]:
-        yield "the figure is that of joint offsets and tool, typed with all digits"
+        yield "the figure is that of the numbers advised, typed with all digits"
+
+    def doubt(self, job: Job) -> str:
+        use = use_of(job.robot, job.require_nominal(self.name))
+        return use.advice if use.advised is None else ""
 
 
 @dataclass(frozen=True)
@@ -133,12 +137,17 @@ class MotorCalibration(AbstractForm):
         values = {n: float(v) + m for n, v, m in zip(names, nominal.values(tuple(names)), moved, strict=True)}
         limits = dict(zip([j.name for j in nominal.moving], (m.limits for m in new), strict=True))
         joints = tuple(replace(j, limits=limits.get(j.name, j.limits)) for j in nominal.joints)
-        return replace(nominal.with_values(values), joints=joints, tool=job.robot.tool)
+        found = self._found(job)
+        return replace(nominal.with_values(values), joints=joints, base=found.base, tool=found.tool)
 
     def notes(self, job: Job) -> Iterable[str]:
         yield "joint positions must be read and sent in degrees (use_degrees): percent scale with the range"
         cut = np.rad2deg(np.abs(self._offsets(job)).max())
         yield f"ranges are cut at one end by up to {2.0 * cut:.2f}°, never widened"
+
+    def doubt(self, job: Job) -> str:
+        found = self._found(job)
+        return f"don't use this file: {found.losses[0]}" if found.losses else ""
 
     def _source(self, job: Job) -> str:
         if job.source is None:
@@ -152,4 +161,7 @@ class MotorCalibration(AbstractForm):
         return read_motors(self._source(job), nominal.dof)
 
     def _offsets(self, job: Job) -> Float[np.ndarray, " n"]:
-        return controller_numbers(job.robot, job.require_nominal(self.name), parts=(Part.OFFSETS,)).offsets
+        return self._found(job).offsets
+
+    def _found(self, job: Job) -> ControllerNumbers:
+        return controller_numbers(job.robot, job.require_nominal(self.name), parts=(Part.OFFSETS,))

@@ -1,20 +1,21 @@
 """Controller-ready numbers: joint offsets, tool and base, for a controller that accepts nothing else.
 
 Most controllers compute with the nominal geometry and let their user set a zero offset for every joint, a
-tool frame and a base frame. Those are chosen here so that the nominal arm with them comes closest to the
-calibrated arm over the joint positions that matter (Gauss–Newton on
+tool frame and a base frame. Those are chosen here so that the nominal arm with them comes closest to what may
+be used of the calibrated arm (`usable_arm`) over the joint positions that matter (Gauss–Newton on
 
     Σ_rows ‖Δp‖² + L² ‖Δφ‖²,
 
-Δp and Δφ the pose errors of the nominal arm, L a lever that turns angles into lengths). The remaining error,
-which only the full model can correct, is reported.
+Δp and Δφ the pose errors of the nominal arm, L a lever that turns angles into lengths, a short one where
+orientations were not measured). The remaining error, which only the full model can correct, is reported, and
+numbers that are worse than none anywhere are named.
 
 Some of these numbers do the same: a turn of the base about the first axis is an offset of joint 1, one of
 the tool about the last axis an offset of the last joint. They are taken in order (offsets, tool, base),
 and a number that repeats what earlier ones can do stays as it is and is named.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
@@ -24,12 +25,17 @@ from jaxtyping import Float
 from workbench.arm.kinematics.forward import joint_elements, sensitivity, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame, Robot
-from workbench.arm.usable import LEVER, PoseErrors, closest, sampled, usable_arm
+from workbench.arm.usable import LEVER, PoseErrors, Usable, closest, sampled, usable_arm
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
 from workbench.base.types import frozen
+from workbench.base.wording import in_mm
 from workbench.identification.undetermined_combinations import independent_columns
 
+UNSEEN_LEVER = 0.03
+"""The same of orientations that were not measured [m]: they are only to stay about where they are."""
+WORSE, SMALL = 1.02, 1e-6
+"""A mean error that exceeds another by this factor and this much [m or rad] is worse."""
 REPEATS = 1e-8
 """A number whose effect is this close to what earlier ones can do (relative length) stays as it is."""
 
@@ -53,9 +59,11 @@ class ControllerNumbers:
         base: Pose of the nominal arm's base in the measuring frame.
         robot: The nominal arm with all of this.
         held: Numbers that repeat what others do and stayed as they were, such as `base.yaw`.
-        before: Errors of the nominal arm, with the calibrated arm's base and tool.
+        before: Errors of the nominal arm with its best base and tool, where those were identified.
         after: Errors that remain.
         rows: Number of joint positions compared.
+        losses: Where these numbers are worse than none, in words: at the tool or the flange, at the measured
+            poses or anywhere within the limits; empty where they may be entered.
     """
 
     parts: tuple[Part, ...]
@@ -67,6 +75,15 @@ class ControllerNumbers:
     before: PoseErrors
     after: PoseErrors
     rows: int
+    losses: tuple[str, ...] = ()
+
+    @property
+    def is_better(self) -> bool:
+        """Whether entering these numbers helps, and makes nothing worse."""
+        helps = WORSE * self.after.position_mean < self.before.position_mean or (
+            WORSE * self.after.rotation_mean < self.before.rotation_mean
+        )
+        return helps and not self.losses
 
 
 def controller_numbers(
@@ -81,8 +98,8 @@ def controller_numbers(
 ) -> ControllerNumbers:
     """The joint offsets, tool and base with which the nominal arm comes closest to the calibrated one.
 
-    The search begins with the calibrated arm's base and tool; a part that is not allowed keeps them, and
-    offsets that are not allowed are 0.
+    The search begins with the nominal arm on its best base and with its best tool, as far as these were
+    identified; a part that is not allowed keeps them, and offsets that are not allowed are 0.
 
     Args:
         calibrated: The arm as identified.
@@ -115,13 +132,17 @@ def controller_numbers(
         )
     here, wanted = Motion(np.ascontiguousarray(q)), tool_poses(actual, Motion(np.ascontiguousarray(q)))
     start = nominal.with_frames(base=actual.base, tool=actual.tool)
+    lever = lever if usable.sees_rotation else min(lever, UNSEEN_LEVER)
     names, weight = _names(start, chosen), np.array([1.0] * 3 + [lever] * 3)
+    frames = usable.free_frames
 
     def at(arm: Robot, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
         poses, twists = sensitivity(arm, here, names)
         error = se3.pose_error(wanted, poses) * weight
         return error.ravel(), (twists * weight[:, None]).reshape(-1, len(names))
 
+    if frames:
+        start = closest(start, frames, lambda arm: at(arm, frames), prior=np.zeros(len(frames)))
     jacobian = at(start, names)[1]
     own = independent_columns(jacobian, REPEATS * np.linalg.norm(jacobian, axis=0))
     held = tuple(n for i, n in enumerate(names) if i not in own)
@@ -138,6 +159,7 @@ def controller_numbers(
         before=_errors(wanted, start, here),
         after=_errors(wanted, arm, here),
         rows=len(q),
+        losses=tuple(_losses(usable, start, arm, q)),
     )
 
 
@@ -160,6 +182,22 @@ def _names(arm: Robot, parts: tuple[Part, ...]) -> tuple[str, ...]:
         if part in parts:
             names += [f"{part}.{piece}" for piece in FRAME_PARTS]
     return tuple(names)
+
+
+def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows n"]) -> Iterator[str]:
+    """Where an arm misses more than the one with which the search began."""
+    for where, rows in (("at the measured poses", q), ("within the joint limits", sampled(arm))):
+        for place, tool in (("tool", None), ("flange", Frame())):
+            wanted, old, new = (
+                tool_poses(each.with_frames(tool=tool), Motion(rows)) for each in (usable.robot, start, arm)
+            )
+            before, after = (PoseErrors.of(se3.pose_error(wanted, each)) for each in (old, new))
+            if after.position_mean > WORSE * before.position_mean + SMALL:
+                change = f"{in_mm(before.position_mean)} → {in_mm(after.position_mean)}"
+                yield f"{place} positions {where}: {change}"
+            if usable.sees_rotation and after.rotation_mean > WORSE * before.rotation_mean + SMALL:
+                sizes = np.rad2deg([before.rotation_mean, after.rotation_mean])
+                yield f"{place} orientations {where}: {sizes[0]:.3f}° → {sizes[1]:.3f}°"
 
 
 def _errors(wanted: Float[np.ndarray, "rows 4 4"], arm: Robot, at: Motion) -> PoseErrors:

@@ -1,13 +1,14 @@
 """Results of an identification or evaluation: data, decisions, parameters and errors."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple, final
 
 import numpy as np
 from rich.console import RenderableType
 
+from workbench.arm.observed import Expected
 from workbench.arm.robot import Robot
 from workbench.base.frames import data_frame
 from workbench.data.dataset import Dataset
@@ -86,10 +87,10 @@ class Run(AbstractShown):
     def summary(self) -> RenderableType:
         return self.fit.summary()
 
-    @property
+    @cached_property
     def calibrated(self) -> Robot:
-        """The robot with the identified values."""
-        return self.fit.calibrated
+        """The robot with the identified values, and its error on record."""
+        return with_error(self.fit.calibrated, judged(self))
 
     @cached_property
     def implausible(self) -> tuple[str, ...]:
@@ -334,6 +335,15 @@ def error_rows(models: Iterable[tuple[str, Validation | Run]]) -> list[tuple[str
 def judged(errors: Validation | Run) -> Errors:
     """Errors on the held-out rows; on the fitted ones where none were held out."""
     return errors.held_out or errors.train
+
+
+def with_error(robot: Robot, errors: Errors) -> Robot:
+    """A calibrated robot whose record says how large its mean errors are."""
+    if robot.calibration is None:
+        return robot
+    turned = np.nan if errors.orientation_deg is None else np.deg2rad(errors.orientation_deg.mean)
+    error = Expected(1e-3 * errors.position_mm.mean, float(turned))
+    return replace(robot, calibration=replace(robot.calibration, error=error))
 
 
 def _cautions(fit: Fit) -> tuple[str, ...]:

@@ -11,9 +11,10 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.arm.joint_units import shown_joints, sliding
+from workbench.arm.observed import Expected
 from workbench.arm.statics.moments import JointMoments
 from workbench.identification.row_errors import Spread
-from workbench.paths.correction import Compensation, PathErrors
+from workbench.paths.correction import CLEAR, Compensation, PathErrors
 from workbench.paths.planning import Planned
 from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure, png
 from workbench.report.json import Json, plain
@@ -114,7 +115,8 @@ def _style(joint: int) -> str:
 
 
 def compensation_json(found: Compensation) -> Json:
-    """The result as plain data; rows count from 0, errors are those that the calibrated model predicts."""
+    """The result as plain data; rows count from 0, errors are those that the calibrated model predicts,
+    its own (`model_error` [m, rad], on held-out rows) not among them."""
     time = found.motion.time
     columns = {
         "row": np.arange(len(found.q)),
@@ -132,6 +134,7 @@ def compensation_json(found: Compensation) -> Json:
             "effects": [e.name for e in found.commanded.calibrated.effects],
             "before": _errors(found.before),
             "after": _errors(found.after),
+            "model_error": None if found.commanded.expected is None else list(found.commanded.expected),
             "largest_correction": np.abs(found.q - found.commanded.q).max(0),
             "greatest_speed": found.speed,
             "rows": [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)],
@@ -143,11 +146,22 @@ def compensation_json(found: Compensation) -> Json:
 def compensation_table(found: Compensation) -> RenderableType:
     """Predicted errors before and after, and what was decided."""
     table = new_table("", "predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]")
-    for words, errors in (("as commanded", found.before), (f"corrected ({found.method})", found.after)):
+    shown = [("as commanded", found.before)]
+    if found.after.position.max() > CLEAR:
+        shown.append((f"left by the correction ({found.method})", found.after))
+    for words, errors in shown:
         position, turn = Spread.of(1e3 * errors.position), Spread.of(np.rad2deg(errors.rotation))
         table.add_row(words, *(short(v) for v in (position.mean, position.max, turn.mean, turn.max)))
+    own = found.commanded.expected or Expected(np.nan, np.nan)
+    cells = (*_own(1e3 * own.position), *_own(np.rad2deg(own.rotation)))
+    table.add_row("corrected: the model's own, held out", *cells)
     notes = [line("note", note) for note in found.notes]
     return Group(Text(f"{found.commanded.calibrated.name}: {len(found.q)} rows", style="bold"), table, *notes)
+
+
+def _own(mean: float) -> tuple[str, str]:
+    """The model's own mean error on held-out rows; its largest one along the path nobody knows."""
+    return short(mean), "–"
 
 
 def _errors(errors: PathErrors) -> Json:

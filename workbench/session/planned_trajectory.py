@@ -37,6 +37,7 @@ class Track:
         wanted: Where the tool is meant to be.
         reached: Where the erring tool is; the wanted places where none is known.
         before: Errors without a correction [m]; None where nothing is known.
+        model_error: Mean error of the erring arm's model on held-out rows [m]; None where nobody knows it.
         notes: What was decided, one sentence each.
     """
 
@@ -49,6 +50,7 @@ class Track:
     wanted: Float[np.ndarray, "rows 3"]
     reached: Float[np.ndarray, "rows 3"]
     before: Float[np.ndarray, " rows"] | None
+    model_error: float | None = None
     notes: tuple[str, ...] = field(default=())
 
     @property

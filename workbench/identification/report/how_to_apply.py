@@ -9,6 +9,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.arm.robot import Frame, JointKind, Robot
+from workbench.base.wording import capital, in_mm
 from workbench.identification.controller_parameters import (
     ControllerNumbers,
     Part,
@@ -22,6 +23,7 @@ from workbench.report.tables import folded, line, new_table, unbroken
 
 ROWS = 500
 """Greatest number of measured joint positions over which the numbers are chosen."""
+WORDS = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
 VARIANTS = ((Part.OFFSETS,), (Part.OFFSETS, Part.TOOL), (Part.OFFSETS, Part.TOOL, Part.BASE))
 
 
@@ -45,30 +47,43 @@ class Use:
         return self.variants[-1]
 
     @property
+    def advised(self) -> ControllerNumbers | None:
+        """The variant to enter: the last one that helps and is nowhere worse than none."""
+        return next((v for v in reversed(self.variants) if v.is_better), None)
+
+    @property
+    def advice(self) -> str:
+        """What to do, and why, in one sentence."""
+        if (chosen := self.advised) is None:
+            why = next((v.losses[0] for v in reversed(self.variants) if v.losses), "they change nothing")
+            return f"don't enter any of these numbers ({why}); correct the joint positions instead"
+        return f"enter {WORDS[len(chosen.parts) - 1]}: {_change(chosen)}"
+
+    @property
     def table(self) -> list[tuple[str, list[str]]]:
         """What is entered, and the four errors that remain, for each variant and for nothing at all."""
         first = self.variants[0]
-        lines = [("nothing but base and tool as identified", _errors(first.before))]
-        words = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
-        lines += [(w, _errors(v.after)) for w, v in zip(words, self.variants, strict=True)]
+        lines = [("nothing (its best base and tool)", _errors(first.before))]
+        for words, variant in zip(WORDS, self.variants, strict=True):
+            lines.append((words if variant.is_better else f"{words}: don't", _errors(variant.after)))
         return [*lines, ("the whole calibrated model", ["0"] * 4)]
 
     @property
     def offsets(self) -> list[tuple[str, str, str]]:
         """Joint, and its offset in the full variant and when only offsets are entered."""
+        shown = (self.full, self.variants[0])
         return [
-            (
-                f"joint {k + 1}",
-                _offset(self.full.offsets[k], slides),
-                _offset(self.variants[0].offsets[k], slides),
-            )
+            (f"joint {k + 1}", *(_offset(v.offsets[k], slides) if v.is_better else "–" for v in shown))
             for k, slides in enumerate(self.linear)
         ]
 
     @property
     def frames(self) -> list[tuple[str, list[str]]]:
-        """Tool and base of the full variant: x, y, z in mm, roll, pitch, yaw in degrees."""
-        return [("tool", _frame(self.full.tool)), ("base", _frame(self.full.base))]
+        """Tool and base of the advised variant: x, y, z in mm, roll, pitch, yaw in degrees."""
+        if (chosen := self.advised) is None:
+            return []
+        frames = {Part.TOOL: chosen.tool, Part.BASE: chosen.base}
+        return [(str(part), _frame(frame)) for part, frame in frames.items() if part in chosen.parts]
 
     def summary(self) -> RenderableType:
         """What to enter into a controller, and what that leaves, as tables for the terminal."""
@@ -85,10 +100,18 @@ class Use:
         placed = new_table("Tool and base with them: xyz [mm], roll pitch yaw [°]", unbroken("frame"), *parts)
         for name, values in self.frames:
             placed.add_row(name, *values)
-        lines = [Text(f"compared at {self.full.rows} joint positions", style="dim")]
+        head: list[RenderableType] = [left]
+        if any(v.is_better for v in (self.full, self.variants[0])):
+            head.append(added)
+        if self.frames:
+            head.append(placed)
+        lines = [
+            Text(capital(self.advice)),
+            Text(f"compared at {self.full.rows} joint positions", style="dim"),
+        ]
         if self.full.held:
             lines.append(line("left as they were, as others do the same", ", ".join(self.full.held)))
-        return Group(left, added, placed, *lines)
+        return Group(*head, *lines)
 
     def json(self) -> list[dict[str, Any]]:
         """The numbers in SI, as plain data."""
@@ -118,6 +141,10 @@ def use_of(
     )
     linear = tuple(j.kind is JointKind.PRISMATIC for j in nominal.moving)
     return Use(variants, linear, session if calibrated.sessions else "")
+
+
+def _change(numbers: ControllerNumbers) -> str:
+    return f"{in_mm(numbers.before.position_mean)} → {in_mm(numbers.after.position_mean)} on average"
 
 
 def _errors(errors: PoseErrors) -> list[str]:

@@ -81,6 +81,8 @@ def controller_json(numbers: ControllerNumbers) -> Json:
             "compared_at": numbers.rows,
             "without": _pose_errors(numbers.before),
             "remains": _pose_errors(numbers.after),
+            "advised": numbers.is_better,
+            "losses": numbers.losses,
         }
     )
 

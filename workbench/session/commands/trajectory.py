@@ -17,7 +17,8 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import Cancel
 from workbench.base.types import frozen
-from workbench.paths.correction import compensate
+from workbench.base.wording import in_mm
+from workbench.paths.correction import CLEAR, compensate
 from workbench.paths.curves import Circle, Curve, circle_through, line
 from workbench.paths.path import command_joints
 from workbench.paths.planning import plan
@@ -102,12 +103,13 @@ def make_track(
     curve = curves(session)[kind] if place is None else chosen_curve(kind, place)
     planned = plan(session.robot, curve, duration=duration, rows=ROWS)
     erring, nominal = deviating_robot(session), session.robot.with_effects()
-    before, actual, q = None, None, planned.q
+    before, actual, own, notes, q = None, None, None, planned.notes, planned.q
     wanted = reached = planned.poses[:, :3, 3]
     if erring is not None:
         is_place = planned.task is Task.POSITION
         sent = command_joints(erring, nominal, planned.q, positions_only=is_place, time=planned.time)
-        actual, wanted = sent.calibrated, sent.poses[:, :3, 3]
+        actual, wanted, own = sent.calibrated, sent.poses[:, :3, 3], sent.expected
+        notes = tuple(dict.fromkeys([*notes, *sent.notes]))
         before = frozen(np.linalg.norm(tool_poses(actual, Motion(planned.q))[:, :3, 3] - wanted, axis=1))
         q = compensate(sent).q if is_corrected else planned.q
         reached = tool_poses(actual, Motion(q))[:, :3, 3]
@@ -121,7 +123,8 @@ def make_track(
         wanted=frozen(wanted),
         reached=frozen(reached),
         before=before,
-        notes=planned.notes,
+        model_error=None if own is None else own.position,
+        notes=notes,
     )
 
 
@@ -289,6 +292,18 @@ def _planned(session: Session) -> Track:
     return session.track
 
 
+def corrected(track: Track) -> str:
+    """What is left with a correction: a model has no error against itself."""
+    own = (
+        "which nobody measured"
+        if track.model_error is None
+        else f"{in_mm(track.model_error)} on held-out rows"
+    )
+    left = float(track.errors.max())
+    beside = f", beside up to {in_mm(left)} that can't be corrected" if left > CLEAR else ""
+    return f"corrected, the model's own error remains ({own}){beside}"
+
+
 def _summary(track: Track) -> str:
     """Errors in one sentence, with those before a correction."""
     if track.before is None:
@@ -296,5 +311,5 @@ def _summary(track: Track) -> str:
     now = f"{1e3 * np.mean(track.errors):.3g} mm"
     if not track.is_corrected:
         return f"mean error along the {track.kind}: {now}"
-    before = f"{1e3 * np.mean(track.before):.3g} mm"
-    return f"mean error along the {track.kind}: {now} corrected, {before} uncorrected"
+    before = in_mm(float(np.mean(track.before)))
+    return f"mean error along the {track.kind}: {before} uncorrected; {corrected(track)}"

@@ -39,7 +39,9 @@ class FilesPanel(AbstractPanel):
                     "For the command line, and for the next session.",
                 ),
                 self.download(
-                    "Calibrated robot (URDF)", calibrated_urdf, "For other programs; effects are left out."
+                    "Calibrated robot (URDF)",
+                    calibrated_urdf,
+                    "For other programs: the best geometry without effects.",
                 ),
                 self.download(
                     "Report (ZIP)", report_zip, "Tables and figures of the identification as an HTML page."

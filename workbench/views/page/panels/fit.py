@@ -6,6 +6,7 @@ import numpy as np
 import viser
 
 from workbench.identification.algorithms import ALGORITHMS, USUAL
+from workbench.identification.file_errors import file_words
 from workbench.identification.result import Identification, judged
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
@@ -89,6 +90,8 @@ class FitPanel(AbstractPanel):
         self._warnings = gui.add_html("", visible=False)
         self._save = gui.add_button_group("Save", tuple(SAVED), visible=False, hint=FORMATS)
         self._save.on_click(lambda event: self.save(event, SAVED[event.target.value]))
+        self._file_errors = gui.add_html("", visible=False)
+        self._errors_shown: tuple[Identification | None, str] = (None, "")
         self._details = gui.add_folder("Details", expand_by_default=False, visible=False)
         with self._details:
             self._build_details(gui)
@@ -125,10 +128,20 @@ class FitPanel(AbstractPanel):
         self._start.disabled = session.loaded is None or session.job is not None
         found = session.identification
         self._wanted.show(session)
-        for part in (self._judging, self._requirement, self._warnings, self._save, self._details):
+        for part in (
+            self._judging,
+            self._requirement,
+            self._warnings,
+            self._save,
+            self._file_errors,
+            self._details,
+        ):
             part.visible = found is not None
         self._card.content = waiting(session, "result", READY) if found is None else result_card(session)
         if found is not None:
+            if self._errors_shown[0] is not found or self._errors_shown[1] != session.fit:
+                self._errors_shown = (found, session.fit)
+                self._file_errors.content = _file_errors(found, session.fit)
             self._errors.content = _errors(found, session.fit)
             self._fit.options = [_titles()[name] for name in found.runs]
             set_value(self._fit, _titles()[session.fit])
@@ -180,6 +193,17 @@ def offer_formats(
 def _titles() -> dict[str, str]:
     """Of all algorithms that there are by now."""
     return {name: algorithm.title for name, algorithm in ALGORITHMS.items()}
+
+
+def _file_errors(found: Identification, shown: str) -> str:
+    """Held-out error of what each button saves."""
+    run = found.runs[shown]
+    if found.gate is not None and found.gate.refused:
+        return ""
+    words = text(file_words(found, run))
+    return block(
+        f'<span style="color:{MUTED}">{words}</span>', testid="file-errors", style="margin:2px 0 6px"
+    )
 
 
 def _errors(found: Identification, shown: str) -> str:

@@ -5,7 +5,7 @@ import viser
 
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.robot import Robot
-from workbench.base.wording import in_mm
+from workbench.base.wording import capital, in_mm
 from workbench.plate.region import Region
 from workbench.session.commands.trajectory import (
     CIRCLE,
@@ -20,6 +20,7 @@ from workbench.session.commands.trajectory import (
     PlanTrack,
     PlayTrack,
     SetPace,
+    corrected,
     default_trajectory_circle,
     deviating_robot,
 )
@@ -184,7 +185,8 @@ def result(track: Track, times: float) -> str:
     rows = [("Error, mean", in_mm(errors.mean())), ("largest", in_mm(errors.max()))]
     if track.is_corrected:
         before = f"{in_mm(track.before.mean())}, largest {in_mm(track.before.max())}"
-        rows.append(("uncorrected", before))
+        rows = [("Uncorrected, mean", before)]
+        tail = f"<div>{text(capital(corrected(track)))}</div>{tail}"
     content = legend(track) + pairs(rows) + _scale(errors, times) + tail
     return block(content, testid="track", style="margin:4px 0")
 
@@ -192,14 +194,15 @@ def result(track: Track, times: float) -> str:
 def curves(track: Track) -> str:
     """Error and joint positions over time, one above the other; a slider lies over them (`style.py`)."""
     parts = []
-    if track.before is not None:
+    is_shown = track.before is not None and not track.is_corrected
+    if is_shown:
         errors = track.errors / max(float(track.errors.max()), LEAST_SHOWN)
         parts.append(_polyline(track.time, errors, 0.0, "currentColor"))
     for column, ink in zip(shown_joints(track.robot, track.q).T, JOINT_INKS * 2, strict=False):
         share = (column - column.min()) / max(float(np.ptp(column)), LEAST_MOVED)
         parts.append(_polyline(track.time, share, ROOM, ink))
     drawn = f'<svg viewBox="0 0 {WIDTH} {2 * ROOM}" preserveAspectRatio="none">{"".join(parts)}</svg>'
-    top = f"error, largest {in_mm(track.errors.max())}" if track.before is not None else ""
+    top = f"error, largest {in_mm(track.errors.max())}" if is_shown else ""
     words = (
         label("0", 10, top, size=11),
         label("0", ROOM + 10, "joints, each in its own range", size=11),
