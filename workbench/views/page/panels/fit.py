@@ -36,8 +36,8 @@ from workbench.views.page.style import WIDE
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
 FORMATS = (
-    "The arm of the shown fit: TOML for this program, effects and all; URDF for others, its geometry alone; "
-    "the report as an HTML page with tables and figures."
+    "The arm of the shown fit: TOML for this program, effects and all; URDF for others, the best geometry "
+    "without effects; the report as an HTML page with tables and figures."
 )
 READY = "Ready. Press Identify to fit the parameters."
 SAVED = {"TOML": calibrated_toml, "URDF": calibrated_urdf, "Report": report_zip}
