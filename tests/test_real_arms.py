@@ -4,19 +4,21 @@ Folds are drawn over whole groups where the data have them; base and tool are un
 of them is free is decided by the program itself, on the training rows.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from real_arms import folds, load, splits
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Frame
+from workbench.base import se3
 from workbench.base.types import Freedom
 from workbench.data.readers import read_measurements
 from workbench.diagnosis.diagnose import diagnose
-from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.frames import choose_frames
 from workbench.identification.identify import identify
-from workbench.identification.problem import Problem
-from workbench.identification.row_errors import row_errors
 
 pytestmark = pytest.mark.data
 FOLDS = 5
@@ -48,11 +50,9 @@ def test_held_out_errors(name, shared_data, capsys):
         fold = folds(data, seed)
         for k in range(FOLDS):
             train, held = data.take(fold != k), data.take(fold == k)
-            choice = choose_frames(robot, train)
-            problem = Problem.build(choice.robot, train, frames=choice.freedom)
-            search = Opt2().search(problem)
-            assert search.outcome.ok
-            old, new = row_errors(choice.robot, held), row_errors(problem.robot_at(search.x), held)
+            run = identify(robot, train, held_out=held, algorithms=("opt2",))
+            assert run.best.fit.outcome.ok
+            old, new = run.nominal_rows[1], run.best.held_out_rows
             before.append(1e3 * old.position.mean())
             after.append(1e3 * new.position.mean())
             turned_before.append(np.rad2deg(old.rotation.mean()))
@@ -115,3 +115,43 @@ def test_diagnosis_lowers_held_out_errors(name, shared_data, capsys):
     with capsys.disabled():
         print(f"\n{name}: {before:.4f} → {after:.4f} mm with what was found", end="")
     assert after <= (NO_WORSE * before if bound is None else bound)
+
+
+@pytest.mark.parametrize("name", ["ur5", "wam", "panda_1", "iiwa14"])
+def test_no_saved_wrist_is_turned(name, shared_data):
+    """One reflector, or a ball, hardly shows the last joints: they stay where the maker has them."""
+    robot, data = load(shared_data, name)
+    runs = [identify(robot, data, seed=seed) for seed in range(1 if name in ("panda_1", "iiwa14") else 4)]
+    for run in runs:
+        assert not run.doubts(run.best)
+        for each in run.runs.values():
+            last = [
+                e.name for e in robot.elements if e.name.startswith(f"joint{robot.dof}.") and e.unit == "rad"
+            ]
+            moved = each.calibrated.values(tuple(last)) - robot.values(tuple(last))
+            assert np.abs(moved).max() < np.deg2rad(1.0), (each.fit.title, np.rad2deg(moved))
+
+
+@pytest.mark.parametrize("robot", ["ur5", "ur5_jacobi/robot.toml"])
+def test_the_flange_behind_one_reflector_stays(robot, shared_data):
+    """The upstream grid alone, with the built-in arm and with the set's own file."""
+    arm = load_robot(robot if robot == "ur5" else str(shared_data / robot))
+    grid = shared_data / "ur5_jacobi" / "original" / "3D_UR5_uncalibrated_grid_cleaned.csv"
+    run = identify(arm, read_measurements(grid))
+    assert run.best.held_out.position_mm.mean < 0.11
+    bare = [r.with_frames(base=Frame(), tool=Frame()) for r in (arm, run.robot)]
+    a, b = (tool_poses(r, Motion(run.data.q))[:, :3, :3] for r in bare)
+    u, _, v = np.linalg.svd(np.einsum("nij,nkj->ik", a, b))
+    turned = se3.matrix_to_rotvec(u @ v @ b @ np.swapaxes(a, 1, 2))
+    assert np.rad2deg(np.linalg.norm(turned, axis=1)).mean() < 0.6
+
+
+@pytest.mark.parametrize("row", [50, 51])
+def test_one_wrong_row_of_a_real_arm(row, shared_data):
+    """Fitted or held out: it is named first, and the arm is that of the others."""
+    data = read_measurements(shared_data / "ur5_jacobi" / "measurements.csv").take(np.arange(200))
+    position = data.position.copy()
+    position[row, 0] += 0.3
+    run = identify(load_robot("ur5"), replace(data, position=position))
+    assert str(row) in run.warnings[0]
+    assert run.best.held_out.position_mm.mean < 0.12

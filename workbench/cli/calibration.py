@@ -21,13 +21,18 @@ def identify(
         str | None, option("--robot", "Robot: a .toml or .urdf file, or a built-in arm.")
     ] = None,
     algorithm: Annotated[
-        str, option("ols, opt1, opt2, influence, several with commas between, or all.")
-    ] = "ols,opt1,opt2",
+        str | None, option("ols, opt1, opt2, influence, several with commas between, or all, side by side.")
+    ] = None,
     level: Annotated[int, option("1: joint offsets alone; 2: the whole geometry.", min=1, max=2)] = 2,
     bounds: Annotated[
         list[str] | None, option("Bound for OPT1, in SI: joint1.theta=-0.1:0.1. May be repeated.")
     ] = None,
-    loss: Annotated[str, option("squares, huber, or tukey: weighting of outliers.")] = "squares",
+    loss: Annotated[
+        str, option("Outliers: set-apart, huber, tukey, or squares (they count like all other rows).")
+    ] = "set-apart",
+    deviation: Annotated[
+        str, option("Expected deviation of the arm's constants from nominal, in mm and mrad; auto; or none.")
+    ] = "auto",
     prior: Annotated[
         Path | None, option("An earlier result (--json) of this robot, as prior knowledge.")
     ] = None,
@@ -37,12 +42,12 @@ def identify(
     from workbench.arm.posed_arm import posed_arm
     from workbench.cli.verification import wanted_of
     from workbench.data.accuracy_requirement import default_requirement
-    from workbench.identification.algorithms import ALGORITHMS
     from workbench.identification.file_errors import file_words
     from workbench.identification.pass_or_fail import judge
     from workbench.identification.prior import read_prior
     from workbench.identification.report import results_json as reports
     from workbench.identification.report import table
+    from workbench.identification.result import LOOK_AGAIN
 
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees the joint offsets alone; leave out --level or --free")
@@ -59,13 +64,14 @@ def identify(
             arm,
             rows,
             choices if level == 2 else replace(choices, free=arm.joint_offsets),
-            algorithms=tuple(ALGORITHMS) if algorithm == "all" else tuple(algorithm.split(",")),
+            algorithms=_algorithms(algorithm),
             bounds=opt.bounds_of(bounds or []),
             loss=loss,
+            deviation=_deviation(deviation),
             prior=None if prior is None else read_prior(prior, renew=opt.whole_numbers(renew, "--renew")),
             progress=progress,
         )
-    opt.show(table.identification_tables(run))
+    opt.show(table.identification_tables(run, every=algorithm is not None))
     if asked is not None:
         opt.say(judge(run, asked).verdict)
     opt.write_result(out.json, reports.identification_json(run))
@@ -75,10 +81,34 @@ def identify(
         opt.say(f"report: {write_report(run, out.report, wanted=asked)}")
     if out.save is not None and run.gate is not None and run.gate.refused:
         opt.fail(f"{out.save} is not written: {run.gate.refused}")
-    if out.save is not None:
+    doubts = () if fit.force else run.doubts(run.best)
+    if out.save is not None and not doubts:
         opt.say(f"calibrated robot ({run.best.fit.title}): {opt.save_robot(run.robot, out.save)}")
         opt.say(f"held-out error of the files: {file_words(run, run.best)}")
+    if doubts:
+        kept = "" if out.save is None else f"; {out.save} is not written, --force writes it all the same"
+        opt.fail(f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}{kept}")
     opt.check_converged(run.best.fit)
+
+
+def _algorithms(given: str | None) -> tuple[str, ...]:
+    from workbench.identification.algorithms import ALGORITHMS, USUAL
+
+    if given is None:
+        return USUAL
+    return tuple(ALGORITHMS) if given == "all" else tuple(given.split(","))
+
+
+def _deviation(given: str) -> float | str:
+    """The expected deviation [rad, m] from a word, or a number in mrad and mm."""
+    if given in ("auto", "none"):
+        return float("inf") if given == "none" else given
+    try:
+        return 1e-3 * float(given)
+    except ValueError:
+        raise OptionError(
+            f"--deviation takes auto, none, or a number in mm and mrad such as 2, got '{given}'"
+        ) from None
 
 
 @opt.flattened

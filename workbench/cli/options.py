@@ -129,9 +129,9 @@ class FitOptions:
         Path | None, option("Markers on the base, two rows (as designed, as seen), to align the frames.")
     ] = None
     seed: SeedOption = 0
-    force: Annotated[bool, option("--force", "Continue even if the rows clearly belong to another arm.")] = (
-        False
-    )
+    force: Annotated[
+        bool, option("--force", "Continue though the rows suit another arm; save an implausible one.")
+    ] = False
 
     def check_same_arm(self, arm, rows) -> None:
         """Refuse rows that clearly belong to another arm, unless forced."""

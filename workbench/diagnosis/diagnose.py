@@ -19,7 +19,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
 from workbench.diagnosis.claimed_causes import Cause, ResidualMap, find_causes, ranked, rivals_of
 from workbench.diagnosis.evidence import Model, Offer, Term, drop
-from workbench.diagnosis.final_fit import fitted_on_all, structured, suspect_note, suspects
+from workbench.diagnosis.final_fit import fitted_on_all, structured
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.refit import large, linear_answer, refit, robot_with
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
@@ -31,18 +31,18 @@ from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices
 from workbench.identification.joint_reading_noise import readings
-from workbench.identification.preparation import Prepared, on_step, prepare
+from workbench.identification.preparation import Prepared, on_step
 from workbench.identification.problem import Noise
 from workbench.identification.result import Validation
-from workbench.identification.row_errors import Errors, RowErrors, Spread, degradation_warning
+from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
+from workbench.identification.set_apart import (
+    GROSS_REASON,
+    prepare_without_gross_outliers,
+    suspect_note,
+    suspects,
+)
 from workbench.plate.door import door
 
-GROSS = 10.0
-"""Rows off by this many times the median of the aligned nominal arm …"""
-GROSS_PART = 0.02
-"""… and by this part of the reach are set apart before anything is fitted."""
-TRIES = 3
-"""Most rounds of setting such rows apart."""
 TRIED = 12
 """Candidates of the ranking that are tried out on the rows that judge."""
 
@@ -80,7 +80,7 @@ def diagnose(
     choices = FitChoices.of(choices, **fields)
     began = perf_counter()
     report = progress or (lambda part, text: None)
-    ready, gross = _prepared(
+    ready, gross = prepare_without_gross_outliers(
         robot,
         with_directions(data),
         _with_directions(choices),
@@ -163,7 +163,8 @@ def _concluded(
     """The effects with what they add, the verdict, and what to measure next."""
     last = search.rounds[-1]
     fit = last.stage.fitted.fit
-    apart = suspects(ready, search.first, last.stage)
+    first = search.first.fitted
+    apart = suspects(ready, last.stage.fitted.fit, first.problem.named(first.fit.x))
     final, said = fitted_on_all(ready, last, apart, on_step)
     before, after = judged(search.before.errors), judged(search.after.errors)
     is_short = search.short is not None
@@ -224,7 +225,7 @@ def _concluded(
         train_rows=ready.train_rows,
         held_out_rows=ready.held_out_rows,
         held_out_data=ready.held,
-        excluded=tuple(e for e in ready.excluded if e[1] != _GROSS_REASON),
+        excluded=tuple(e for e in ready.excluded if e[1] != GROSS_REASON),
         outliers=np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64),
         suspects=np.flatnonzero(apart),
         nominal=search.nominal,
@@ -272,35 +273,10 @@ def _residual_map(
     )
 
 
-_GROSS_REASON = "gross outlier"
-
-
 def _with_directions(choices: FitChoices) -> FitChoices:
     """The choices with directions of motion in held-out rows of another file."""
     rows = choices.held_out
     return replace(choices, held_out=with_directions(rows)) if isinstance(rows, Dataset) else choices
-
-
-def _prepared(
-    robot: Robot, data: Dataset, choices: FitChoices, *, progress: Report, cancel: Cancel | None
-) -> tuple[Prepared, np.ndarray]:
-    """Rows and frames; rows that no error of an arm explains bend even these and are set apart."""
-    gross: list[int] = []
-    ready = prepare(robot, data, choices, progress=progress, cancel=cancel)
-    for _ in range(TRIES):
-        fitted, held = (rows.position for rows in ready.nominal_rows)
-        limit = max(GROSS * Spread.of(fitted).median, GROSS_PART * robot.reach)
-        own = held if len(held) == len(ready.held_out_rows) else held[:0]
-        found = np.concatenate(
-            [ready.train_rows[fitted > limit], ready.held_out_rows[: len(own)][own > limit]]
-        )
-        if not len(found):
-            break
-        gross += found.tolist()
-        apart = dict.fromkeys(ready.data.row[found].tolist(), _GROSS_REASON)
-        choices = replace(choices, exclude={**choices.exclude, **apart})
-        ready = prepare(robot, data, choices, progress=progress, cancel=cancel)
-    return ready, np.array(gross, np.int64)
 
 
 def _nominal(ready: Prepared) -> Validation:

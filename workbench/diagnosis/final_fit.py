@@ -7,56 +7,18 @@ lacks something. The statistic is the mean product of every row's residual with 
 joint space; permuted rows show what chance adds.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.spatial import cKDTree
 
-from workbench.diagnosis.outliers import limits, row_sizes
 from workbench.diagnosis.refit import refit
-from workbench.diagnosis.rounds import Searched, Stage
+from workbench.diagnosis.rounds import Searched
 from workbench.identification.algorithms.identifier import OnStep
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Problem
-from workbench.identification.row_errors import Errors, instrument_places
-
-NAMED = 15
-"""Most suspects that are named."""
-
-
-def suspects(ready: Prepared, first: Stage, last: Stage) -> Bool[np.ndarray, " rows"]:
-    """Held-out rows that stand out under every arm: the nominal one, the geometry alone, the last one.
-
-    They are measured against what the last arm leaves on the fitted rows and on them.
-
-    Args:
-        ready: The rows.
-        first: The geometry alone.
-        last: The arm with all that was found.
-    """
-    held = ready.held
-    if not len(held):
-        return np.zeros(0, bool)
-    fit = last.fitted.fit
-    found, geometry = (s.fitted.problem.named(s.fitted.fit.x) for s in (last, first))
-    home = ready.with_new_session_bases(fit.calibrated, held)
-    places = instrument_places(home, held, known={**fit.problem.known, **found})
-    there = fit.problem.again(
-        robot=ready.with_new_session_bases(fit.problem.robot, held),
-        data=held,
-        known={name: value for name, value in places.items() if name not in found},
-        inertia=False,
-    )
-    nobody = np.zeros(len(held), bool)
-    after, *others = (
-        row_sizes(there, there.at(known), nobody, root=_root(there, fit)) for known in (found, geometry, {})
-    )
-    own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), root=fit.factor.root)
-    most = limits(np.concatenate([own, after]))
-    return np.all([(sizes > most).any(1) for sizes in (after, *others)], axis=0)
 
 
 def fitted_on_all(
@@ -97,29 +59,6 @@ def fitted_on_all(
         f"the arm itself was fitted once more on all {len(rows)} rows, held-out ones included{out}; "
         "errors of held-out rows are from before"
     )
-
-
-def suspect_note(rows: Sequence[int], errors: Errors) -> str:
-    """Which held-out rows no arm explains, what to do, and a mean beside one that they don't pull."""
-    shown = ", ".join(map(str, rows[:NAMED])) + (" …" if len(rows) > NAMED else "")
-    subject, it = (f"rows {shown}", "them") if len(rows) > 1 else (f"row {shown}", "it")
-    words = (
-        f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
-    )
-    mean, median = errors.position_mm.mean, errors.position_mm.median
-    if np.isnan(mean):
-        return words
-    return f"{words}. With {it} the mean held-out error is {mean:.3g} mm, the median {median:.3g} mm"
-
-
-def _root(problem: Problem, fit: Fit) -> np.ndarray:
-    """What a fit leaves open in another problem's unknowns; nothing in those that the fit has not."""
-    index = {name: i for i, name in enumerate(fit.problem.names)}
-    root = np.zeros((len(problem.names), fit.factor.root.shape[1]))
-    for i, name in enumerate(problem.names):
-        if name in index:
-            root[i] = fit.factor.root[index[name]]
-    return root
 
 
 PERMUTATIONS = 400

@@ -75,9 +75,7 @@ def refit(
     built = problem.again(robot=robot, data=data, effects=names, inertia=needs_inertia(robot))
     if large(built):
         built = built.again(inertia=False)
-    constants = [p for p in built.parameters if p.is_geometry]
-    values = np.array([p.nominal for p in constants])
-    built = built.with_prior([p.name for p in constants], values, np.eye(len(constants)) / LIKELY)
+    built = built.with_deviation(LIKELY)
     if grams is not None and model:
         built = _expected(built, grams, model)
     here = built.at(begin or {})

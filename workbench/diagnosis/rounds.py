@@ -16,11 +16,11 @@ from workbench.data.dataset import Dataset
 from workbench.diagnosis.candidates import Catalogue, catalogue
 from workbench.diagnosis.evidence import Model, drop, rescaled, solve, validated
 from workbench.diagnosis.gram_matrices import Grams, compress
-from workbench.diagnosis.outliers import find_outliers, robust_fit
 from workbench.diagnosis.refit import Fitted, large, linear_answer, refit, with_own_noise
 from workbench.diagnosis.stepwise_search import WORTH, Found, as_found, supported
 from workbench.diagnosis.stepwise_search import search as search_effects
 from workbench.identification.algorithms.identifier import OnStep
+from workbench.identification.outlying_rows import find_outliers, robust_fit
 from workbench.identification.problem import Noise, Problem
 
 ROUNDS = 5

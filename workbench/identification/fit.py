@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 SUSPICIOUS = 5.0
 """Rows whose residual is this many times what the others lead one to expect are listed."""
+ONLY_EXPECTED = 0.8
+"""Standard error, as a part of what was expected beforehand, from which on the rows told nothing."""
 POOR_ANGLE, POOR_LENGTH = np.deg2rad(1.0), 5e-3
 """Standard errors above which a seen parameter is called poorly determined [rad], [m]."""
 
@@ -125,6 +127,13 @@ class Fit(AbstractShown):
         return factor_at(self.problem, self.x)
 
     @cached_property
+    def rows_factor(self) -> Factor:
+        """The same for what the rows show, without what is expected of the constants beforehand."""
+        if self.problem.deviation is None:
+            return self.factor
+        return factor_at(self.problem.without_deviation(), self.x)
+
+    @cached_property
     def whitened(self) -> Float[np.ndarray, " m"]:
         """Whitened residual components at the answer."""
         return self.problem.residual(self.x)[: self.problem.size]
@@ -160,26 +169,37 @@ class Fit(AbstractShown):
     @property
     def condition(self) -> float:
         """Condition number of what can be seen, in natural units."""
-        return self.factor.condition
+        return self.rows_factor.condition
 
     @cached_property
     def unidentifiable(self) -> tuple[Combination, ...]:
         """Combinations that no row shows; they stayed as near to nominal as the rest allowed."""
-        return combinations(self.factor.null_space, self.parameters)
+        return combinations(self.rows_factor.null_space, self.parameters)
 
     @cached_property
     def hardly_seen(self) -> tuple[Combination, ...]:
         """Combinations that the rows show too faintly to identify; they too stayed near nominal."""
-        return combinations(self.factor.hardly, self.parameters)
+        return combinations(self.rows_factor.hardly, self.parameters)
+
+    @cached_property
+    def only_expected(self) -> frozenset[str]:
+        """Constants of which the rows tell next to nothing beyond what was expected beforehand."""
+        if self.problem.deviation is None:
+            return frozenset()
+        limit = ONLY_EXPECTED * self.problem.deviation * np.sqrt(self.variance_factor)
+        return frozenset(
+            p.name for p, s in zip(self.parameters, self.std, strict=True) if p.is_geometry and s > limit
+        )
 
     @cached_property
     def poorly_determined(self) -> tuple[str, ...]:
         """Constants that are seen, but only within more than a degree or 5 mm."""
+        open_ones = {n for c in (*self.unidentifiable, *self.hardly_seen) for n in c.names}
         limits = [POOR_ANGLE if p.unit == "rad" else POOR_LENGTH for p in self.parameters]
         return tuple(
             p.words
             for p, s, limit in zip(self.parameters, self.std, limits, strict=True)
-            if s > limit and p.unit in ("rad", "m") and not (p.is_coefficient or p.is_inertia)
+            if s > limit and p.is_plain and p.unit in ("rad", "m") and p.name not in open_ones
         )
 
     @cached_property

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from time import perf_counter
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -17,12 +17,15 @@ from workbench.data.dataset import Dataset
 from workbench.identification.algorithms import ALGORITHMS, USUAL, AbstractIdentifier
 from workbench.identification.algorithms.robust import Loss, row_weights
 from workbench.identification.camera_model_selection import Seek
+from workbench.identification.expected_deviation import AUTO, LARGEST, with_expected_deviation
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, option
-from workbench.identification.preparation import on_step, prepare
+from workbench.identification.preparation import Prepared, on_step, prepare
 from workbench.identification.prior import Prior
-from workbench.identification.result import Identification, Run, Validation
+from workbench.identification.problem import Problem
+from workbench.identification.result import Identification, Outlier, Run, Validation
 from workbench.identification.row_errors import Errors
+from workbench.identification.set_apart import prepare_without_outliers, suspects
 from workbench.plate.door import door
 
 REWEIGHTINGS = 10
@@ -38,7 +41,8 @@ def identify(
     *,
     algorithms: Sequence[str] = USUAL,
     bounds: Mapping[str, tuple[float, float]] | None = None,
-    loss: Loss | str = Loss.SQUARES,
+    loss: Loss | str = Loss.SET_APART,
+    deviation: float | str = AUTO,
     prior: Prior | None = None,
     effects: Sequence[str] = (),
     seek: Seek | None = None,
@@ -55,7 +59,9 @@ def identify(
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
         algorithms: Names from `ALGORITHMS`.
         bounds: Least and greatest value by name, for OPT1.
-        loss: Squares, or a robust loss by rows.
+        loss: Whether rows that no arm explains are set apart, or how the residuals of all rows count.
+        deviation: How far the arm's constants are expected from nominal [rad, m]; `auto`: found from the
+            rows; infinite: not at all, so that only what no row shows stays nominal.
         prior: What an older calibration knows of the arm's constants.
         effects: Coefficients of the robot's effects to identify with the rest; the others stay as they are.
         seek: Finds effects that pictures may show beside the geometry; None ends with the geometry.
@@ -74,7 +80,8 @@ def identify(
     chosen = [_algorithm(name) for name in algorithms]
     loss = option(Loss, loss, "loss")
     choices = FitChoices.of(choices, **fields)
-    ready = prepare(
+    sound = prepare_without_outliers if loss is Loss.SET_APART else _all_rows
+    ready, apart = sound(
         robot,
         data,
         choices,
@@ -85,14 +92,15 @@ def identify(
         progress=lambda part, text: report(0.4 * part, text),
         cancel=cancel,
     )
+    problem = ready.problem
+    if ready.gate is None:
+        problem = with_expected_deviation(problem, deviation, cancel=cancel)
     runs: dict[str, Run] = {}
     for k, algorithm in enumerate(chosen):
         if runs and cancel is not None and cancel():
             break
-        report(
-            0.4 + 0.5 * k / len(chosen), f"{algorithm.title}: fitting {len(ready.problem.names)} parameters"
-        )
-        fit = _fit(ready.problem, algorithm, loss, cancel)
+        report(0.4 + 0.5 * k / len(chosen), f"{algorithm.title}: fitting {len(problem.names)} parameters")
+        fit = _fit(problem, algorithm, loss, cancel)
         if (gate := ready.gate) is not None:
             fit = replace(fit, actual=gate.actual, considered=gate.considered)
         train, held = ready.errors(fit.calibrated, fit.problem.instrument(fit.x))
@@ -102,8 +110,7 @@ def identify(
         runs[algorithm.name] = Run(fit, Errors.of(train), held.summary, train, held)
     report(0.95, "validating")
     nominal = ready.nominal_rows
-    report(1.0, "done")
-    return Identification(
+    found = Identification(
         nominal_robot=robot,
         aligned=ready.aligned,
         data=ready.data,
@@ -113,12 +120,41 @@ def identify(
         excluded=ready.excluded,
         frames=ready.problem.frames,
         noise=ready.shown_noise,
-        notes=ready.notes,
+        notes=(*ready.notes, *_expected(problem, deviation)),
         nominal=Validation(Errors.of(nominal[0]), nominal[1].summary),
         nominal_rows=nominal,
         runs=runs,
         gate=ready.gate,
     )
+    best = found.best
+    suspect = () if ready.gate is not None else suspects(ready, best.fit)
+    report(1.0, "done")
+    return replace(
+        found, outliers=_errors_of(ready, apart, best.fit), suspects=tuple(ready.held.row[suspect].tolist())
+    )
+
+
+def _expected(problem: Problem, deviation: float | str) -> tuple[str, ...]:
+    """What was expected of the constants."""
+    if problem.deviation is None or problem.deviation > LARGEST:
+        return ()
+    found = "from the rows" if deviation == AUTO else "as given"
+    size = 1e3 * problem.deviation
+    return (f"constants are expected within {size:.2g} mrad or mm of nominal (1 σ, {found})",)
+
+
+def _all_rows(
+    robot: Robot, data: Dataset, choices: FitChoices, **options: Any
+) -> tuple[Prepared, np.ndarray]:
+    return prepare(robot, data, choices, **options), np.zeros(0, np.int64)
+
+
+def _errors_of(ready: Prepared, rows: np.ndarray, fit: Fit) -> tuple[Outlier, ...]:
+    """Rows that were set apart, the worst first, with their errors under the arm of the others."""
+    apart = ready.data.take(rows)
+    errors = ready.errors_on(apart, fit.calibrated, fit.problem.instrument(fit.x))
+    found = map(Outlier, apart.row.tolist(), errors.position.tolist(), errors.rotation.tolist())
+    return tuple(sorted(found, key=lambda row: -np.nan_to_num(row.position)))
 
 
 def _algorithm(name: str) -> AbstractIdentifier:
@@ -131,7 +167,7 @@ def _fit(problem, algorithm, loss, cancel) -> Fit:
     began = perf_counter()
     search = algorithm.search(problem, on_step=on_step(cancel))
     weights = np.ones(len(problem.data))
-    for _ in range(REWEIGHTINGS if loss is not Loss.SQUARES else 0):
+    for _ in range(REWEIGHTINGS if loss in (Loss.HUBER, Loss.TUKEY) else 0):
         fit = Fit.of(algorithm, problem.with_row_weights(None), search)
         new = row_weights(fit.row_residuals, loss)
         if np.abs(new - weights).max() < 1e-3 or search.outcome is Outcome.CANCELLED:

@@ -1,6 +1,6 @@
 """Preparation of every run on measured rows: choose and hold out rows, decide frames, estimate noise."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -124,9 +124,13 @@ def prepare(
     effects: Sequence[str] = (),
     seek: Seek | None = None,
     progress: Report | None = None,
+    held_rows: Collection[int] | None = None,
     cancel: Cancel | None = None,
 ) -> Prepared:
     """Everything before the first search; arguments are those of `identify`.
+
+    Args:
+        held_rows: Numbers of the rows to hold out, in place of drawing them by `choices`.
 
     Raises:
         DataError: too few rows, or data that contradict the robot beyond doubt.
@@ -142,7 +146,7 @@ def prepare(
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
     used = data.take(rows)
     notes += robot.extrapolation_warnings(used.q, used.row)
-    train, held = divide(used, held_out, choices.seed)
+    train, held = divide(used, held_out, choices.seed) if held_rows is None else _divided(used, held_rows)
     fitted, held_data = used.take(train), used.take(held)
     if isinstance(held_out, Dataset):
         held_data = _other_rows(robot, held_out, choices.region)
@@ -213,6 +217,11 @@ def prepare(
         notes=tuple(notes),
         gate=gate,
     )
+
+
+def _divided(used: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
+    held = np.isin(used.row, list(held_rows))
+    return np.flatnonzero(~held), np.flatnonzero(held)
 
 
 def _suited(robot: Robot, fitted: Dataset, train: np.ndarray):

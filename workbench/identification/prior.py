@@ -41,7 +41,7 @@ class Prior:
     @classmethod
     def of(cls, fit: Fit) -> "Prior":
         """What a fit knows of the arm's constants, whatever its frames and instruments were."""
-        information = fit.factor.information() / max(fit.variance_factor, 1e-300)
+        information = fit.rows_factor.information() / max(fit.variance_factor, 1e-300)
         everything = cls(fit.problem.names, fit.x, information)
         geometry = {p.name for p in fit.parameters if p.is_geometry}
         return everything.keep(lambda name: name in geometry)

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.parameters import Parameter
-from workbench.arm.robot import FRAME_PARTS, Frame, Robot, SessionFrames
+from workbench.arm.robot import Robot, SessionFrames
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.errors import OptionError
 from workbench.base.threads import in_order
@@ -28,8 +28,9 @@ from workbench.identification.problem_blocks import (
     Noise,
     add_products,
     build_blocks,
-    frame_name,
+    frame_parameters,
     instrument_start,
+    moved_frame,
     observed_kinds,
     own_sigma_of,
 )
@@ -63,6 +64,7 @@ class Problem:
         bounded: Unknowns whose bounds the user gave.
         prior: Whitening matrix W of prior knowledge: W (x − centre) joins the residuals.
         prior_centre: Where that knowledge says the unknowns are.
+        deviation: How far the arm's constants are expected from nominal [rad, m]; the last rows of `prior`.
         row_weights: Factors of each row's residuals, from a robust loss.
         facts: What is known of the instrument's unknowns.
         known: Values of the instrument's unknowns that are known, such as `anchor[A].x` [m].
@@ -77,6 +79,7 @@ class Problem:
     bounded: frozenset[str] = frozenset()
     prior: Float[np.ndarray, "k p"] | None = None
     prior_centre: Float[np.ndarray, " p"] | None = None
+    deviation: float | None = None
     row_weights: Float[np.ndarray, " rows"] | None = None
     facts: Mapping[str, Unknown] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
@@ -136,7 +139,7 @@ class Problem:
             Parameter(n, "kg" if n.endswith(".mass") else "m", robot.inertia[n], is_inertia=True)
             for n in weighing
         ]
-        parameters += _frame_parameters(robot, data.sessions, frames, bounds)
+        parameters += frame_parameters(robot, data.sessions, frames, bounds)
         unknown_start, facts = instrument_start(robot, data, kinds, frames)
         parameters += [
             Parameter.bounded(n, facts[n].unit, v, bounds) for n, v in unknown_start.items() if n not in known
@@ -377,11 +380,34 @@ class Problem:
         if missing := [n for n in names if n not in self.names]:
             raise OptionError(f"the prior speaks of '{missing[0]}', which is not identified here")
         columns = [self.names.index(n) for n in names]
+        own = self.without_deviation()
         wide, centre = np.zeros((len(whitening), len(self.names))), self.start.copy()
-        if self.prior is not None and self.prior_centre is not None:
-            wide, centre = np.concatenate([self.prior, wide]), self.prior_centre.copy()
+        if own.prior is not None and own.prior_centre is not None:
+            wide, centre = np.concatenate([own.prior, wide]), own.prior_centre.copy()
         wide[-len(whitening) :, columns], centre[columns] = whitening, values
-        return replace(self, prior=frozen(wide), prior_centre=frozen(centre))
+        known = replace(own, prior=frozen(wide), prior_centre=frozen(centre))
+        return known if self.deviation is None else known.with_deviation(self.deviation)
+
+    def with_deviation(self, deviation: float) -> "Problem":
+        """The same problem with every constant of the arm expected this close to nominal [rad, m].
+
+        Constants that it knows already are expected where that knowledge has them.
+        """
+        own = self.without_deviation()
+        names = [p.name for p in self.parameters if p.is_geometry]
+        centre = own.start if own.prior_centre is None else own.prior_centre
+        at = dict(zip(own.names, centre.tolist(), strict=True))
+        wall = np.eye(len(names)) / deviation
+        return replace(own.with_prior(names, np.array([at[n] for n in names]), wall), deviation=deviation)
+
+    def without_deviation(self) -> "Problem":
+        """The same problem with nothing expected of the constants but what is known of them."""
+        if self.deviation is None or self.prior is None:
+            return self
+        known = self.prior[: -sum(p.is_geometry for p in self.parameters)]
+        if not len(known):
+            return replace(self, prior=None, prior_centre=None, deviation=None)
+        return replace(self, prior=known, deviation=None)
 
     def robot_at(self, x: Float[np.ndarray, " p"]) -> Robot:
         """The robot with the unknowns set, its session frames included."""
@@ -398,9 +424,9 @@ class Problem:
             old = freedom.session_frames(self.robot, name)
             base, tool = old.base, old.tool
             if freedom.base:
-                base = _moved(base, "base", name, values) if freedom.base_per_session else robot.base
+                base = moved_frame(base, "base", name, values) if freedom.base_per_session else robot.base
             if freedom.tool:
-                tool = _moved(tool, "tool", name, values) if freedom.tool_per_session else robot.tool
+                tool = moved_frame(tool, "tool", name, values) if freedom.tool_per_session else robot.tool
             sessions.append(SessionFrames(name, base, tool))
         return replace(robot, sessions=tuple(sessions))
 
@@ -417,29 +443,3 @@ class Problem:
         if self.row_weights is not None:
             out *= self.row_weights[block.rows].reshape(-1, *(1,) * (table.ndim - 1))
         return out
-
-
-def _frame_parameters(
-    robot: Robot, sessions: Sequence[str], frames: FrameFreedom, bounds: Mapping | None
-) -> list[Parameter]:
-    parameters = []
-    for kind, parts, own in (
-        ("base", frames.base, frames.base_per_session),
-        ("tool", frames.tool, frames.tool_per_session),
-    ):
-        for session in sessions if own else sessions[:1]:
-            frame: Frame = getattr(robot.session_frames(session) if own else robot, kind)
-            for part in sorted(parts, key=FRAME_PARTS.index):
-                place = FRAME_PARTS.index(part)
-                nominal, unit = (float(frame.xyz[place]), "m") if place < 3 else (0.0, "rad")
-                name = f"{frame_name(kind, own, session)}.{part}"
-                parameters.append(Parameter.bounded(name, unit, nominal, bounds))
-    return parameters
-
-
-def _moved(frame: Frame, kind: str, session: str, values: Mapping[str, float]) -> Frame:
-    parts = [
-        values.get(f"{kind}[{session}].{part}", float(frame.xyz[i]) if i < 3 else 0.0)
-        for i, part in enumerate(FRAME_PARTS)
-    ]
-    return frame.moved(np.array(parts))

@@ -4,7 +4,7 @@ A problem's rows are split so that each block has one chain (base, arm, tool of 
 observation; long ones are cut so that their twists stay in the processor's cache.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple, no_type_check
@@ -19,7 +19,8 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import driven_names
 from workbench.arm.kinematics.observed_link import TOOL, Watched, watched
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Robot, SessionFrames
+from workbench.arm.parameters import Parameter
+from workbench.arm.robot import FRAME_PARTS, Frame, Robot, SessionFrames
 from workbench.arm.statics.deflection import effect_columns, shift_of
 from workbench.arm.statics.wrenches import Masses, masses
 from workbench.base.errors import DataError
@@ -409,3 +410,31 @@ def own_sigma_of(data: Dataset, observation: AbstractObservation) -> np.ndarray:
     place = np.cumsum(~rotation) - 1
     columns = [3 + i - positions if turned else place[i] % 3 for i, turned in enumerate(rotation)]
     return sigma[:, columns]
+
+
+def frame_parameters(
+    robot: Robot, sessions: Sequence[str], frames: FrameFreedom, bounds: Mapping | None
+) -> list[Parameter]:
+    """The unknown parts of base and tool, per session where they differ."""
+    parameters = []
+    for kind, parts, own in (
+        ("base", frames.base, frames.base_per_session),
+        ("tool", frames.tool, frames.tool_per_session),
+    ):
+        for session in sessions if own else sessions[:1]:
+            frame: Frame = getattr(robot.session_frames(session) if own else robot, kind)
+            for part in sorted(parts, key=FRAME_PARTS.index):
+                place = FRAME_PARTS.index(part)
+                nominal, unit = (float(frame.xyz[place]), "m") if place < 3 else (0.0, "rad")
+                name = f"{frame_name(kind, own, session)}.{part}"
+                parameters.append(Parameter.bounded(name, unit, nominal, bounds))
+    return parameters
+
+
+def moved_frame(frame: Frame, kind: str, session: str, values: Mapping[str, float]) -> Frame:
+    """A session's frame with its parts set to values by name."""
+    parts = [
+        values.get(f"{kind}[{session}].{part}", float(frame.xyz[i]) if i < 3 else 0.0)
+        for i, part in enumerate(FRAME_PARTS)
+    ]
+    return frame.moved(np.array(parts))

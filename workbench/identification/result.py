@@ -20,6 +20,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
+from workbench.identification.set_apart import suspect_note
 from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
@@ -33,6 +34,14 @@ HARDLY_BETTER, FAR_FROM_GOOD, COARSE = 0.7, 0.01, 1.0
 LOOK_AGAIN = "no arm is manufactured that badly: check robot, units and joint order"
 ALIKE = 1e-6
 """Relative difference of two costs that is no difference."""
+NOTICED = 0.1
+"""Part of a standard error by which two answers may differ and still be one."""
+MOST = 10
+"""Most rows that are named in one sentence."""
+CHANCE = 2.0
+"""Difference of two costs ½χ² that noise alone makes: two standard deviations along one direction."""
+SAME = 1.01
+"""Ratio of two deviations from nominal that is no difference."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +101,24 @@ class Run(AbstractShown):
         """The robot with the identified values, and its error on record."""
         return with_error(self.fit.calibrated, judged(self))
 
+    def agrees_with(self, other: "Run") -> bool:
+        """Whether another run ended with the same errors (within 1 %) and constants (within `NOTICED`)."""
+        if self.fit.problem.names != other.fit.problem.names:
+            return False
+        errors = [
+            e.position_mm.rms
+            for run in (self, other)
+            for e in (run.train, run.held_out or run.train)
+        ]
+        moved = np.abs(self.fit.x - other.fit.x) <= NOTICED * np.maximum(self.fit.std, 1e-9)
+        return bool(np.allclose(errors[:2], errors[2:], rtol=0.01, atol=1e-6, equal_nan=True) and moved.all())
+
+    @cached_property
+    def deviation(self) -> float:
+        """Root of the summed squares of the constants' deviations from nominal [rad, m]."""
+        arm = [p.is_geometry for p in self.fit.parameters]
+        return float(np.linalg.norm((self.fit.x - self.fit.problem.start)[arm]))
+
     @cached_property
     def implausible(self) -> tuple[str, ...]:
         """Well-determined constants that moved farther than arms are wrongly made, the farthest first."""
@@ -103,6 +130,27 @@ class Run(AbstractShown):
                 size = f"{np.rad2deg(moved):+.0f}°" if p.unit == "rad" else f"{1e3 * moved:+.0f} mm"
                 found.append((abs(moved) / most, f"{p.words} {size}"))
         return tuple(words for _, words in sorted(found, reverse=True))
+
+
+class Outlier(NamedTuple):
+    """A row that was set apart.
+
+    Args:
+        row: Its number in the data.
+        position: Its error under the arm that the other rows give [m]; NaN if not measured.
+        rotation: Likewise [rad].
+    """
+
+    row: int
+    position: float
+    rotation: float
+
+    @property
+    def words(self) -> str:
+        """Row and error, for people."""
+        off = f"{1e3 * self.position:.3g} mm" if np.isfinite(self.position) else ""
+        turned = f"{np.rad2deg(self.rotation):.2g}°" if np.isfinite(self.rotation) else ""
+        return f"{self.row} ({', '.join(filter(None, (off, turned)))} off)"
 
 
 @final
@@ -123,6 +171,8 @@ class Identification(AbstractShown):
         nominal_rows: The same row by row: training, held out.
         runs: One per algorithm, by name.
         gate: What of the arm pictures may identify, and why; None for other instruments.
+        outliers: Rows that no arm explains, set apart, the worst first; they are among `excluded`, too.
+        suspects: Numbers of the held-out rows that no arm explains; they count in the held-out errors.
     """
 
     nominal_robot: Robot
@@ -139,6 +189,8 @@ class Identification(AbstractShown):
     nominal_rows: tuple[RowErrors, RowErrors]
     runs: dict[str, Run]
     gate: Gate | None = None
+    outliers: tuple[Outlier, ...] = ()
+    suspects: tuple[int, ...] = ()
 
     @property
     def models(self) -> list[tuple[str, Validation | Run]]:
@@ -147,11 +199,27 @@ class Identification(AbstractShown):
 
     @property
     def best(self) -> Run:
-        """The run with the smallest training cost, the plainest of equals; held-out rows choose nothing."""
+        """The run with the smallest training cost; of equal ones the nearest to nominal, then the plainest.
+
+        Held-out rows choose nothing.
+        """
         runs = [r for r in self.runs.values() if not r.fit.beyond_bounds] or list(self.runs.values())
-        least = min(run.fit.history[-1] for run in runs)
-        equal = [run for run in runs if run.fit.history[-1] <= least * (1.0 + ALIKE) + ALIKE]
-        return min(equal, key=lambda run: (not run.fit.outcome.ok, run.fit.iterations))
+        plain = min(runs, key=lambda run: run.fit.history[-1])
+        least = plain.fit.history[-1]
+        chance = CHANCE * min(1.0, 2.0 * least / max(plain.fit.spare, 1.0))
+        equal = [run for run in runs if run.fit.history[-1] <= least * (1.0 + ALIKE) + chance]
+        nearest = min(run.deviation for run in equal)
+        return min(
+            equal,
+            key=lambda run: (run.deviation > SAME * nearest, not run.fit.outcome.ok, run.fit.iterations),
+        )
+
+    @property
+    def distinct(self) -> list[tuple[str, Run]]:
+        """Title and errors of the best run, and of those whose arm differs from it noticeably."""
+        best = self.best
+        others = (run for run in self.runs.values() if run is not best and not run.agrees_with(best))
+        return [(run.fit.title, run) for run in (best, *others)]
 
     @property
     def robot(self) -> Robot:
@@ -210,6 +278,10 @@ class Identification(AbstractShown):
             found.insert(0, self.match.words)
         if self.best.implausible:
             found.insert(0, f"implausible: {', '.join(self.best.implausible[:3])}; {LOOK_AGAIN}")
+        if self.suspects:
+            found.insert(0, suspect_note(list(self.suspects), judged(self.best)))
+        if self.outliers:
+            found.insert(0, _set_apart(self.outliers, self.best.train))
         before, after = self.nominal.train.position_mm.rms, self.best.train.position_mm.rms
         too_much = FAR_FROM_GOOD * 1e3 * self.nominal_robot.reach
         found += self.gate.doubts if self.gate is not None else ()
@@ -346,15 +418,22 @@ def with_error(robot: Robot, errors: Errors) -> Robot:
     return replace(robot, calibration=replace(robot.calibration, error=error))
 
 
+def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
+    """Which rows were set apart, and what to do."""
+    shown = ", ".join(row.words for row in outliers[:MOST]) + (" …" if len(outliers) > MOST else "")
+    rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")
+    median = others.position_mm.median
+    typical = f", where the others are off by {median:.2g} mm" if np.isfinite(median) else ""
+    return f"{rows} {shown} set apart{typical}: measure {them} again, or correct the file"
+
+
 def _cautions(fit: Fit) -> tuple[str, ...]:
     """What the rows left open, the same for all algorithms."""
     found = []
     if fit.spare < 1.0:
         found.append("there are no spare measurements, so errors can't be assessed; measure more poses")
     if fit.hardly_seen:
-        found.append(
-            f"hardly seen, so no step was taken along: {'; '.join(c.words for c in fit.hardly_seen)}"
-        )
+        found.append(f"barely observable, kept near nominal: {'; '.join(c.words for c in fit.hardly_seen)}")
     if fit.poorly_determined:
         found.append(f"uncertain by more than 1° or 5 mm: {', '.join(fit.poorly_determined)}")
     if len(fit.suspicious):

@@ -30,6 +30,13 @@ def standard_error(std: float, digits: int = 6) -> str:
     return f"±{std:.{digits}f}" if std >= 0.95 * 10.0**-digits else f"±{std:.0e}"
 
 
+def decimals_of(std: float, *, digits: int = 2, most: int = 6) -> int:
+    """Decimals of a value with this standard error: as many as show so many digits of the error."""
+    if not np.isfinite(std) or std <= 0.0:
+        return most
+    return int(np.clip(digits - 1 - np.floor(np.log10(std)), 0, most))
+
+
 def factor(before: float, after: float) -> str:
     """How many times smaller, in words."""
     if not (np.isfinite(before) and np.isfinite(after)) or before <= 0.0 or after <= 0.0:

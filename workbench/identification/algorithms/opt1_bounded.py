@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from jaxtyping import Float
 from scipy.optimize import Bounds, minimize
 
 from workbench.base.types import Outcome
@@ -20,6 +21,8 @@ from workbench.identification.undetermined_combinations import factorise
 
 ROUNDING = 1e-15
 """Smallest change of the scalar cost, relative to the start's, that means anything."""
+ALIKE = 1e-6
+"""Relative difference of two costs that is no difference."""
 
 
 class _Cancelled(Exception):
@@ -78,7 +81,7 @@ class Opt1(AbstractIdentifier):
             )
         except _Cancelled:
             return Search(best, Outcome.CANCELLED, tuple(history))
-        x = np.clip(best, lower, upper)
+        x = _near_nominal(problem, np.clip(best, lower, upper))
         if answer.success:
             outcome = Outcome.CONVERGED
         elif answer.nit >= self.limit:
@@ -88,3 +91,20 @@ class Opt1(AbstractIdentifier):
             factor = factorise(at.jacobian, at.residual, problem.units)
             outcome = ended(factor.predicted_decrease(), [*history, least], problem.count)
         return Search(x, outcome, tuple(history))
+
+
+def _near_nominal(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
+    """The answer without its part along what the rows don't show: there the scalar cost lets it drift."""
+    at = problem.evaluate(x)
+    factor = factorise(at.jacobian, at.residual, problem.units)
+    open_ones = np.column_stack([factor.null_space, factor.hardly])
+    lower, upper = problem.bounds
+    for directions in (open_ones, factor.null_space):
+        moved = x - factor.units * (directions @ (directions.T @ ((x - problem.start) / factor.units)))
+        residual = problem.residual(moved)
+        square = float(at.residual @ at.residual)
+        chance = min(1.0, square / max(problem.count, 1))
+        costs_nothing = residual @ residual <= square * (1.0 + ALIKE) + chance
+        if costs_nothing and np.all((lower <= moved) & (moved <= upper)):
+            return moved
+    return x

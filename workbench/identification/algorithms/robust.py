@@ -1,8 +1,10 @@
-"""Robust loss: rows with large residuals get less weight, so that a few bad ones do not distort the model.
+"""Robust loss: rows with large residuals get less weight or none, so that a few bad ones do not distort the
+model.
 
-Iteratively reweighted least squares by whole rows: a row's weight follows from its standardised residual
-under Huber's or Tukey's function, with the scale from the median; the fit is repeated until the weights
-converge. Uncertainties then come from the reweighted problem's own factorisation.
+By default rows that no arm explains are set apart (`identification/outlying_rows.py`) and all others count as
+they are. Or iteratively reweighted least squares by whole rows: a row's weight follows from its standardised
+residual under Huber's or Tukey's function, with the scale from the median; the fit is repeated until the
+weights converge. Uncertainties then come from the reweighted problem's own factorisation.
 
 Source: Holland, Welsch, Robust regression using iteratively reweighted least-squares, 1977.
 """
@@ -21,6 +23,7 @@ BIWEIGHT = 4.685
 class Loss(StrEnum):
     """How residuals are counted."""
 
+    SET_APART = "set-apart"
     SQUARES = "squares"
     HUBER = "huber"
     TUKEY = "tukey"
@@ -31,7 +34,7 @@ def row_weights(standardised: Float[np.ndarray, " rows"], loss: Loss) -> Float[n
 
     The scale is the median residual, so that up to half of the rows may be wrong.
     """
-    if loss is Loss.SQUARES:
+    if loss in (Loss.SQUARES, Loss.SET_APART):
         return np.ones_like(standardised)
     size = standardised / max(float(np.median(standardised)), 1e-12)
     if loss is Loss.HUBER:

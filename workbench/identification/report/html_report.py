@@ -16,12 +16,12 @@ from workbench.data.accuracy_requirement import Wanted, WantedCheck
 from workbench.identification.pass_or_fail import Judged, judge
 from workbench.identification.report.figures import NAMES, all_figures
 from workbench.identification.report.how_to_apply import Use, controller_use
-from workbench.identification.report.parameters import LEGEND, Cell, State, parameter_table
+from workbench.identification.report.parameters import LEGEND, Cell, parameter_table
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification, Run, error_rows
 from workbench.identification.row_errors import Errors
 from workbench.report.html import write_page
-from workbench.report.numbers import factor, short, signed, standard_error
+from workbench.report.numbers import factor, short
 
 PAGE = "report.html"
 LISTED = 50
@@ -185,7 +185,7 @@ def _algorithm(run: Run, best: bool) -> dict[str, Any]:
         "condition": f"{fit.condition:.3g}",
         "headings": table.headings,
         "rows": [(joint, [_cell(c) for c in cells]) for joint, cells in table.rows],
-        "others": [(_cell(c) or {}) | {"name": c.name, "unit": c.unit} for c in table.others],
+        "others": [(_cell(c) or {}) | {"name": c.name, "unit": c.readable_unit} for c in table.others],
         "marks": table.marks,
     }
 
@@ -193,13 +193,8 @@ def _algorithm(run: Run, best: bool) -> dict[str, Any]:
 def _cell(cell: Cell | None) -> dict[str, str] | None:
     if cell is None:
         return None
-    found = cell.state not in (State.HELD, State.UNSEEN)
-    return {
-        "nominal": signed(cell.nominal, 6),
-        "value": signed(cell.value, 6) if found else "",
-        "std": "" if cell.std is None else standard_error(cell.std),
-        "mark": str(cell.state),
-    }
+    nominal, change, std = cell.shown
+    return {"nominal": nominal, "value": change, "std": std, "mark": str(cell.state)}
 
 
 def _suspicious(run: Run) -> list[tuple[int, str]]:

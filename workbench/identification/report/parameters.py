@@ -7,7 +7,10 @@ are marked, as the paper's ∗ does, and so are those that can only be seen toge
 from dataclasses import dataclass
 from enum import StrEnum
 
+import numpy as np
+
 from workbench.identification.fit import Fit
+from workbench.report.numbers import decimals_of, signed, standard_error
 
 SYMBOLS = {"theta": "θ", "alpha": "α", "beta": "β"}
 FAMILY = ("theta", "d", "a", "alpha", "beta")
@@ -25,7 +28,7 @@ class State(StrEnum):
 
 LEGEND = {
     State.HELD: "held at its nominal value",
-    State.SHARED: "can't be separated from others; shares are the smallest possible",
+    State.SHARED: "can't be separated from others; kept as near to nominal as the rows allow",
     State.UNSEEN: "unobservable; left at its nominal value",
 }
 
@@ -40,6 +43,7 @@ class Cell:
         value: Identification value; the nominal one if it was held.
         std: Standard error; None where there is none.
         state: What became of it.
+        is_expected: Whether the standard error is that of what was expected beforehand: no row tells more.
     """
 
     name: str
@@ -48,6 +52,28 @@ class Cell:
     value: float
     std: float | None
     state: State
+    is_expected: bool = False
+
+    @property
+    def readable_unit(self) -> str:
+        """Unit that people read."""
+        return {"rad": "°", "m": "mm"}.get(self.unit, self.unit)
+
+    @property
+    def shown(self) -> tuple[str, str, str]:
+        """Nominal value, deviation from it and standard error in that unit; blank what is not known.
+
+        Decimals of the deviation are those of its standard error.
+        """
+        scale = {"rad": float(np.rad2deg(1.0)), "m": 1e3}.get(self.unit, 1.0)
+        nominal = signed(scale * self.nominal, 3)
+        if self.state in (State.HELD, State.UNSEEN):
+            return nominal, "", ""
+        if self.std is None or self.is_expected:
+            return nominal, f"{_plus(scale * (self.value - self.nominal), 3)}", ""
+        decimals = decimals_of(scale * self.std)
+        change = _plus(scale * (self.value - self.nominal), decimals)
+        return nominal, change, standard_error(scale * self.std, decimals)
 
 
 @dataclass(frozen=True)
@@ -68,8 +94,9 @@ class ParameterTable:
 
     @property
     def headings(self) -> tuple[str, ...]:
-        """Column headings, such as `θ [rad]`."""
-        return tuple(f"{SYMBOLS.get(c, c)} [{u}]" for c, u in zip(self.columns, self.units, strict=True))
+        """Column headings, such as `θ [°]`."""
+        units = ("°" if unit == "rad" else "mm" for unit in self.units)
+        return tuple(f"{SYMBOLS.get(c, c)} [{u}]" for c, u in zip(self.columns, units, strict=True))
 
     @property
     def marks(self) -> tuple[State, ...]:
@@ -86,7 +113,7 @@ def unseen(fit: Fit) -> frozenset[str]:
 def parameter_table(fit: Fit) -> ParameterTable:
     """The parameters of a fit, joint by joint."""
     shared = {n for c in fit.unidentifiable if len(c.names) > 1 for n in c.names}
-    hidden = unseen(fit)
+    hidden, expected = unseen(fit), fit.only_expected
     cells: dict[str, Cell] = {}
     for e in fit.problem.robot.elements:
         if e.matrix is None:
@@ -95,7 +122,7 @@ def parameter_table(fit: Fit) -> ParameterTable:
         state = State.SHARED if p.name in shared else State.IDENTIFIED
         if p.name in hidden:
             state, std = State.UNSEEN, None
-        cells[p.name] = Cell(p.name, p.unit, p.nominal, value, std, state)
+        cells[p.name] = Cell(p.name, p.unit, p.nominal, value, std, state, p.name in expected)
     of_joints: dict[str, dict[str, Cell]] = {}
     others = []
     joints = {j.name for j in fit.problem.robot.joints}
@@ -114,6 +141,11 @@ def parameter_table(fit: Fit) -> ParameterTable:
         and (joint.startswith("joint") or any(cell.state is not State.HELD for cell in row.values()))
     )
     return ParameterTable(columns, units, rows, tuple(others))
+
+
+def _plus(value: float, decimals: int) -> str:
+    text = signed(value, decimals)
+    return text if value < 0.0 or float(text) == 0.0 else f"+{text}"
 
 
 def _columns(of_joints: dict[str, dict[str, Cell]]) -> tuple[str, ...]:

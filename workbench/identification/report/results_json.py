@@ -31,6 +31,8 @@ def identification_json(result: Identification) -> Json:
                 "used": len(result.train_rows),
                 "held_out": len(result.held_out_data),
                 "excluded": [{"row": row, "reason": reason} for row, reason in result.excluded],
+                "outliers": [outlier.row for outlier in result.outliers],
+                "suspects": list(result.suspects),
                 "source": result.data.source,
             },
             "nominal": validation_json(result.nominal),
@@ -39,6 +41,7 @@ def identification_json(result: Identification) -> Json:
             "warnings": list(result.warnings),
             "notes": list(result.notes),
             "noise": result.noise.json(),
+            "expected_deviation": result.best.fit.problem.deviation,
         }
         | camera_json(result)
         | prior_json(result.best.fit)

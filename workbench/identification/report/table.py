@@ -18,7 +18,7 @@ from workbench.identification.report.cameras import camera_words
 from workbench.identification.report.parameters import LEGEND, Cell, State, parameter_table
 from workbench.identification.result import Evaluation, Identification, Run, Validation, error_rows
 from workbench.identification.row_errors import Errors, Spread
-from workbench.report.numbers import short, signed, standard_error
+from workbench.report.numbers import short
 from workbench.report.tables import folded, line, new_table, unbroken
 
 STYLES = {State.IDENTIFIED: "", State.HELD: "dim", State.SHARED: "yellow", State.UNSEEN: "dim"}
@@ -32,13 +32,16 @@ COLUMNS = {
 """Unit and numbers of each kind of error."""
 
 
-def identification_tables(result: Identification, *, parameters: bool = True) -> RenderableType:
+def identification_tables(
+    result: Identification, *, parameters: bool = True, every: bool = False
+) -> RenderableType:
     """Errors, parameters of the best fit, and all notes for the user.
 
     Args:
         parameters: Whether to show the parameter table as well.
+        every: Whether to show all algorithms side by side, not only those whose arms differ.
     """
-    parts: list[RenderableType] = [Text(heading(result), style="bold"), errors_table(result)]
+    parts: list[RenderableType] = [Text(heading(result), style="bold"), errors_table(result, every=every)]
     if parameters:
         parts.append(parameters_tables(result.best.fit))
     parts += messages(result)
@@ -53,10 +56,15 @@ def heading(result: Identification) -> str:
     return f"{result.robot.name}: {rows}"
 
 
-def errors_table(result: Identification) -> Table:
-    """Nominal arm and every algorithm on training and held-out rows, in mm and degrees."""
-    models = [("nominal", result.nominal), *result.models]
-    return models_table(models)
+def errors_table(result: Identification, *, every: bool = False) -> Table:
+    """Nominal and calibrated arm on training and held-out rows, in mm and degrees."""
+    return models_table([("nominal", result.nominal), *(result.models if every else _calibrated(result))])
+
+
+def _calibrated(result: Identification) -> list[tuple[str, Run]]:
+    """The arms that differ; a single one needs no algorithm's name."""
+    found = result.distinct
+    return found if len(found) > 1 else [("calibrated", found[0][1])]
 
 
 def models_table(models: Sequence[tuple[str, Validation | Run]]) -> Table:
@@ -84,21 +92,22 @@ def parameters_tables(fit: Fit) -> RenderableType:
     content = parameter_table(fit)
     parts: list[RenderableType] = []
     if content.rows:
-        digits = 6 if len(content.columns) < 6 else 5
-        table = new_table(f"{fit.title}: arm", unbroken("joint"), unbroken(""), *content.headings)
+        table = new_table(
+            f"Arm: deviations from nominal ({fit.title})", unbroken("joint"), unbroken(""), *content.headings
+        )
         table.padding = (0, 1, 0, 0)
         for joint, cells in content.rows:
             label = joint.removeprefix("joint")
-            for k, which in enumerate(("nominal", "found", "±")):
-                row = [_cell_line(cell, which, digits) for cell in cells]
+            for k, which in enumerate(("nominal", "deviation", "±")):
+                row = [_cell_line(cell, k) for cell in cells]
                 table.add_row(escape(label) if k == 0 else "", which, *row, end_section=k == 2)
         parts.append(table)
     if content.others:
-        headings = (folded("parameter"), "nominal", "found", "±", unbroken(""))
-        table = new_table(f"{fit.title}: frames and instrument", *headings)
+        headings = (folded("parameter"), "nominal", "deviation", "±", unbroken(""))
+        table = new_table("Frames and instrument", *headings)
         for cell in content.others:
-            values = [_cell_line(cell, which, 6) for which in ("nominal", "found", "±")]
-            table.add_row(escape(cell.name), *values, cell.unit)
+            values = [_cell_line(cell, k) for k in range(3)]
+            table.add_row(escape(cell.name), *values, cell.readable_unit)
         parts.append(table)
     parts += [Text(f"{mark} {LEGEND[mark]}", style="dim") for mark in content.marks]
     return Group(*parts)
@@ -141,13 +150,11 @@ def _is_measured(spread: Spread | None) -> bool:
     return spread is not None and not np.isnan(spread.mean)
 
 
-def _cell_line(cell: Cell | None, which: str, digits: int) -> Text:
+def _cell_line(cell: Cell | None, which: int) -> Text:
+    """Nominal value (0), deviation (1) or standard error (2) of a constant."""
     if cell is None:
         return Text("")
-    if which == "nominal":
-        return Text(signed(cell.nominal, digits) + " ", style="dim")
-    if which == "found":
-        if cell.state in (State.HELD, State.UNSEEN):
-            return Text(str(cell.state), style=STYLES[cell.state])
-        return Text(signed(cell.value, digits) + (cell.state or " "), style=STYLES[cell.state] or "bold")
-    return Text("" if cell.std is None else standard_error(cell.std, digits) + " ", style="dim")
+    text = cell.shown[which]
+    if which == 1:
+        return Text(text + (cell.state or " "), style=STYLES[cell.state] or "bold")
+    return Text(text + " " if text else "", style="dim")

@@ -5,8 +5,8 @@ import pytest
 from arms import ARMS, MISSEATED, make
 from problems import fitted, geometric
 
-from workbench.diagnosis.outliers import find_outliers, robust_fit
 from workbench.diagnosis.rounds import geometry_first
+from workbench.identification.outlying_rows import find_outliers, robust_fit
 
 
 def moved(data, rows, by, rng):

@@ -1,0 +1,78 @@
+"""Wrong rows do not bend the arm, and are the first thing that is said; right rows all count."""
+
+from dataclasses import replace
+
+import generator
+import numpy as np
+import pytest
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.data.dataset import Dataset
+from workbench.identification.identify import identify
+from workbench.identification.report.results_json import identification_json
+
+
+def rows_of(seed, count=100, noise=5e-5):
+    """Poses of a hidden ARIA, from code that shares nothing with the package."""
+    rng = np.random.default_rng(seed)
+    arm = generator.aria().perturbed(rng, length=1e-3, angle=1e-3)
+    q = arm.random(rng, count)
+    position, rotation = arm.measure(q, rng, noise, 2e-4)
+    return Dataset(q=q, row=np.arange(count), position=position, rotation=rotation)
+
+
+def wrong(rows, row, off):
+    position = rows.position.copy()
+    position[row] += off
+    return replace(rows, position=position)
+
+
+def fitted_row(run):
+    return int(run.data.row[run.train_rows[7]])
+
+
+@pytest.mark.parametrize("off", [(0.3, 0.0, 0.0), (0.0, 0.02, 0.0), (0.0, 0.0, -0.002)])
+def test_one_wrong_row_costs_nothing_and_is_named_first(off):
+    clean = identify(load_robot("aria"), rows_of(1), algorithms=("opt2",))
+    row = fitted_row(clean)
+    run = identify(load_robot("aria"), wrong(rows_of(1), row, off), algorithms=("opt2",))
+    assert run.best.held_out.position_mm.mean < 1.15 * clean.best.held_out.position_mm.mean
+    assert [r.row for r in run.outliers] == [row]
+    assert run.outliers[0].position == pytest.approx(np.linalg.norm(off), rel=0.1)
+    assert str(row) in run.warnings[0]
+    assert row in [r for r, _ in run.excluded]
+    assert identification_json(run)["measurements"]["outliers"] == [row]
+    assert row not in run.data.row[np.concatenate([run.train_rows, run.held_out_rows])]
+
+
+def test_a_wrong_held_out_row_is_named_too():
+    clean = identify(load_robot("aria"), rows_of(2), algorithms=("opt2",))
+    row = int(clean.data.row[clean.held_out_rows[3]])
+    for off in (0.3, 0.01):
+        run = identify(load_robot("aria"), wrong(rows_of(2), row, (off, 0.0, 0.0)), algorithms=("opt2",))
+        assert str(row) in run.warnings[0], off
+        assert run.suspects == (row,) or [r.row for r in run.outliers] == [row]
+
+
+def test_a_fifth_of_the_rows_may_be_wrong():
+    clean = identify(load_robot("aria"), rows_of(3), algorithms=("opt2",), held_out=0.0)
+    bad = np.random.default_rng(0).choice(100, 20, replace=False)
+    rows = wrong(rows_of(3), bad, np.random.default_rng(1).normal(0.0, 0.05, (20, 3)))
+    run = identify(load_robot("aria"), rows, algorithms=("opt2",), held_out=0.0)
+    assert {r.row for r in run.outliers} >= set(bad.tolist()) - {
+        int(bad[np.argmin(np.linalg.norm(rows.position[bad] - rows_of(3).position[bad], axis=1))])
+    }
+    assert run.best.train.position_mm.mean < 1.2 * clean.best.train.position_mm.mean
+
+
+def test_clean_rows_are_left_alone():
+    apart = [len(identify(load_robot("aria"), rows_of(s), algorithms=("opt2",)).outliers) for s in range(20)]
+    assert sum(apart) <= 2  # one in a hundred fits
+
+
+def test_all_rows_count_when_asked():
+    clean = identify(load_robot("aria"), rows_of(1), algorithms=("opt2",))
+    rows = wrong(rows_of(1), fitted_row(clean), (0.3, 0.0, 0.0))
+    run = identify(load_robot("aria"), rows, algorithms=("opt2",), loss="squares")
+    assert not run.outliers
+    assert len(run.train_rows) + len(run.held_out_rows) == 100

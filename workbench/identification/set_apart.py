@@ -1,0 +1,149 @@
+"""Rows that no arm explains, set apart before base, tool, noise and constants are found from the others.
+
+First those that no error of manufacture explains, among all rows: they bend even base and tool. Then, among
+the rows to fit only, those that stand out from a fit that is insensitive to them. Held-out rows that stand
+out are named and stay.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Int
+
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.expected_deviation import LARGEST
+from workbench.identification.fit import Fit
+from workbench.identification.fit_choices import FitChoices
+from workbench.identification.outlying_rows import find_outliers, limits, robust_fit, row_sizes
+from workbench.identification.preparation import Prepared, prepare
+from workbench.identification.problem import Problem
+from workbench.identification.row_errors import Errors, Spread, instrument_places
+
+GROSS = 10.0
+"""Rows off by this many times the median of the aligned nominal arm …"""
+GROSS_PART = 0.02
+"""… and by this part of the reach are set apart before anything is fitted."""
+ROUNDS = 3
+"""Most rounds of setting rows apart."""
+NAMED = 15
+"""Most rows that are named."""
+GROSS_REASON, REASON = "gross outlier", "outlier"
+
+Rows = Int[np.ndarray, " k"]
+
+
+def prepare_without_gross_outliers(
+    robot: Robot, data: Dataset, choices: FitChoices, **options: Any
+) -> tuple[Prepared, Rows]:
+    """Rows and frames without the rows that no error of an arm explains, and these [indices into data].
+
+    Args:
+        options: Further arguments of `prepare`.
+    """
+    gross: list[int] = []
+    ready = prepare(robot, data, choices, **options)
+    for _ in range(ROUNDS):
+        fitted, held = (rows.position for rows in ready.nominal_rows)
+        limit = max(GROSS * Spread.of(fitted).median, GROSS_PART * robot.reach)
+        own = held if len(held) == len(ready.held_out_rows) else held[:0]
+        found = np.concatenate(
+            [ready.train_rows[fitted > limit], ready.held_out_rows[: len(own)][own > limit]]
+        )
+        if not len(found):
+            break
+        gross += found.tolist()
+        choices = _without(choices, ready.data.row[found], GROSS_REASON)
+        ready = prepare(robot, data, choices, **options)
+    return ready, np.array(gross, np.int64)
+
+
+def prepare_without_outliers(
+    robot: Robot, data: Dataset, choices: FitChoices, **options: Any
+) -> tuple[Prepared, Rows]:
+    """The same without those rows to fit that stand out from the others, too.
+
+    Pictures are left to their own checks.
+    """
+    ready, apart = prepare_without_gross_outliers(robot, data, choices, **options)
+    if ready.gate is not None:
+        return ready, apart
+    choices = _without(choices, ready.data.row[apart], GROSS_REASON)
+    held = ready.data.row[ready.held_out_rows].tolist()
+    for _ in range(ROUNDS):
+        found = ready.train_rows[_outlying(ready.problem)]
+        if not len(found):
+            break
+        apart = np.append(apart, found)
+        choices = _without(choices, ready.data.row[found], REASON)
+        ready = prepare(robot, data, choices, held_rows=held, **options)
+    return ready, apart
+
+
+def _without(choices: FitChoices, rows: np.ndarray, reason: str) -> FitChoices:
+    return replace(choices, exclude={**choices.exclude, **dict.fromkeys(rows.tolist(), reason)})
+
+
+def _outlying(problem: Problem) -> Bool[np.ndarray, " rows"]:
+    """Fitted rows that stand out from a robust fit."""
+    expected = problem.with_deviation(LARGEST)
+    everything = np.ones(len(problem.data), bool)
+    if problem.count <= len(problem.names):
+        return ~everything
+    x = robust_fit(expected, Opt2(limit=60).search(expected).x)
+    return find_outliers(expected, x, everything)
+
+
+def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np.ndarray, " rows"]:
+    """Held-out rows that stand out under every arm, measured against what a fit leaves on all rows.
+
+    Args:
+        ready: The rows.
+        fit: To the other rows.
+        others: Unknowns of other arms by name; the nominal arm is always among them.
+    """
+    held = ready.held
+    if not len(held):
+        return np.zeros(0, bool)
+    found = fit.problem.named(fit.x)
+    home = ready.with_new_session_bases(fit.calibrated, held)
+    places = instrument_places(home, held, known={**fit.problem.known, **found})
+    there = fit.problem.again(
+        robot=ready.with_new_session_bases(fit.problem.robot, held),
+        data=held,
+        known={name: value for name, value in places.items() if name not in found},
+        inertia=False,
+    )
+    nobody = np.zeros(len(held), bool)
+    after, *before = (
+        row_sizes(there, there.at(known), nobody, root=_root(there, fit)) for known in (found, *others, {})
+    )
+    own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), root=fit.factor.root)
+    most = limits(np.concatenate([own, after]))
+    return np.all([(sizes > most).any(1) for sizes in (after, *before)], axis=0)
+
+
+def suspect_note(rows: list[int], errors: Errors) -> str:
+    """Which held-out rows no arm explains, what to do, and a mean beside one that they don't pull."""
+    shown = ", ".join(map(str, rows[:NAMED])) + (" …" if len(rows) > NAMED else "")
+    subject, it = (f"rows {shown}", "them") if len(rows) > 1 else (f"row {shown}", "it")
+    words = (
+        f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
+    )
+    mean, median = errors.position_mm.mean, errors.position_mm.median
+    if np.isnan(mean):
+        return words
+    return f"{words}. With {it} the mean held-out error is {mean:.3g} mm, the median {median:.3g} mm"
+
+
+def _root(problem: Problem, fit: Fit) -> np.ndarray:
+    """What a fit leaves open in another problem's unknowns; nothing in those that the fit has not."""
+    index = {name: i for i, name in enumerate(fit.problem.names)}
+    root = np.zeros((len(problem.names), fit.factor.root.shape[1]))
+    for i, name in enumerate(problem.names):
+        if name in index:
+            root[i] = fit.factor.root[index[name]]
+    return root
