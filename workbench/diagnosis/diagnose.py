@@ -34,7 +34,7 @@ from workbench.identification.joint_reading_noise import readings
 from workbench.identification.preparation import Prepared, on_step
 from workbench.identification.problem import Noise
 from workbench.identification.result import Validation
-from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
+from workbench.identification.row_errors import Errors, RowErrors, Spread, degradation_warning
 from workbench.identification.set_apart import (
     GROSS_REASON,
     prepare_without_gross_outliers,

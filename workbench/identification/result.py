@@ -105,11 +105,7 @@ class Run(AbstractShown):
         """Whether another run ended with the same errors (within 1 %) and constants (within `NOTICED`)."""
         if self.fit.problem.names != other.fit.problem.names:
             return False
-        errors = [
-            e.position_mm.rms
-            for run in (self, other)
-            for e in (run.train, run.held_out or run.train)
-        ]
+        errors = [e.position_mm.rms for run in (self, other) for e in (run.train, run.held_out or run.train)]
         moved = np.abs(self.fit.x - other.fit.x) <= NOTICED * np.maximum(self.fit.std, 1e-9)
         return bool(np.allclose(errors[:2], errors[2:], rtol=0.01, atol=1e-6, equal_nan=True) and moved.all())
 

@@ -23,13 +23,17 @@ def test_fits_eighty_columns_and_loses_no_number(name, request):
     assert "…" not in text.split("note:")[0]
     for run in found.runs.values():
         assert short(run.train.position_mm.mean) in text
-        assert run.fit.title in text
     fit = found.best.fit
     table = parameter_table(fit)
     for _, cells in table.rows:
         for cell in cells:
             if cell is not None and cell.state is State.IDENTIFIED:
-                assert signed(cell.value, 6) in text
+                factor = np.rad2deg(1.0) if cell.unit == "rad" else 1e3
+                change = float(cell.shown[1].replace("−", "-"))
+                rounded = 10.0 ** -len(cell.shown[1].partition(".")[2])
+                assert change == pytest.approx(factor * (cell.value - cell.nominal), abs=0.51 * rounded)
+                assert rounded <= 0.1 * factor * cell.std or rounded == pytest.approx(1e-6)
+                assert cell.shown[1] in text
     flat = " ".join(text.split())
     for words in (*found.unidentifiable, *found.warnings, *found.notes):
         assert " ".join(words.split()) in flat
@@ -38,14 +42,14 @@ def test_fits_eighty_columns_and_loses_no_number(name, request):
 def test_units_and_hostile_names_are_shown_as_they_are(result):
     text = printed(identification_tables(result))
     assert "[mm]" in text
-    assert "θ [rad]" in text
+    assert "θ [°]" in text
     assert result.robot.name.split()[0] in text
     assert "<b>probe</b>" in text
 
 
 def test_the_joint_table_is_the_papers(result):
     table = parameter_table(result.best.fit)
-    assert table.headings == ("θ [rad]", "d [m]", "a [m]", "α [rad]", "β [rad]")
+    assert table.headings == ("θ [°]", "d [mm]", "a [mm]", "α [°]", "β [°]")
     assert [joint for joint, _ in table.rows] == [f"joint{k}" for k in range(1, 7)]
     held = [[c.state is State.HELD for c in cells] for _, cells in table.rows]
     # Table 4: β is held everywhere but on link 2, where d is
