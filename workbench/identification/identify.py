@@ -151,6 +151,8 @@ def _all_rows(
 
 def _errors_of(ready: Prepared, rows: np.ndarray, fit: Fit) -> tuple[Outlier, ...]:
     """Rows that were set apart, the worst first, with their errors under the arm of the others."""
+    if not len(rows):
+        return ()
     apart = ready.data.take(rows)
     errors = ready.errors_on(apart, fit.calibrated, fit.problem.instrument(fit.x))
     found = map(Outlier, apart.row.tolist(), errors.position.tolist(), errors.rotation.tolist())

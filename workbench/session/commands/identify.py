@@ -16,10 +16,6 @@ from workbench.session.commands.data import check_same_arm, check_unchanged, mea
 from workbench.session.comparison import exaggeration_for
 from workbench.session.state import Focus, Session, Severity
 
-PREFERRED = ("opt2", "ols", "opt1")
-"""Algorithm whose robot is shown first, fixed in advance so that held-out rows have no influence on it."""
-
-
 class Identify(AbstractTask):
     """Identify the robot's parameters.
 
@@ -70,7 +66,7 @@ class Identify(AbstractTask):
     def finish(self, session: Session, result: Any) -> Session:
         loaded, found = result
         check_unchanged(session, loaded, "identify")
-        fit = next(name for name in (*PREFERRED, *found.runs) if name in found.runs)
+        fit = found.best.fit.algorithm
         session = replace(session, identification=found, row=0, focus=Focus.ROW, unread=None)
         session = with_fit(session, fit)
         if session.comparison is not None:
