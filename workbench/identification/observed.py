@@ -44,7 +44,7 @@ def _expected(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
     value, vectors = np.linalg.eigh(fit.covariance[np.ix_(places, places)])
     moved = twists @ (vectors * np.sqrt(np.maximum(value, 0.0)))
     rigid = np.concatenate([np.tile(np.eye(3), (len(poses), 1, 1)), -se3.skew(poses[:, :3, 3])], axis=2)
-    basis, field = np.linalg.qr(rigid.reshape(-1, 6))[0], moved[:, :3].reshape(-1, moved.shape[2])
+    basis, field = np.linalg.qr(rigid.reshape(-1, 6))[0], moved[:, :3].reshape(3 * len(poses), moved.shape[2])
     left = field - basis @ (basis.T @ field)
     sizes = np.sqrt([(part**2).sum() / len(poses) for part in (left, moved[:, 3:])])
     return Expected(float(sizes[0]), float(sizes[1]))

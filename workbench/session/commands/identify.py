@@ -16,6 +16,7 @@ from workbench.session.commands.data import check_same_arm, check_unchanged, mea
 from workbench.session.comparison import exaggeration_for
 from workbench.session.state import Focus, Session, Severity
 
+
 class Identify(AbstractTask):
     """Identify the robot's parameters.
 
