@@ -270,10 +270,10 @@ class Identification(AbstractShown):
         """Warnings for the user: how the searches ended, and what the rows left undetermined."""
         searches = (w for run in self.runs.values() for w in run.fit.warnings)
         found = [*searches, *_cautions(self.best.fit)]
-        if self.match is not None and self.match.is_foreign:
-            found.insert(0, self.match.words)
         if self.best.implausible:
             found.insert(0, f"implausible: {', '.join(self.best.implausible[:3])}; {LOOK_AGAIN}")
+        if self.match is not None and self.match.is_foreign:
+            found.insert(0, self.match.words)
         if self.suspects:
             found.insert(0, suspect_note(list(self.suspects), judged(self.best)))
         if self.outliers:
