@@ -436,3 +436,18 @@ def test_errors_have_one_base():
 def test_no_two_test_files_have_one_name():
     names = [path.name for path in ROOT.parent.joinpath("tests").rglob("test_*.py")]
     assert sorted(names) == sorted(set(names))  # pytest imports them by their names
+
+
+def test_private_parts_of_viser_stand_in_one_file():
+    """What a new version of viser may break is found there."""
+    wrong = [
+        f"{label(path)}, line {line}: {name}"
+        for path in FILES
+        for name, line in imports(path)
+        if (name.startswith("viser.") and ("._" in name or name.startswith("viser.infra")))
+        or name.startswith("unittest")
+    ]
+    private = ("_websock", "._impl", "_server_thread", "_tab_labels", "rich.print =")
+    wrong += [f"{label(path)}: {word}" for path in FILES for word in private if word in path.read_text()]
+    assert wrong
+    assert {line.partition(",")[0].partition(":")[0] for line in wrong} == {"views/page/viser_internals.py"}

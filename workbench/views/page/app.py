@@ -17,9 +17,10 @@ from workbench.session.live import LiveSource, VirtualDriver
 from workbench.session.state import Tab
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
-from workbench.views.page.local_server import local_server, page_address, session_link, stop_server
+from workbench.views.page.local_server import local_server, page_address, session_link
 from workbench.views.page.render import BrowserView
 from workbench.views.page.scene.start_scene import FirstPicture
+from workbench.views.page.viser_internals import stop_server
 
 
 class App:

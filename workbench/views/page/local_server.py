@@ -5,28 +5,23 @@ scene, and every client may open a public tunnel. Here a request must name this 
 from one of its own pages, the page can't be framed, and the tunnel's handlers are removed. Programs on this
 machine that send no Origin can still connect: this is no login. A server that other machines can reach asks
 for a secret as well, which is in the link that the program prints and then in a cookie. It relies on
-internals of viser 1.1; a test holds them.
+`viser_internals`; a test holds them.
 """
 
 import hmac
 import ipaddress
 import secrets
 import socket
-import threading
 from collections.abc import Callable
 from http.cookies import CookieError, SimpleCookie
-from typing import Any
-from unittest import mock
 from urllib.parse import parse_qs, urlencode, urlsplit
 
-import rich
 import viser
 import websockets.asyncio.server as websockets
-from viser import _messages
-from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from workbench.base.errors import OptionError
 from workbench.views.page.style import configure_pages
+from workbench.views.page.viser_internals import served_by, set_by_its_own_thread, stop_server, without_tunnel
 
 LOOPBACK = ("127.0.0.1", "localhost")
 LABEL = "Workbench"
@@ -42,16 +37,6 @@ HEADERS = {
 """No page shows this one in a frame, and none learns its link."""
 FRAMES = ("iframe", "frame", "embed", "object")
 EVERYWHERE = ("0.0.0.0", "::")
-_print = rich.print
-
-
-def _print_but_viser(*objects: Any, **options: Any) -> None:
-    """`rich.print` without viser's own words: its thread says goodbye whenever it gets round to it."""
-    if not (objects and str(objects[0]).startswith("[bold](viser)")):
-        _print(*objects, **options)
-
-
-rich.print = _print_but_viser
 
 
 class LocalServer(viser.ViserServer):
@@ -113,42 +98,16 @@ def local_server(
 
         return real(handler, address, port_tried, process_request=guard, **options)
 
-    # viser looks serve() up when its thread starts, which is inside its constructor;
-    # what it prints there names no page that one should open
-    with mock.patch.object(websockets, "serve", serve), mock.patch("rich.print"):
+    with served_by(serve):
         server = LocalServer(host=host, port=port, label=label, verbose=False)
-    _set_by_its_own_thread(server)
+    set_by_its_own_thread(server)
     configure_pages(server)
     server.key, server.telling = key, telling
     if port and server.get_port() != port:
-        server.stop()
+        stop_server(server)
         raise OptionError(f"port {port} is taken by another program; choose another one with --port")
-    for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
-        server._websock_server.unregister_handler(message)
+    without_tunnel(server)
     return server
-
-
-def _set_by_its_own_thread(server: viser.ViserServer) -> None:
-    """Viser tells its loop of a message twice: from whatever thread the message comes, and by the loop.
-
-    The first may meet the loop's own clients coming and going, and then fails what was being drawn. What is
-    for every page waits in one buffer, what is for one page in its own.
-    """
-    sockets = server._websock_server
-
-    def cure(buffer: AsyncMessageBuffer) -> None:
-        told = buffer.message_event.set
-
-        def set_() -> None:
-            if threading.current_thread() is sockets._server_thread:
-                told()
-
-        buffer.message_event.set = set_  # type: ignore[method-assign]
-
-    sockets.on_client_connect(lambda client: cure(client.get_message_buffer()))
-    cure(sockets._broadcast_buffer)
-    for page in tuple(sockets._client_state_from_id.values()):  # which came before the constructor's end
-        cure(page.message_buffer)
 
 
 def session_link(server: viser.ViserServer, name: str) -> str:
@@ -201,14 +160,6 @@ def _knows(request, key: str) -> bool:
     if (kept := cookies.get(_cookie(request))) is not None:
         given.append(kept.value)
     return any(hmac.compare_digest(word.encode(), key.encode()) for word in given)
-
-
-def stop_server(server: viser.ViserServer) -> None:
-    """Stop it, and wait for its thread."""
-    server.stop()
-    thread = server._websock_server._server_thread
-    if thread is not None:
-        thread.join(5.0)
 
 
 def _elsewhere(wanted: str, here: str) -> str:

@@ -1,15 +1,10 @@
 """The browser as a view of the session: the scene and the panels, drawn together."""
 
-import contextlib
 import logging
-import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
-from types import SimpleNamespace
-from unittest import mock
 
 import viser
-from viser import _icons
 
 from workbench.session.commands.compare import FollowSystem
 from workbench.session.commands.messages import Tell
@@ -50,6 +45,7 @@ from workbench.views.page.scene.scene import Scene
 from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.style import NARROW
 from workbench.views.page.tabs import PageSignals, Tabs
+from workbench.views.page.viser_internals import icons_at_once
 
 log = logging.getLogger(__name__)
 LEAST_WIDTH, SHARE = 340, 0.42
@@ -200,12 +196,3 @@ def _fit_panel(client: viser.ClientHandle) -> None:
 def _link(address: str) -> str:
     words = f'Link to this session: <a href="{text(address)}">{text(address)}</a>'
     return block(words, testid="link", style=f"color:{MUTED};overflow-wrap:anywhere")
-
-
-@contextlib.contextmanager
-def icons_at_once() -> Iterator[None]:
-    """Buttons made within this find the archive open; viser opens it again for every icon, 25 ms each."""
-    with zipfile.ZipFile(_icons.ICONS_DIR / "tabler-icons.zip") as archive:
-        opened = SimpleNamespace(ZipFile=lambda path: contextlib.nullcontext(archive))
-        with mock.patch.object(_icons, "zipfile", opened):
-            yield

@@ -22,7 +22,8 @@ from workbench.base.errors import OptionError
 from workbench.base.files import read_bytes
 from workbench.base.threads import one_thread
 from workbench.views.page.html import block
-from workbench.views.page.local_server import is_open, local_server, page_address, stop_server
+from workbench.views.page.local_server import is_open, local_server, page_address
+from workbench.views.page.viser_internals import stop_server
 
 PORT = 8090
 """Default port, tried first."""

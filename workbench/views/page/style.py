@@ -8,9 +8,9 @@ the whole panel (5 to 10 ms).
 """
 
 import viser
-from viser import _messages
 
 from workbench.views.appearance.colours import SKY, SKY_DARK, css
+from workbench.views.page.viser_internals import run_script
 
 PANEL_WIDTH = 470
 """Width of the panel [px]."""
@@ -130,4 +130,4 @@ def configure_pages(server: viser.ViserServer) -> None:
     server.gui.main_panel.dock_right()
     server.gui.main_panel.set_width(PANEL_WIDTH)
     server.gui.add_html(f"<style>{RULES}</style>{ENDED}")
-    server._websock_server.queue_message(_messages.RunJavascriptMessage(SCRIPT))
+    run_script(server, SCRIPT)

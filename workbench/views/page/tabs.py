@@ -7,10 +7,10 @@ import threading
 from collections.abc import Callable
 
 import viser
-from viser import _messages
 
 from workbench.session.state import Tab
 from workbench.views.page.local_server import LocalServer
+from workbench.views.page.viser_internals import show_tabs, tab_number
 
 STYLE = 'width="1" height="1" style="position:absolute;opacity:0"'
 
@@ -89,7 +89,7 @@ class Tabs:
         threading.Thread(target=self._opening, args=(client, tab), name="workbench-tab", daemon=True).start()
 
     def _opening(self, client: viser.ClientHandle, tab: Tab) -> None:
-        self._send(client, slice(k := self._group._tab_labels.index(tab), k + 1))
+        self._send(client, slice(k := tab_number(self._group, tab), k + 1))
         sign, event = self._told.drawn(f"tab-{next(self._numbers)}")
         shown = client.gui.add_html(sign)
         event.wait(PATIENCE)
@@ -100,6 +100,4 @@ class Tabs:
     def _send(self, client: viser.ClientHandle, which: slice) -> None:
         if client.client_id not in self._server.get_clients():
             return
-        names = ("_tab_labels", "_tab_icons_html", "_tab_container_ids")
-        some = {name: getattr(self._group, name)[which] for name in names}
-        client.gui._websock_interface.queue_message(_messages.GuiUpdateMessage(self._group._impl.uuid, some))
+        show_tabs(client, self._group, which)

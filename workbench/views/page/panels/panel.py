@@ -9,7 +9,6 @@ from operator import attrgetter
 from typing import Any, ClassVar
 
 import viser
-from viser._messages import GuiUpdateMessage
 
 from workbench.base.errors import WorkbenchError
 from workbench.base.registry import Registry
@@ -22,6 +21,7 @@ from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
 from workbench.views.page.html import block, note, text
+from workbench.views.page.viser_internals import set_value as set_value
 
 ARRIVED = 0.3
 """How long a page has to note that a file has come [s]: without its button the note would load for ever."""
@@ -223,18 +223,6 @@ def waiting(session: Session, testid: str, ready: str, *, more: str = "") -> str
     else:
         words = ready if session.job is None else f"Working: {session.job.title} …"
     return note(words, testid, margin="6px 0")
-
-
-def set_value(control: Any, value: Any) -> None:
-    """Show a value; nothing is sent if the control has it already.
-
-    viser would wake its event loop for every callback of the control, which are for users' changes alone.
-    """
-    state = control._impl
-    value = type(state.value)(value)
-    if state.value != value:
-        state.gui_api._websock_interface.queue_message(GuiUpdateMessage(state.uuid, {"value": value}))
-        state.value = value
 
 
 def set_options(control: Any, options: list[str], value: str) -> None:

@@ -1,0 +1,113 @@
+"""Everything that relies on private parts of viser, in the versions that `pyproject.toml` allows."""
+
+import contextlib
+import threading
+import zipfile
+from collections.abc import Callable, Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import rich
+import viser
+import websockets.asyncio.server as websockets
+from viser import _icons, _messages
+from viser.infra._async_message_buffer import AsyncMessageBuffer
+
+
+@contextlib.contextmanager
+def replaced(owner: Any, name: str, value: Any) -> Iterator[None]:
+    """Another value of an attribute within the block."""
+    before = getattr(owner, name)
+    setattr(owner, name, value)
+    try:
+        yield
+    finally:
+        setattr(owner, name, before)
+
+
+@contextlib.contextmanager
+def icons_at_once() -> Iterator[None]:
+    """Buttons made within this find the archive open; viser opens it again for every icon, 25 ms each."""
+    with zipfile.ZipFile(_icons.ICONS_DIR / "tabler-icons.zip") as archive:
+        opened = SimpleNamespace(ZipFile=lambda path: contextlib.nullcontext(archive))
+        with replaced(_icons, "zipfile", opened):
+            yield
+
+
+@contextlib.contextmanager
+def served_by(serve: Callable[..., Any]) -> Iterator[None]:
+    """Servers made within this are served by `serve`, in silence.
+
+    viser looks `websockets.serve` up when its thread starts, which is inside its constructor; what it prints
+    there names no page that one should open.
+    """
+    with replaced(websockets, "serve", serve), replaced(rich.get_console(), "quiet", True):
+        yield
+
+
+def without_tunnel(server: viser.ViserServer) -> None:
+    """Remove what lets any page open a public tunnel."""
+    for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
+        server._websock_server.unregister_handler(message)
+
+
+def set_by_its_own_thread(server: viser.ViserServer) -> None:
+    """Viser tells its loop of a message twice: from whatever thread the message comes, and by the loop.
+
+    The first may meet the loop's own clients coming and going, and then fails what was being drawn. What is
+    for every page waits in one buffer, what is for one page in its own.
+    """
+    sockets = server._websock_server
+
+    def cure(buffer: AsyncMessageBuffer) -> None:
+        told = buffer.message_event.set
+
+        def set_() -> None:
+            if threading.current_thread() is sockets._server_thread:
+                told()
+
+        buffer.message_event.set = set_  # type: ignore[method-assign]
+
+    sockets.on_client_connect(lambda client: cure(client.get_message_buffer()))
+    cure(sockets._broadcast_buffer)
+    for page in tuple(sockets._client_state_from_id.values()):  # which came before the constructor's end
+        cure(page.message_buffer)
+
+
+def stop_server(server: viser.ViserServer) -> None:
+    """Stop it, and wait for its thread, which says goodbye to nobody."""
+    with replaced(rich.get_console(), "quiet", True):
+        server.stop()
+        thread = server._websock_server._server_thread
+        if thread is not None:
+            thread.join(5.0)
+
+
+def run_script(server: viser.ViserServer, script: str) -> None:
+    """Run JavaScript on every page, and on those that come later."""
+    server._websock_server.queue_message(_messages.RunJavascriptMessage(script))
+
+
+def set_value(control: Any, value: Any) -> None:
+    """Show a value; nothing is sent if the control has it already.
+
+    viser would wake its event loop for every callback of the control, which are for users' changes alone.
+    """
+    state = control._impl
+    value = type(state.value)(value)
+    if state.value != value:
+        new = _messages.GuiUpdateMessage(state.uuid, {"value": value})
+        state.gui_api._websock_interface.queue_message(new)
+        state.value = value
+
+
+def tab_number(group: viser.GuiTabGroupHandle, label: str) -> int:
+    """Place of a tab in its group, from 0."""
+    return group._tab_labels.index(label)
+
+
+def show_tabs(client: viser.ClientHandle, group: viser.GuiTabGroupHandle, which: slice) -> None:
+    """Leave some tabs of a group on one page."""
+    names = ("_tab_labels", "_tab_icons_html", "_tab_container_ids")
+    some = {name: getattr(group, name)[which] for name in names}
+    client.gui._websock_interface.queue_message(_messages.GuiUpdateMessage(group._impl.uuid, some))
