@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS
@@ -90,6 +91,46 @@ def test_a_wrong_table_is_refused_and_an_unmoved_joint_is_named():
     for few in (still.q[:2], still.q[:, :5]):
         with pytest.raises(ShapeError):
             find_convention(table_readings(rows_of(arm)), [Typed(few, still.poses[: len(few)])])
+
+
+def test_a_slip_in_one_pose_is_named_with_its_size():
+    arm = plain("ur10")
+    q = np.random.default_rng(4).uniform(-2.0, 2.0, (4, 6))
+    poses = tool_poses(arm, Motion(q)).copy()
+    poses[2, 1, 3] += 0.040
+    with pytest.raises(DataError, match="pose 3 alone is 40 mm"):
+        find_convention([Reading(arm, ("as given",))], [Typed(q, poses)])
+
+
+@pytest.mark.parametrize(("axes", "says"), [("zyz", "Doosan"), ("xyz", "Stäubli")])
+def test_makers_angles_are_read(axes, says):
+    """R = R1(a) R2(b) R3(c), each about an axis that the last one turned."""
+    arm = plain("ur10")
+    rng = np.random.default_rng(7)
+    q = rng.uniform(-2.0, 2.0, (3, 6))
+    poses = tool_poses(arm, Motion(q))
+    angles = Rotation.from_matrix(poses[:, :3, :3]).as_euler(axes.upper(), degrees=True)
+    numbers = np.column_stack([np.rad2deg(q), 1e3 * poses[:, :3, 3], angles])
+    found = find_convention([Reading(arm)], typed_readings(numbers, [False] * 6))
+    assert says in found.words[-1]
+    assert found.position < 1e-6
+
+
+def test_tables_are_read_as_they_stand_in_books(tmp_path):
+    path = tmp_path / "table.csv"
+    path.write_text(
+        "theta[deg],d[mm],a[mm],alpha[rad],type\n0,20,0,0,fixed\nq1-90,100,0,pi/2,r\nθ2,0,425,-2*π/3,p\n"
+    )
+    with pytest.raises(FileError, match="mixes"):
+        read_joint_table(path)
+    path.write_text(path.read_text().replace("[deg]", "[rad]").replace("q1-90", "q1 − pi/2"))
+    rows = read_joint_table(path).rows
+    assert [row["type"] for row in rows] == ["fixed", "revolute", "prismatic"]
+    np.testing.assert_allclose([row["theta"] for row in rows], [0.0, -np.pi / 2, 0.0])
+    np.testing.assert_allclose([row["alpha"] for row in rows], [0.0, np.pi / 2, -2.0 * np.pi / 3])
+    path.write_text("theta,d,a,alpha\npie,0,0,0\n")
+    with pytest.raises(FileError, match="'pie' is no number"):
+        read_joint_table(path)
 
 
 def test_joints_of_a_few_degrees_are_not_taken_for_radians():

@@ -563,3 +563,16 @@ def test_alike_orientations_are_noted(run, measured):
     alike = replace(rows, rotation=np.tile(np.eye(3), (len(rows), 1, 1)))
     write_measurements(alike, "alike.csv")
     assert "orientations are alike" in noted(run, Path("alike.csv"))
+
+
+def test_hidden_errors_of_a_good_arm_tell_the_right_robot_from_a_sister_model(run, tmp_path):
+    rows, out = tmp_path / "rows.csv", tmp_path / "e.json"
+    assert (
+        run("simulate", "--robot", "ur5", "--poses", 40, "--errors", "0.5mm,0.05deg", "--out", rows)[0] == 0
+    )
+    left = []
+    for robot in ("ur5", "ur5e"):
+        run("evaluate", rows, "--robot", robot, "--frames", "fit", "--json", out)
+        left.append(json.loads(out.read_text())["errors"]["position_mm"]["mean"])
+    assert left[0] < 1.5
+    assert left[1] > 10.0

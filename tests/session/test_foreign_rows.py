@@ -5,7 +5,7 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.data.writer import write_measurements
-from workbench.identification import arm_match as matching
+from workbench.identification import likely_mistakes
 from workbench.identification.alignment import align
 from workbench.identification.arm_match import arm_match
 from workbench.identification.identify import identify
@@ -52,7 +52,7 @@ def test_joints_with_other_zeros_are_the_arms_own(monkeypatch):
         searched.append(arm.name)
         return align(arm, *given, **options)
 
-    monkeypatch.setattr(matching, "align", counted)
+    monkeypatch.setattr(likely_mistakes, "align", counted)
     aria = load_robot("aria")
     moved = aria.values(aria.joint_offsets) + np.array([0, 0.8, 0, 0.5, 0, 0])
     zeros = dict(zip(aria.joint_offsets, moved.tolist(), strict=True))

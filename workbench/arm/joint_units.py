@@ -5,6 +5,32 @@ from jaxtyping import Bool, Float
 
 from workbench.arm.robot import JointKind, Robot
 
+LIMIT_FACTOR = 3.0
+"""Joint positions beyond this many times the limit are a mistake of units, not of a switch."""
+UNLIMITED = 4.0 * np.pi
+"""Bound of arms of which no limit is known: two turns each way."""
+LEAST = 1e-6
+
+
+def implausible_joint(
+    q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]
+) -> tuple[int, str, float] | None:
+    """The joint that is far beyond its limits, its likely unit if any, and its limit; None if none."""
+    largest = np.nanmax(np.abs(q), axis=0, initial=0.0)
+    bound = np.where(np.isfinite(limits).all(1), np.abs(limits).max(1), np.inf)
+    if np.isinf(bound).all():
+        bound = np.full(len(limits), UNLIMITED)
+    bound = np.maximum(bound, LEAST)
+    beyond = largest > LIMIT_FACTOR * bound
+    if not beyond.any():
+        return None
+    joint = int(np.argmax(np.where(beyond, largest / bound, 0.0)))
+    if (np.radians(largest) <= 1.1 * bound)[np.isfinite(bound)].all():
+        guess = "degrees"
+    else:
+        guess = "mm" if (largest / 1000.0 <= 1.1 * bound)[beyond].all() else ""
+    return joint, guess, float(bound[joint])
+
 
 def sliding(robot: Robot) -> Bool[np.ndarray, " n"]:
     """Moving joints whose coordinate is a length [m]; that of all others is an angle [rad]."""

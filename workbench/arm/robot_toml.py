@@ -20,6 +20,7 @@ from workbench.arm.conventions import (
 )
 from workbench.arm.effects import EFFECTS, AbstractEffect
 from workbench.arm.masses import carried
+from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import COM_TOLERANCE, MASS_TOLERANCE, Frame, Joint, JointKind, Robot, SessionFrames
 from workbench.base import se3
 from workbench.base.errors import RobotError
@@ -63,6 +64,9 @@ class _Reader(AbstractTableReader):
             raise self.fail(f'[{what}] free must be true, false or "auto", not {free!r}')
         xyz = self.numbers(table.get("xyz", [0, 0, 0]), 3, f"[{what}] xyz")
         rpy = self.numbers(table.get("rpy", [0, 0, 0]), 3, f"[{what}] rpy")
+        if any(map(is_whole_degrees, rpy)):
+            radians = np.deg2rad(rpy).round(6).tolist()
+            raise self.fail(f"[{what}] rpy {rpy.tolist()} looks like degrees; give radians, {radians}")
         freedom = default if free is None else FREEDOMS[free]
         return Frame(frozen(xyz), frozen(se3.rpy_to_matrix(rpy)), freedom)
 
@@ -188,7 +192,7 @@ def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
             gravity=frozen(reader.numbers(data.get("gravity", [0.0, 0.0, -9.81]), 3, "gravity")),
         )
         effects = [_effect(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
-        robot = replace(robot, effects=tuple(effects))
+        robot = with_plausible_units(replace(robot, effects=tuple(effects)))
     except RobotError as error:
         raise reader.fail(str(error)) from None
     sessions = _sessions(reader.tables(data, "session"), robot, reader)

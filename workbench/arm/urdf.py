@@ -6,6 +6,7 @@ joint's axis. A calibrated URDF has the corrections multiplied into the origins;
 file (meshes, inertias, other branches) stays as it was. Arms from tables become URDFs of plain frames.
 """
 
+import contextlib
 import os
 import xml.etree.ElementTree as ET
 from collections import Counter
@@ -19,6 +20,7 @@ import numpy as np
 from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Element
 from workbench.arm.masses import carried
+from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import FRAME_PARTS, Frame, Joint, JointKind, Robot, UrdfSource
 from workbench.arm.usable import usable_arm
 from workbench.base import se3
@@ -84,7 +86,7 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
             moving += 1
         ends.append(len(elements) - 1)
         infos.append(_joint_info(joint, name, kind, model, path, notes))
-    return Robot(
+    robot = Robot(
         name=model.robot.name or path.stem,
         convention="urdf",
         elements=tuple(elements),
@@ -99,6 +101,10 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
             *notes,
         ),
     )
+    try:
+        return with_plausible_units(robot)
+    except RobotError as error:
+        raise FileError(str(error), path=str(path)) from None
 
 
 def _parse(path: Path) -> "yourdfpy.URDF":
@@ -116,6 +122,7 @@ def _parse(path: Path) -> "yourdfpy.URDF":
         if double := next((name for name, count in names.items() if count > 1), None):
             raise FileError(f"has two {kind}s called '{double}'; rename one", path=str(path))
     for joint in root.findall("joint"):
+        _check_angles(joint, path)
         if joint.get("type") in ("revolute", "prismatic"):
             limit = joint.find("limit")
             if limit is None or limit.get("lower") is None or limit.get("upper") is None:
@@ -133,6 +140,18 @@ def _parse(path: Path) -> "yourdfpy.URDF":
     except Exception as error:  # yourdfpy raises many kinds for a malformed file
         why = f"{type(error).__name__}: {error}"
         raise FileError(f"is no URDF that can be read ({why}); mend it there", path=str(path)) from None
+
+
+def _check_angles(joint: ET.Element, path: Path) -> None:
+    """Refuse an origin turned by degrees; what is no number is left to the parser."""
+    origin = joint.find("origin")
+    rpy = "" if origin is None else origin.get("rpy", "")
+    with contextlib.suppress(ValueError):
+        if any(is_whole_degrees(float(v)) for v in rpy.split()):
+            raise FileError(
+                f"joint '{joint.get('name')}' has rpy=\"{rpy}\", which looks like degrees; give radians",
+                path=str(path),
+            )
 
 
 def _root(path: Path, *, wanted: str = "a URDF") -> ET.Element:

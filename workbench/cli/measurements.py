@@ -32,6 +32,9 @@ def simulate(
     ] = None,
     actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[str | None, option("Measure this arm instead of one with hidden errors.")] = None,
+    errors: Annotated[
+        str, option("Greatest hidden errors of lengths and of angles; those of a good arm are 0.5mm,0.05deg.")
+    ] = "5mm,5deg",
     seed: opt.SeedOption = 0,
 ) -> None:
     """Simulate measurements of a virtual arm with hidden manufacturing errors."""
@@ -53,6 +56,7 @@ def simulate(
                 instrument=instrument or "plate",
                 actual=measured,
                 effects=effect or (),
+                errors=opt.pair_of(errors, "--errors"),
                 seed=seed,
                 progress=lambda part: progress(part, "choosing branches"),
             )
@@ -64,6 +68,7 @@ def simulate(
                 instrument=instrument or "tracker-6d",
                 actual=measured,
                 effects=effect or (),
+                errors=opt.pair_of(errors, "--errors"),
                 seed=seed,
                 progress=lambda part: progress(part, "choosing poses"),
             )

@@ -141,8 +141,7 @@ class FitOptions:
         arm.check_joints(rows.q, rows.source)
         found = arm_match(arm, checked(arm, rows))
         if found.is_foreign and not self.force:
-            rival = f"--robot {found.rival}, or " if found.rival else "the robot that was measured, or "
-            raise DataError(f"{found.words}; give {rival}--force to continue anyway")
+            raise DataError(f"{found.words}; {found.remedy}, or --force to continue anyway")
 
     def choices(self, arm, files: FileOptions):
         """The same in SI."""

@@ -5,12 +5,11 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.joint_units import implausible_joint
 from workbench.base import se3
 from workbench.base.errors import DataError, ShapeError
 from workbench.data.dataset import Dataset
 
-LIMIT_FACTOR = 3.0
-"""Joint positions beyond this many times the limit are a mistake of units, not of a switch."""
 REACH_FACTOR = 20.0
 """Points farther than this many times the reach from the session's median are a mistake of units."""
 BEYOND = 0.05
@@ -66,24 +65,17 @@ def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
 
 def _refuse_joint_units(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> None:
     """Raise when joints go so far beyond their limits that the unit must be wrong."""
-    largest = np.nanmax(np.abs(dataset.q[dataset.included]), axis=0)
-    bound = np.where(np.isfinite(limits).all(1), np.abs(limits).max(1), np.inf)
-    if np.isinf(bound).all():
-        bound = np.full(len(limits), 4.0 * np.pi)  # no limits at all: two turns each way
-    beyond = largest > LIMIT_FACTOR * np.maximum(bound, ALIKE)
-    if not beyond.any():
+    q = dataset.q[dataset.included]
+    if (found := implausible_joint(q, limits)) is None:
         return
-    joint = int(np.argmax(np.where(beyond, largest / np.maximum(bound, ALIKE), 0.0)))
-    finite = np.isfinite(bound)
-    if (np.radians(largest) <= 1.1 * bound)[finite].all():
-        guess = "these look like degrees labelled rad: write q1[deg] in the header"
-    elif (largest / 1000.0 <= 1.1 * bound)[beyond].all():
-        guess = "these look like mm labelled m: write the unit that they have in the header"
-    else:
-        guess = "check the units and the order of the joint columns"
+    joint, unit, bound = found
+    guess = {
+        "degrees": "these look like degrees labelled rad: write q1[deg] in the header",
+        "mm": "these look like mm labelled m: write the unit that they have in the header",
+    }.get(unit, "check the units and the order of the joint columns")
     raise DataError(
-        f"{dataset.source}: joint {joint + 1} reaches {largest[joint]:.4g} "
-        f"where its limit is {bound[joint]:.4g}: {guess}"
+        f"{dataset.source}: joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} "
+        f"where its limit is {bound:.4g}: {guess}"
     )
 
 

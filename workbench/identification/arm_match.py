@@ -4,7 +4,7 @@ The nominal arm is brought to the rows with the best base and tool. An arm's own
 errors of making, a hundredth of its reach, and inside its joint limits. Rows of another arm are off by a
 twentieth of it or more (seen: rows of UR5, UR10, WAM, Panda and iiwa on each other), and often a built-in arm
 fits them. Joints whose zero is elsewhere do the same to an arm's own rows; where offsets of the joints mend
-it, they are its own.
+it, they are its own. So they are where a mistake in the file explains the misfit, such as joints exchanged.
 """
 
 from dataclasses import dataclass, replace
@@ -19,10 +19,17 @@ from workbench.base.assets import built_in_robots
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.alignment import align, spread_rows, starts
+from workbench.identification.alignment import spread_rows
 from workbench.identification.frames import visible_parts
+from workbench.identification.likely_mistakes import (
+    BETTER,
+    STEPS,
+    aligned,
+    explained,
+    median_error,
+    rough_error,
+)
 from workbench.identification.problem import FrameFreedom, Problem
 
 LOOKED_AT = 60
@@ -31,16 +38,14 @@ FEWEST = 10
 """… how many with a measured point tell anything."""
 SOME, MUCH = 0.045, 0.12
 """Shares of the reach: from the first on other arms are tried, beyond the second the rows are not its own."""
+MISREAD = 0.01
+"""Share of the reach from which on mistakes in the file are looked for."""
 OUTSIDE = 0.2
 """Share of rows outside the joint limits from which on half as much is too much."""
 SLACK = 0.05
 """How far beyond a limit a joint may be [rad or m]."""
-STEPS = 10
-"""Steps to the frames of another arm, from closed forms, which leave little where it is the right one."""
 ALIKE = 1e-3
 """Relative difference of what two arms of the same geometry leave."""
-BETTER = 5.0
-"""A rival, or other zeros of the joints, must leave so many times less."""
 CLOSE = 0.004
 """Share of the reach from which on other arms are tried for a calibrated arm, which has no noise."""
 
@@ -57,7 +62,9 @@ class ArmMatch:
         rival: Built-in arm that fits far better, as `load_robot` takes it; empty if there is none.
         rival_name: What that arm is called.
         rival_error: What it leaves [m].
-        is_foreign: Whether these are clearly not the arm's rows.
+        mistake: What was mistaken in the file, where that alone explains the rows; empty if nothing.
+        mistake_error: What is left of them without it [m].
+        is_foreign: Whether these are clearly not the arm's rows, or not as they stand in the file.
         joints: Joints of the rows and of the arm, where they differ.
     """
 
@@ -67,6 +74,8 @@ class ArmMatch:
     rival: str = ""
     rival_name: str = ""
     rival_error: float = np.nan
+    mistake: str = ""
+    mistake_error: float = np.nan
     is_foreign: bool = False
     joints: tuple[int, int] = (0, 0)
 
@@ -79,11 +88,23 @@ class ArmMatch:
             found = [f"{rows} joints in the file, {arm} in the arm"]
         if self.outside >= 0.005:
             found.append(f"{100 * self.outside:.0f} % of the rows outside the joint limits")
+        sentence = ", ".join(found)
+        if self.mistake:
+            return f"{sentence}: {self.mistake} ({in_mm(self.mistake_error)} off without that)"
         own = "these rows are not" if self.is_foreign else "these rows may be"
-        sentence = f"{', '.join(found)}: {own} {self.robot}'s"
+        sentence += f": {own} {self.robot}'s"
         if self.rival:
             sentence += f"; {self.rival_name} fits to {in_mm(self.rival_error)}"
+        elif self.is_foreign and rows == arm:
+            sentence += "; no joints exchanged, sign or unit explains it"
         return sentence
+
+    @property
+    def remedy(self) -> str:
+        """What to do about rows that are foreign."""
+        if self.mistake:
+            return "correct the file's headings"
+        return f"choose the robot '{self.rival}'" if self.rival else "choose the robot that was measured"
 
 
 def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
@@ -99,14 +120,19 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
     seen = _some(data)
     if seen is None:
         return ArmMatch(robot=robot.name, error=np.nan, outside=outside)
-    aligned = _aligned(robot, seen)
-    error = _left(aligned, seen)
+    at = aligned(_bare(robot), seen)
+    error = median_error(at, seen)
     found = ArmMatch(robot=robot.name, error=error, outside=outside)
-    if error < some * robot.reach:
+    if error < min(some, MISREAD) * robot.reach:
         return found
-    found = _with_rival(found, data, seen)
+    if error > some * robot.reach:
+        found = _with_rival(found, data, seen)
+    reading = explained(_bare(robot), seen, error, most=SOME * robot.reach)
+    if reading is not None and not reading.error > found.rival_error:
+        found = replace(found, rival="", rival_name="", rival_error=np.nan)
+        return replace(found, mistake=reading.words, mistake_error=reading.error, is_foreign=True)
     much = error > MUCH * robot.reach or (outside > OUTSIDE and error > 0.5 * MUCH * robot.reach)
-    return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(aligned, seen, error)))
+    return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(at, seen, error)))
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
@@ -125,7 +151,8 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
         )
     here = Frame()
     actual, planned = (_bare(arm).with_frames(base=here, tool=here) for arm in (calibrated, nominal))
-    q = np.random.default_rng(0).uniform(*planned.search_limits.T, (LOOKED_AT, planned.dof))
+    low, high = planned.search_limits.T
+    q = np.random.default_rng(0).uniform(low, high, (LOOKED_AT, planned.dof))
     flange = tool_poses(actual, Motion(q))
     rows = Dataset(q=q, position=flange[:, :3, 3], rotation=flange[:, :3, :3], source=calibrated.name)
     found = arm_match(planned, rows, some=CLOSE)
@@ -165,17 +192,8 @@ def _some(data: Dataset) -> Dataset | None:
     return data.take(rows[spread_rows(data.take(rows), LOOKED_AT)])
 
 
-def _aligned(robot: Robot, seen: Dataset, limit: int = 100) -> Robot:
-    return align(_bare(robot), seen, FrameFreedom(*visible_parts(seen)), limit=limit)
-
-
 def _bare(robot: Robot) -> Robot:
     return replace(robot.with_effects(), sessions=())
-
-
-def _left(robot: Robot, seen: Dataset) -> float:
-    assert seen.position is not None
-    return float(np.median(np.linalg.norm(predict(robot, seen)[:, :3, 3] - seen.position, axis=1)))
 
 
 def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
@@ -189,10 +207,9 @@ def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
         is_variant = rival.name.split(",")[0] == found.robot.split(",")[0]  # ARIA and its arm of Table 4
         if rival.dof != seen.joints or is_variant:
             continue
-        roughly = starts(_bare(rival), seen, FrameFreedom(*visible_parts(seen)))
-        if min(_left(start, seen) for start in roughly) > found.error:
+        if rough_error(_bare(rival), seen) > found.error:
             continue
-        error = _left(_aligned(rival, seen, STEPS), seen)
+        error = median_error(aligned(_bare(rival), seen, STEPS), seen)
         outside = _outside(rival, data)
         is_alike = np.isclose(error, found.rival_error, rtol=ALIKE)
         is_better = outside < beyond if is_alike else not error >= found.rival_error
@@ -202,8 +219,8 @@ def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
     return found
 
 
-def _other_zeros(aligned: Robot, seen: Dataset, error: float) -> bool:
+def _other_zeros(at: Robot, seen: Dataset, error: float) -> bool:
     """Whether offsets of the joints alone explain nearly everything."""
     frames = FrameFreedom(*visible_parts(seen))
-    problem = Problem.build(aligned, seen, free=aligned.joint_offsets, frames=frames)
-    return _left(problem.robot_at(Opt2(limit=100).search(problem).x), seen) < error / BETTER
+    problem = Problem.build(at, seen, free=at.joint_offsets, frames=frames)
+    return median_error(problem.robot_at(Opt2(limit=100).search(problem).x), seen) < error / BETTER

@@ -1,11 +1,14 @@
 """Evaluation: errors of a given model on data, without fitting."""
 
+import numpy as np
+
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.data.misread import checked
+from workbench.identification.arm_match import MISREAD, arm_match
 from workbench.identification.frames import choose_frames
 from workbench.identification.result import Evaluation
 from workbench.identification.row_errors import row_errors
@@ -32,4 +35,9 @@ def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evalua
     if fit_frames:
         choice = choose_frames(robot, used, free=())
         robot, notes = choice.robot, [*notes, *choice.notes]
-    return Evaluation(robot, used, row_errors(robot, used), tuple(notes))
+    errors = row_errors(robot, used)
+    misses = errors.position[np.isfinite(errors.position)]
+    if len(misses) and np.median(misses) > MISREAD * robot.reach:
+        match = arm_match(robot, used)
+        notes[:0] = [f"{match.words}; {match.remedy}"] if match.is_foreign else []
+    return Evaluation(robot, used, errors, tuple(notes))

@@ -18,7 +18,9 @@ from workbench.data.simulation.driver import Pace, drive
 from workbench.data.simulation.hidden_effects import hidden_effects, varied_state
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, instrument_named
 from workbench.data.simulation.simulate import (
+    ANGLE_ERROR,
     AUTO,
+    LENGTH_ERROR,
     MIXED,
     evenly_mixed,
     simulate,
@@ -56,6 +58,7 @@ def measure_poses(
     instrument: str | Instrument = "tracker-6d",
     actual: Robot | None = None,
     effects: Sequence[str | AbstractEffect] = (),
+    errors: tuple[float, float] = (LENGTH_ERROR, ANGLE_ERROR),
     seed: int = 0,
     progress: Progress | None = None,
 ) -> tuple[Robot, Dataset]:
@@ -69,13 +72,14 @@ def measure_poses(
         instrument: What measures.
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
+        errors: Greatest manufacturing errors of lengths [m] and angles [rad], where `actual` is None.
         seed: Of the hidden errors, the poses and the noise.
 
     Returns:
         The actual arm and the rows.
     """
     rng = np.random.default_rng(seed)
-    actual, notes = _hidden(robot, actual, effects, rng)
+    actual, notes = _hidden(robot, actual, effects, rng, errors)
     if index == RANDOM:
         q = random_poses(robot, number, rng=rng)
     elif index == CIRCLE_POINTS:
@@ -100,6 +104,7 @@ def measure_plate(
     instrument: str | Instrument = "plate",
     actual: Robot | None = None,
     effects: Sequence[str | AbstractEffect] = (),
+    errors: tuple[float, float] = (LENGTH_ERROR, ANGLE_ERROR),
     seed: int = 0,
     progress: Progress | None = None,
 ) -> tuple[Robot, Dataset]:
@@ -113,6 +118,7 @@ def measure_plate(
         instrument: What measures; `plate` is the seat itself.
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
+        errors: Greatest manufacturing errors of lengths [m] and angles [rad], where `actual` is None.
         seed: Of the hidden errors and the noise.
 
     Returns:
@@ -123,7 +129,7 @@ def measure_plate(
         DataError: a target out of reach, or the arm can stand at none.
     """
     rng = np.random.default_rng(seed)
-    actual, notes = _hidden(robot, actual, effects, rng)
+    actual, notes = _hidden(robot, actual, effects, rng, errors)
     near = None
     if branch in (DESIGNED, MIXED):
         can = measurable(robot, plate)
@@ -154,10 +160,15 @@ def measure_plate(
 
 
 def _hidden(
-    robot: Robot, actual: Robot | None, effects: Sequence[str | AbstractEffect], rng: np.random.Generator
+    robot: Robot,
+    actual: Robot | None,
+    effects: Sequence[str | AbstractEffect],
+    rng: np.random.Generator,
+    errors: tuple[float, float],
 ) -> tuple[Robot, tuple[str, ...]]:
     """The arm to measure, with what is hidden in it, and a sentence on each effect."""
-    actual = virtual_arm(robot, rng=rng) if actual is None else actual
+    if actual is None:
+        actual = virtual_arm(robot, rng=rng, length=errors[0], angle=errors[1])
     hidden, notes = hidden_effects(actual, effects, rng=rng)
     return actual.with_effects(*actual.effects, *hidden) if hidden else actual, notes
 

@@ -10,10 +10,11 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import ArrayLike
 
+from workbench.arm.joint_units import implausible_joint
 from workbench.arm.kinematics import forward
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.errors import OptionError, ShapeError
+from workbench.base.errors import DataError, OptionError, ShapeError
 
 
 def tool_poses(robot: Robot, at: ArrayLike | Motion) -> np.ndarray:
@@ -29,7 +30,8 @@ def tool_poses(robot: Robot, at: ArrayLike | Motion) -> np.ndarray:
     Raises:
         ShapeError: another number of joint positions than the robot has joints.
         OptionError: joint positions that are not numbers.
-        DataError: an effect of the robot lacks what drives it, such as a temperature.
+        DataError: an effect of the robot lacks what drives it, such as a temperature; or positions three
+            times beyond a joint's limits (six turns where no joint has any), which are of another unit.
     """
     motion, one = _state(robot, at)
     poses = forward.tool_poses(robot, motion)
@@ -97,4 +99,13 @@ def _state(robot: Robot, at: ArrayLike | Motion) -> tuple[Motion, bool]:
             expected=robot.dof,
             found=found,
         )
-    return Motion(np.atleast_2d(q)), q.ndim == 1
+    one, q = q.ndim == 1, np.atleast_2d(q)
+    if (found := implausible_joint(q, robot.limits)) is not None:
+        joint, unit, bound = found
+        looks = f": these look like {unit}; give {'m' if unit == 'mm' else 'radians'}" if unit else ""
+        largest = np.nanmax(np.abs(q[:, joint]))
+        raise DataError(
+            f"joint {joint + 1} of robot '{robot.name}' would be at {largest:.4g}, where its limit is "
+            f"{bound:.4g}{looks}"
+        )
+    return Motion(q), one

@@ -32,6 +32,9 @@ KINDS = {
 }
 LENGTHS, ANGLES = ("m", "mm"), ("rad", "deg")
 HEADING = re.compile(r"\s*([^\[\(]+?)\s*(?:[\[\(]\s*([^\]\)]*?)\s*[\]\)])?\s*")
+DRIVE = re.compile(r"^(?:q|theta|θ)_?\d*(?=[+-]|$)")
+"""The joint itself before its offset, as in `q2-90`."""
+SHARE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)?(?:e[+-]?\d+)?)\*?(pi)?(?:/([1-9]\d*))?")
 LARGEST = 2**20
 
 
@@ -99,11 +102,24 @@ def _row(cells: dict[str, str], path: Path | str, line: int) -> dict[str, Any]:
     row: dict[str, Any] = {"type": kind}
     for name in CONSTANTS:
         text = cells.get(name, "0").strip() or "0"
-        try:
-            row[name] = float(text)
-        except ValueError:
-            raise FileError(f"'{text}' is no number", path=str(path), line=line, column=name) from None
+        value = _number(text)
+        if value is None:
+            raise FileError(f"'{text}' is no number", path=str(path), line=line, column=name)
+        row[name] = value
     return row
+
+
+def _number(text: str) -> float | None:
+    """A number, a share of pi such as `-pi/2`, or the constant of `q2-90`; None if it is none of these."""
+    text = text.lower().replace(" ", "").replace("−", "-").replace("π", "pi")
+    constant = DRIVE.sub("", text)
+    if constant != text and not constant:
+        return 0.0
+    found = SHARE.fullmatch(constant)
+    if found is None or not (found[2] or any(c.isdigit() for c in found[1])):
+        return None
+    size = float(found[1]) if found[1] not in ("", "+", "-") else float(f"{found[1]}1")
+    return size * (np.pi if found[2] else 1.0) / float(found[3] or 1.0)
 
 
 def _units(given: dict[str, str], names: tuple[str, ...], known: tuple[str, str], path) -> tuple[str, ...]:

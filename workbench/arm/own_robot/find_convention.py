@@ -24,6 +24,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
+from workbench.base.wording import in_mm
 
 LEAST_POSES = 3
 WEIGHT = 0.25
@@ -41,6 +42,10 @@ STEPS = ((4, 60, 0.1), (4, 60, np.inf), (8, 400, np.inf))
 
 Quarters that fit as they are first, then quarters and eighths from which the offsets are refined.
 """
+CHECK = (
+    "check that the pendant shows the flange (no tool) in the robot's base (no user frame), and every number "
+    "of the table"
+)
 BLOCK = 4096
 """Products of first joints that are compared with all of the last ones at a time."""
 FIXED = 1e-9
@@ -135,8 +140,7 @@ def find_convention(readings: Iterable[Reading], typed: Sequence[Typed]) -> Foun
     tried = len(readings) * len(typed)
     if not fits:
         raise DataError(
-            f"none of {tried} readings of the table fits the typed poses; check that the pendant shows the "
-            "flange (no tool) in the robot's base (no user frame), and every number of the table"
+            f"none of {tried} readings of the table fits the typed poses; {_slip(readings, typed) or CHECK}"
         )
     fits.sort(key=lambda f: f.cost)
     best = fits[0]
@@ -157,6 +161,30 @@ def find_convention(readings: Iterable[Reading], typed: Sequence[Typed]) -> Foun
         position=chosen.errors[0],
         rotation=chosen.errors[1],
         tried=tried,
+    )
+
+
+def _slip(readings: Sequence[Reading], typed: Sequence[Typed]) -> str:
+    """The one pose without which a reading fits, by how much it is off, and the reading; empty if none is."""
+    found: list[tuple[_Fit, int, Typed]] = []
+    for row in range(len(typed[0].q) if len(typed[0].q) > LEAST_POSES else 0):
+        for reading, numbers in product(readings, typed):
+            kept = np.arange(len(numbers.q)) != row
+            others = replace(numbers, q=numbers.q[kept], poses=numbers.poses[kept])
+            found += [(fit, row, numbers) for fit in _fits(reading, others, *STEPS[0])]
+    if not found:
+        return ""
+    best, row, numbers = min(found, key=lambda f: f[0].cost)
+    if any(other != row and fit.cost < CLEARLY * best.cost + ROUNDING for fit, other, _ in found):
+        return ""
+    full = np.eye(4)[None].copy()
+    full[:, :3] = best.at(numbers.q[row : row + 1])
+    error = se3.pose_error(numbers.poses[row : row + 1], full)[0]
+    position, rotation = (float(np.linalg.norm(error[part])) for part in PARTS)
+    words = ", ".join((*best.reading.words, *best.typed.words))
+    return (
+        f"pose {row + 1} alone is {in_mm(position)} and {np.rad2deg(rotation):.3g}° off, the others fit to "
+        f"{in_mm(best.errors[0])} with {words}: check its numbers"
     )
 
 

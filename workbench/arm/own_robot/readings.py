@@ -10,6 +10,7 @@ from jaxtyping import Float
 from workbench.arm.robot import Frame, Robot
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base import se3
+from workbench.base.errors import FileError
 from workbench.base.types import frozen
 
 SIZES = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": float(np.deg2rad(1.0))}
@@ -17,8 +18,18 @@ STYLES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
     "roll, pitch, yaw": se3.rpy_to_matrix,
     "A, B, C (yaw, pitch, roll)": lambda v: se3.rpy_to_matrix(v[..., ::-1]),
     "rotation vector": se3.rotvec_to_matrix,
+    "Euler angles z, y', z'' (Doosan, Kawasaki, Comau)": lambda v: _turned(v, "zyz"),
+    "Euler angles x, y', z'' (Stäubli)": lambda v: _turned(v, "xyz"),
 }
 """What three numbers of an orientation may mean."""
+
+
+def _turned(angles: np.ndarray, axes: str) -> np.ndarray:
+    """Rotation by three angles [rad], each about an axis of the frame that the last one left."""
+    steps = [
+        se3.rotvec_to_matrix(np.eye(3)["xyz".index(a)] * angles[..., k, None]) for k, a in enumerate(axes)
+    ]
+    return steps[0] @ steps[1] @ steps[2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +82,8 @@ def table_readings(
     words = {"dh": "standard DH", "craig": "modified DH (Craig)"}
     lengths = possible(lengths, [float(r.get(c, 0.0)) for r in rows for c in ("d", "a")])
     angles = possible(angles, [float(r.get(c, 0.0)) for r in rows for c in ("theta", "alpha", "beta")])
-    out = []
+    out: list[Reading] = []
+    refused: FileError | None = None
     for convention, length, angle in product(conventions, lengths, angles):
         scaled = [
             {
@@ -80,9 +92,15 @@ def table_readings(
             }
             for row in rows
         ]
-        robot = robot_from_rows(scaled, convention, name=name, limits=limits)
+        try:
+            robot = robot_from_rows(scaled, convention, name=name, limits=limits)
+        except FileError as error:  # units that no arm has
+            refused = error
+            continue
         said = (words.get(convention, convention), f"lengths in {length}", f"angles in {angle}")
         out.append(Reading(robot.with_frames(base=Frame(), tool=Frame()), said))
+    if refused is not None and not out:
+        raise refused
     return out
 
 

@@ -254,7 +254,7 @@ def check_same_arm(session: Session, *, anyway: bool) -> None:
     """Refuse rows of another arm, unless forced."""
     loaded = measurements(session)
     if loaded.match is not None and loaded.is_foreign and not anyway:
-        raise DataError(f"{loaded.match.words}; change the robot, or continue anyway")
+        raise DataError(f"{loaded.match.words}; {loaded.match.remedy}, or continue anyway")
 
 
 def instrument_of(session: Session) -> Instrument:

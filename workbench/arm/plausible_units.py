@@ -1,0 +1,78 @@
+"""Units of a robot's numbers: millimetres, inches and degrees are refused where metres and radians are meant.
+
+No tool is 60 m from its arm's base, and no link is turned by two turns. A whole number beyond that, such as
+90, is one of degrees, also of a joint whose encoder counts turns. Single lengths may be long: the common
+normal of two nearly parallel axes is far away, and the next row takes it back. So it is asked where the tool
+is, not what stands in the table.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.arm import chain as chains
+from workbench.arm.robot import Frame, Joint, JointKind, Robot
+from workbench.base.errors import RobotError
+
+FARTHEST, FAR = 60.0, 15.0
+"""Distances of the tool from the base that no arm has, and that few have [m]."""
+USUAL = 1.0
+"""Reach of a usual arm [m], which decides between units."""
+UNITS = {"mm": 1e-3, "cm": 1e-2, "inches": 0.0254}
+POSES = 16
+TURN = 2.0 * np.pi
+ROUNDING = 1e-9
+
+
+def with_plausible_units(robot: Robot) -> Robot:
+    """The robot, with a note if it is uncommonly large.
+
+    Raises:
+        RobotError: its numbers are no metres or no radians; names one, the likely unit and the remedy.
+    """
+    for e in robot.elements:
+        still = e.joint is None and abs(e.value) > 2.0 * TURN
+        if e.matrix is None and e.axis.turns and (still or is_whole_degrees(e.value)):
+            raise RobotError(
+                f"{e.name} is {e.value:g} rad, {abs(e.value) / TURN:.1f} turns, which looks like degrees; "
+                f"give radians, {np.deg2rad(e.value):.6g}"
+            )
+    far = _distance(robot) if robot.reach > FAR else 0.0
+    if far <= FAR:
+        return robot
+    unit, size = min(UNITS.items(), key=lambda u: abs(np.log(far * u[1] / USUAL)))
+    words = f"its tool is up to {far:.4g} m from its base, which in {unit} would be {far * size:.3g} m"
+    if far <= FARTHEST:
+        return replace(robot, notes=(*robot.notes, f"{words}: check that its lengths are in m"))
+    name, value = max(_lengths(robot), key=lambda length: abs(length[1]))
+    raise RobotError(f"{words}; give lengths in m, such as {name} = {value * size:.6g} instead of {value:g}")
+
+
+def is_whole_degrees(value: float) -> bool:
+    """Whether a number makes no sense as an angle in radians, but does in degrees."""
+    return abs(value) > 2.0 * TURN and abs(value - round(value)) < ROUNDING
+
+
+def _distance(robot: Robot) -> float:
+    """Greatest distance of the tool from the base over a few joint positions [m]."""
+    low, high = np.array([_span(joint) for joint in robot.moving]).T
+    q = np.random.default_rng(0).uniform(low, high, (POSES, robot.dof))
+    chain = robot.with_effects().with_frames(base=Frame()).chain
+    return float(np.linalg.norm(chains.poses(chain, q)[:, :3, 3], axis=1).max())
+
+
+def _span(joint: Joint) -> tuple[float, float]:
+    """Positions that are looked at: of a joint that slides its limits."""
+    if joint.kind is JointKind.REVOLUTE:
+        return -np.pi, np.pi
+    return joint.limits if np.isfinite(joint.limits).all() else (0.0, 0.0)
+
+
+def _lengths(robot: Robot) -> list[tuple[str, float]]:
+    """Names and values of all lengths [m]."""
+    found = [(e.name, e.value) for e in robot.elements if e.matrix is None and not e.axis.turns]
+    found += [(f"the length of {e.name}", float(np.linalg.norm(e.matrix[:3, 3]))) for e in robot.elements
+              if e.matrix is not None]  # fmt: skip
+    found += [(f"tool.{axis}", float(v)) for axis, v in zip("xyz", robot.tool.xyz, strict=True)]
+    slides = [j for j in robot.moving if j.kind is JointKind.PRISMATIC and np.isfinite(j.limits).all()]
+    return found + [(f"the limit of {j.name}", max(j.limits, key=abs)) for j in slides]

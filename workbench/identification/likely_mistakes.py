@@ -1,0 +1,158 @@
+"""Mistakes in a file that make an arm's own rows look foreign: joints exchanged or inverted, units, axes.
+
+Each reading that takes one such mistake back is aligned with the arm by closed forms; those that leave least
+are refined. A mistake is named only if it explains the rows far better than anything else.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from workbench.arm.joint_units import sliding
+from workbench.arm.robot import Robot
+from workbench.data.dataset import Dataset
+from workbench.data.prediction import predict
+from workbench.identification.alignment import align, starts
+from workbench.identification.frames import visible_parts
+from workbench.identification.problem import FrameFreedom
+
+STEPS = 10
+"""Steps to the frames from closed forms, which leave little where arm and rows belong together."""
+BETTER = 5.0
+"""What explains rows leaves so many times less than they have as they are, …"""
+ALONE = 2.0
+"""… and so many times less than any other explanation."""
+SAME = 1.2
+"""Joints whose sign is not seen improve nothing by this."""
+REFINED, MOST = 6, 3
+"""Readings that are looked at closely, and that are named where they explain the rows alike."""
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
+
+
+@dataclass(frozen=True, eq=False)
+class Reading:
+    """Rows as they would be without a mistake.
+
+    Args:
+        words: The mistake.
+        rows: The rows with it taken back.
+        inverted: Joints that it inverts.
+        shrunk: How many times it shrinks the points, or the motion of the arm, and with them the error.
+        error: What is left of the rows [m].
+    """
+
+    words: str
+    rows: Dataset
+    inverted: frozenset[int] = frozenset()
+    shrunk: float = 1.0
+    error: float = np.inf
+
+    @property
+    def cost(self) -> float:
+        """What is left, in the size of the file [m]: an arm at rest hardly misses points at rest."""
+        return self.error * self.shrunk
+
+
+def explained(robot: Robot, seen: Dataset, error: float, *, most: float) -> Reading | None:
+    """The mistake that explains why rows miss their arm, or two or three that do alike; None if nothing does.
+
+    Args:
+        robot: Nominal arm without effects.
+        seen: A few dozen rows with measured points, of one session.
+        error: What they leave as they are [m].
+        most: What an arm's own rows leave at most [m].
+    """
+    rough = [replace(r, error=rough_error(robot, r.rows)) for r in _readings(robot, seen)]
+    nearest = sorted(rough, key=lambda r: r.cost)[:REFINED]
+    close = [replace(r, error=median_error(aligned(robot, r.rows, STEPS), r.rows)) for r in nearest]
+    found = sorted((r for r in close if r.error < most and r.cost < error / BETTER), key=lambda r: r.cost)
+    alike = [r for r in found if r.cost < ALONE * found[0].cost]
+    likely = [r for r in alike if not any(_is_part(other, r) for other in alike)]
+    if not 0 < len(likely) <= MOST:
+        return None
+    return replace(likely[0], words=", or ".join(r.words for r in likely))
+
+
+def _is_part(one: Reading, other: Reading) -> bool:
+    """Whether a reading inverts some of another's joints and explains as much."""
+    return bool(one.inverted) and one.inverted < other.inverted and one.error < SAME * other.error
+
+
+def aligned(robot: Robot, seen: Dataset, limit: int = 100) -> Robot:
+    """The arm with the base and tool that fit rows best."""
+    return align(robot, seen, FrameFreedom(*visible_parts(seen)), limit=limit)
+
+
+def rough_error(robot: Robot, seen: Dataset) -> float:
+    """What the closed forms of base and tool leave [m]."""
+    return min(median_error(at, seen) for at in starts(robot, seen, FrameFreedom(*visible_parts(seen))))
+
+
+def median_error(robot: Robot, seen: Dataset) -> float:
+    """Median distance of measured from predicted points [m]."""
+    assert seen.position is not None
+    return float(np.median(np.linalg.norm(predict(robot, seen)[:, :3, 3] - seen.position, axis=1)))
+
+
+def _readings(robot: Robot, seen: Dataset) -> Iterator[Reading]:
+    """The rows without each of the usual mistakes."""
+    yield from _joints_read_otherwise(robot, seen)
+    yield from _points_read_otherwise(robot, seen)
+
+
+def _joints_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[Reading]:
+    n, slides = seen.joints, sliding(robot)
+    for i, j in combinations(range(n), 2):
+        if slides[i] == slides[j]:
+            order = np.arange(n)
+            order[[i, j]] = j, i
+            yield Reading(f"q{i + 1} and q{j + 1} look exchanged", replace(seen, q=seen.q[:, order]))
+    for order, words in ((np.arange(n)[::-1], "reversed"), (np.roll(np.arange(n), 1), "shifted by one"),
+                         (np.roll(np.arange(n), -1), "shifted by one")):  # fmt: skip
+        if n > 2 and (slides[order] == slides).all():
+            yield Reading(f"the order of the joints looks {words}", replace(seen, q=seen.q[:, order]))
+    for joints in (*combinations(range(n), 1), *combinations(range(n), 2)):
+        signs = np.where(np.isin(np.arange(n), joints), -1.0, 1.0)
+        names = " and ".join(f"q{k + 1}" for k in joints)
+        words = f"{names} {'seems' if len(joints) == 1 else 'seem'} to have the opposite sign"
+        yield Reading(words, replace(seen, q=seen.q * signs), frozenset(joints))
+    degree = np.pi / 180.0
+    turning = ((degree, "the joints look like degrees labelled rad"),
+               (1.0 / degree, "the joints look like rad labelled degrees"))  # fmt: skip
+    lengths = [(factor, f"the joints that slide look like {words}") for words, factor in _units()]
+    for scaled, guesses in ((~slides, turning), (slides, lengths)):
+        for factor, words in guesses if scaled.any() else ():
+            q = seen.q * np.where(scaled, factor, 1.0)
+            yield Reading(words, replace(seen, q=q), shrunk=max(1.0, 1.0 / factor))
+
+
+def _points_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[Reading]:
+    points = np.asarray(seen.position)
+    for words, factor in _units():
+        yield Reading(
+            f"the positions look like {words}",
+            replace(seen, position=points * factor),
+            shrunk=max(1.0, 1.0 / factor),
+        )
+    if seen.rotation is None:
+        mirrored = replace(seen, position=points * [1.0, 1.0, -1.0])
+        yield Reading("two of x, y, z look exchanged, or one has the opposite sign", mirrored)
+        return
+    for k, name in enumerate("xyz"):
+        signs = np.where(np.arange(3) == k, -1.0, 1.0)
+        yield Reading(f"{name} seems to have the opposite sign", replace(seen, position=points * signs))
+    for i, j in combinations(range(3), 2):
+        order = np.arange(3)
+        order[[i, j]] = j, i
+        words = f"{'xyz'[i]} and {'xyz'[j]} look exchanged"
+        yield Reading(words, replace(seen, position=points[:, order]))
+
+
+def _units() -> Iterator[tuple[str, float]]:
+    """Pairs of units that may be confused: words, and the factor that takes it back."""
+    for own, size in LENGTHS.items():
+        for label, taken in LENGTHS.items():
+            if own != label:
+                yield f"{own} labelled {label}", size / taken
