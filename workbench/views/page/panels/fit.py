@@ -176,15 +176,16 @@ class FitPanel(AbstractPanel):
 
 
 def offer_formats(
-    event: viser.GuiEvent, save: Callable[[viser.GuiEvent, Callable[[Session], File]], None]
+    event: viser.GuiEvent, session: Session, save: Callable[[viser.GuiEvent, Callable[[Session], File]], None]
 ) -> None:
     """A sheet over the page of the user who pressed, with a button for every format of the calibrated arm."""
-    if event.client is None:
+    if event.client is None or session.identification is None:
         return
     gui = event.client.gui
     with (offered := gui.add_modal("Save the calibrated arm")):
         gui.add_html(note(FORMATS, "formats", margin="4px 0 10px"))
         formats = gui.add_button_group("Save", tuple(SAVED), hint=FORMATS)
+        gui.add_html(_file_errors(session.identification, session.fit))
         close = gui.add_button("Close", color="gray", hint="Close this sheet.")
     formats.on_click(lambda pressed: save(pressed, SAVED[pressed.target.value]))
     close.on_click(lambda _: offered.close())

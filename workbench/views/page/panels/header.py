@@ -59,7 +59,7 @@ class Verdict(AbstractPanel):
         if action.save is not None:
             self.save(event, action.save)
         if action.offers_formats:
-            offer_formats(event, self.save)
+            offer_formats(event, self._worker.session, self.save)
 
 
 class Header(AbstractPanel):
