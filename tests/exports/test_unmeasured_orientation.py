@@ -3,6 +3,8 @@
 The arm, its errors and every judge are plain numpy; of the package's own code only files come here.
 """
 
+import json
+import re
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
 
@@ -224,3 +226,31 @@ def _properties(text: str) -> readers.Kinematics:
         return here
 
     return pose
+
+
+def test_controller_numbers_that_are_advised_help(cell, run, tmp_path):
+    status, out, _ = run("export", cell.saved, "--controller", "c.json", "--nominal", "ur5")
+    variants = json.loads((tmp_path / "c.json").read_text())["controller"]
+    assert status == (0 if any(v["advised"] for v in variants) else 2)
+    for variant in variants:
+        mean = [variant[key]["position_mm"]["mean"] for key in ("without", "remains")]
+        assert mean[1] < mean[0] or not variant["advised"]
+        if variant["advised"]:
+            base = readers.origin(*variant["base"]["xyz"], *variant["base"]["rpy"])
+            at = base @ flanges(cell.q + variant["offsets"]) @ np.append(variant["tool"]["xyz"], 1.0)
+            assert distances(at[:, :3], cell.points(cell.q)) == pytest.approx(mean[1], abs=0.1)
+    assert out
+
+
+def test_a_corrected_path_is_not_said_to_have_no_error(cell, run, tmp_path):
+    rows = "\n".join(",".join(map(repr, row)) for row in cell.q[:20].tolist())
+    (tmp_path / "t.csv").write_text(",".join(f"q{k + 1}[rad]" for k in range(6)) + "\n" + rows + "\n")
+    words = ("compensate", "t.csv", "--robot", cell.saved, "--nominal", "ur5", "--out", "o.csv")
+    status, out, _ = run(*words, "--json", "r.json")
+    assert status == 0
+    assert not re.search(r"e-\d", out)
+    own = wb.load_robot(cell.saved).calibration.error.position
+    assert own > 0.3 * NOISE
+    assert f"{1e3 * own:.3f}" in out
+    assert json.loads((tmp_path / "r.json").read_text())["model_error"][0] == pytest.approx(own)
+    assert run(*words, "--orientations")[0] == 64

@@ -20,7 +20,7 @@ from workbench.base.frames import data_frame
 from workbench.base.types import Outcome
 from workbench.identification.algorithms.identifier import AbstractIdentifier, Search
 from workbench.identification.noise import effective_parameters, factor_at
-from workbench.identification.observed import observed_by
+from workbench.identification.observed import idle_constants, observed_by
 from workbench.identification.pixel_noise import Considered, covariance
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor
@@ -201,6 +201,12 @@ class Fit(AbstractShown):
             for p, s, limit in zip(self.parameters, self.std, limits, strict=True)
             if s > limit and p.is_plain and p.unit in ("rad", "m") and p.name not in open_ones
         )
+
+    @cached_property
+    def idle(self) -> frozenset[str]:
+        """Those of them that others, such as a residual map, make up for: no pose of the tool depends on
+        them."""
+        return idle_constants(self)
 
     @cached_property
     def at_bounds(self) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.motion import Motion
-from workbench.arm.observed import Expected, Observed, some_of
+from workbench.arm.observed import MOST_POSITION, MOST_ROTATION, Expected, Observed, some_of
 from workbench.base import se3
 from workbench.base.types import Matrix3, frozen
 
@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 
 LEVER = 0.1
 """Length at which a turn of the tool counts like a displacement [m]."""
+IDLE = 0.1
+"""Share of the errors of a nominal arm that a constant without consequences may cause."""
 SEEN = 1e-6
 """Share of the information on the best direction from which on a direction is seen."""
 
@@ -36,6 +38,21 @@ def observed_by(fit: "Fit") -> Observed:
     )
 
 
+def idle_constants(fit: "Fit") -> frozenset[str]:
+    """Poorly determined constants whose uncertainty, with what goes along with it, hardly moves the tool."""
+    from workbench.identification.expected_error import fit_twists
+
+    wanted = [k for k, p in enumerate(fit.parameters) if p.words in fit.poorly_determined]
+    if not wanted:
+        return frozenset()
+    motion = Motion.of(fit.problem.data).take(some_of(fit.problem.data.q))
+    poses, twists, places = fit_twists(fit, motion)
+    along = fit.covariance[np.ix_(places, wanted)] / fit.std[wanted]
+    position, rotation = _sizes(poses, twists @ along)
+    still = (position < IDLE * MOST_POSITION) & (rotation < IDLE * MOST_ROTATION)
+    return frozenset(fit.parameters[k].words for k, idle in zip(wanted, still, strict=True) if idle)
+
+
 def _expected(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
     """How far the covariance moves the tool or the flange."""
     from workbench.identification.expected_error import fit_twists
@@ -43,11 +60,19 @@ def _expected(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
     poses, twists, places = fit_twists(fit, motion, at_flange=at_flange)
     value, vectors = np.linalg.eigh(fit.covariance[np.ix_(places, places)])
     moved = twists @ (vectors * np.sqrt(np.maximum(value, 0.0)))
+    position, rotation = _sizes(poses, moved)
+    return Expected(float(np.linalg.norm(position)), float(np.linalg.norm(rotation)))
+
+
+def _sizes(
+    poses: Float[np.ndarray, "rows 4 4"], moved: Float[np.ndarray, "rows 6 k"]
+) -> tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"]]:
+    """Root mean squares of each column's displacements, but for a motion of them all, and of its turns."""
     rigid = np.concatenate([np.tile(np.eye(3), (len(poses), 1, 1)), -se3.skew(poses[:, :3, 3])], axis=2)
     basis, field = np.linalg.qr(rigid.reshape(-1, 6))[0], moved[:, :3].reshape(3 * len(poses), moved.shape[2])
     left = field - basis @ (basis.T @ field)
-    sizes = np.sqrt([(part**2).sum() / len(poses) for part in (left, moved[:, 3:])])
-    return Expected(float(sizes[0]), float(sizes[1]))
+    square = ((left**2).sum(0), (moved[:, 3:] ** 2).sum((0, 1)))
+    return np.sqrt(square[0] / len(poses)), np.sqrt(square[1] / len(poses))
 
 
 def _directions(fit: "Fit") -> tuple[int, int]:

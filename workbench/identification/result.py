@@ -430,8 +430,8 @@ def _cautions(fit: Fit) -> tuple[str, ...]:
         found.append("there are no spare measurements, so errors can't be assessed; measure more poses")
     if fit.hardly_seen:
         found.append(f"barely observable, kept near nominal: {'; '.join(c.words for c in fit.hardly_seen)}")
-    if fit.poorly_determined:
-        found.append(f"uncertain by more than 1° or 5 mm: {', '.join(fit.poorly_determined)}")
+    if uncertain := [words for words in fit.poorly_determined if words not in fit.idle]:
+        found.append(f"uncertain by more than 1° or 5 mm: {', '.join(uncertain)}")
     if len(fit.suspicious):
         rows = fit.problem.data.row[fit.suspicious]
         shown = ", ".join(str(r) for r in rows[:10]) + (" …" if len(rows) > 10 else "")

@@ -71,9 +71,12 @@ class Use:
     @property
     def offsets(self) -> list[tuple[str, str, str]]:
         """Joint, and its offset in the full variant and when only offsets are entered."""
-        shown = (self.full, self.variants[0])
+
+        def cell(variant: ControllerNumbers, joint: int, slides: bool) -> str:
+            return _offset(variant.offsets[joint], slides) if variant.is_better else "–"
+
         return [
-            (f"joint {k + 1}", *(_offset(v.offsets[k], slides) if v.is_better else "–" for v in shown))
+            (f"joint {k + 1}", cell(self.full, k, slides), cell(self.variants[0], k, slides))
             for k, slides in enumerate(self.linear)
         ]
 

@@ -122,6 +122,8 @@ def parameter_table(fit: Fit) -> ParameterTable:
         state = State.SHARED if p.name in shared else State.IDENTIFIED
         if p.name in hidden:
             state, std = State.UNSEEN, None
+        elif p.words in fit.idle:
+            state, std = State.SHARED, None
         cells[p.name] = Cell(p.name, p.unit, p.nominal, value, std, state, p.name in expected)
     of_joints: dict[str, dict[str, Cell]] = {}
     others = []

@@ -274,7 +274,7 @@ def _parameters(found: Identification, shown: str) -> str:
                 f'{text(parameter.words)} <span style="color:{MUTED}">{unit}</span>',
                 f"{scale * parameter.nominal:.3f}".replace("-", "−"),
                 f"{scale * value:.3f}".replace("-", "−"),
-                f"±{_uncertain(scale * std)}",
+                "–" if parameter.words in fit.idle else f"±{_uncertain(scale * std)}",
             )
         )
     header = ("Parameter", "nominal", "identified", "std. error")
