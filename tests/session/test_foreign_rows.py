@@ -1,5 +1,7 @@
 """Rows of another arm are refused before a fit; another robot can be changed to, and undone."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -147,3 +149,16 @@ def test_rows_of_an_arm_with_more_joints_offer_that_arm_too(do):
     gone_on = do(ChooseRobot("aria"), MeasureVirtualArm(1), LoadData("seven.csv", "\n".join(rows).encode()))
     assert gone_on.unread is not None
     assert do(Identify(("opt2",))).unread is None
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_a_row_that_no_arm_explains_is_red_in_the_scene(do, seed, tmp_path):
+    _, rows = measure_poses(load_robot("aria"), 60, seed=seed)
+    position = rows.position.copy()
+    position[17] += [0.0, 0.05, 0.0]
+    path = write_measurements(replace(rows, position=position), tmp_path / "rows.csv")
+    session = do(LoadData("rows.csv", path.read_bytes()), Identify(("opt2",)))
+    found = session.identification
+    assert {outlier.row for outlier in found.outliers} | set(found.suspects) == {17}
+    assert session.comparison.set_apart == pytest.approx(position[[17]], abs=1e-6)
+    assert (17 in session.comparison.number) == bool(found.suspects)

@@ -18,6 +18,7 @@ from workbench.views.appearance.colours import (
     HELD_OUT,
     LEFT_OUT,
     NO_VALUE,
+    SET_APART,
     ErrorScale,
     scale_colours,
 )
@@ -25,7 +26,7 @@ from workbench.views.drawables.measured import error_scale, measured, selected_r
 from workbench.views.page.camera import FAR
 from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.panels.residuals import arrow_factors, colour_bar, row_errors, stage_means
-from workbench.views.page.scene.picking import nearest_to_ray
+from workbench.views.page.scene.picking import nearest_to_ray, picked
 
 ERRORS = 1e-3 * np.array([[1.0, 0.3, 0.1], [2.0, 0.2, 0.1], [4.0, 0.4, 0.2], [3.0, 0.3, 0.1]])
 
@@ -68,6 +69,17 @@ def test_points_have_the_colour_of_their_error_at_the_last_known_stage(stages, s
     assert np.array_equal(scene["measured/held_out"].colours, expected[3:])
     assert (scene["measured"].are_squares, scene["measured/held_out"].are_squares) == (False, True)
     assert scene["measured/held_out"].numbers.tolist() == [3]
+
+
+def test_rows_that_no_arm_explains_are_red_and_let_clicks_through():
+    places = np.array([[0.1, 0.2, 0.3], [0.4, 0.5, 0.6]])
+    red = drawn(replace(comparison(), set_apart=places))["measured/set_apart"]
+    assert np.array_equal(red.places, places)
+    assert {tuple(c) for c in red.colours} == {SET_APART}
+    assert (
+        picked([("measured/set_apart", red)], (np.array([0.1, 0.2, 0.0]), np.array([0.0, 0.0, 1.0]))) is None
+    )
+    assert drawn(comparison())["measured/set_apart"] is None
 
 
 def test_a_stage_is_chosen_and_rows_left_out_are_grey():

@@ -5,7 +5,7 @@ one, the nominal base) brings measured and predicted poses alike into the base's
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 from functools import cached_property
 from typing import Any
@@ -50,6 +50,7 @@ class Comparison:
         calibrated: Poses that the calibrated arm predicts; None before there is one.
         residuals: From measured to predicted position, for every stage [m]; NaN where there is no such model,
             or no position was measured.
+        set_apart: Measured positions of rows that no arm explains [m]: set apart, or suspects held out.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -60,6 +61,7 @@ class Comparison:
     nominal: Float[np.ndarray, "rows 4 4"]
     calibrated: Float[np.ndarray, "rows 4 4"] | None
     residuals: Float[np.ndarray, "rows 3 3"]
+    set_apart: Float[np.ndarray, "k 3"] = field(default_factory=lambda: np.zeros((0, 3)))
 
     def __len__(self) -> int:
         return len(self.q)
@@ -143,6 +145,14 @@ def _compared(
         calibrated=None if calibrated is None else to_base @ predicted[id(calibrated)],
         residuals=residuals,
     )
+
+
+def places_in_base(robot: Robot, data: Dataset) -> Float[np.ndarray, "rows 3"]:
+    """Measured positions in the robot's base frame [m]; rows without any are left out."""
+    if data.position is None:
+        return np.zeros((0, 3))
+    places = se3.apply(into_base(robot, data), data.position)
+    return frozen(places[np.isfinite(places).all(1)])
 
 
 def into_base(robot: Robot, data: Dataset) -> Poses:

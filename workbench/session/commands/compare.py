@@ -11,7 +11,7 @@ from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.session.command import AbstractChange, computed
-from workbench.session.comparison import Comparison, Overlay, Stage, compare, numbered_after
+from workbench.session.comparison import Comparison, Overlay, Stage, compare, numbered_after, places_in_base
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import Focus, Session, Severity, Units
 
@@ -56,7 +56,23 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
         checks = _directed(found.held_out_data, held_out)
     if found is None or not len(found.held_out_rows):
         checks = numbered_after(fitted, checks)
-    return compare(fitted, checks, nominal, shown, models)
+    rows = compare(fitted, checks, nominal, shown, models)
+    apart = np.isin(loaded.dataset.row, list(_set_apart(session)))
+    return replace(
+        rows, set_apart=places_in_base(nominal if shown is None else shown, loaded.dataset.take(apart))
+    )
+
+
+def _set_apart(session: Session) -> set[int]:
+    """Numbers of the rows that no arm explains."""
+    found, diagnosis = session.identification, session.diagnosis
+    rows: set[int] = set()
+    if found is not None:
+        rows |= {outlier.row for outlier in found.outliers} | set(found.suspects)
+    if diagnosis is not None:
+        rows |= set(diagnosis.data.row[diagnosis.outliers].tolist())
+        rows |= set(diagnosis.held_out_data.row[diagnosis.suspects].tolist())
+    return rows
 
 
 def _driven(robots: Iterable[Robot], data: Dataset) -> Dataset:

@@ -9,6 +9,7 @@
 | `plate/before/N`, `reach/envelope` | targets before the last step; the arm's reach during a drag |
 | `region/outline`, `region/cubes` | the region of interest and its cube field |
 | `measured`, `measured/held_out` | measured positions, coloured by their error |
+| `measured/set_apart` | rows that no arm explains |
 | `errors/nominal`, `errors/calibrated` | errors as arrows, exaggerated |
 | `row/frames`, `row/mark` | measured orientations, the selected measured position |
 | `track/wanted`, `track/reached` | the planned trajectory, and where the tool goes |

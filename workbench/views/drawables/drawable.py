@@ -43,7 +43,7 @@ class Arm:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Points:
-    """Round points, or square ones; a click on each tells its number."""
+    """Round points, or square ones; a click on each tells its number, and goes through negative ones."""
 
     places: Float[np.ndarray, "points 3"]
     colours: UInt8[np.ndarray, "points 3"]

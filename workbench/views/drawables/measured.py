@@ -8,7 +8,15 @@ import numpy as np
 from workbench.base import se3
 from workbench.session.comparison import STAGES, Comparison, Stage
 from workbench.session.state import Focus, Session
-from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, FITTED, LEFT_OUT, MARK, ErrorScale
+from workbench.views.appearance.colours import (
+    ARROW_AFTER,
+    ARROW_BEFORE,
+    FITTED,
+    LEFT_OUT,
+    MARK,
+    SET_APART,
+    ErrorScale,
+)
 from workbench.views.appearance.shapes import Solid, ball
 from workbench.views.drawables.drawable import Arrows, Axes, Colour, Mesh, Points
 from workbench.views.drawables.sink import Item
@@ -28,6 +36,7 @@ def measured(session: Session) -> Iterator[Item]:
     inputs = rows, rows.nearest_stage(overlay.stage), session.left_out
     yield Item("measured", _points, (*inputs, False), shown=is_shown)
     yield Item("measured/held_out", _points, (*inputs, True), shown=is_shown)
+    yield Item("measured/set_apart", _set_apart, (rows,), shown=is_shown)
     is_compared = rows.calibrated is not None and session.focus in (Focus.ROW, Focus.JOG)
     arms = (
         ("nominal", rows.nominal, overlay.exaggeration, ARROW_BEFORE),
@@ -80,6 +89,19 @@ def _points(rows: Comparison, stage: Stage, left_out: frozenset[int], held_out: 
         radius=RADIUS if np.count_nonzero(known) <= MANY else SMALL,
         numbers=chosen,
         are_squares=held_out,
+    )
+
+
+def _set_apart(rows: Comparison) -> Points | None:
+    """Red balls where rows were measured that no arm explains; clicks go through them."""
+    count = len(rows.set_apart)
+    if not count:
+        return None
+    return Points(
+        places=rows.set_apart,
+        colours=np.tile(np.array(SET_APART, np.uint8), (count, 1)),
+        radius=2.0 * RADIUS,
+        numbers=np.full(count, -1),
     )
 
 

@@ -11,7 +11,15 @@ from workbench.arm.robot import Robot
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, Overlay, Stage
 from workbench.session.state import Focus, Session
-from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, LEFT_OUT, ErrorScale, css, gradient
+from workbench.views.appearance.colours import (
+    ARROW_AFTER,
+    ARROW_BEFORE,
+    LEFT_OUT,
+    SET_APART,
+    ErrorScale,
+    css,
+    gradient,
+)
 from workbench.views.drawables.measured import error_scale
 from workbench.views.page.html import MUTED, badge, block, number, text
 from workbench.views.page.panels.panel import AbstractPanel
@@ -99,6 +107,8 @@ def marks(rows: Comparison, *, is_left_out: bool) -> str:
     """What round and square points are, and that they answer to a click."""
     kinds = "● fitted ■ held out" if rows.held_out.any() else "● fitted"
     grey = f' <span style="color:{css(LEFT_OUT)}">●</span> excluded' if is_left_out else ""
+    if len(rows.set_apart):
+        grey += f' <span style="color:{css(SET_APART)}">●</span> {len(rows.set_apart)} that no arm explains'
     return f'<div {MORE} style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'
 
 

@@ -86,6 +86,8 @@ def _mesh(mesh: Mesh, origin: Vector3, direction: Vector3) -> Hit | None:
 
 
 def _points(points: Points, origin: Vector3, direction: Vector3) -> Hit | None:
+    if (points.numbers < 0).all():
+        return None
     hit = nearest_to_ray(points.places, origin, direction)
     return None if hit is None else (hit[0], int(points.numbers[hit[1]]))
 
