@@ -1,6 +1,6 @@
 import pytest
 
-from workbench.base.wording import in_mm
+from workbench.base.wording import in_mm, joint_list
 
 
 @pytest.mark.parametrize(
@@ -16,3 +16,17 @@ from workbench.base.wording import in_mm
 )
 def test_lengths_in_words(metres, words):
     assert in_mm(metres) == words
+
+
+@pytest.mark.parametrize(
+    ("joints", "words"),
+    [
+        ((2,), "joint 3"),
+        ((1, 2), "joints 2, 3"),
+        ((0, 1, 2, 3, 4, 5), "joints 1–6"),
+        ((0, 1, 2, 4, 6), "joints 1–3, 5, 7"),
+        ((4, 3), "joints 5, 4"),
+    ],
+)
+def test_joints_in_a_row_are_a_range(joints, words):
+    assert joint_list(joints) == words

@@ -46,6 +46,27 @@ def measured(tmp_path_factory) -> Path:
 # -- whole runs -----------------------------------------------------------------------------------
 
 
+def test_effects_that_do_not_hold_elsewhere_are_an_unreliable_result(run, tmp_path):
+    """The held-out rows are those of the same arm after its drive was exchanged."""
+    robot = load_robot("aria")
+    actual, soft = measure_poses(robot, 80, effects=("joint-compliance:2:2e-4",), seed=1)
+    _, stiff = measure_poses(robot, 30, actual=actual.with_effects(), seed=2)
+    for name, rows in (("soft.csv", soft), ("stiff.csv", stiff)):
+        write_measurements(rows, tmp_path / name)
+    status, out, err = run(
+        *("diagnose", "soft.csv", "--robot", "aria", "--held-out", "stiff.csv", "--json", "d.json"),
+        *("--save", "arm.toml"),
+    )
+    found = json.loads(Path("d.json").read_text())
+    before, after = (found[k]["held_out"]["position_mm"]["mean"] for k in ("before", "after"))
+    assert found["effects"]
+    assert after > before
+    assert status == 2
+    assert "worse" in err
+    assert "worse" in " ".join(out.split())
+    assert run("diagnose", "soft.csv", "--robot", "aria")[0] == 0
+
+
 def test_from_simulation_to_a_calibrated_urdf(run, tmp_path):
     """simulate → identify → evaluate → export → evaluate: the held-out error survives every step."""
     assert run("simulate", "--robot", "aria", "--poses", 40, "--out", "d.csv", "--actual", "a.toml")[0] == 0

@@ -138,6 +138,9 @@ def test_what_was_not_measured_is_null(nothing):
         (Size("a", -2.5, 0.25, "mm/h"), "−2.50 ± 0.25 mm/h"),
         (Size("a", 23.4, 11.0, "µm/(m·K)"), "23 ± 11 µm/(m·K)"),
         (Size("a", 0.5, np.nan, "%"), "0.5 %"),
+        (Size("a", 0.724560776, 1e-12, "mrad"), "0.72456 ± < 0.00001 mrad"),
+        (Size("a", -123456.0, 1e-3, "mm"), "−123456 ± < 1 mm"),
+        (Size("a", 0.0, 0.0031, "mm"), "0.0000 ± 0.0031 mm"),
     ],
 )
 def test_sizes_have_two_digits_of_their_error(size, words):
@@ -168,8 +171,53 @@ def test_the_terminal_tells_it_all(diagnosed, width):
     for words in ("explained:", "geometry", "with effects", "joint-compliance,"):
         assert words in shown
     assert f"outliers: data row {WRONG}:" in shown
-    assert "Measure next" in shown
+    assert "chance" not in shown
     assert "…" not in shown.replace(" …", "")
+
+
+@pytest.mark.parametrize(("left", "is_shown"), [(0.96, False), (0.7, True)])
+def test_poses_that_tell_little_more_are_not_shown(diagnosed, left, is_shown):
+    reasons = tuple(replace(reason, shrinks_to=left) for reason in diagnosed.next_reasons)
+    text = io.StringIO()
+    Console(file=text, width=100).print(diagnosis_tables(replace(diagnosed, next_reasons=reasons)))
+    assert ("Measure next" in text.getvalue()) is is_shown
+
+
+def test_a_screen_has_one_standard_error_for_one_size(diagnosed):
+    """What poses to measure next would tell is relative to it."""
+    effects = [s.words for e in diagnosed.effects for s in sizes(e.effect, e.std, diagnosed.robot.chain)]
+    assert all(" ± " in words for words in effects)
+    sharpened = [r.sentence for r in diagnosed.next_reasons if "observable" not in r.sentence]
+    assert all(sentence.endswith(" % smaller") for sentence in sharpened)
+
+
+def test_what_has_no_certain_cause_is_not_called_explained(diagnosed):
+    """The verdict of the schema tells of noise alone; words and colours for people follow the confidence."""
+    assert diagnosed.is_good
+    assert diagnosed.verdict_words == "explained"
+    for doubtful in (
+        replace(diagnosed, causes=()),
+        replace(diagnosed, causes=tuple(replace(c, odds=5.0) for c in diagnosed.causes)),
+    ):
+        assert not doubtful.is_good
+        assert "explained" not in doubtful.verdict_words
+        assert diagnosis_json(doubtful)["verdict"] == "explained"
+
+
+def test_effects_that_make_held_out_rows_worse_are_said_to(diagnosed):
+    """By more than the standard error of the mean difference, row by row."""
+    assert diagnosed.harm is None
+    train, held = diagnosed.before_rows
+    rng = np.random.default_rng(0)
+    noise = 1e-4 * rng.standard_normal(len(held.position))
+    noise -= noise.mean()
+    limit = noise.std(ddof=1) / np.sqrt(len(noise))
+    for times, is_worse in ((0.9, False), (1.1, True)):
+        worse = replace(held, position=held.position + noise + times * limit)
+        found = replace(diagnosed, after_rows=(train, worse))
+        assert (found.harm is not None) is is_worse
+        assert found.is_good is not is_worse
+    assert replace(found, effects=()).harm is None
 
 
 def test_nothing_found_is_said_plainly(nothing):

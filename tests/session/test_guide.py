@@ -71,6 +71,11 @@ def told(session: Session, **change) -> Session:
     return replace(session, diagnosis=replace(session.diagnosis, **change))
 
 
+def unsure(session: Session) -> Session:
+    """With causes that can't be told from others."""
+    return told(session, causes=tuple(replace(c, odds=3.0) for c in session.diagnosis.causes))
+
+
 NOTHING = {"effects": (), "causes": (), "residual_map": None}
 NO_POSES = np.zeros((0, 6))
 STATES = [
@@ -236,6 +241,16 @@ STATES = [
         Tab.IDENTIFY,
         "Compare",
     ),
+    (
+        "diagnosed",
+        unsure,
+        "(cannot tell)",
+        Tone.CAREFUL,
+        "Add what was found",
+        Tab.IDENTIFY,
+        "Make the next poses targets",
+    ),
+    ("added", unsure, "no cause is certain", Tone.GOOD, "Save the arm", Tab.IDENTIFY, "Compare"),
     (
         "added",
         lambda s: told(s, verdict=Verdict.PARTLY),

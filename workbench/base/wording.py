@@ -15,6 +15,22 @@ def span(names: Sequence[str], *, longest: int = 4) -> str:
     return f"{names[0]} … {names[-1]}"
 
 
+def ranges(numbers: Sequence[int]) -> str:
+    """'2, 3', or '1–4, 6': three or more in a row as a range."""
+    runs: list[list[int]] = []
+    for number in numbers:
+        if runs and number == runs[-1][-1] + 1:
+            runs[-1].append(number)
+        else:
+            runs.append([number])
+    return ", ".join(f"{r[0]}–{r[-1]}" if len(r) > 2 else ", ".join(map(str, r)) for r in runs)
+
+
+def joint_list(joints: Sequence[int]) -> str:
+    """'joint 3' or 'joints 1–4, 6' of joints that count from 0."""
+    return f"joint{'s' if len(joints) > 1 else ''} {ranges([j + 1 for j in joints])}"
+
+
 def listed(names: Sequence[str], *, longest: int = 8) -> str:
     """The first few names, quoted, and how many more there are."""
     shown = ", ".join(f"'{name}'" for name in names[:longest])

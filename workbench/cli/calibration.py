@@ -142,6 +142,8 @@ def diagnose(
 
         opt.say(f"report: {write_diagnosis(run, out.report)}")
     opt.check_converged(run.final_fit)
+    if run.harm is not None:
+        opt.fail(run.harm)
 
 
 @opt.flattened

@@ -12,7 +12,7 @@ All others, and smooth errors of a joint that have no physical name, are the *re
 those of the evidence against the best effect of another claim in the cause's place, or against none; one that
 holds the cause as a special case and has more coefficients is no rival. They are stated as they would survive
 other rows of the same arm: less one standard error of their logarithm, found by leaving out fold after fold.
-What every part of the rows prefers stays probable.
+What every part of the rows prefers stays probable; what other rows might leave too small is no more.
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,6 +26,7 @@ from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
+from workbench.base.wording import joint_list
 from workbench.diagnosis.evidence import (
     SURE,
     Left,
@@ -124,6 +125,10 @@ MOST_ODDS = 1e12
 """Odds beyond this say nothing more."""
 INCLUDED = 0.01
 """Share of a column's square that a rival leaves, below which it holds the claim as a special case."""
+MARGINAL = 100.0
+"""Greatest odds where what a cause explains, less one standard error, is too little to be called one …"""
+STRAINED = 1.5
+"""… or more than so many times what all effects explain together, as if the geometry were linear so far."""
 LOOK_ALIKES = 3
 """Look-alikes that are listed."""
 
@@ -208,8 +213,7 @@ class ResidualMap:
     @property
     def sentence(self) -> str:
         """What it explains."""
-        names = ", ".join(str(j + 1) for j in self.joints)
-        where = f" of joint{'s' if len(self.joints) > 1 else ''} {names}" if names else ""
+        where = f" of {joint_list(self.joints)}" if self.joints else ""
         return (
             f"A residual map{where} takes the error from {self.before_mm:.3g} to {self.after_mm:.3g} mm; it "
             "predicts, but names no cause"
@@ -228,7 +232,13 @@ def together(effects: Sequence[AbstractEffect]) -> AbstractEffect:
 
 
 def find_causes(
-    searched: Searched, arm: Robot, motion: Motion, floor: Noise | None, std: Mapping[str, float]
+    searched: Searched,
+    arm: Robot,
+    motion: Motion,
+    floor: Noise | None,
+    std: Mapping[str, float],
+    *,
+    together_mm: float,
 ) -> tuple[Cause, ...]:
     """The causes among the accepted effects, the largest contribution first.
 
@@ -237,6 +247,7 @@ def find_causes(
         arm: The arm as it was found.
         floor: Noise that was known beforehand.
         std: Standard errors of its coefficients [SI].
+        together_mm: Root mean square of what all effects explain at the tool, on the fitted rows [mm].
     """
     sized = {e.names: e for e in arm.effects}
     known = searched.stage.geometric.typical_noise
@@ -260,12 +271,16 @@ def find_causes(
         if _is_masked_by_scatter(effects, most, scatter):
             continue
         odds, rivals = _against_rivals(searched, group)
+        explained = 1e3 * float(np.sqrt(3.0)) * known.position * size
+        is_strained = explained > STRAINED * together_mm
+        if is_strained or fall.mean() - standard_error(fall) < least**2 * count / len(fall):
+            odds = min(odds, MARGINAL)
         words = together(effects).sentence(arm.chain, motion)
         found.append(
             Cause(
                 effects=effects,
                 odds=odds,
-                contribution_mm=1e3 * float(np.sqrt(3.0)) * known.position * size,
+                contribution_mm=min(explained, together_mm) if is_strained else explained,
                 sentence=words if not rivals else f"{words}; or else {_listed(rivals)}",
                 look_alikes=rivals,
             )
@@ -329,7 +344,7 @@ def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[Abst
     leads = leads or [lead]
     stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MOST_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
-    close = distinct([o for o in rivals if np.log(odds) + best - o.gain < np.log(PROBABLE)])
+    close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
     return odds, tuple(o.term.candidate.effect for o in close[:LOOK_ALIKES])
 
 

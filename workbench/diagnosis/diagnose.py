@@ -22,7 +22,7 @@ from workbench.diagnosis.evidence import Model, Offer, Term, drop
 from workbench.diagnosis.final_fit import fitted_on_all, structured
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.refit import large, linear_answer, refit, robot_with
-from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
+from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, harm_done, judged
 from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
 from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
 from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows, weights_that_differ
@@ -179,7 +179,11 @@ def _concluded(
     shaky = readings(fit.problem.with_noise(last.stage.geometric.noise))
     floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
     left = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
-    causes = find_causes(last, final.calibrated, motion, floor, std) if accepted else ()
+    alone_mm, all_mm = (v.errors.train.position_mm.rms for v in (search.before, search.after))
+    together_mm = float(np.sqrt(max(alone_mm**2 - all_mm**2, 0.0)))
+    causes = (
+        find_causes(last, final.calibrated, motion, floor, std, together_mm=together_mm) if accepted else ()
+    )
     residual_map = _residual_map(last.found.model, accepted, causes, judge, search)
     verdict, message = conclude(
         causes,
@@ -201,6 +205,8 @@ def _concluded(
         message = f"{message} {describe(missing)}"
     fitted, held = ready.nominal_rows
     if worse := degradation_warning((fitted.take(last.stage.keep), held), search.after.rows):
+        message = f"{message} Beware: {worse}."
+    if accepted and (worse := harm_done(search.before.rows[1], search.after.rows[1])):
         message = f"{message} Beware: {worse}."
     report(0.9, "choosing poses to measure next")
     asked = [e.effect for e in accepted] + [e for c in causes for e in c.look_alikes]

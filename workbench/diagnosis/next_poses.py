@@ -54,7 +54,7 @@ class NextReason:
     """Why a pose should be measured.
 
     Args:
-        sentence: What it tells, with the standard error before and after.
+        sentence: What it tells, and by how much that lowers its standard error.
         shrinks_to: That standard error afterwards, as a share of the one before.
         gain: What it adds to the log determinant of all that is asked for [nat].
     """
@@ -160,18 +160,16 @@ def _reason(
     alike = np.abs(before[best]) / (old * old[best])
     alike[[u.owner == mine.owner for u in unknowns]] = 0.0
     other = int(np.argmax(alike))
-    factor, unit = readable_unit(mine.unit)
-    is_open = old[best] > OPEN
-    sharper = f"± {factor * new[best] / scale[best]:.2g} {unit}"
-    if is_open:
-        words = f"makes {mine.name} observable: {sharper}"
+    if old[best] > OPEN:
+        factor, unit = readable_unit(mine.unit)
+        words = f"makes {mine.name} observable: ± {factor * new[best] / scale[best]:.2g} {unit}"
     else:
         verb = (
             f"separates {mine.name} from {unknowns[other].name}"
             if alike[other] > ALIKE
             else f"sharpens {mine.name}"
         )
-        words = f"{verb}: ± {factor * old[best] / scale[best]:.2g} → {sharper}"
+        words = f"{verb}: ± {100.0 * (1.0 - new[best] / old[best]):.0f} % smaller"
     return NextReason(words, float(new[best] / old[best]), gain)
 
 

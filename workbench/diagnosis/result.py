@@ -12,7 +12,7 @@ from rich.console import RenderableType
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.claimed_causes import Cause, ResidualMap
+from workbench.diagnosis.claimed_causes import Cause, Confidence, ResidualMap
 from workbench.diagnosis.next_poses import NextReason
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
@@ -24,6 +24,10 @@ from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+NOTICEABLE = 0.9
+"""Share of a standard error that is left where a further pose is worth its time."""
 
 
 class Verdict(StrEnum):
@@ -79,6 +83,31 @@ class Accepted:
     after_mm: float
     alternatives: tuple[Ranked, ...]
     words: str
+
+
+def harm_done(before: RowErrors, after: RowErrors) -> str | None:
+    """A sentence where a model makes rows worse than another by more than the standard error of the mean.
+
+    Args:
+        before: Errors of the one.
+        after: Of the other, on the same rows.
+    """
+    for old, new, scale, unit in (
+        (before.position, after.position, 1e3, " mm"),
+        (before.rotation, after.rotation, float(np.rad2deg(1.0)), "°"),
+    ):
+        seen = np.isfinite(old) & np.isfinite(new)
+        rise = (new - old)[seen]
+        if len(rise) < 2:
+            continue
+        if rise.mean() <= rise.std(ddof=1) / np.sqrt(len(rise)):
+            return None
+        was, now = (scale * float(errors[seen].mean()) for errors in (old, new))
+        return (
+            f"the held-out rows are worse with what was added: {now:.3g} instead of {was:.3g}{unit} with the "
+            "geometry alone; use that"
+        )
+    return None
 
 
 @final
@@ -162,6 +191,38 @@ class Diagnosis(AbstractShown):
     def robot(self) -> Robot:
         """The same, by the name that every result has for its arm."""
         return self.calibrated
+
+    @property
+    def harm(self) -> str | None:
+        """A sentence where held-out rows are worse with the effects than without, beyond a standard error."""
+        return harm_done(self.before_rows[1], self.after_rows[1]) if self.effects else None
+
+    @property
+    def is_named(self) -> bool:
+        """Whether causes, all of them at least probable, explain more than the residual map predicts."""
+        if not self.causes or any(c.confidence is Confidence.OPEN for c in self.causes):
+            return False
+        fall = self.error.before.position_mm.mean - self.error.after.position_mm.mean
+        found = self.residual_map
+        return found is None or not found.before_mm - found.after_mm > 0.5 * fall
+
+    @property
+    def is_good(self) -> bool:
+        """Whether the verdict leaves nothing open: noise alone, or causes with names."""
+        if self.harm is not None:
+            return False
+        return self.verdict is Verdict.NONE or (self.verdict is Verdict.EXPLAINED and self.is_named)
+
+    @property
+    def verdict_words(self) -> str:
+        """The verdict for people: without a name nothing is called explained."""
+        is_guess = self.verdict is Verdict.EXPLAINED and not self.is_named
+        return "predicted, but no cause is certain" if is_guess else str(self.verdict)
+
+    @property
+    def worth_measuring(self) -> bool:
+        """Whether a pose to measure next would make a standard error noticeably smaller."""
+        return any(reason.shrinks_to < NOTICEABLE for reason in self.next_reasons)
 
     @property
     def error(self) -> BeforeAfter:

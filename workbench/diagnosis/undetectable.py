@@ -22,6 +22,7 @@ from workbench.arm.effects.axes import across, own
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import motion_wrenches
+from workbench.base.wording import joint_list
 from workbench.diagnosis.evidence import coefficients, curvature, left_by
 from workbench.diagnosis.rounds import Searched
 
@@ -114,12 +115,11 @@ def describe(missing: Sequence[Undetectable]) -> str:
     groups: dict[tuple[Reason, tuple[int, ...]], list[str]] = {}
     joints: dict[tuple[Reason, str], list[int]] = {}
     for item in missing:
-        joints.setdefault((item.reason, item.effect.name), []).append(item.effect.joints[0] + 1)
+        joints.setdefault((item.reason, item.effect.name), []).append(item.effect.joints[0])
     for (reason, name), which in joints.items():
         groups.setdefault((reason, tuple(which)), []).append(name)
     parts = [
-        f"{_listed(names)} of joint{'s' if len(which) > 1 else ''} {_listed(map(str, which))} ({reason})"
-        for (reason, which), names in groups.items()
+        f"{_listed(names)} of {joint_list(which)} ({reason})" for (reason, which), names in groups.items()
     ]
     return f"Not identifiable from these rows: {'; '.join(parts)}." if parts else ""
 

@@ -27,6 +27,7 @@ from scipy import optimize, special
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
+from workbench.base.wording import joint_list
 from workbench.data.observations import Channel
 from workbench.identification.problem import Noise, Problem
 
@@ -69,16 +70,14 @@ class Readings(NamedTuple):
 
     def words(self, chain: Chain) -> str:
         """`0.5 mrad`, or `0.5 mrad in joint 2, 0.1 mm in joint 3`; joints that read exactly are left out."""
-        sizes: dict[str, list[str]] = {}
+        sizes: dict[str, list[int]] = {}
         for j, sigma in enumerate(self.sigma):
             if sigma > 0.0:
                 unit = "mrad" if turns(chain, j) else "mm"
-                sizes.setdefault(f"{1e3 * sigma:.2g} {unit}", []).append(str(j + 1))
+                sizes.setdefault(f"{1e3 * sigma:.2g} {unit}", []).append(j)
         if len(sizes) == 1 and len(*sizes.values()) == len(self.sigma):
             return next(iter(sizes))
-        return ", ".join(
-            f"{size} in joint{'s' if len(js) > 1 else ''} {' and '.join(js)}" for size, js in sizes.items()
-        )
+        return ", ".join(f"{size} in {joint_list(js)}" for size, js in sizes.items())
 
 
 class _Table(NamedTuple):

@@ -37,6 +37,25 @@ def decimals_of(std: float, *, digits: int = 2, most: int = 6) -> int:
     return int(np.clip(digits - 1 - np.floor(np.log10(std)), 0, most))
 
 
+MOST_DIGITS = 5
+"""Digits of a value that people are shown at most, however small its standard error."""
+
+
+def with_error(value: float, std: float) -> str:
+    """`0.0412 ± 0.0003`: a value with the decimals of its standard error, of which two digits are shown.
+
+    Without a standard error the value has three digits.
+    """
+    if not np.isfinite(std) or std <= 0.0:
+        return f"{value:.3g}".replace("-", "−")
+    decimals = decimals_of(std, most=12)
+    finest = int(MOST_DIGITS - 1 - np.floor(np.log10(abs(value)))) if value else decimals
+    if decimals > finest + 1:
+        finest = max(finest, 0)
+        return f"{signed(value, finest)} ± < {10.0**-finest:.{finest}f}"
+    return f"{signed(value, decimals)} ± {std:.{decimals}f}"
+
+
 def factor(before: float, after: float) -> str:
     """How many times smaller, in words."""
     if not (np.isfinite(before) and np.isfinite(after)) or before <= 0.0 or after <= 0.0:

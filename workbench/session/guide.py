@@ -124,6 +124,8 @@ def _guide(session: Session) -> Step:
         found, left = session.diagnosis, "The model now describes the real arm"
         if found is not None and not found.causes:
             left = "A residual map predicts the rest; no cause is named"
+        elif found is not None and not found.is_named:
+            left = "What was added predicts the rest; no cause is certain"
         elif found is not None and found.verdict is Verdict.PARTLY:
             left = "No known effect explains the rest"
         return Step(f"{stages_in_words(session)} mm. {left}.", Tone.GOOD, TAKE, COMPARE)
@@ -307,13 +309,16 @@ def _identified(session: Session, found: Identification) -> Step:
 def _diagnosed(found: Diagnosis) -> Step:
     before, after = (judged(errors).position_mm.mean for errors in (found.before, found.after))
     poses = POSES if len(found.measure_next) else MORE
+    if found.harm is not None:
+        return Step(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
         fall = f"{significant(before)} → {significant(after)} mm"
         if not found.causes:
             return Step(f"No cause can be named; a residual map predicts {fall}.", Tone.CAREFUL, ADD, poses)
         first, more = found.causes[0], len(found.causes) - 1
         others = f" and {more} more" if more else ""
-        return Step(f"{first.label} ({first.confidence}){others}: {fall}.", Tone.GOOD, ADD, poses)
+        tone = Tone.GOOD if found.is_named else Tone.CAREFUL
+        return Step(f"{first.label} ({first.confidence}){others}: {fall}.", tone, ADD, poses)
     if found.verdict is Verdict.UNEXPLAINED:
         return Step(f"{significant(before)} mm left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
     words = f"{significant(before)} mm left, all of it noise: the geometry is enough."

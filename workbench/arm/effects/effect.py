@@ -20,6 +20,7 @@ from workbench.arm.effects.law import NO_WRENCHES, AbstractLaw, Loads
 from workbench.arm.effects.plots import State, View, usual_views
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
+from workbench.base.wording import capital, joint_list
 from workbench.report.numbers import readable
 
 STILL = float(np.deg2rad(1.0))
@@ -139,8 +140,9 @@ class AbstractEffect(AbstractLaw):
     @property
     def label(self) -> str:
         """Short, for tables: `joint-harmonic, joint 3, order 2`."""
-        joints = (", " if self.of_many_joints else " by ").join(str(j + 1) for j in self.joints)
-        where = f"joint{'s' if len(self.joints) > 1 else ''} {joints}" if joints else ""
+        where = joint_list(self.joints) if self.joints else ""
+        if not self.of_many_joints:
+            where = where.replace(", ", " by ")
         return ", ".join(part for part in (self.name, where, self.variant) if part)
 
     @property
@@ -151,8 +153,7 @@ class AbstractEffect(AbstractLaw):
     @property
     def where(self) -> str:
         """`Joint 3` or `Joints 2, 3`, for the beginning of a sentence; `The arm` without joints."""
-        numbers = ", ".join(str(j + 1) for j in self.joints)
-        return f"Joint{'s' if len(self.joints) > 1 else ''} {numbers}" if numbers else "The arm"
+        return capital(joint_list(self.joints)) if self.joints else "The arm"
 
     def size(self, chain: Chain) -> str:
         """Its largest coefficient in readable units."""

@@ -13,7 +13,6 @@ from workbench.diagnosis.report.plots import pictures
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import (
     alternatives,
-    chance,
     joint_headings,
     joint_noise_words,
     lines,
@@ -21,7 +20,7 @@ from workbench.diagnosis.report.table import (
     odds_words,
     outlier_words,
 )
-from workbench.diagnosis.result import Diagnosis, Verdict, judged
+from workbench.diagnosis.result import Diagnosis, judged
 from workbench.identification.report.html_report import error_cards
 from workbench.identification.result import error_rows
 from workbench.report.figures import Drawing, png
@@ -67,8 +66,8 @@ def _words(result: Diagnosis) -> dict[str, Any]:
     """What the template is filled with."""
     return {
         "robot": result.robot.name,
-        "verdict": str(result.verdict),
-        "good": result.verdict in (Verdict.EXPLAINED, Verdict.NONE),
+        "verdict": result.verdict_words,
+        "good": result.is_good,
         "message": result.message,
         "causes": [_cause(c) for c in result.causes],
         "residual_map": result.residual_map.sentence if result.residual_map is not None else "",
@@ -87,7 +86,7 @@ def _words(result: Diagnosis) -> dict[str, Any]:
         "alternatives": alternatives(result),
         "outliers": outlier_words(result) if len(result.outliers) else "",
         "next_headings": [*joint_headings(result), *(["what it tells"] if result.next_reasons else [])],
-        "next_rows": next_rows(result),
+        "next_rows": next_rows(result) if result.worth_measuring else [],
         "notes": result.notes,
     }
 
@@ -110,7 +109,6 @@ def _effect(result: Diagnosis, place: int) -> dict[str, object]:
         "sizes": lines(found.effect, found.std, result.calibrated.chain),
         "before": short(found.before_mm),
         "after": short(found.after_mm),
-        "chance": chance(found.p_value),
     }
 
 

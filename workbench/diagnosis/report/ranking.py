@@ -39,21 +39,16 @@ def ranking(result: Diagnosis) -> Figure | None:
 
 
 def _gains(axes: Axes, best, place, mine) -> None:
-    """Log evidence, and the probability that chance adds as much."""
+    """Log evidence."""
     gains = np.array([r.gain for r in best])
     for chosen, colour, words in ((mine, COLOURS[1], "added to the model"), (~mine, NOMINAL, "not added")):
         axes.barh(place[chosen], gains[chosen], color=colour, height=0.65, label=words)
     for y, candidate in zip(place, best, strict=True):
-        words = f" {candidate.gain:.1f}" + (f"  (p {_chance(candidate.p_value)})")
-        axes.annotate(words, (max(candidate.gain, 0.0), y), va="center", fontsize=7)
+        axes.annotate(f" {candidate.gain:.1f}", (max(candidate.gain, 0.0), y), va="center", fontsize=7)
     axes.set_yticks(place, [r.effect.label for r in best])
     axes.set_xlim(min(0.0, 1.1 * gains.min()), 1.3 * max(gains.max(), 1.0))
     axes.set_xlabel("log evidence that it adds to the geometry alone [nat]")
     grid(axes, "x")
-
-
-def _chance(p: float) -> str:
-    return "< 1e−300" if p < 1e-300 else f"= {p:.2g}".replace("-", "−")
 
 
 def _errors(axes: Axes, result: Diagnosis, tried: list[int], place, colours) -> None:

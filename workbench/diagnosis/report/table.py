@@ -16,7 +16,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, judged
 from workbench.identification.report.table import models_table
-from workbench.report.numbers import readable_unit, short
+from workbench.report.numbers import readable_unit, short, with_error
 from workbench.report.tables import folded, line, new_table, unbroken
 
 STYLES = {Verdict.EXPLAINED: "bold green", Verdict.NONE: "bold", Verdict.PARTLY: "bold yellow"}
@@ -43,7 +43,7 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
         parts.append(line("outliers", outlier_words(result)))
     if result.joint_noise is not None:
         parts.append(line("noise of joint readings", joint_noise_words(result)))
-    if len(result.measure_next):
+    if result.worth_measuring:
         parts.append(next_table(result))
     parts += [line("warning", words) for words in result.warnings]
     parts += [line("note", words) for words in result.notes]
@@ -67,7 +67,10 @@ def joint_noise_words(result: Diagnosis) -> str:
 
 def _beginning(result: Diagnosis) -> list[RenderableType]:
     """Robot and rows, the verdict, errors before and after."""
-    verdict = Text(f"{result.verdict}: {result.message}", style=STYLES.get(result.verdict, "bold red"))
+    style = STYLES.get(result.verdict, "bold red")
+    if result.verdict is Verdict.EXPLAINED and not result.is_good:
+        style = STYLES[Verdict.PARTLY]
+    verdict = Text(f"{result.verdict_words}: {result.message}", style=style)
     return [Text(heading(result), style="bold"), verdict, errors_table(result)]
 
 
@@ -78,7 +81,7 @@ def _alternatives(result: Diagnosis) -> list[Text]:
 def ranking_table(result: Diagnosis) -> Table:
     """The candidates that would have added most to the geometry alone."""
     added = {(found.effect.name, found.effect.names) for found in result.effects}
-    headings = ("gain\n[nat]", "mean\n[mm]", "chance", "")
+    headings = ("gain\n[nat]", "mean\n[mm]", "")
     table = new_table("What each candidate would add to the geometry alone", "effect", *headings)
     for candidate in result.ranking[:RANKED]:
         mean = "–" if candidate.held_out_mm is None else short(candidate.held_out_mm)
@@ -87,7 +90,6 @@ def ranking_table(result: Diagnosis) -> Table:
             candidate.effect.label,
             f"{candidate.gain:.1f}".replace("-", "−"),
             mean,
-            chance(candidate.p_value),
             "added" if is_added else "",
         )
     return table
@@ -128,24 +130,15 @@ def odds_words(odds: float) -> str:
 
 
 def effects_table(result: Diagnosis) -> Table:
-    """What was added, with coefficients ± standard errors, and the mean error before and after each."""
+    """What was added, with coefficients ± standard errors, and the mean error without and with each."""
     rows = "held-out" if result.after.held_out is not None else "fitted"
-    title = f"Effects that were added; mean error of {rows} rows"
-    table = new_table(
-        title, folded("effect"), folded("coefficients"), "before\n[mm]", "after\n[mm]", "chance"
-    )
+    title = f"Effects that were added; mean error of {rows} rows without each, and with all"
+    table = new_table(title, folded("effect"), folded("coefficients"), "without\n[mm]", "with\n[mm]")
     for found in result.effects:
         sizes = lines(found.effect, found.std, result.calibrated.chain)
         words = "\n".join(f"{name.partition('.')[2] if '.' in name else name} {size}" for name, size in sizes)
-        table.add_row(
-            found.effect.label, words, short(found.before_mm), short(found.after_mm), chance(found.p_value)
-        )
+        table.add_row(found.effect.label, words, short(found.before_mm), short(found.after_mm))
     return table
-
-
-def chance(p: float) -> str:
-    """A probability as powers of ten."""
-    return "< 1e-300" if p < 1e-300 else f"{p:.0e}" if p < 1e-3 else f"{p:.3f}"
 
 
 def alternatives(result: Diagnosis) -> list[str]:
@@ -213,10 +206,7 @@ class Size:
     @property
     def words(self) -> str:
         """Such as `0.0412 ± 0.0003 mrad/(N·m)`: two digits of the standard error."""
-        if not np.isfinite(self.std) or self.std <= 0.0:
-            return f"{self.value:.3g} {self.unit}".replace("-", "−")
-        digits = int(np.clip(1 - np.floor(np.log10(self.std)), 0, 9))
-        return f"{self.value:.{digits}f} ± {self.std:.{digits}f} {self.unit}".replace("-", "−")
+        return f"{with_error(self.value, self.std)} {self.unit}"
 
 
 def sizes(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple[Size, ...]:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.diagnosis.report.table import alternatives, chance, heading, lines, outlier_words
+from workbench.diagnosis.report.table import alternatives, heading, lines, outlier_words
 from workbench.diagnosis.result import Accepted, Diagnosis, judged
 from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import unseen
@@ -117,7 +117,9 @@ def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str, str]]:
 
 def diagnosis_markdown(found: Diagnosis) -> str:
     """Everything that a reviewer should know of it, the verdict first."""
-    return "\n".join([f"**{found.verdict}**: {found.message}", "", f"{heading(found)}.", "", *_tables(found)])
+    return "\n".join(
+        [f"**{found.verdict_words}**: {found.message}", "", f"{heading(found)}.", "", *_tables(found)]
+    )
 
 
 def _tables(found: Diagnosis) -> Iterator[str]:
@@ -125,8 +127,8 @@ def _tables(found: Diagnosis) -> Iterator[str]:
     yield "|---|---:|"
     yield from (f"| {name} | {error} |" for name, error in model_errors(found))
     if found.effects:
-        yield from ("", "| added to the model | coefficients | before | after | chance |")
-        yield "|---|---|---:|---:|---:|"
+        yield from ("", "| added to the model | coefficients | without | with |")
+        yield "|---|---|---:|---:|"
         yield from (_effect(effect, found) for effect in found.effects)
     yield ""
     yield from (f"- {words}" for words in remarks(found))
@@ -154,4 +156,4 @@ def _effect(accepted: Accepted, found: Diagnosis) -> str:
     sizes = lines(accepted.effect, accepted.std, found.calibrated.chain)
     coefficients = ", ".join(f"{name} {size}" for name, size in sizes)
     errors = f"{short(accepted.before_mm)} mm | {short(accepted.after_mm)} mm"
-    return f"| {accepted.effect.label} | {coefficients} | {errors} | {chance(accepted.p_value)} |"
+    return f"| {accepted.effect.label} | {coefficients} | {errors} |"

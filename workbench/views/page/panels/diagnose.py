@@ -7,7 +7,7 @@ from workbench.arm.joint_units import joint_words
 from workbench.base.wording import capital
 from workbench.diagnosis.claimed_causes import Confidence
 from workbench.diagnosis.report.table import outlier_words
-from workbench.diagnosis.result import Diagnosis, Verdict, judged
+from workbench.diagnosis.result import Diagnosis, judged
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.export import next_poses_csv
 from workbench.session.state import Session
@@ -83,8 +83,7 @@ class DiagnosePanel(AbstractPanel):
 
 
 def _verdict(found: Diagnosis, session: Session) -> str:
-    good = found.verdict in (Verdict.NONE, Verdict.EXPLAINED)
-    mark = badge(capital(found.verdict), GOOD if good else css(OUT_OF_REACH))
+    mark = badge(capital(found.verdict_words), GOOD if found.is_good else css(OUT_OF_REACH))
     added = f'<div style="color:{GOOD}">Now part of the model.</div>' if session.accepted else ""
     return block(f"{mark}<div>{text(found.message)}</div>{added}{_bars(found)}", testid="verdict")
 
@@ -130,7 +129,7 @@ def _details(found: Diagnosis) -> str:
 
 def _next(found: Diagnosis) -> str:
     """Poses to measure next, with what each would determine once those above it are measured."""
-    if not found.next_reasons:
+    if not found.worth_measuring:
         return ""
     lines = [
         f"<li>{text(capital(reason.sentence))}"
