@@ -223,8 +223,8 @@ def _concluded(
         lambda: next_poses(fit.problem, fit.x, asked, rng=rng, measurable=measurable),
         (np.zeros((0, robot.dof)), ()),
     )
-    first = search.rounds[0]
-    ranking = advice.ask("the ranking of candidates", lambda: _ranking(first, Trial(ready, first)), ())
+    opening = search.rounds[0]
+    ranking = advice.ask("the ranking of candidates", lambda: _ranking(opening, Trial(ready, opening)), ())
     result = Diagnosis(
         nominal_robot=robot,
         data=ready.data,
