@@ -163,8 +163,8 @@ def _concluded(
     """The effects with what they add, the verdict, and what to measure next."""
     last = search.rounds[-1]
     fit = last.stage.fitted.fit
-    first = search.first.fitted
-    apart = suspects(ready, last.stage.fitted.fit, first.problem.named(first.fit.x))
+    geometry = search.first.fitted
+    apart = suspects(ready, last.stage.fitted.fit, geometry.problem.named(geometry.fit.x))
     final, said = fitted_on_all(ready, last, apart, on_step)
     before, after = judged(search.before.errors), judged(search.after.errors)
     is_short = search.short is not None
