@@ -101,9 +101,9 @@ def measured(rng: np.random.Generator) -> np.ndarray:
     return centre + rng.uniform(-1.0, 1.0, (ROWS, 6)) * [0.7, 0.4, 0.4, 0.35, 0.3, 0.5]
 
 
-@pytest.fixture(scope="module", params=[(0, 0.02), (1, 0.03), (2, 0.05)], ids=str)
+@pytest.fixture(scope="module", params=[(0, 0.02, np.inf), (1, 0.03, np.inf), (2, 0.05, "auto")], ids=str)
 def cell(request, tmp_path_factory) -> Cell:
-    seed, off_axis = request.param
+    seed, off_axis, deviation = request.param
     rng = np.random.default_rng(seed)
     errors = rng.normal(0.0, ERROR, (6, 6))
     reflector, q = np.array([off_axis, 0.0, 0.02 - 0.0823, 1.0]), measured(rng)
@@ -111,7 +111,7 @@ def cell(request, tmp_path_factory) -> Cell:
     made = Cell(errors, reflector, measured(rng)[:60], str(path))
     point = made.points(q) + rng.normal(0.0, NOISE, (ROWS, 3))
     rows = Dataset(q=q, row=np.arange(ROWS), position=point, source="reflector.csv")
-    wb.identify(wb.load_robot("ur5"), rows, algorithms=("ols",)).robot.save(path)
+    wb.identify(wb.load_robot("ur5"), rows, algorithms=("ols",), deviation=deviation).robot.save(path)
     return made
 
 
