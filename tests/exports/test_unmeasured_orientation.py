@@ -5,11 +5,14 @@ The arm, its errors and every judge are plain numpy; of the package's own code o
 
 import json
 import re
+import tomllib
 import xml.etree.ElementTree as ET
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 import pytest
+import tomli_w
 
 import workbench as wb
 from tests.exports import readers
@@ -254,3 +257,18 @@ def test_a_corrected_path_is_not_said_to_have_no_error(cell, run, tmp_path):
     assert f"{1e3 * own:.3f}" in out
     assert json.loads((tmp_path / "r.json").read_text())["model_error"][0] == pytest.approx(own)
     assert run(*words, "--orientations")[0] == 64
+
+
+def test_an_older_file_without_a_record_is_taken_for_positions_alone(cell, tmp_path):
+    table = tomllib.loads(Path(cell.saved).read_text())
+    for key in ("observed", "nominal", "error"):
+        del table["calibration"][key]
+    path = tmp_path / "old.toml"
+    path.write_text(tomli_w.dumps(table))
+    old = wb.load_robot(path)
+    found = wb.compensate(old, trajectory(cell.q), nominal=wb.load_robot("ur5"))
+    wanted, before, after = flanges(cell.q), cell.flanges(cell.q), cell.flanges(found.q)
+    assert angles(after, wanted) < angles(before, wanted) + 0.08  # it has no measured poses to go by either
+    assert any("does not say what was measured" in note for note in found.notes)
+    with pytest.raises(OptionError, match="assumed"):
+        wb.compensate(old, trajectory(cell.q), nominal=wb.load_robot("ur5"), positions_only=False)

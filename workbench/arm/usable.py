@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.calibration_record import Calibration
 from workbench.arm.effects import AbstractEffect, Loads
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.motion import Motion
@@ -168,12 +169,17 @@ def _observed(robot: Robot) -> tuple[tuple[bool, bool], tuple[str, ...]]:
         return (True, True), ()
     if (seen := found.observed) is not None:
         return (seen.sees_position, seen.sees_rotation), _words(seen)
-    if any(name.startswith("tool") and name.endswith(FRAME_PARTS[3:]) for name in found.std):
+    if _turned(found):
         return (True, True), ()
     return (True, False), (
         "its file does not say what was measured: positions alone are assumed, as no orientation of the tool "
         "was identified; identify it again to be sure",
     )
+
+
+def _turned(found: Calibration) -> bool:
+    """Whether the tool's orientation was identified, which takes orientations that were measured."""
+    return any(name.startswith("tool") and name.endswith(FRAME_PARTS[3:]) for name in found.std)
 
 
 def _words(seen: Observed) -> tuple[str, ...]:
@@ -197,11 +203,12 @@ def _nominal(robot: Robot, other: Robot | None) -> Robot | None:
 def _free(robot: Robot) -> tuple[str, ...]:
     """Constants that were identified, base and tool as of one session."""
     found = robot.calibration
-    if found is None or not found.nominal:
-        frames = (
-            () if found is None else {n.split("[")[0].split(".")[0] for n in found.std} & {"base", "tool"}
-        )
-        parts = [f"{frame}.{p}" for frame in sorted(frames) for p in FRAME_PARTS]
+    if found is None:
+        return robot.default_free
+    if not found.nominal:
+        owners = {n.split("[")[0].split(".")[0] for n in found.std}
+        tool = FRAME_PARTS if _turned(found) else FRAME_PARTS[:3]
+        parts = [f"{f}.{p}" for f, own in (("base", FRAME_PARTS), ("tool", tool)) if f in owners for p in own]
         return (*robot.default_free, *parts)
     names = (f"{n.split('[')[0]}.{n.rpartition('.')[2]}" if "[" in n else n for n in found.nominal)
     return tuple(n for n in dict.fromkeys(names) if n in robot.chain.index)

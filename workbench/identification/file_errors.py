@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from workbench.arm.observed import MOST_POSITION, MOST_ROTATION
 from workbench.arm.usable import usable_arm
 from workbench.base.wording import in_mm
 from workbench.identification.result import Identification, Run, judged
@@ -37,5 +38,7 @@ def file_words(found: Identification, run: Run) -> str:
     seen = run.fit.calibrated.calibration
     if seen is not None and (at := seen.observed) is not None:
         known = f"flange known to {in_mm(at.flange.position)} and {np.rad2deg(at.flange.rotation):.2g}°"
+        if at.flange.position > MOST_POSITION or at.flange.rotation > MOST_ROTATION:
+            known = "the flange was not observed apart from the tool"
         words.append(f"{at.missing}: left as the nominal arm has them" if at.missing else known)
     return "; ".join(words)
