@@ -8,7 +8,7 @@ from workbench.data.writer import write_measurements
 from workbench.plate.simulated_measurement import measure_poses
 
 DRIVEN = {
-    "temperature": ("thermal-growth::3e-4", 3),
+    "temperature": ("thermal-growth::1e-4", 3),
     "time": ("base-drift", 3),
     "payload": ("joint-compliance:2:3e-4", 4),
     "direction": (Backlash((1,), (1.5e-3,), by="motion"), 3),
