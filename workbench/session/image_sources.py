@@ -4,6 +4,7 @@ Joints of a picture are where the live source says that the arm stands; without 
 table of the folder, as soon as it is there.
 """
 
+import contextlib
 import threading
 from collections.abc import Iterator
 from dataclasses import replace
@@ -12,8 +13,8 @@ from typing import Any, final
 
 import numpy as np
 
-from workbench.base.errors import WorkbenchError
-from workbench.data.camera.detect import ENDINGS, BoardFinder, blur
+from workbench.base.errors import FileError, WorkbenchError
+from workbench.data.camera.detect import ENDINGS, BoardFinder, blur, read_picture
 from workbench.data.camera.folder import TABLES, small_jpeg
 from workbench.data.camera.markers import opencv
 from workbench.data.camera.pixel_table import plain_names
@@ -94,7 +95,7 @@ class PictureWatcher(AbstractView):
 
     def _folder(self, shooting: Shooting, stop: threading.Event) -> Iterator[tuple[str, Any]]:
         """New pictures, and those whose joints have come; None when there is nothing new."""
-        cv2, folder = opencv("reading pictures"), Path(shooting.source)
+        folder = Path(shooting.source)
         done: dict[Path, tuple[float, float]] = {}
         while not stop.is_set():
             files = sorted(folder.iterdir())
@@ -105,8 +106,8 @@ class PictureWatcher(AbstractView):
                 mark = path.stat().st_mtime, 0.0 if path.name in kept else tables
                 if mark[0] == done.get(path, (0.0, 0.0))[0] and mark[1] in (0.0, done[path][1]):
                     continue
-                picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-                if picture is not None:  # or else it is being written
+                with contextlib.suppress(FileError):  # it is being written
+                    picture = read_picture(path)
                     done[path] = mark
                     yield path.name, picture
             yield "", None

@@ -2,6 +2,7 @@
 
 import asyncio
 import signal
+import socket
 import subprocess
 import sys
 import threading
@@ -18,6 +19,7 @@ from viser import _messages
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.base.errors import FileError, OptionError
+from workbench.views.page import local_server as local
 from workbench.views.page.local_server import local_server, page_address, session_link
 from workbench.views.page.serve import serve
 
@@ -268,3 +270,31 @@ def test_the_arm_is_drawn_without_a_session():
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert done.stdout == "['arm/nominal'] []\n"
+
+
+def raw(port: int, content: bytes) -> bytes:
+    """Send bytes, read the answer to its end."""
+    with socket.create_connection(("127.0.0.1", port), timeout=10) as connection:
+        connection.sendall(content)
+        connection.shutdown(socket.SHUT_WR)
+        return b"".join(iter(lambda: connection.recv(4096), b""))
+
+
+def test_requests_that_it_cannot_answer_are_one_line_a_minute(server, caplog, monkeypatch):
+    clock, records, port = [1000.0], caplog.records, server.get_port()
+    monkeypatch.setattr(local, "monotonic", lambda: clock[0])
+    host = f" / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode()
+    raw(port, b"HEAD" + host)
+    (line,) = records
+    assert "HEAD" in line.getMessage()
+    red = b"\x1b[31mred\r\n\r\n"
+    for content in (b"OPTIONS" + host, b"POST" + host, b"\x16\x03\x01\x02", b"GET / HT", red):
+        raw(port, content)
+    assert len(records) == 1
+    clock[0] += local.LOG_INTERVAL
+    raw(port, red)
+    line = records[1].getMessage()
+    assert "5 more" in line
+    assert line.isprintable()
+    assert [record.exc_info for record in records] == [None, None]
+    assert urllib.request.urlopen(f"http://127.0.0.1:{port}/").status == 200

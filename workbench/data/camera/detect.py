@@ -20,7 +20,7 @@ from jaxtyping import Float, Int, UInt8
 from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.progress import Report
 from workbench.base.wording import listed, plural
-from workbench.data.camera.markers import USUAL, detector, opencv, opencv_board
+from workbench.data.camera.markers import MOST_PIXELS, USUAL, detector, opencv, opencv_board
 from workbench.data.camera.pixel_table import PixelRows
 from workbench.data.camera.rig import Rig
 from workbench.data.camera.target import Target, prints_of
@@ -234,12 +234,12 @@ def find_corners(folder: Path | str, rig: Rig, *, progress: Report | None = None
     """
     folder = Path(folder)
     files = list(picture_files(folder, rig))
-    finder = BoardFinder.of(rig.targets, [_read(path) for _, path in _some(files)])
+    finder = BoardFinder.of(rig.targets, [read_picture(path) for _, path in _some(files)])
     sizes = {camera.name: camera.size for camera in rig.cameras}
 
     def look(entry: tuple[int, tuple[str, Path]]) -> Found:
         k, (camera, path) = entry
-        picture = _read(path)
+        picture = read_picture(path)
         if picture.shape[::-1] != sizes[camera]:
             raise DataError(
                 f"{path}: the picture has {picture.shape[1]} x {picture.shape[0]} px, camera '{camera}' has "
@@ -299,7 +299,7 @@ def _unseen(finder: BoardFinder, found: list[Found], files: list[tuple[str, Path
     for board in finder.targets:
         if not np.isin(board.ids, seen).any():
             alone = finder.alone(board)
-            why = Counter(alone.reason(_read(path)) for _, path in files).most_common(1)[0][0]
+            why = Counter(alone.reason(read_picture(path)) for _, path in files).most_common(1)[0][0]
             yield f"no picture shows board '{board.name}': {why}"
 
 
@@ -336,11 +336,21 @@ def _some(files: list) -> list:
     return [files[i] for i in np.unique(np.linspace(0, len(files) - 1, 5).astype(int))]
 
 
-def _read(path: Path) -> Picture:
+def read_picture(path: Path) -> Picture:
+    """A picture in grey.
+
+    Raises:
+        FileError: it is none, is being written, or is too large.
+    """
     cv2 = opencv("reading pictures")
-    picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    try:
+        picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    except cv2.error:  # of more than `MOST_PIXELS`
+        picture = None
     if picture is None:
-        raise FileError("can't be read as a picture", path=str(path))
+        raise FileError(
+            f"can't be read as a picture of at most {MOST_PIXELS // 10**6} megapixels", path=str(path)
+        )
     return picture
 
 

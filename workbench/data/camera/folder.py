@@ -4,6 +4,8 @@ The kind of a file is determined by its content, not its name: `[[camera]]` tabl
 column `u[px]`), joints or tool poses.
 """
 
+import contextlib
+import errno
 import io
 import os
 import re
@@ -14,13 +16,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from workbench.base.errors import FileError
 from workbench.base.progress import Report
 from workbench.base.toml import AbstractTableReader
 from workbench.base.wording import listed
-from workbench.data.camera.detect import ENDINGS, Picture, find_corners, picture_files
+from workbench.data.camera.detect import ENDINGS, Picture, find_corners, picture_files, read_picture
 from workbench.data.camera.markers import opencv
 from workbench.data.camera.pixel_table import plain_names, read_pixels
 from workbench.data.camera.rig import Rig, read_rig
@@ -28,8 +30,10 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers.read import read_fields
 
 TABLES = (".csv", ".tsv", ".xlsx", ".parquet")
-LARGEST, MOST_FILES = 1 << 30, 20_000
-"""Bytes and files of an archive that are unpacked."""
+LARGEST, MOST_FILES, CHUNK = 1 << 30, 20_000, 1 << 20
+"""Bytes and files of an archive that are unpacked, and bytes at once."""
+MOST_TABLES = 100
+"""Tables and TOML files of a folder that are looked into."""
 SHOWN_WIDTH, QUALITY = 900, 80
 """Width [px] and quality of pictures that are kept to be looked at."""
 
@@ -61,6 +65,8 @@ def scan_folder(place: Path | str) -> Folder:
     ):
         place = inside[0]
     files = sorted(p for p in inside if p.is_file())
+    if sum(p.suffix.lower() in (*TABLES, ".toml") for p in files) > MOST_TABLES:
+        raise FileError(f"has more than {MOST_TABLES} tables; leave those of the pictures", path=str(place))
     tables = {p: set(_keys(p)) for p in files if p.suffix.lower() == ".toml"}
     camera = _only(place, [p for p, keys in tables.items() if "camera" in keys], "camera.toml", "[[camera]]")
     targets = [p for p, keys in tables.items() if keys & {"charuco", "point", "board"}]
@@ -93,13 +99,10 @@ def shown_pictures(place: Path | str, rig: Rig) -> dict[tuple[str, str], bytes]:
     place = scan_folder(place).place
     if not any(p.suffix.lower() in ENDINGS for p in place.rglob("*")):
         return {}
-    cv2 = opencv("reading pictures")
     found = {}
     for camera, path in picture_files(place, rig):
-        picture = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
-        if picture is None:
-            continue
-        found[camera, plain_names([path.name])[0]] = small_jpeg(picture)
+        with contextlib.suppress(FileError):
+            found[camera, plain_names([path.name])[0]] = small_jpeg(read_picture(path))
     return found
 
 
@@ -123,34 +126,58 @@ def packed(place: Path | str) -> bytes:
 
 @contextmanager
 def unpacked(name: str, content: bytes) -> Iterator[Path]:
-    """The folder that a ZIP or tar archive holds, as long as it is looked at."""
+    """The folder that a ZIP or tar archive holds, as long as it is looked at.
+
+    Links and devices in it are left out, and nothing is written outside the folder.
+
+    Raises:
+        FileError: it can't be unpacked, or is too large.
+    """
     with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-        size = 0
-        for number, (inside, data) in enumerate(_members(name, content)):
-            size += len(data)
-            if size > LARGEST or number >= MOST_FILES:
-                raise FileError(f"unpacks to more than {LARGEST >> 20} MiB or {MOST_FILES} files", path=name)
-            parts = [re.sub(r"[^\w.+ ()-]", "_", part) for part in re.split(r"[/\\]", inside)]
-            path = Path(folder, *(part for part in parts if part.strip(".")))
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(data)
+        try:
+            _unpack(name, content, Path(folder))
+        except FileError:
+            raise
+        except tarfile.ReadError:
+            raise FileError("is no ZIP or tar archive; pack the folder again", path=name) from None
+        except Exception as error:  # a broken archive raises nearly anything
+            if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+                raise FileError(f"there is no room to unpack it in {folder}; make room", path=name) from None
+            why = (isinstance(error, OSError) and error.strerror) or type(error).__name__
+            raise FileError(
+                f"can't be unpacked ({why}); pack the folder again, without a password", path=name
+            ) from None
         yield Path(folder)
 
 
-def _members(name: str, content: bytes) -> Iterator[tuple[str, bytes]]:
-    try:
-        if zipfile.is_zipfile(io.BytesIO(content)):
-            with zipfile.ZipFile(io.BytesIO(content)) as archive:
-                for info in archive.infolist():
-                    if not info.is_dir() and info.file_size <= LARGEST:
-                        yield info.filename, archive.read(info)
-            return
-        with tarfile.open(fileobj=io.BytesIO(content)) as archive:
-            for member in archive:
-                if member.isfile() and (file := archive.extractfile(member)) is not None:
-                    yield member.name, file.read()
-    except (tarfile.TarError, zipfile.BadZipFile, EOFError, OSError):
-        raise FileError("is no ZIP or tar archive; pack the folder again", path=name) from None
+def _unpack(name: str, content: bytes, folder: Path) -> None:
+    left = LARGEST
+    for number, (inside, file) in enumerate(_members(content)):
+        parts = [re.sub(r"[^\w.+ ()-]", "_", part) for part in re.split(r"[/\\]", inside)]
+        if parts := [part for part in parts if part.strip(".")]:
+            path = folder.joinpath(*parts)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("wb") as copy:
+                while left >= 0 and (piece := file.read(CHUNK)):
+                    left -= len(piece)
+                    copy.write(piece)
+        if left < 0 or number >= MOST_FILES:
+            raise FileError(f"unpacks to more than {LARGEST >> 20} MiB or {MOST_FILES} files", path=name)
+
+
+def _members(content: bytes) -> Iterator[tuple[str, IO[bytes]]]:
+    """Files of an archive by name, opened."""
+    if zipfile.is_zipfile(io.BytesIO(content)):
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            for info in archive.infolist():
+                if not info.is_dir():
+                    with archive.open(info) as file:
+                        yield info.filename, file
+        return
+    with tarfile.open(fileobj=io.BytesIO(content)) as archive:
+        for member in archive:
+            if member.isfile() and (file := archive.extractfile(member)) is not None:
+                yield member.name, file
 
 
 def _only(place: Path, found: list[Path], name: str = "", holds: str = "") -> Any:

@@ -1,5 +1,6 @@
 """Markers of OpenCV's dictionaries: which cells are black, and the detectors for them."""
 
+import os
 from functools import cache
 from typing import Any
 
@@ -15,10 +16,14 @@ USUAL = (
 )
 """Dictionaries in which markers are sought where the right one shows none; the larger hold the smaller."""
 
+MOST_PIXELS = 250_000_000
+"""Larger pictures are refused, as a small file may unpack to gigabytes; sensors have 150 million at most."""
+
 
 @cache
 def opencv(what: str) -> Any:
     """The library."""
+    os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MOST_PIXELS))
     try:
         import cv2
 

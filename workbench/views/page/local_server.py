@@ -10,16 +10,19 @@ for a secret as well, which is in the link that the program prints and then in a
 
 import hmac
 import ipaddress
+import logging
 import secrets
 import socket
 from collections.abc import Callable
 from http.cookies import CookieError, SimpleCookie
+from time import monotonic
 from urllib.parse import parse_qs, urlencode, urlsplit
 
 import viser
 import websockets.asyncio.server as websockets
 
 from workbench.base.errors import OptionError
+from workbench.base.wording import brief
 from workbench.views.page.style import configure_pages
 from workbench.views.page.viser_internals import served_by, set_by_its_own_thread, stop_server, without_tunnel
 
@@ -37,6 +40,8 @@ HEADERS = {
 """No page shows this one in a frame, and none learns its link."""
 FRAMES = ("iframe", "frame", "embed", "object")
 EVERYWHERE = ("0.0.0.0", "::")
+LOG_INTERVAL = 60.0
+"""Time between two lines about requests that are none [s]."""
 
 
 class LocalServer(viser.ViserServer):
@@ -96,6 +101,7 @@ def local_server(
                     response.headers["Set-Cookie"] = cookie
             return response
 
+        options["logger"] = _connection_log()
         return real(handler, address, port_tried, process_request=guard, **options)
 
     with served_by(serve):
@@ -108,6 +114,33 @@ def local_server(
         raise OptionError(f"port {port} is taken by another program; choose another one with --port")
     without_tunnel(server)
     return server
+
+
+def _connection_log() -> logging.Logger:
+    """What websockets logs; a request that it can't answer, as HEAD, is one line instead of a traceback."""
+    log = logging.Logger("workbench.page", logging.WARNING)
+    log.parent = logging.getLogger()
+    last, left_out = -LOG_INTERVAL, 0
+
+    def shorten(record: logging.LogRecord) -> bool:
+        nonlocal last, left_out
+        error = record.exc_info[1] if record.exc_info else None
+        if record.msg != "opening handshake failed" or error is None:
+            return True
+        left_out += 1
+        if monotonic() - last < LOG_INTERVAL:
+            return False
+        while error.__cause__ is not None:
+            error = error.__cause__
+        record.msg, record.args = (
+            "a request to the page was not answered: %s%s",
+            (brief(str(error)), f" (and {left_out - 1} more like it)" if left_out > 1 else ""),
+        )
+        record.exc_info, last, left_out = None, monotonic(), 0
+        return True
+
+    log.addFilter(shorten)
+    return log
 
 
 def session_link(server: viser.ViserServer, name: str) -> str:
