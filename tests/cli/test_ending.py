@@ -1,6 +1,8 @@
 """How commands end: the exit status, and one sentence for whatever happens."""
 
 import json
+import os
+import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -170,3 +172,68 @@ def test_a_file_without_columns_is_refused_without_an_empty_table(run, tmp_path)
     status, out, err = run("preview", "bad.csv")
     assert (status, out) == (1, "")
     assert "bad.csv" in err
+
+
+SIMULATED = ("simulate", "--robot", "aria", "--poses", "30", "--seed", "1", "--out", "rows.csv")
+HOSTILE = {
+    "no home": {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null/c", "XDG_CONFIG_HOME": "/dev/null/d"},
+    "German": {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"},
+    "plain": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
+}
+
+
+@pytest.fixture(scope="module")
+def usual(tmp_path_factory):
+    """Files of a calibration at the command line in the usual surroundings."""
+    return written(tmp_path_factory.mktemp("usual"), {})
+
+
+def command(words, folder, more=None, **options) -> subprocess.CompletedProcess:
+    """A command in a process of its own."""
+    code = f"import sys; from workbench.__main__ import main; sys.argv[1:] = {list(words)}; main()"
+    environment = os.environ | {"PYTHONPATH": ":".join(sys.path), "PYTHONDONTWRITEBYTECODE": "1"}
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        cwd=folder,
+        env=environment | (more or {}),
+        capture_output=True,
+        check=False,
+        **options,
+    )
+
+
+def written(folder, more) -> dict[str, bytes]:
+    for words in (SIMULATED, ("identify", "rows.csv", "--robot", "aria", "--save", "arm.toml")):
+        done = command(words, folder, more=more)
+        assert done.returncode == 0, done.stderr
+    return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
+
+
+@pytest.mark.parametrize("surroundings", HOSTILE)
+def test_files_are_the_same_whatever_the_home_and_the_locale(surroundings, usual, tmp_path):
+    assert written(tmp_path, HOSTILE[surroundings]) == usual
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("simulate", "--robot", "aria", "--poses", "60", "--out", "x.csv"),
+        ("identify", "rows.csv", "--robot", "aria", "--save", "x.toml"),
+        ("identify", "rows.csv", "--robot", "aria", "--json", "x"),
+        ("identify", "rows.csv", "--robot", "aria", "--report", "x"),
+        ("diagnose", "rows.csv", "--robot", "aria", "--report", "x"),
+        ("export", "aria", "--for", "python-module", "--nominal", "aria", "--out", "x.py"),
+        ("export", "aria", "--for", "mjcf", "--out", "x.xml"),
+        ("plate", "export", "table2", "--robot", "aria", "--out", "x"),
+    ],
+)
+def test_a_disk_that_is_full_leaves_nothing_of_a_writer(tmp_path, words):
+    """Files may not grow beyond a kilobyte: what was there stays, nothing half is left."""
+    assert command(SIMULATED, tmp_path).returncode == 0
+    before = sorted(path.name for path in tmp_path.iterdir())
+    size = 1000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]
+    done = command(words, tmp_path, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, size))
+    assert done.returncode == 1
+    assert b"can't be written" in done.stderr
+    assert done.stderr.count(b"\n") == 1
+    assert sorted(path.name for path in tmp_path.iterdir()) == before

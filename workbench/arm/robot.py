@@ -187,12 +187,12 @@ class Robot:
     calibration: Calibration | None = None
 
     def __post_init__(self):
+        if not self.name.isprintable():  # it is written into programs and files of others
+            raise RobotError(f"the robot's name {self.name!a} has control characters; remove them")
         if not any(e.joint is not None for e in self.elements):
             raise RobotError(f"robot '{self.name}' has no joint that moves; give at least one")
         if self.dof > MOST_JOINTS:
-            raise RobotError(
-                f"robot '{self.name}' has {self.dof} joints that move; at most {MOST_JOINTS} can be used"
-            )
+            raise RobotError(f"'{self.name}' has {self.dof} joints that move; at most {MOST_JOINTS} may move")
         names = Counter(e.name for e in self.elements)
         if len(names) != len(self.elements):
             double = next(name for name, count in names.items() if count > 1)

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 LONGEST, QUOTED = 300, 80
 """Characters of a sentence, and of a value that it quotes."""
+_OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 _LONG = re.compile(rf"(?<!\w)'([^']{{{QUOTED},}})'")
 
 
@@ -52,6 +53,37 @@ def in_mm(length: float) -> str:
 def capital(sentence: str) -> str:
     """A sentence that begins with a capital letter."""
     return sentence[:1].upper() + sentence[1:]
+
+
+def readable(text: str) -> str:
+    """Text in which � stands for what a terminal obeys and for what turns the direction of writing.
+
+    A name in a file could otherwise colour, move or hide what is printed behind it.
+    """
+    return _OBEYED.sub("\N{REPLACEMENT CHARACTER}", text)
+
+
+def as_cell(text: str) -> str:
+    """Text for a cell of a table: `'` before what a spreadsheet would compute; numbers stay as they are.
+
+    `of_cell` takes it off again.
+    """
+    return f"'{text}" if _begins_formula(text) else text
+
+
+def of_cell(cell: str) -> str:
+    """The text of a cell that `as_cell` wrote."""
+    return cell[1:] if cell.startswith("'") and _begins_formula(cell[1:]) else cell
+
+
+def _begins_formula(text: str) -> bool:
+    if not text.lstrip("'").startswith(("=", "+", "-", "@", "\t", "\r")):
+        return False
+    try:
+        float(text)
+    except ValueError:
+        return True
+    return False
 
 
 def brief(sentence: str) -> str:

@@ -13,6 +13,7 @@ import typer
 
 import workbench as wb
 from workbench.base.errors import DataError, OptionError, UnitError
+from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
 
 
@@ -383,7 +384,7 @@ def check_converged(fit) -> None:
 
 def say(text: str) -> None:
     """Print one line of the result."""
-    print(text)
+    print(readable(text))
 
 
 def say_notes(notes: Iterable[str]) -> None:
@@ -395,8 +396,11 @@ def say_notes(notes: Iterable[str]) -> None:
 def show(renderable) -> None:
     """Print a table of the result."""
     from rich.console import Console
+    from rich.segment import Segment, Segments
 
-    Console().print(renderable)
+    console = Console()
+    parts = console.render(renderable, console.options)
+    console.print(Segments(Segment(readable(p.text), p.style, p.control) for p in parts), end="")
 
 
 def write_result(json: Path | None, content) -> None:

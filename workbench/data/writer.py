@@ -11,6 +11,7 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import FileError
 from workbench.base.files import write_text
+from workbench.base.wording import as_cell
 from workbench.data.dataset import Dataset
 
 
@@ -136,4 +137,4 @@ def _cells(values: np.ndarray) -> list[str]:
         return ["" if value != value else repr(value) for value in values.tolist()]
     if values.dtype.kind == "b":
         return ["true" if value else "false" for value in values.tolist()]
-    return [str(value) for value in values.tolist()]
+    return [as_cell(str(value)) for value in values.tolist()]

@@ -14,6 +14,7 @@ from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined, Te
 from markupsafe import Markup
 
 from workbench.base.files import write_folder
+from workbench.base.wording import readable
 from workbench.report.figures import COLOURS, Drawing
 from workbench.report.json import Json, json_text
 from workbench.report.numbers import short, signed, standard_error
@@ -26,6 +27,7 @@ def page_template(name: str, *, package: str = "workbench.report") -> Template:
         loader=ChoiceLoader([PackageLoader(p) for p in dict.fromkeys((package, "workbench.report"))]),
         autoescape=True,
         undefined=StrictUndefined,
+        finalize=lambda value: type(value)(readable(value)) if isinstance(value, str) else value,
         trim_blocks=True,
         lstrip_blocks=True,
     )

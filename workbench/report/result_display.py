@@ -11,6 +11,8 @@ from rich.console import Console, Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from workbench.base.wording import readable
+
 WIDTH = 100
 """Columns of a result that is printed."""
 
@@ -33,7 +35,7 @@ def as_text(renderable: RenderableType) -> str:
     """Tables and lines as plain text."""
     console = Console(file=io.StringIO(), width=WIDTH, color_system=None, force_jupyter=False)
     console.print(renderable)
-    lines = console.file.getvalue().splitlines()  # type: ignore[attr-defined]
+    lines = readable(console.file.getvalue()).split("\n")  # type: ignore[attr-defined]
     return "\n".join(line.rstrip() for line in lines).strip("\n")
 
 

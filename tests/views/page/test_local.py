@@ -6,6 +6,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 import urllib.error
 import urllib.parse
 import urllib.request
@@ -285,16 +286,18 @@ def test_requests_that_it_cannot_answer_are_one_line_a_minute(server, caplog, mo
     monkeypatch.setattr(local, "monotonic", lambda: clock[0])
     host = f" / HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\n\r\n".encode()
     raw(port, b"HEAD" + host)
-    (line,) = records
-    assert "HEAD" in line.getMessage()
     red = b"\x1b[31mred\r\n\r\n"
     for content in (b"OPTIONS" + host, b"POST" + host, b"\x16\x03\x01\x02", b"GET / HT", red):
         raw(port, content)
-    assert len(records) == 1
+    (line,) = records
+    assert "HEAD" in line.getMessage()
     clock[0] += local.LOG_INTERVAL
     raw(port, red)
+    patience = time.monotonic() + 10.0
+    while len(records) < 2 and time.monotonic() < patience:  # the answer may come before its line
+        time.sleep(0.01)
     line = records[1].getMessage()
-    assert "5 more" in line
+    assert "more like it" in line
     assert line.isprintable()
     assert [record.exc_info for record in records] == [None, None]
     assert urllib.request.urlopen(f"http://127.0.0.1:{port}/").status == 200

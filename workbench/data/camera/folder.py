@@ -176,8 +176,8 @@ def _members(content: bytes) -> Iterator[tuple[str, IO[bytes]]]:
         return
     with tarfile.open(fileobj=io.BytesIO(content)) as archive:
         for member in archive:
-            if member.isfile() and (file := archive.extractfile(member)) is not None:
-                yield member.name, file
+            if member.isfile() and (found := archive.extractfile(member)) is not None:
+                yield member.name, found
 
 
 def _only(place: Path, found: list[Path], name: str = "", holds: str = "") -> Any:

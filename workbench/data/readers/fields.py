@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError, FileError
+from workbench.base.wording import of_cell
 from workbench.data.readers.columns import Column, decisions, interpret_columns, problems
 from workbench.data.readers.table import Table
 
@@ -128,7 +129,7 @@ def _values(table: Table, column: Column, decimal: Decimal) -> np.ndarray:
     if column.key == "time" and column.conversion is None:
         return _seconds(table, column)
     if column.conversion is None:
-        return np.array(table.columns[column.index], dtype=str)
+        return np.array([of_cell(cell) for cell in table.columns[column.index]], dtype=str)
     return column.conversion.to_si(to_numbers(table, column.index, decimal))
 
 

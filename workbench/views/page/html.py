@@ -5,6 +5,7 @@ from html import escape
 
 import numpy as np
 
+from workbench.base.wording import readable
 from workbench.session.judgement import Tone
 
 MUTED = "var(--mantine-color-dimmed)"
@@ -23,7 +24,7 @@ def on_any_page(colour: str) -> str:
 
 def text(value: object) -> str:
     """Any value, harmless in HTML."""
-    return escape(str(value), quote=True)
+    return escape(readable(str(value)), quote=True)
 
 
 def block(content: str, *, testid: str | None = None, style: str = "") -> str:
