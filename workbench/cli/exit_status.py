@@ -19,7 +19,7 @@ import typer.core
 
 from workbench.base.errors import INTERRUPTED, STOPPED, OptionError, WorkbenchError
 from workbench.base.files import STANDARD_OUTPUT, standard_output_last
-from workbench.base.wording import brief
+from workbench.base.wording import brief, readable
 
 NO_RESULT, UNUSABLE, WRONG_USAGE = 1, 2, 64
 UsageError: Any = typer.BadParameter.__base__
@@ -154,7 +154,7 @@ def run(command: Callable[[Sequence[str]], None], words: Sequence[str]) -> int:
         status, sentence = status or NO_RESULT, sentence or reason
     if sentence:
         with contextlib.suppress(OSError):
-            print(f"workbench: {sentence}", file=sys.stderr)
+            print(f"workbench: {readable(sentence)}", file=sys.stderr)
     return status
 
 
