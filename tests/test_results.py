@@ -58,15 +58,16 @@ def test_an_identification_prints_as_a_small_table(fit):
     text = str(fit)
     assert len(text) < 2000
     assert "nominal" in text
-    assert "OPT2" in text
-    assert fit._repr_html_().count("<tr>") == 1 + 2 * 4
+    assert "calibrated" in text
+    assert not any(run.fit.title in text for run in fit.runs.values())  # they all ended at one arm
+    assert fit._repr_html_().count("<tr>") == 1 + 2 * 2
 
 
 def test_one_algorithm_prints_as_its_parameters(fit):
     """A run printed 33 000 characters, its fit about as many."""
     text = str(fit.runs["ols"])
     assert text == str(fit.runs["ols"].fit)
-    assert "OLS: arm" in text
+    assert "(OLS)" in text
     assert len(text) < 5000
     assert max(map(len, text.splitlines())) <= 100
     assert "<table>" in fit.runs["ols"]._repr_html_()

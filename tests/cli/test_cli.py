@@ -64,6 +64,10 @@ def test_effects_that_do_not_hold_elsewhere_are_an_unreliable_result(run, tmp_pa
     assert status == 2
     assert "worse" in err
     assert "worse" in " ".join(out.split())
+    assert not Path("arm.toml").exists()
+    forced = ("--held-out", "stiff.csv", "--save", "arm.toml", "--force")
+    assert run("diagnose", "soft.csv", "--robot", "aria", *forced)[0] == 0
+    assert Path("arm.toml").exists()
     assert run("diagnose", "soft.csv", "--robot", "aria")[0] == 0
 
 
@@ -597,3 +601,18 @@ def test_hidden_errors_of_a_good_arm_tell_the_right_robot_from_a_sister_model(ru
         left.append(json.loads(out.read_text())["errors"]["position_mm"]["mean"])
     assert left[0] < 1.5
     assert left[1] > 10.0
+
+
+def test_an_implausible_arm_is_not_written_unless_forced(run):
+    """An arm whose second link is 60 mm longer than its file says."""
+    robot = load_robot("aria")
+    longer = robot.with_values({"joint2.a": 0.47})
+    _, rows = measure_poses(robot, 60, actual=longer, seed=4)
+    write_measurements(rows, Path("long.csv"))
+    status, _, err = run("identify", "long.csv", "--robot", "aria", "--save", "arm.toml")
+    assert status == 2
+    assert "joint2.a" in err
+    assert not Path("arm.toml").exists()
+    status, _, _ = run("identify", "long.csv", "--robot", "aria", "--save", "arm.toml", "--force")
+    assert status == 0
+    assert load_robot("arm.toml").values(("joint2.a",))[0] == pytest.approx(0.47, abs=2e-4)

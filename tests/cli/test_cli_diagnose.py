@@ -76,7 +76,6 @@ def test_found_saved_and_used(run, soft):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--save", "c.urdf"), "save the arm as .toml"),
         (("--save", "c.txt"), ".toml"),
         (("--report", "file"), "file: "),
         (("--exclude", "70"), "no row 70"),

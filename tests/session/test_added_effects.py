@@ -85,7 +85,10 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     assert causes == pytest.approx(judged_errors(session.diagnosis.after), rel=1e-9)
     the_law_of_the_cause_is_laid_over_the_errors(session)
     run = session.identification.runs[session.fit]
-    assert run.calibrated is session.diagnosis.robot
+    assert (run.calibrated.elements, run.calibrated.effects) == (
+        session.diagnosis.robot.elements,
+        session.diagnosis.robot.effects,
+    )
     expected = evaluate(run.judged, read_measurements(path))
     shown = session.comparison
     errors = shown.errors[:, 1]

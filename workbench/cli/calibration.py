@@ -86,8 +86,7 @@ def identify(
         opt.say(f"calibrated robot ({run.best.fit.title}): {opt.save_robot(run.robot, out.save)}")
         opt.say(f"held-out error of the files: {file_words(run, run.best)}")
     if doubts:
-        kept = "" if out.save is None else f"; {out.save} is not written, --force writes it all the same"
-        opt.fail(f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}{kept}")
+        opt.fail(f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}{opt.not_written(out.save)}")
     opt.check_converged(run.best.fit)
 
 
@@ -132,7 +131,8 @@ def diagnose(
     with opt.progress_bar("diagnose") as progress:
         run = wb.diagnose(arm, rows, choices, progress=progress)
     opt.show(diagnosis_tables(run))
-    if out.save is not None:
+    harm = None if fit.force else run.harm
+    if out.save is not None and harm is None:
         opt.say(f"calibrated robot: {opt.save_robot(run.robot, out.save)}")
         found = run.identification()
         opt.say(f"held-out error of the files: {file_words(found, found.best)}")
@@ -142,8 +142,8 @@ def diagnose(
 
         opt.say(f"report: {write_diagnosis(run, out.report)}")
     opt.check_converged(run.final_fit)
-    if run.harm is not None:
-        opt.fail(run.harm)
+    if harm is not None:
+        opt.fail(harm + opt.not_written(out.save))
 
 
 @opt.flattened

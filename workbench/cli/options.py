@@ -376,6 +376,11 @@ def fail(sentence: str) -> NoReturn:
     raise Unusable(sentence)
 
 
+def not_written(path: Path | None) -> str:
+    """What `fail` adds where a robot was to be saved."""
+    return "" if path is None else f"; {path} is not written, --force writes it all the same"
+
+
 def check_converged(fit) -> None:
     """End with status 2 if a fit did not end at an optimum."""
     if not fit.outcome.ok:
