@@ -225,10 +225,10 @@ def test_the_command(run, tmp_path):
     assert mine.name == "mine"
     np.testing.assert_allclose(tool_poses(mine, Motion(signs * q)), poses, atol=1e-4)
     code, _, error = run("new", table, "--out", out)
-    assert code == 1
+    assert code == 64
     assert "--pose" in error
     code, _, error = run("new", table, "--out", out, "--pose", "1,2 = 3")
-    assert code == 1
+    assert code == 64
     assert "6 joint positions" in error
 
 
@@ -252,7 +252,7 @@ def test_a_controllers_own_file_is_read_in(run, tmp_path):
     assert "UR10" in error
     assert not (tmp_path / "no.toml").exists()
     code, _, error = run("new", "ur10", "--apply", conf, "--out", out)
-    assert code == 1
+    assert code == 64
     assert "--for" in error
 
 

@@ -36,7 +36,7 @@ USUAL = "0.1mm,0.02deg"
 
 def sigma_of(noise: str | None) -> tuple[float, float] | None:
     """Standard deviations as given [m], [rad]; None for usual ones."""
-    return None if noise is None else tuple(opt.noise_of(noise))
+    return None if noise is None else opt.noise_of(noise)[:2]
 
 
 def making_of(plate, tolerance: str | None, play: str | None):
