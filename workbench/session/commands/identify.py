@@ -83,7 +83,7 @@ def _summary(found: Identification, fit: str) -> str:
     kind = "held-out" if found.runs[fit].held_out else "fitted"
     return (
         f"mean error on {kind} poses: {significant(old.position_mm.mean)} mm with the nominal arm, "
-        f"{significant(new.position_mm.mean)} mm with the calibrated one ({ALGORITHMS[fit].title})"
+        f"{significant(new.position_mm.mean)} mm with the calibrated one"
     )
 
 
