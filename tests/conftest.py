@@ -2,6 +2,7 @@
 
 import fcntl
 import gc
+import io
 import os
 import sys
 from collections.abc import Callable
@@ -46,7 +47,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 SHARING = ("/test_browser", "studies/test_", "identification/report/")
 """Beginnings of tests' names that share what one worker builds for all of them."""
-FIRST = ("browser", "data", "views", "session", "test_readme", "plate", "cli", "diagnosis")
+FIRST = ("browser", "data", "views", "session", "test_readme", "plate", "cli", "diagnosis", "extras")
 """Marks, folders and files that take long, longest first: one that comes late leaves a worker idle."""
 
 
@@ -108,9 +109,12 @@ def aria():
 
 @pytest.fixture(scope="session")
 def built() -> Callable:
-    """The commands as typer builds them, once a process and not once a call."""
+    """The commands as typer builds them, once a process and not once a call; those of extras too."""
     from typer.main import get_command
 
+    from workbench.cli import add_plugins
+
+    add_plugins(["--help"])
     return cache(get_command)
 
 
@@ -129,5 +133,25 @@ def run(monkeypatch, capfd, tmp_path, built):
             cli.main()
         out, err = capfd.readouterr()
         return int(ended.value.code or 0), out, err
+
+    return call
+
+
+class ClosedPipe(io.TextIOBase):
+    """Standard output whose reader has gone."""
+
+    encoding = "utf-8"
+
+    def write(self, text: str) -> int:
+        raise BrokenPipeError(32, "Broken pipe")
+
+
+@pytest.fixture
+def run_unread(run, monkeypatch):
+    """Run a command whose output nobody reads."""
+
+    def call(*words: str | Path) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "stdout", ClosedPipe())
+        return run(*words)
 
     return call

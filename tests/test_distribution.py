@@ -3,6 +3,7 @@
 import re
 import shlex
 import tomllib
+from importlib.metadata import distribution
 from pathlib import Path
 
 import pytest
@@ -99,6 +100,13 @@ def test_the_project_is_named_licensed_and_typed():
     assert "Apache License" in (ROOT / PROJECT["license-files"][0]).read_text(encoding="utf-8")
     assert (ROOT / "workbench" / "py.typed").is_file()
     assert package_version().startswith(PROJECT["version"])
+
+
+def test_the_installed_entry_points_are_those_of_the_project():
+    """Extras come in by them; after a change of `pyproject.toml`: pip install -e ."""
+    installed = {(e.group, e.name, e.value) for e in distribution(NAME).entry_points}
+    groups = {"console_scripts": PROJECT["scripts"], **PROJECT["entry-points"]}
+    assert installed == {(group, *part) for group, parts in groups.items() for part in parts.items()}
 
 
 def test_citation_and_changelog_know_the_version():

@@ -16,7 +16,7 @@ import typer
 from documented_commands import commands, run_lines
 
 import workbench
-from workbench.cli import app
+from workbench.cli import add_plugins, app
 
 DOCS = Path(__file__).resolve().parents[1] / "assets" / "docs"
 README = DOCS.parents[1] / "README.md"
@@ -25,6 +25,7 @@ PAGES = {path.stem: path.read_text(encoding="utf-8") for path in sorted(DOCS.glo
 SHOWN = {name: found for name, text in PAGES.items() if (found := commands(text))}
 QUICK = {"mocap", "robots"}
 """Pages whose commands together take a second or two."""
+add_plugins(["--help"])
 
 
 @pytest.mark.parametrize(

@@ -72,6 +72,9 @@ PARTS = {
                 return None
         """,
     "commands": """
+        from workbench.cli.exit_status import in_section
+
+        @in_section("Files")
         def Part(number: int = 1) -> None:
             "Say a number twice."
             print(number, number)
@@ -115,7 +118,7 @@ PARTS = {
         """,
 }
 """What stands in the file of each part, by the group of its entry point."""
-MORE = {"session_commands": "panels:DoubleNoise"}
+MORE = {"session_commands": "panels:DoubleNoise", "root": "commands:Part"}
 BROKEN = "import a_module_that_nobody_has\n"
 
 
@@ -184,7 +187,9 @@ def test_parts_of_another_package_through_the_command_line(run_with, log, tmp_pa
     assert "'their-log'" in listed.stderr
     told = run_with("-m", "workbench", "its-stranger", "--number", "7")
     assert (told.stdout, told.returncode) == ("7 7\n", 0)
-    assert "its-stranger" in run_with("-m", "workbench", "--help").stdout
+    shown = run_with("-m", "workbench", "--help").stdout
+    assert "its-stranger" in shown.partition("\nFiles:\n")[2]
+    assert "\nCommands:\n" not in shown
 
 
 def test_parts_of_another_package_through_python(run_with, log):
@@ -198,9 +203,11 @@ def test_parts_of_another_package_through_python(run_with, log):
             fit = wb.identify("ur5", again, algorithms="theirs")
         warned = sum("broken" in str(w.message) for w in told)
         print([e.name for e in arm.effects], list(fit.runs), len(again), warned)
+        getattr(wb, "its-stranger")(number=5)
+        assert "its-stranger" in dir(wb)
         """
     done = run_with("-c", dedent(code))
-    assert done.stdout == "['square-sag'] ['theirs'] 40 2\n", done.stderr
+    assert done.stdout == "['square-sag'] ['theirs'] 40 2\n5 5\n", done.stderr
 
 
 def test_a_panel_with_its_command_in_page_journal_and_reopened_session(run_with):

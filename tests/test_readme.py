@@ -1,11 +1,8 @@
 """What the README shows is run: its commands, and its Python; marked blocks of the documentation too."""
 
-import json
 import re
 from pathlib import Path
 
-import numpy as np
-import pytest
 from documented_commands import run_lines, unbroken
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -41,16 +38,6 @@ def test_the_diagnosis(run, tmp_path):
     run_lines(run, lines)
     assert 'name = "joint-compliance"' in (tmp_path / "soft.toml").read_text()
     assert (tmp_path / "diagnosis" / "diagnosis.html").is_file()
-
-
-def test_the_pencil(run, tmp_path):
-    lines = block("pencil").splitlines()
-    assert len(lines) == 4
-    run_lines(run, lines)
-    assert (tmp_path / "sheet.png").is_file()
-    assert (tmp_path / "errors.png").is_file()
-    missed = np.linalg.norm(json.loads((tmp_path / "errors.json").read_text())["errors_mm"], axis=1)
-    assert missed.mean() == pytest.approx(1.0, abs=0.1)
 
 
 def test_the_recordings(run, tmp_path):

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
 
@@ -22,6 +23,7 @@ LADDER = [
     "session",
     "views",
     "cli",
+    "extras",
     "__main__",
 ]
 RUNG = {name: i for i, names in enumerate(LADDER) for name in names.split()}
@@ -76,6 +78,9 @@ HOOKS = {
 most commands can always be carried out and stand for themselves alone; an effect says what sets it apart, so
 that a new one is a law and a sentence."""
 FILES = sorted(p for p in ROOT.rglob("*.py"))
+EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]
+OF_EXTRAS = ("extras", "studies", "benchmarks")
+"""Folders of tests that use extras."""
 
 
 @cache
@@ -116,9 +121,14 @@ def nodes(path: Path) -> list[ast.Import | ast.ImportFrom | ast.Call | ast.Class
 @cache
 def imports(path: Path) -> list[tuple[str, int]]:
     """Dotted names that a file imports anywhere, deferred ones and those of `import_module` too."""
-    found = []
     package = module(path).split(".")[: None if path.name == "__init__.py" else -1]
-    for node in nodes(path):
+    return imports_of(nodes(path), package)
+
+
+def imports_of(nodes: Iterable[ast.AST], package: list[str]) -> list[tuple[str, int]]:
+    """The same of nodes of a file in a package."""
+    found = []
+    for node in nodes:
         if isinstance(node, ast.Import):
             found += [(a.name, node.lineno) for a in node.names]
         elif isinstance(node, ast.ImportFrom):
@@ -144,11 +154,47 @@ def test_imports_climb_one_ladder():
                 continue
             other = words[1] if len(words) > 1 else "__init__"
             # the package itself hands names out by need and imports nothing; commands call its verbs
-            if (mine, other) == ("cli", "__init__"):
+            if mine in ("cli", "extras") and other == "__init__":
                 continue
             if mine == "__init__" or (other != mine and RUNG.get(other, len(LADDER)) >= RUNG[mine]):
                 wrong.append(f"{label(path)}, line {line}: imports {name}")
     assert not wrong
+
+
+def extra(name: str) -> str:
+    """The extra that a dotted name belongs to; empty for the core."""
+    words = name.split(".")
+    return words[2] if words[:2] == ["workbench", "extras"] and len(words) > 2 else ""
+
+
+def test_the_core_imports_no_extra_and_an_extra_no_other():
+    wrong = [
+        f"{label(path)}, line {line}: imports {name}"
+        for path in FILES
+        for name, line in imports(path)
+        if extra(name) not in ("", extra(module(path))) or name == "workbench.extras"
+    ]
+    assert not wrong
+    assert {extra(name) for name in MODULES} > {""}
+
+
+def test_no_test_of_the_core_imports_an_extra():
+    """The works done again and benchmarks use what they need; a test of the core goes on without."""
+    tests = ROOT.parent / "tests"
+    files = [p for p in tests.rglob("*.py") if p.relative_to(tests).parts[0] not in OF_EXTRAS]
+    assert len(files) > 100
+    wrong = [p.name for p in files if re.search(r"^\s*(from|import) workbench\.extras", p.read_text(), re.M)]
+    assert not wrong
+
+
+def test_extras_come_in_by_entry_points():
+    """Those of an extra lead into its folder; what the typed root shows of extras is there."""
+    groups = tomllib.loads((ROOT.parent / "pyproject.toml").read_text())["project"]["entry-points"]
+    homes = [home for parts in groups.values() for home in parts.values()]
+    assert {extra(home.partition(":")[0]) for home in homes} == {p.name for p in EXTRAS}
+    root = imports_of(ast.walk(ast.parse((ROOT / "__init__.pyi").read_text())), ["workbench"])
+    typed = {name.rpartition(".")[2]: name for name, _ in root if extra(name)}
+    assert typed == {name: home.replace(":", ".") for name, home in groups["workbench.root"].items()}
 
 
 def test_the_package_hands_out_names_that_exist():

@@ -30,10 +30,10 @@ from workbench.data.writer import write_measurements as write_measurements
 from workbench.diagnosis.diagnose import diagnose as diagnose
 from workbench.diagnosis.identify_with_effects import identify as identify
 from workbench.diagnosis.result import Diagnosis as Diagnosis
+from workbench.extras.service.fleet.fleet import Fleet as Fleet
+from workbench.extras.service.fleet.fleet import compare_fleet as compare_fleet
 from workbench.identification.evaluate import evaluate as evaluate
 from workbench.identification.fit_choices import FitChoices as FitChoices
-from workbench.identification.fleet.fleet import Fleet as Fleet
-from workbench.identification.fleet.fleet import compare_fleet as compare_fleet
 from workbench.identification.prior import Prior as Prior
 from workbench.identification.problem import Noise as Noise
 from workbench.identification.result import Evaluation as Evaluation

@@ -84,8 +84,9 @@ class Commands(Directive):
         """One section for every command."""
         import typer
 
-        from workbench.cli import PANELS, app
+        from workbench.cli import PANELS, add_plugins, app
 
+        add_plugins(["--help"])
         group = typer.main.get_command(app)
         titles = {"Start": ["serve"]} | {title: [] for title in PANELS if title != "Start"}
         for name, command in group.commands.items():

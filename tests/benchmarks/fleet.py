@@ -19,7 +19,7 @@ from pathlib import Path
 from distributed import LocalCluster
 
 import workbench as wb
-from workbench.identification.fleet.report import fleet_json
+from workbench.extras.service.fleet.report import fleet_json
 
 DATES = ("2026-01-10", "2026-03-14", "2026-06-02", "2026-09-21")
 POSES = 30

@@ -24,9 +24,9 @@ from rich.table import Column, Table
 
 from workbench.arm.effects import EFFECTS
 from workbench.diagnosis.diagnose import diagnose
-from workbench.identification.load_test.experiment import tilting_of
-from workbench.identification.load_test.postures import plan_load_test
-from workbench.identification.load_test.tolerance import with_centre_tolerance
+from workbench.extras.katana.load_test.experiment import tilting_of
+from workbench.extras.katana.load_test.postures import plan_load_test
+from workbench.extras.katana.load_test.tolerance import with_centre_tolerance
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import factorise
 

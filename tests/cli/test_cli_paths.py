@@ -1,4 +1,4 @@
-"""Trajectories and drawn circles from end to end at the command line."""
+"""Trajectories from end to end at the command line."""
 
 import json
 from pathlib import Path
@@ -9,7 +9,6 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import write_toml
 from workbench.base.errors import DataError, FileError
 from workbench.data.readers import read_measurements, read_trajectory
 
@@ -59,28 +58,6 @@ def test_a_circle_read_as_measurements_is_where_the_arm_is(run):
     Path("m.csv").write_text(text.replace("measuring", "elsewhere", 1))
     with pytest.raises(FileError, match="robot-base or measuring"):
         read_measurements("m.csv")
-
-
-def test_a_circle_is_drawn_and_read(run, circle):
-    """An arm whose second joint is off by 2 mrad: what was read is what its kinematics say."""
-    arm = load_robot("aria").with_values({"joint2.theta": 2e-3})
-    write_toml(arm, "real.toml")
-    words = ("pencil", "draw", "c.csv", "--robot", "real.toml", "--dpi", 150, "--out", "scan.png")
-    assert run(*words, "--readings", "pot.csv")[0] == 0
-    words = ("pencil", "errors", "scan.png", "--radius", "80mm", "--path", "c.csv", "--readings", "pot.csv")
-    status, out, _ = run(*words, "--json", "e.json", "--picture", "e.png")
-    assert status == 0
-    assert "mean [mm]" in out
-    read = np.array(json.loads(Path("e.json").read_text())["errors_mm"])
-    away = 1e3 * (tool_poses(arm, Motion(circle.q))[:, :3, 3] - circle.position)
-    ray = (circle.position - CENTRE) / RADIUS
-    wanted = np.sum(away * ray, axis=1)[:, None] * ray + away[:, 2:] * [0.0, 0.0, 1.0]
-    assert np.linalg.norm(wanted, axis=1).mean() > 0.5
-    assert np.linalg.norm(read - wanted, axis=1).mean() < 0.06
-    status, _, err = run(*words[:4], "90mm", *words[5:])
-    assert status == 64
-    assert "80 mm" in err
-    assert run("pencil", "errors", "c.png")[0] == 1
 
 
 def test_a_compensated_circle_is_corrected_where_only_positions_count(run, circle):

@@ -1,6 +1,5 @@
 """A reader that closes the pipe costs no file: every command writes all of them before it prints anything."""
 
-import io
 import json
 import os
 import subprocess
@@ -24,18 +23,15 @@ COMMANDS = (
     "evaluate rows.csv --robot aria --json r.json",
     "verify fresh.csv --robot given.toml --wanted 9mm --json r.json --report c.pdf",
     "rezero fresh.csv --robot given.toml --save zeros.toml --json r.json",
-    "fleet fleet --json r.json --report out",
     "poses --robot aria --number 6 --index O1 --out q.csv --json r.json",
     "redundancy --robot aria --json r.json",
     "axes turned.csv --robot aria --json r.json",
     "new aria --poses typed.csv --out own.toml --json r.json",
-    "loading katana450 --out out --json r.json",
     "export given.toml --urdf a.urdf --toml a.toml --controller c.json --nominal aria",
     "compensate circle.csv --robot given.toml --nominal aria --out q.csv --json r.json",
     "path circle --robot aria --through 0.4,0.1,0.4 --through 0.4,0,0.5 --through 0.4,-0.1,0.4 "
     "--out q.csv --picture p.png --json r.json",
     "path line --robot aria --from 0.4,0.1,0.4 --to 0.4,-0.1,0.4 --out q.csv --json r.json",
-    "pencil sheet --dpi 60 --out sheet.png",
     "plate score table2 --robot aria --json r.json",
     "plate compare table2 table2 --robot aria --json r.json",
     "plate export table2 --formats csv --out out",
@@ -43,18 +39,9 @@ COMMANDS = (
 )
 
 
-class ClosedPipe(io.TextIOBase):
-    """Standard output whose reader has gone."""
-
-    encoding = "utf-8"
-
-    def write(self, text: str) -> int:
-        raise BrokenPipeError(32, "Broken pipe")
-
-
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory) -> Path:
-    """Rows of a virtual arm, its calibration, fresh rows, a circle, a folder of two calibrations."""
+    """Rows of a virtual arm, its calibration, fresh rows, a circle."""
     folder = tmp_path_factory.mktemp("inputs")
     robot = wb.load_robot("aria")
     actual, rows = wb.measure_poses(robot, 40, seed=1)
@@ -65,9 +52,6 @@ def inputs(tmp_path_factory) -> Path:
     circles = wb.measure_poses(robot, 60, index="circle-points", actual=actual)[1]
     wb.write_measurements(circles, folder / "turned.csv")
     wb.write_measurements(wb.measure_poses(robot, 4, actual=robot)[1], folder / "typed.csv")
-    for day in ("2026-01-01", "2026-02-01"):
-        (folder / "fleet" / "A").mkdir(parents=True, exist_ok=True)
-        given.save(folder / "fleet" / "A" / f"{day}.toml")
     q = np.linspace([0.1, -0.4, 0.5, 0.2, 0.4, 0.1], [0.3, -0.5, 0.6, 0.3, 0.5, 0.2], 5)
     lines = [",".join(f"q{i}[rad]" for i in range(1, 7)), *(",".join(map(repr, row)) for row in q.tolist())]
     (folder / "circle.csv").write_text(
@@ -77,12 +61,11 @@ def inputs(tmp_path_factory) -> Path:
 
 
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda words: " ".join(words.split()[:2]))
-def test_every_file_is_there_though_nobody_reads(command, inputs, run, tmp_path, monkeypatch):
+def test_every_file_is_there_though_nobody_reads(command, inputs, run_unread, tmp_path):
     for path in inputs.iterdir():
         (tmp_path / path.name).symlink_to(path)
-    monkeypatch.setattr(sys, "stdout", ClosedPipe())
     words = command.split()
-    status, _, err = run(*words)
+    status, _, err = run_unread(*words)
     assert status == 0, err
     outputs = [tmp_path / words[k + 1] for k, word in enumerate(words) if word in WRITTEN]
     assert all(path.exists() for path in outputs)

@@ -20,7 +20,8 @@ from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
 from workbench.diagnosis.candidate_columns import candidate_columns
-from workbench.identification.load_test.tilting import fit_tilting
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise, Problem
 
 turn = st.floats(-3.0, 3.0)
@@ -70,7 +71,8 @@ def test_joint_offsets_are_found_from_tilts_alone(arm, tmp_path):
     for link in rows.tilt:
         np.testing.assert_array_equal(data.tilt[link], rows.tilt[link])
     noise = Noise(rotation=np.deg2rad(0.001))
-    fit = fit_tilting(arm, data, asked=(), noise=noise, free=offsets(arm)).fit
+    problem = Problem.build(arm, data, noise=noise, free=offsets(arm))
+    fit = Fit.of(Opt2(), problem, Opt2().search(problem))
     off = fit.x - actual.values(tuple(offsets(arm)))
     assert np.abs(off / fit.std).max() < 4.0
     assert fit.std.max() < 1e-5

@@ -17,7 +17,6 @@ from laws import Effect, State, bent_links, poses
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
-from workbench.identification.load_test.tolerance import with_centre_tolerance
 from workbench.plate.poses.iso_cube import iso_cube_poses
 
 TILTING = (1, 2, 3, 4)
@@ -28,6 +27,8 @@ SIGMA = 1e-5, 1.2e-4
 radius has it, the mean of the three axes (0.0069°)."""
 ANGLE, LENGTH = float(np.deg2rad(0.12)), 1e-5
 """Greatest errors of the geometry [rad, m]."""
+CENTRE = 2e-3
+"""Standard deviation of the links' centres of mass along each axis [m]."""
 CLEARANCE = np.deg2rad([0.022, 0.024, 0.017, 0.015, 0.018])
 BACKLASH = np.deg2rad([0.063, 0.061, 0.057, 0.046, 0.051])
 """Table 4.3, each to one side [rad]."""
@@ -76,7 +77,8 @@ def tilting(*, spread=0.0, rng=None):
 @cache
 def nominal_robot():
     """The arm as the program gets it."""
-    return with_centre_tolerance(robot_of(generator.katana(), "katana", False))
+    robot = robot_of(generator.katana(), "katana", False)
+    return replace(robot, joints=tuple(replace(joint, com_tolerance=CENTRE) for joint in robot.joints))
 
 
 def still(q, payload=0.0):

@@ -15,7 +15,7 @@ from studies.finding import Finding, judged
 from studies.katana_study import LOADED
 from studies.page import Sheet
 from workbench.arm.built_in_arms import load_robot
-from workbench.identification.load_test.experiment import run_load_test
+from workbench.extras.katana.load_test.experiment import run_load_test
 
 ADDED = 2.0
 """Mass hung onto the tool, so that its own weight is not all that bends a joint [kg]."""

@@ -21,11 +21,11 @@ from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import JointRows, Poses, Positions
+from workbench.extras.katana.pencil.reading import plotted_errors, plotted_profile
+from workbench.extras.katana.pencil.sheet import draw, scan
 from workbench.paths.correction import Method, compensate
 from workbench.paths.curves import Circle, circle_through
 from workbench.paths.path import command_joints
-from workbench.paths.pencil.reading import plotted_errors, plotted_profile
-from workbench.paths.pencil.sheet import draw, scan
 from workbench.paths.planning import Planned, plan
 from workbench.paths.trajectories import taught_circle
 from workbench.report.figures import COLOURS, NOMINAL, grid, look, new_figure, png

@@ -72,16 +72,19 @@ def _carry_out(words: Sequence[str]) -> None:
 
 
 def add_plugins(words: list[str]) -> None:
-    """Add commands of other packages, unless one of ours is called: to look for them takes 20 ms."""
-    own = {c.name or getattr(c.callback, "__name__", "") for c in app.registered_commands}
-    own |= {str(g.typer_instance.info.name) for g in app.registered_groups if g.typer_instance}
-    if words[0] in own:
+    """Add commands of extras and other packages, unless a known one is called: to look takes 20 ms."""
+    known = {c.name or getattr(c.callback, "__name__", "") for c in app.registered_commands}
+    known |= {str(g.name or g.typer_instance.info.name) for g in app.registered_groups if g.typer_instance}
+    if words[0] in known:
         return
     for name, entry in plugins("workbench.commands", "command", add=_check_command):
+        if name in known:
+            continue
+        panel = getattr(entry, "rich_help_panel", None)
         if isinstance(entry, typer.Typer):
-            app.add_typer(entry, name=name)
-        elif name not in own:
-            app.command(name)(entry)
+            app.add_typer(entry, name=name, rich_help_panel=panel)
+        else:
+            app.command(name, rich_help_panel=panel)(entry)
 
 
 def _check_command(entry: Any, origin: str) -> None:
@@ -181,22 +184,20 @@ PANELS: dict[str, tuple] = {
         calibration.diagnose,
         calibration.evaluate,
         verification.verify,
-        verification.fleet,
         verification.rezero,
         measurements.poses,
         measurements.capture,
         measurements.drive,
         camera.board,
-        arms.loading,
         arms.axes,
         arms.redundancy,
         arms.new,
     ),
     "Plates": (plate_design.plates,),
-    "Paths": (paths.paths, paths.compensate, paths.pencil),
+    "Paths": (paths.paths, paths.compensate),
     "Files": (calibration.export, sessions.review, sessions.replay, studies.works),
 }
-"""Commands and command groups by purpose."""
+"""Commands and command groups of the core by purpose."""
 for panel, entries in PANELS.items():
     for entry in entries:
         if isinstance(entry, typer.Typer):

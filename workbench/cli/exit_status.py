@@ -12,7 +12,7 @@ import io
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import typer
 import typer.core
@@ -21,6 +21,7 @@ from workbench.base.errors import INTERRUPTED, STOPPED, OptionError, WorkbenchEr
 from workbench.base.files import STANDARD_OUTPUT, standard_output_last
 from workbench.base.wording import brief, readable
 
+Command = TypeVar("Command", bound=Callable[..., Any])
 NO_RESULT, UNUSABLE, WRONG_USAGE = 1, 2, 64
 UsageError: Any = typer.BadParameter.__base__
 """Of the click that typer brings: an unknown command or option, a missing or malformed value."""
@@ -57,9 +58,19 @@ class Commands(typer.core.TyperGroup):
             return super().invoke(ctx)
 
 
-def group(name: str, help: str) -> typer.Typer:
-    """A group of two-word commands."""
-    return typer.Typer(name=name, help=help, no_args_is_help=True, cls=Commands)
+def group(name: str, help: str, *, section: str | None = None) -> typer.Typer:
+    """A group of two-word commands; of another package with one of `SECTIONS`, where the help lists it."""
+    return typer.Typer(name=name, help=help, no_args_is_help=True, cls=Commands, rich_help_panel=section)
+
+
+def in_section(title: str) -> Callable[[Command], Command]:
+    """Decorator of another package's command: the one of `SECTIONS` where the help lists it."""
+
+    def mark(command: Command) -> Command:
+        vars(command)["rich_help_panel"] = title
+        return command
+
+    return mark
 
 
 @contextlib.contextmanager

@@ -429,3 +429,10 @@ def progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
     with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
         task = bars.add_task(what, total=1.0)
         yield lambda part, text: bars.update(task, completed=part, description=text)
+
+
+def png(path: Path) -> Path:
+    """The path of a picture."""
+    if path.suffix.lower() != ".png":
+        raise OptionError(f"a picture must be a .png file, got {path}")
+    return path

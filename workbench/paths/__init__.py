@@ -1,1 +1,1 @@
-"""Paths: trajectories planned, corrected with the calibrated arm, and checked with a pencil."""
+"""Paths: trajectories planned, and corrected with the calibrated arm."""

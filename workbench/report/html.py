@@ -51,6 +51,7 @@ def write_page(
     *,
     replaces: Iterable[str] = (),
     numbers: str = "result.json",
+    package: str = "workbench.report",
     files: dict[str, bytes] | None = None,
     **words: Any,
 ) -> Path:
@@ -65,6 +66,7 @@ def write_page(
         result: Its numbers.
         replaces: Names of files of an older page that go, even if nothing new has their name.
         numbers: Name of the file for these.
+        package: Where its template is, if not among the general ones.
         files: Further files with their contents; None: the pictures.
         **words: What the template is filled with.
 
@@ -76,6 +78,6 @@ def write_page(
     """
     if files is None:
         files = {f"{drawing.name}.svg": drawing.svg.encode() for drawing in drawings}
-    text = page_template(page).render(drawings=drawings, **words)
+    text = page_template(page, package=package).render(drawings=drawings, **words)
     files = files | {numbers: json_text(result).encode(), page: text.encode()}
     return write_folder(folder, files, replaces=replaces) / page

@@ -58,3 +58,10 @@ def test_what_is_refused(run, tmp_path, words, told):
     assert len(err.strip().splitlines()) == 1
     assert not (tmp_path / "o").exists()
     assert not (tmp_path / "o.json").exists()
+
+
+def test_its_files_are_there_though_nobody_reads(run_unread, tmp_path):
+    status, _, err = run_unread("loading", "katana450", "--out", "out", "--json", "r.json")
+    assert status == 0, err
+    assert (tmp_path / "r.json").is_file()
+    assert (tmp_path / "out" / "readings.csv").is_file()

@@ -21,8 +21,7 @@ from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.identification.fit import Fit
-from workbench.identification.load_test.postures import (
+from workbench.extras.katana.load_test.postures import (
     LoadTestPlan,
     Purpose,
     SideLoads,
@@ -30,7 +29,7 @@ from workbench.identification.load_test.postures import (
     pullable,
     side_loads,
 )
-from workbench.identification.load_test.tilting import (
+from workbench.extras.katana.load_test.tilting import (
     KINDS,
     JointTilting,
     Tilting,
@@ -38,7 +37,7 @@ from workbench.identification.load_test.tilting import (
     tilting_effects,
     unknown_sizes,
 )
-from workbench.identification.load_test.tolerance import (
+from workbench.extras.katana.load_test.tolerance import (
     ANGLE,
     CENTRE,
     LENGTH,
@@ -46,6 +45,7 @@ from workbench.identification.load_test.tolerance import (
     has_certain_load_sides,
     with_centre_tolerance,
 )
+from workbench.identification.fit import Fit
 from workbench.identification.problem import Noise
 
 REPEATS = 10

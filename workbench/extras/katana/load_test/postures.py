@@ -30,7 +30,7 @@ from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
-from workbench.identification.load_test.tolerance import constants_known, has_certain_load_sides
+from workbench.extras.katana.load_test.tolerance import constants_known, has_certain_load_sides
 from workbench.plate.poses.sampling import poses_satisfying
 
 RESOLUTION = float(np.deg2rad(0.001))

@@ -10,8 +10,8 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.arm.robot import JointKind
-from workbench.identification.fleet.fleet import ArmReport, Fleet
-from workbench.identification.fleet.movement import Law, Movement
+from workbench.extras.service.fleet.fleet import ArmReport, Fleet
+from workbench.extras.service.fleet.movement import Law, Movement
 from workbench.report.figures import COLOURS, INK, NOMINAL, Drawing, grid, look, new_figure, svg
 from workbench.report.html import write_page
 from workbench.report.json import Json, plain
@@ -127,6 +127,7 @@ def write_fleet(fleet: Fleet, folder: Path | str) -> Path:
         PAGE,
         drawings,
         fleet_json(fleet),
+        package="workbench.extras.service.fleet",
         replaces=[f"drift-{number}.svg" for number in range(1, DRAWN + 1)],
         fleet=fleet,
         heads=HEADS,

@@ -9,10 +9,10 @@ from matplotlib.figure import Figure
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from workbench.identification.load_test.experiment import LoadTest
-from workbench.identification.load_test.postures import LoadTestPlan, PosturePair, Purpose
-from workbench.identification.load_test.tilting import KINDS, JointTilting
-from workbench.identification.load_test.tolerance import LENGTH
+from workbench.extras.katana.load_test.experiment import LoadTest
+from workbench.extras.katana.load_test.postures import LoadTestPlan, PosturePair, Purpose
+from workbench.extras.katana.load_test.tilting import KINDS, JointTilting
+from workbench.extras.katana.load_test.tolerance import LENGTH
 from workbench.identification.report.table import line, new_table
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 from workbench.report.json import Json, plain

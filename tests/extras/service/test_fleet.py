@@ -12,9 +12,9 @@ from html_page import Page
 import workbench as wb
 from workbench.arm.calibration_record import Calibration
 from workbench.base.errors import FileError, OptionError
-from workbench.identification.fleet.history import History, arms_of
-from workbench.identification.fleet.movement import Law, movements, scatter_factor, threshold
-from workbench.identification.fleet.report import fleet_json, write_fleet
+from workbench.extras.service.fleet.history import History, arms_of
+from workbench.extras.service.fleet.movement import Law, movements, scatter_factor, threshold
+from workbench.extras.service.fleet.report import fleet_json, write_fleet
 
 DATES = ("2026-01-10", "2026-04-02", "2026-07-01", "2026-10-01")
 SIGMA = 2e-5
@@ -199,3 +199,10 @@ def test_folders_without_calibrations_are_refused(tmp_path):
         arms_of(tmp_path / "none")
     with pytest.raises(OptionError, match="must be positive"):
         wb.compare_fleet(tmp_path, allowed=0.0)
+
+
+def test_its_files_are_there_though_nobody_reads(run_unread, folder, tmp_path):
+    status, _, err = run_unread("fleet", folder, "--json", "r.json", "--report", "out", "--workers", "1")
+    assert status == 0, err
+    assert (tmp_path / "r.json").is_file()
+    assert (tmp_path / "out" / "fleet.html").is_file()

@@ -22,7 +22,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy import special
 
-from workbench.identification.fleet.history import History
+from workbench.extras.service.fleet.history import History
 
 CHANCE = 0.01
 """Of a fleet in which nothing moved to show any movement."""

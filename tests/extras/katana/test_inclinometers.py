@@ -23,9 +23,9 @@ from workbench.arm.motion import Motion
 from workbench.arm.statics.moments import joint_moments
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
-from workbench.identification.load_test.experiment import pulled_joint, tilting_of
-from workbench.identification.load_test.postures import FIRM, Purpose, plan_load_test, possible, side_loads
-from workbench.identification.load_test.tilting import JointTilting, tilting_effects
+from workbench.extras.katana.load_test.experiment import pulled_joint, tilting_of
+from workbench.extras.katana.load_test.postures import FIRM, Purpose, plan_load_test, possible, side_loads
+from workbench.extras.katana.load_test.tilting import JointTilting, tilting_effects
 
 SEED = 20_001
 

@@ -12,11 +12,11 @@ from workbench.arm.statics.moments import joint_moments
 from workbench.base.errors import DataError
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import virtual_arm
-from workbench.identification.load_test import experiment
-from workbench.identification.load_test.postures import plan_load_test
-from workbench.identification.load_test.report import notes
-from workbench.identification.load_test.tilting import KINDS
-from workbench.identification.load_test.tolerance import (
+from workbench.extras.katana.load_test import experiment
+from workbench.extras.katana.load_test.postures import plan_load_test
+from workbench.extras.katana.load_test.report import notes
+from workbench.extras.katana.load_test.tilting import KINDS
+from workbench.extras.katana.load_test.tolerance import (
     ANGLE,
     CENTRE,
     LENGTH,

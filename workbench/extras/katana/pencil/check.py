@@ -19,16 +19,16 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers import Trajectory
 from workbench.data.readers.read import read_fields
 from workbench.data.writer import write_measurements
-from workbench.identification.row_errors import Spread
-from workbench.paths.curves import Circle, circle_through
-from workbench.paths.pencil.reading import (
+from workbench.extras.katana.pencil.reading import (
     PlottedErrors,
     PlottedProfile,
     plotted_errors,
     plotted_profile,
     read_scan,
 )
-from workbench.paths.pencil.sheet import Drawn, Image, draw, scan, sheet
+from workbench.extras.katana.pencil.sheet import Drawn, Image, draw, scan, sheet
+from workbench.identification.row_errors import Spread
+from workbench.paths.curves import Circle, circle_through
 from workbench.paths.trajectories import path_state
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, png
 from workbench.report.json import Json, plain

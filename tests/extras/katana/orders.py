@@ -17,7 +17,7 @@ from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.identification.load_test.experiment import (
+from workbench.extras.katana.load_test.experiment import (
     ANGLE,
     LENGTH,
     draw_joints,
@@ -25,9 +25,9 @@ from workbench.identification.load_test.experiment import (
     read_plan,
     tilting_of,
 )
-from workbench.identification.load_test.postures import plan_load_test
-from workbench.identification.load_test.tilting import fit_tilting, tilting_effects, unknown_sizes
-from workbench.identification.load_test.tolerance import with_centre_tolerance
+from workbench.extras.katana.load_test.postures import plan_load_test
+from workbench.extras.katana.load_test.tilting import fit_tilting, tilting_effects, unknown_sizes
+from workbench.extras.katana.load_test.tolerance import with_centre_tolerance
 from workbench.identification.problem import Noise
 from workbench.identification.row_errors import row_errors
 from workbench.plate.poses.iso_cube import iso_cube_poses, largest_cube

@@ -17,8 +17,8 @@ from workbench.base.parallel import spread
 from workbench.base.progress import Progress
 from workbench.base.wording import plural
 from workbench.data.simulation.hidden_effects import varied_state
-from workbench.identification.fleet.history import History, Unread, arms_of, read_histories, values_of
-from workbench.identification.fleet.movement import Movement, movements, scatter_factor, threshold
+from workbench.extras.service.fleet.history import History, Unread, arms_of, read_histories, values_of
+from workbench.extras.service.fleet.movement import Movement, movements, scatter_factor, threshold
 from workbench.plate.poses.sampling import random_poses
 from workbench.report.result_display import AbstractShown
 
@@ -106,13 +106,13 @@ class Fleet(AbstractShown):
         )
 
     def summary(self) -> RenderableType:
-        from workbench.identification.fleet.report import fleet_tables
+        from workbench.extras.service.fleet.report import fleet_tables
 
         return fleet_tables(self)
 
     def plot(self, arm: str | None = None) -> "Figure":
         """How far each joint moved in each arm; of one arm by name, its joints over time."""
-        from workbench.identification.fleet.report import drift_chart, fleet_chart
+        from workbench.extras.service.fleet.report import drift_chart, fleet_chart
         from workbench.report.figures import on_white
 
         if arm is None:

@@ -1,0 +1,1 @@
+"""Calibrated arms over the years: calibrations over time and fleets."""
