@@ -91,7 +91,7 @@ class Commands(Directive):
         titles = {"Start": ["serve"]} | {title: [] for title in PANELS if title != "Start"}
         for name, command in group.commands.items():
             if name != "serve":
-                titles[command.rich_help_panel].append(name)
+                titles.setdefault(command.rich_help_panel or "Commands", []).append(name)
         found = []
         for title, names in titles.items():
             section = nodes.section(ids=[title.lower()])
