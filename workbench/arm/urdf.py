@@ -280,14 +280,14 @@ def write_urdf(robot: Robot, path: Path | str) -> Path:
     """Write a robot as URDF: a calibrated copy of the file it came from, or frames alone.
 
     The base frame becomes a fixed joint from the link `measuring_frame`, the tool one to `calibrated_tool`,
-    unless they are identities. A URDF has no place for effects: it gets the geometry that is best without
-    them (`usable_arm`, which also says what that misses).
+    unless they are identities; of several sessions' it holds the first. A URDF has no place for effects: it
+    gets the geometry that is best without them (`usable_arm`, which also says what that misses).
 
     Raises:
         FileError: the file that the robot came from is gone.
         RobotError: the robot has something that a URDF can't say.
     """
-    robot = usable_arm(robot, effects=False).robot
+    robot = usable_arm(robot, effects=False).in_first_session
     if robot.urdf is not None:
         root = _root(robot.urdf.path, wanted="the URDF again that the robot came from")
         _correct_origins(root, robot, robot.urdf.joints)

@@ -79,16 +79,35 @@ class Usable:
         free_frames: Parts of base and tool that were identified.
         q: Joint positions that were compared [rad or m].
         notes: What was left as it was, and what was assumed, one sentence each.
+        calibrated: The calibrated arm in its first session, with the effects that joint positions drive.
     """
 
     robot: Robot
     left: PoseErrors
+    calibrated: Robot
     sees_position: bool = True
     sees_rotation: bool = True
     has_nominal: bool = True
     free_frames: tuple[str, ...] = ()
     q: Float[np.ndarray, "rows n"]
     notes: tuple[str, ...] = ()
+
+    @property
+    def in_first_session(self) -> Robot:
+        """The arm to use with base and tool of its first session: all that a file of one arm can hold."""
+        return replace(_in_first_session(self.robot), sessions=())
+
+    def wanted(self, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 4 4"]:
+        """Poses of the tool in the first session that a file should have: the calibrated arm's own where it
+        was observed, elsewhere those of the arm to use."""
+        known, _ = divided(self.robot)
+        poses = tool_poses(self.in_first_session.with_effects(*known), Motion(q))
+        own = tool_poses(self.calibrated, Motion(q))
+        if self.sees_position:
+            poses[:, :3, 3] = own[:, :3, 3]
+        if self.sees_rotation:
+            poses[:, :3, :3] = own[:, :3, :3]
+        return poses
 
 
 def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = True) -> Usable:
@@ -108,13 +127,14 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
     if unknown:
         names = ", ".join(dict.fromkeys(str(e.name) for e in unknown))
         notes += () if effects else (f"can't hold {names}, which depends on more than joint positions",)
-    plain = robot.with_effects(*known) if known or unknown else robot
-    if all(seen) and (not known or (effects and found is None)):
+    if robot.sessions and not effects:
+        notes += (f"base and tool are those of session '{robot.sessions[0].name}': there is room for one",)
+    plain = robot.with_effects(*known) if robot.effects else robot
+    actual = replace(_in_first_session(plain), sessions=())
+    if all(seen) and (effects or not known):
         kept = robot if effects else robot.with_effects()
         kept, none = replace(kept, calibration=None), PoseErrors(0.0, 0.0, 0.0, 0.0)
-        return Usable(robot=kept, left=none, free_frames=frames, q=q, notes=notes)
-    first = robot.sessions[0].name if robot.sessions else ""
-    actual = plain.in_session(first)
+        return Usable(robot=kept, left=none, calibrated=actual, free_frames=frames, q=q, notes=notes)
     start = _nominal(actual, nominal)
     if start is None:
         notes += ("its file does not hold the nominal arm, so nothing could be left as that has it",)
@@ -127,6 +147,7 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
     return Usable(
         robot=_with_sessions(arm, robot, actual),
         left=left,
+        calibrated=actual,
         sees_position=seen[0],
         sees_rotation=seen[1],
         has_nominal=start is not None,
@@ -147,6 +168,10 @@ def carried_words(robot: Robot) -> tuple[str, ...]:
         return (f"the file is {at}", *found.notes)
     own = robot.calibration.error.position
     return (f"URDF about {in_mm(np.hypot(own, mean))} · TOML {in_mm(own)}: the URDF is {at}", *found.notes)
+
+
+def _in_first_session(robot: Robot) -> Robot:
+    return robot.in_session(robot.sessions[0].name) if robot.sessions else robot
 
 
 def sampled(robot: Robot, rng: np.random.Generator | None = None) -> Float[np.ndarray, "rows n"]:

@@ -19,7 +19,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.arm.usable import PoseErrors, divided, usable_arm
 from workbench.base import se3
 from workbench.base.errors import OptionError
@@ -116,8 +116,9 @@ class Exported:
 
     Args:
         path: Where.
-        position: Greatest distance of the file's arm from the calibrated one [m]; None if not compared.
-        rotation: Greatest angle between the two [rad]; None if not compared.
+        position: Greatest distance of the file's tool from the calibrated arm's [m]; None if not compared.
+        rotation: Greatest angle between the two [rad]; where orientations were not observed, from what may be
+            used of them; None if not compared.
         rows: Poses that were compared.
         notes: What to know before it is used.
         doubt: Why it should not be used; empty if it may.
@@ -137,10 +138,9 @@ class Exported:
             return "the whole calibrated model"
         if max(self.position, self.rotation) < EXACT:
             return f"the calibrated arm to {EXACT:g} m and rad over {self.rows} poses"
-        return (
-            f"up to {short(1e3 * self.position)} mm and {short(float(np.rad2deg(self.rotation)))}° away from "
-            f"the calibrated arm over {self.rows} poses"
-        )
+        turned = "" if self.rotation < EXACT else f" and {short(float(np.rad2deg(self.rotation)))}°"
+        size = f"{short(1e3 * self.position)} mm{turned}"
+        return f"up to {size} away from the calibrated arm over {self.rows} poses"
 
 
 def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = POSES) -> Exported:
@@ -162,17 +162,18 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         require_same_arm(whole.robot, job.nominal)
     carried = whole if form.takes_calibrated else usable_arm(job.robot, nominal=job.nominal, effects=False)
     if not form.takes_calibrated:
-        job = replace(job, robot=carried.robot)
+        job = replace(job, robot=carried.in_first_session)
     text = form.write(job)
     read = form.read(text, job)
     apart: tuple[float, float] | tuple[None, None] = (None, None)
+    if whole.left.position_max > EXACT:
+        apart, rows = (whole.left.position_max, 0.0), len(whole.q)
     notes = list(dict.fromkeys([*carried.notes, *form.notes(job)]))
     if read is not None:
         known, unknown = divided(whole.robot)
-        base = read.base if form.takes_calibrated else carried.robot.base
-        moved = Frame.from_pose(se3.inverse(whole.robot.base.pose) @ base.pose)
+        arm = read if form.takes_calibrated else read.with_frames(base=job.robot.base)
         q = whole.q[:rows]
-        apart = apart_from(whole.robot.with_effects(*known), read.with_frames(base=moved), q)
+        apart = apart_from(whole.wanted(q), arm, q)
         if known:
             notes.append(f"can't hold the effects {_names(known)}; the figure above includes the error")
         if unknown:
@@ -196,11 +197,11 @@ def tool_note(tool: Matrix4) -> Iterable[str]:
         yield f"enter the tool frame (TCP) {xyz} mm, rotation vector {turn} rad: the file has no place for it"
 
 
-def apart_from(robot: Robot, other: Robot, q: Float[np.ndarray, "rows n"]) -> tuple[float, float]:
-    """Greatest distance [m] and angle [rad] of two arms, the first in its own base."""
-    arms = (robot.with_frames(base=Frame()), other)
-    error = se3.pose_error(*(tool_poses(replace(arm, sessions=()), Motion(q)) for arm in arms))
-    worst = PoseErrors.of(error)
+def apart_from(
+    poses: Float[np.ndarray, "rows 4 4"], arm: Robot, q: Float[np.ndarray, "rows n"]
+) -> tuple[float, float]:
+    """Greatest distance [m] and angle [rad] of an arm's tool from some poses."""
+    worst = PoseErrors.of(se3.pose_error(poses, tool_poses(replace(arm, sessions=()), Motion(q))))
     return worst.position_max, worst.rotation_max
 
 

@@ -25,7 +25,7 @@ from jaxtyping import Float
 from workbench.arm.kinematics.forward import joint_elements, sensitivity, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame, Robot
-from workbench.arm.usable import LEVER, PoseErrors, Usable, closest, sampled, usable_arm
+from workbench.arm.usable import LEVER, PoseErrors, Usable, closest, divided, sampled, usable_arm
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
 from workbench.base.types import frozen
@@ -130,7 +130,8 @@ def controller_numbers(
         raise OptionError(
             f"at least 1 joint position and a lever above 0 m are needed, got {len(q)} and {lever:g} m"
         )
-    here, wanted = Motion(np.ascontiguousarray(q)), tool_poses(actual, Motion(np.ascontiguousarray(q)))
+    here = Motion(np.ascontiguousarray(q))
+    wanted = usable.wanted(here.q)
     start = nominal.with_frames(base=actual.base, tool=actual.tool)
     lever = lever if usable.sees_rotation else min(lever, UNSEEN_LEVER)
     names, weight = _names(start, chosen), np.array([1.0] * 3 + [lever] * 3)
@@ -186,10 +187,11 @@ def _names(arm: Robot, parts: tuple[Part, ...]) -> tuple[str, ...]:
 
 def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows n"]) -> Iterator[str]:
     """Where an arm misses more than the one with which the search began."""
+    actual = usable.robot.with_effects(*divided(usable.robot)[0])
     for where, rows in (("at the measured poses", q), ("within the joint limits", sampled(arm))):
         for place, tool in (("tool", None), ("flange", Frame())):
             wanted, old, new = (
-                tool_poses(each.with_frames(tool=tool), Motion(rows)) for each in (usable.robot, start, arm)
+                tool_poses(each.with_frames(tool=tool), Motion(rows)) for each in (actual, start, arm)
             )
             before, after = (PoseErrors.of(se3.pose_error(wanted, each)) for each in (old, new))
             if after.position_mean > WORSE * before.position_mean + SMALL:

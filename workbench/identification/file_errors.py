@@ -3,8 +3,10 @@
 import numpy as np
 
 from workbench.arm.observed import MOST_POSITION, MOST_ROTATION
+from workbench.arm.robot import Robot
 from workbench.arm.usable import usable_arm
 from workbench.base.wording import in_mm
+from workbench.data.dataset import Dataset
 from workbench.identification.result import Identification, Run, judged
 from workbench.identification.row_errors import Errors, row_errors
 
@@ -14,31 +16,51 @@ def file_errors(found: Identification, run: Run) -> dict[str, Errors]:
 
     A format is left out where its error is not known: held-out sessions that no fitted row has.
     """
-    arm = run.judged or run.fit.calibrated
-    out = {"TOML": judged(run)}
-    carried = usable_arm(arm, effects=False).robot
-    if carried.elements == arm.elements and not arm.effects:
-        return out | {"URDF": out["TOML"]}
     rows = found.held_out_data if len(found.held_out_data) else found.data.take(found.train_rows)
+    return _errors(found, run, run.judged or run.fit.calibrated, rows)
+
+
+def refitted_errors(found: Identification, run: Run) -> dict[str, Errors]:
+    """Errors of the files themselves where they were fitted once more to all rows, on those; else empty."""
+    return {} if run.judged is None else _errors(found, run, run.fit.calibrated, run.fit.problem.data)
+
+
+def _errors(found: Identification, run: Run, arm: Robot, rows: Dataset) -> dict[str, Errors]:
+    """Errors of each format's arm on some rows."""
     problem = run.fit.problem
     if found.frames.base_per_session and set(rows.sessions) - set(problem.data.sessions):
-        return out
+        return {"TOML": judged(run)}
     places = {**problem.known, **problem.instrument(run.fit.x)}
-    return out | {"URDF": Errors.of(row_errors(carried, rows, known=places))}
+    whole = Errors.of(row_errors(arm, rows, known=places))
+    carried = usable_arm(arm, effects=False).robot
+    if carried.elements == arm.elements and not arm.effects:
+        return {"TOML": whole, "URDF": whole}
+    return {"TOML": whole, "URDF": Errors.of(row_errors(carried, rows, known=places))}
 
 
 def file_words(found: Identification, run: Run) -> str:
     """The same in one line, and how far the flange is known beside the measured point."""
-    parts = [
-        f"{name} {in_mm(1e-3 * errors.position_mm.mean)}"
-        for name, errors in reversed(file_errors(found, run).items())
-        if np.isfinite(errors.position_mm.mean)
-    ]
-    words = [" · ".join(parts)] if parts else []
+    words = [_each(file_errors(found, run))]
+    if again := _each(refitted_errors(found, run)):
+        words.append(
+            f"fitted again to all {len(run.fit.problem.data)} rows, the files leave {again} on those"
+        )
+    if sessions := run.fit.calibrated.sessions:
+        words.append(f"every session on its own base, of which a URDF holds that of '{sessions[0].name}'")
     seen = run.fit.calibrated.calibration
     if seen is not None and (at := seen.observed) is not None:
         known = f"flange known to {in_mm(at.flange.position)} and {np.rad2deg(at.flange.rotation):.2g}°"
         if at.flange.position > MOST_POSITION or at.flange.rotation > MOST_ROTATION:
             known = "the flange was not observed apart from the tool"
         words.append(f"{at.missing}: left as the nominal arm has them" if at.missing else known)
-    return "; ".join(words)
+    return "; ".join(filter(None, words))
+
+
+def _each(formats: dict[str, Errors]) -> str:
+    """Mean errors of each format, to the micrometre: a file can be checked against them."""
+    parts = []
+    for name, errors in reversed(formats.items()):
+        sizes = [f"{errors.position_mm.mean:.3f} mm"] if np.isfinite(errors.position_mm.mean) else []
+        sizes += [] if errors.orientation_deg is None else [f"{errors.orientation_deg.mean:.4f}°"]
+        parts += [f"{name} {' '.join(sizes)}"] if sizes else []
+    return " · ".join(parts)

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import pytest
 from driven_effects import driven_file
+from round_trip import Saved, read_rows
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.urdf import write_urdf
@@ -66,7 +67,13 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
         press("Add what was found")
         says(" → ")
         opened(Tab.IDENTIFY)
-        with page.expect_download(timeout=120_000) as download:
-            press("URDF")
-        download.value.save_as(tmp_path / "calibrated.urdf")
-    assert load_robot(tmp_path / "calibrated.urdf").dof == 6
+        paths = [tmp_path / f"calibrated.{kind}" for kind in ("toml", "urdf")]
+        for label, path in zip(("TOML", "URDF"), paths, strict=True):
+            with page.expect_download(timeout=120_000) as download:
+                press(label)
+            download.value.save_as(path)
+        shown = page.locator('[data-testid="file-errors"]:visible').first.inner_text()
+    found = app.worker.session.identification
+    refitted = None if found.best.judged is None else found.best.fit.problem.data.row
+    saved = Saved(*paths, shown=shown, held_out=found.held_out_data.row, refitted=refitted)
+    saved.check(read_rows(rows))

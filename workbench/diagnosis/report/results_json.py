@@ -22,6 +22,7 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "measurements": {
                 "used": len(result.after_fit.problem.data),
                 "held_out": len(result.held_out_data),
+                "held_out_rows": result.held_out_data.row,
                 "outliers": sorted(result.data.row[result.outliers].tolist()),
                 "excluded": [{"row": row, "reason": reason} for row, reason in result.excluded],
                 "source": result.data.source,

@@ -137,8 +137,9 @@ def use_of(
         calibrated: The arm as identified.
         nominal: The arm as the controller computes it.
         q: Joint positions that matter [rad or m]; sampled evenly within the limits if None.
-        session: Session whose base and tool count, where the calibrated arm has several.
+        session: Session whose base and tool count, where the calibrated arm has several; the first if empty.
     """
+    session = session or next((s.name for s in calibrated.sessions), "")
     variants = tuple(
         controller_numbers(calibrated, nominal, q=q, parts=parts, session=session) for parts in VARIANTS
     )

@@ -30,6 +30,7 @@ def identification_json(result: Identification) -> Json:
             "measurements": {
                 "used": len(result.train_rows),
                 "held_out": len(result.held_out_data),
+                "held_out_rows": result.held_out_data.row,
                 "excluded": [{"row": row, "reason": reason} for row, reason in result.excluded],
                 "outliers": [outlier.row for outlier in result.outliers],
                 "suspects": list(result.suspects),

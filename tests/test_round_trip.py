@@ -1,0 +1,315 @@
+"""What is saved is what was on the screen: every file evaluated by other code (`round_trip.py`).
+
+Of each set of measurements an arm is identified and diagnosed by each entrance: Python, command, page. The
+error of the file, from its own numbers on the rows of the set, is the one that was shown.
+"""
+
+import ctypes
+import json
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import round_trip as trip
+from generator import VirtualArm, aria, seven, three_parallel
+from real_arms import SETS
+
+import workbench as wb
+from tests.exports import readers
+from tests.exports.test_exports import refusing
+from tests.exports.test_programs import InC, in_python, pointer
+from tests.session.direct_commands import done
+from workbench.arm.robot_toml import robot_text
+from workbench.base.errors import OptionError, RobotError
+from workbench.cli.exit_status import UNUSABLE
+from workbench.exports import FORMS, Job, export_robot
+from workbench.identification.file_errors import file_errors, file_words, refitted_errors
+from workbench.identification.result import Identification
+from workbench.plate.plate_toml import load_plate
+from workbench.session import start
+from workbench.session.commands.data import LoadData
+from workbench.session.commands.diagnose import AddEffects, Diagnose
+from workbench.session.commands.identify import Identify
+from workbench.session.export import calibrated_toml, calibrated_urdf
+
+MICRON, TURN = 1e-6, np.deg2rad(1e-4)
+MINUTES = {"ur5", "ur10", "wam", "panda_3"}
+"""Real sets whose diagnosis takes long."""
+MOST_ROWS = 1500
+"""Rows of a real set that are taken, evenly spread."""
+
+
+# Sets ---------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A robot and rows of it, as files or built-in names."""
+
+    robot: str
+    path: Path
+
+    @property
+    def rows(self) -> trip.Rows:
+        return trip.read_rows(self.path)
+
+
+def virtual(nominal: VirtualArm, folder: Path, *, seed: int, turned: bool) -> Measured:
+    """A soft arm with errors, measured through a free base and tool."""
+    rng = np.random.default_rng(seed)
+    base, tool = (trip.placed(rng.uniform(-0.3, 0.3, 3), [0.1, 0.0, yaw]) for yaw in (0.4, 0.0))
+    tool[:3, 3] = 0.03, -0.02, 0.12
+    arm = replace(nominal.perturbed(rng, length=1e-3, angle=2e-3), base=base, tool=tool)
+    limits = np.tile([-2.0, 2.0], (arm.dof, 1)) if arm.limits is None else arm.limits.clip(-2.5, 2.5)
+    q = replace(arm, limits=limits).random(rng, 110)
+    position, rotation = arm.measure(q, rng, 2e-5, 1e-4, arm.sag(q, compliance=4e-5))
+    head = [f"q{k + 1}[rad]" for k in range(arm.dof)] + ["x[m]", "y[m]", "z[m]"]
+    table = [q, position]
+    if turned:
+        r = rotation
+        head += ["roll[rad]", "pitch[rad]", "yaw[rad]"]
+        pitch = np.arctan2(-r[:, 2, 0], np.hypot(r[:, 0, 0], r[:, 1, 0]))
+        roll, yaw = np.arctan2(r[:, 2, 1], r[:, 2, 2]), np.arctan2(r[:, 1, 0], r[:, 0, 0])
+        table += [np.column_stack([roll, pitch, yaw])]
+    lines = [",".join(head), *(",".join(map(repr, row)) for row in np.hstack(table).tolist())]
+    (folder / "rows.csv").write_text("\n".join(lines) + "\n")
+    (folder / "robot.toml").write_text(nominal.toml(free='"auto"'))
+    return Measured(str(folder / "robot.toml"), folder / "rows.csv")
+
+
+VIRTUAL = {"aria": (aria, 1, True), "reflector": (three_parallel, 2, False), "seven": (seven, 3, False)}
+
+
+def real(name: str, shared: Path, folder: Path) -> Measured:
+    """A real set, thinned where it is large."""
+    place, robot = SETS[name]
+    head, *lines = (shared / place / "measurements.csv").read_text().splitlines()
+    kept = np.unique(np.linspace(0, len(lines) - 1, min(len(lines), MOST_ROWS)).astype(int))
+    (folder / "rows.csv").write_text("\n".join([head, *(lines[k] for k in kept)]) + "\n")
+    return Measured(robot, folder / "rows.csv")
+
+
+def named(name: str, request: pytest.FixtureRequest, factory: pytest.TempPathFactory) -> Measured:
+    folder = factory.mktemp(name)
+    if name in VIRTUAL:
+        make, seed, turned = VIRTUAL[name]
+        return virtual(make(), folder, seed=seed, turned=turned)
+    return real(name, request.getfixturevalue("shared_data"), folder)
+
+
+REAL = [
+    pytest.param(name, marks=[pytest.mark.data, *([pytest.mark.slow] if name in MINUTES else [])])
+    for name in ("ur5", "wam", "panda_3", "iiwa14", "ur10")
+]
+
+
+@pytest.fixture(scope="module", params=[*VIRTUAL, *REAL])
+def measured(request, tmp_path_factory) -> Measured:
+    return named(request.param, request, tmp_path_factory)
+
+
+# Entrances ----------------------------------------------------------------------------------------------
+
+
+def in_python_calls(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> trip.Saved:
+    robot, data = wb.load_robot(measured.robot), wb.read_measurements(measured.path)
+    result = wb.diagnose(robot, data) if diagnosed else wb.identify(robot, data)
+    found = result.identification() if diagnosed else result
+    files = [Path(result.robot.save(folder / f"arm.{kind}")) for kind in ("toml", "urdf")]
+    to_the_last_digit(found, *files, measured.rows)
+    return trip.Saved(*files, file_words(found, found.best), found.held_out_data.row, refitted_rows(found))
+
+
+def refitted_rows(found: Identification) -> np.ndarray | None:
+    return None if found.best.judged is None else found.best.fit.problem.data.row
+
+
+def to_the_last_digit(found: Identification, toml: Path, urdf: Path, rows: trip.Rows) -> None:
+    """What is shown rounded, exactly; and the record in the file is the number that was shown."""
+    saved = trip.Saved(toml, urdf, "", found.held_out_data.row, refitted_rows(found))
+    own = refitted_errors(found, found.best) or file_errors(found, found.best)
+    numbers = saved.held_out if saved.refitted is None else saved.refitted
+    for name, path in (("TOML", toml), ("URDF", urdf)):
+        file = trip.errors(saved.arm(path), rows.take(numbers))
+        assert 1e-3 * own[name].position_mm.mean == pytest.approx(file.position, abs=1e-9)
+        if rows.rotation is not None:
+            assert np.deg2rad(own[name].orientation_deg.mean) == pytest.approx(file.rotation, abs=1e-9)
+    record = trip.toml_arm(toml.read_text()).table["calibration"]["error"][0]
+    assert record == pytest.approx(1e-3 * found.error.after.position_mm.mean, abs=1e-12)
+
+
+def by_command(measured: Measured, folder: Path, *, diagnosed: bool, run: Callable, **_) -> trip.Saved:
+    verb = "diagnose" if diagnosed else "identify"
+    toml, urdf = folder / "arm.toml", folder / "arm.urdf"
+    words = ("--save", toml, "--force", "--json", folder / "r.json")
+    code, out, err = run(verb, measured.path, "--robot", measured.robot, *words)
+    assert code in (0, UNUSABLE), err
+    assert run("export", toml, "--urdf", urdf)[0] == 0
+    found = json.loads((folder / "r.json").read_text())
+    line = " ".join(out.split("held-out error of the files:")[1].split())
+    rows = found["measurements"]
+    numbers, held_out = np.arange(len(measured.rows)), np.array(rows["held_out_rows"])
+    apart = (
+        [*(row["row"] for row in rows["excluded"]), *rows["outliers"], *found["suspects"]]
+        if diagnosed
+        else []
+    )
+    refitted = np.setdiff1d(numbers, apart) if "fitted again" in line else None
+    if not diagnosed:
+        shown = found["algorithms"][re.search(r"calibrated robot \((\w+)\)", out)[1].lower()]
+        file = trip.errors(trip.read_arm(toml), measured.rows.take(held_out))
+        assert shown["held_out"]["position_mm"]["mean"] == pytest.approx(1e3 * file.position, abs=1e-6)
+    return trip.Saved(toml, urdf, line, held_out, refitted)
+
+
+def on_the_page(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> trip.Saved:
+    """The commands that the page sends, and the files behind its buttons."""
+    content = measured.path.read_bytes()
+    commands = [LoadData(measured.path.name, content), Identify()]
+    commands += [Diagnose(), AddEffects()] if diagnosed else []
+    session = done(start(wb.load_robot(measured.robot), load_plate("table2")), *commands)
+    paths = []
+    for make, kind in ((calibrated_toml, "toml"), (calibrated_urdf, "urdf")):
+        paths.append(folder / f"arm.{kind}")
+        paths[-1].write_bytes(make(session)[1])
+    found = session.identification
+    words = file_words(found, found.runs[session.fit])
+    return trip.Saved(*paths, words, found.held_out_data.row, refitted_rows(found))
+
+
+ENTRANCES = {"python": in_python_calls, "command": by_command, "page": on_the_page}
+
+
+@pytest.mark.parametrize("diagnosed", [False, True], ids=["identify", "diagnose"])
+@pytest.mark.parametrize("entrance", ENTRANCES)
+def test_each_file_leaves_what_was_shown(measured, entrance, diagnosed, run, tmp_path):
+    saved = ENTRANCES[entrance](measured, tmp_path, diagnosed=diagnosed, run=run)
+    saved.check(measured.rows)
+
+
+# Formats ------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module", params=[False, True], ids=["identify", "diagnose"])
+def saved(request, measured, tmp_path_factory) -> tuple[Measured, trip.Saved]:
+    """Once for all formats."""
+    folder = tmp_path_factory.mktemp("saved")
+    return measured, in_python_calls(measured, folder, diagnosed=request.param)
+
+
+def at_observed(saved: trip.Saved) -> tuple[trip.Rows, trip.Poses]:
+    """The poses that the file keeps, and its arm there in its first session."""
+    arm = trip.toml_arm(saved.toml.read_text())
+    rows = trip.rows_of(np.array(arm.table["calibration"]["observed"]["q"]))
+    first = arm.table["session"][0]["name"] if arm.table.get("session") else ""
+    rows = replace(rows, session=np.full(len(rows), first))
+    driven = [e for e in arm.effects if e.get("by") != "motion"]
+    return rows, replace(arm, effects=driven)(rows)
+
+
+def typed_tool(notes: tuple[str, ...]) -> np.ndarray | None:
+    """The tool frame that a note says to enter."""
+    for note in notes:
+        if found := re.search(r"\(TCP\) ([-\d., ]+) mm, rotation vector ([-\d., ]+) rad", note):
+            xyz, turn = (np.array([float(v) for v in part.split(",")]) for part in found.groups())
+            size = max(np.linalg.norm(turn), 1e-12)
+            pose = trip.moved(turn / size, np.array([size]), turns=True)[0]
+            pose[:3, 3] = 1e-3 * xyz
+            return pose
+    return None
+
+
+def flange_of(form: str, text: str, nominal: wb.Robot) -> readers.Kinematics:
+    """Kinematics of the forms that end at the flange."""
+    if form == "dh-csv":
+        return readers.spreadsheet(text)
+    if form == "ur-calibration":
+        table = trip.toml_arm(robot_text(nominal)).table["joint"]
+        return readers.ur_controller(
+            text, np.array([[j[c] for c in ("theta", "d", "a", "alpha")] for j in table])
+        )
+    return readers.kinematics_file(text, *(("kinematics", "") if form[0] in "ux" else ("", "kinematic")))
+
+
+def arm_of(form: str, path: Path, notes: tuple[str, ...], like: trip.Saved, nominal: wb.Robot) -> trip.Arm:
+    """The arm of a file; what it has no place for is typed, or that of the URDF."""
+    if form == "mjcf":
+        return trip.read_arm(path)
+    urdf, tool = trip.urdf_arm(like.urdf.read_text()), typed_tool(notes)
+    urdf = urdf if tool is None else replace(urdf, tool=tool)
+    return trip.frames_arm(flange_of(form, path.read_text(), nominal), urdf)
+
+
+GEOMETRIES = ("mjcf", "dh-csv", "ur-calibration", "ur-kinematics", "xarm-kinematics", "franka-kinematics")
+
+
+@pytest.mark.parametrize("form", GEOMETRIES)
+def test_a_format_is_as_far_from_the_calibrated_arm_as_it_says(saved, form, tmp_path):
+    measured, files = saved
+    nominal = wb.load_robot(measured.robot)
+    job = Job(robot=wb.load_robot(str(files.toml)), nominal=nominal)
+    path = tmp_path / f"arm{FORMS[form].ending}"
+    try:
+        written = export_robot(FORMS[form], path, job)
+    except (OptionError, RobotError):
+        assert form in refusing(nominal)
+        return
+    rows, (_, wanted) = at_observed(files)
+    found = arm_of(form, path, written.notes, files, nominal)(rows)[1]
+    geometry = trip.read_arm(files.urdf)(rows)[1]
+    assert trip.apart(found, wanted)[0] == pytest.approx(written.position, abs=MICRON)
+    assert trip.apart(found, geometry) < (MICRON, TURN)
+    if measured.rows.rotation is not None:
+        assert trip.apart(found, wanted)[1] == pytest.approx(written.rotation, abs=TURN)
+
+
+@pytest.mark.parametrize("kind", ["python", "c"])
+def test_programs_compute_the_arm_of_the_file(saved, kind, tmp_path):
+    """In their own base; where orientations were not measured, at the point that was, on the best base."""
+    measured, files = saved
+    arm, nominal = wb.load_robot(str(files.toml)), wb.load_robot(measured.robot)
+    form = FORMS["python-module" if kind == "python" else "c-header"]
+    most = export_robot(form, tmp_path / "any", Job(robot=arm, nominal=nominal)).position or 0.0
+    rows, (_, wanted) = at_observed(files)
+    still = np.zeros_like(rows.q)
+    if kind == "python":
+        found = in_python(arm, nominal, tmp_path).forward(rows.q, temperature=20.0, direction=still)
+    else:
+        found = np.empty((len(rows), 3, 4))
+        state = (ctypes.c_double(0.0), ctypes.c_double(20.0), pointer(still))
+        library = InC(arm, nominal, tmp_path).library
+        assert library.forward(pointer(np.ascontiguousarray(rows.q)), len(rows), *state, pointer(found)) == 0
+    base = trip.aligned(found[:, :3, 3], wanted[:, :3, 3])
+    placed = base @ np.concatenate(
+        [found[:, :3], np.tile([[[0.0, 0.0, 0.0, 1.0]]], (len(rows), 1, 1))], axis=1
+    )
+    missed = np.linalg.norm(placed[:, :3, 3] - wanted[:, :3, 3], axis=1)
+    assert np.sqrt((missed**2).mean()) < most + MICRON
+    if measured.rows.rotation is not None:
+        assert trip.apart(placed, wanted) < (MICRON, TURN)
+
+
+def test_numbers_for_a_controller_leave_what_they_say(saved, run, tmp_path):
+    """Offsets added to the readings of the nominal arm, on the base and with the tool that were advised."""
+    measured, files = saved
+    path = tmp_path / "controller.json"
+    code, *_ = run("export", files.toml, "--controller", path, "--nominal", measured.robot)
+    variants = json.loads(path.read_text())["controller"]
+    nominal = trip.toml_arm(robot_text(wb.load_robot(measured.robot).with_effects()))
+    rows, (_, wanted) = at_observed(files)
+    assert (code == 0) == any(v["advised"] for v in variants)
+    for numbers in variants:
+        moved = replace(rows, q=rows.q + np.array(numbers["offsets"]))
+        flange = nominal(moved)[0]
+        base, tool = (trip.placed(numbers[k]["xyz"], numbers[k]["rpy"]) for k in ("base", "tool"))
+        missed = np.linalg.norm((base @ flange @ tool)[:, :3, 3] - wanted[:, :3, 3], axis=1)
+        said = numbers["remains"]["position_mm"]
+        assert (1e3 * missed.mean(), 1e3 * missed.max()) == pytest.approx(
+            (said["mean"], said["max"]), abs=1e-3
+        )
+        if measured.rows.rotation is not None:
+            turned = np.rad2deg(trip.angle(base @ flange @ tool, wanted)).mean()
+            assert turned == pytest.approx(numbers["remains"]["orientation_deg"]["mean"], abs=1e-4)
