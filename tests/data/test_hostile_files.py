@@ -3,16 +3,18 @@
 import io
 import os
 import re
+import signal
 import struct
 import time
 import zipfile
+import zlib
 
 import numpy as np
 import openpyxl
 import pytest
 
 from workbench.base.bounded_process import ChildError, in_child
-from workbench.base.errors import FileError
+from workbench.base.errors import FileError, WorkbenchError
 from workbench.base.progress import Cancelled
 from workbench.data import binary_tables
 from workbench.data.readers import preview, read_measurements
@@ -53,8 +55,74 @@ def refusal(tmp_path, name: str, content: bytes) -> str:
     return str(caught.value)
 
 
-def test_a_matlab_file_that_crashes_its_reader(tmp_path):
-    assert "crashes the reader" in refusal(tmp_path, "crash.mat", CRASHING)
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_matlab_file_that_would_crash_its_reader(tmp_path, packed):
+    from scipy.io import savemat
+
+    path = tmp_path / "crash.mat"
+    savemat(path, {"Q": np.zeros((3, 2))})
+    at, crashing = path.stat().st_size, CRASHING[len(HEADER) :]
+    if packed:
+        crashing = struct.pack("<2I", 15, len(zlib.compress(crashing))) + zlib.compress(crashing)
+    assert f"variable 2, at byte {at}, is damaged" in refusal(
+        tmp_path, "crash.mat", path.read_bytes() + crashing
+    )
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_matlab_variables_of_every_class_are_read_and_none_that_is_changed_crashes(packed):
+    """In a process of its own, as what crashes takes it along."""
+    assert in_child(_read_changed, packed, seconds=20.0, needs="scipy.io") > 100
+
+
+def _read_changed(packed: bool) -> int:
+    """How many of some files, each with one byte of the variables changed, are refused in words."""
+    from scipy.io import savemat
+    from scipy.sparse import csc_array
+
+    cells, file = np.array([[1.0, "two"], [np.eye(2), 4]], dtype=object), io.BytesIO()
+    structs = {"inner": {"d": np.eye(2)}, "text": "some text"}
+    savemat(
+        file, {"Q": np.ones((3, 2)), "z": np.full(2, 1j), "c": cells, "s": structs, "p": csc_array(np.eye(3))}
+    )
+    sound, rng, refused = file.getvalue(), np.random.default_rng(1), 0
+    assert set(binary_tables.matlab_arrays(_packed(sound) if packed else sound)) >= {
+        "Q",
+        "z",
+        "c",
+        "s.inner.d",
+    }
+    for place in rng.integers(128, len(sound), 600):
+        changed = bytearray(sound)
+        changed[place] = rng.integers(256)
+        try:
+            binary_tables.matlab_arrays(_packed(bytes(changed)) if packed else bytes(changed))
+        except ChildError:
+            refused += 1
+    return refused
+
+
+def _packed(content: bytes) -> bytes:
+    """A MATLAB file whose variables are compressed; sizes beyond its end are cut."""
+    made, at = content[:128], 128
+    while at + 8 <= len(content):
+        end = at + 8 + min(struct.unpack_from("<I", content, at + 4)[0], len(content))
+        small = zlib.compress(content[at:end])
+        made, at = made + struct.pack("<2I", 15, len(small)) + small, end
+    return made
+
+
+@pytest.mark.parametrize(
+    ("depth", "words"), [(20, "there are no matrices|which matrix"), (3000, "variable 1.* is damaged")]
+)
+def test_matlab_cells_in_cells(tmp_path, depth, words):
+    content = struct.pack("<2I", 14, 0)
+    for _ in range(depth):
+        content = struct.pack("<12I", 14, 40 + len(content), 6, 8, 1, 0, 5, 8, 1, 1, 1, 0) + content
+    path = tmp_path / "deep.mat"
+    path.write_bytes(HEADER + content)
+    with pytest.raises(WorkbenchError, match=words):
+        read_measurements(path)
 
 
 def test_a_matlab_file_that_unpacks_to_all_memory(tmp_path, monkeypatch):
@@ -82,11 +150,11 @@ def test_a_c3d_file_whose_parameters_reach_beyond_its_end(tmp_path):
     assert sum(os.times()[:4]) - sum(begin[:4]) < 4.0  # read twice
 
 
-def test_the_command_says_what_a_child_died_of(run, tmp_path):
+def test_the_command_says_which_variable_is_damaged(run, tmp_path):
     (tmp_path / "crash.mat").write_bytes(CRASHING)
     status, _, err = run("identify", "crash.mat", "--robot", "aria")
     assert status == 1
-    assert "crashes the reader" in err
+    assert "variable 1, at byte 128, is damaged" in err
     assert err.count("\n") == 1
     assert len(err.strip()) <= 300
 
@@ -139,6 +207,15 @@ def test_a_long_value_is_cut_in_the_sentence(tmp_path):
 def test_a_child_is_bounded_in_time():
     with pytest.raises(ChildError, match=r"takes more than 0.2 s"):
         in_child(_spin, seconds=0.2)
+
+
+def test_a_child_that_crashes_says_so():
+    with pytest.raises(ChildError, match="crashes the reader"):
+        in_child(_crash)
+
+
+def _crash() -> None:
+    os.kill(os.getpid(), signal.SIGSEGV)
 
 
 def _spin() -> None:

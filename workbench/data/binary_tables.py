@@ -18,6 +18,7 @@ import numpy as np
 from workbench.base.bounded_process import MEBIBYTE, ChildError, in_child
 from workbench.base.errors import FileError, MissingExtraError
 from workbench.base.progress import Cancel, never
+from workbench.data.matlab_elements import check_matlab
 
 MOST_ROWS, MOST_COLUMNS = 2**20, 1000
 """Rows are what a sheet can hold at most; no arm has so many columns."""
@@ -61,8 +62,8 @@ def read_columns(data: bytes, path: Path, *, cancel: Cancel = never) -> tuple[li
 def read_arrays(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[str, np.ndarray]:
     """Arrays of a MATLAB file by name, fields of structs as 'struct.field'."""
     what, instead = "this MATLAB file", "save it with -v7, or as CSV"
-    if len(data) < 136 or data[126:128] not in (b"IM", b"MI"):
-        raise _refusal(what, "it has no header of version 5", instead, path)
+    if len(data) < 136 or 0 in data[:4] or data[124:128] not in (b"\0\1IM", b"\1\0MI"):
+        raise _refusal(what, "it has no header of version 5 to 7", instead, path)
     return _read(matlab_arrays, "scipy.io", data, path, what=what, instead=instead, cancel=cancel)
 
 
@@ -127,12 +128,22 @@ def matlab_arrays(data: bytes) -> dict[str, np.ndarray]:
     """What `read_arrays` gives, in this process."""
     from scipy.io import loadmat
 
+    check_matlab(data)
     result: dict[str, np.ndarray] = {}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        for name, value in loadmat(io.BytesIO(data)).items():
-            if not name.startswith("__"):
-                _collect(name, value, result)
+        try:
+            variables = loadmat(io.BytesIO(data))
+        except (
+            TypeError,
+            ValueError,
+            ArithmeticError,
+            LookupError,
+        ):  # text or indices that contradict each other
+            raise ChildError("a variable is damaged") from None
+    for name, value in variables.items():
+        if not name.startswith("__"):
+            _collect(name, value, result)
     return result
 
 
