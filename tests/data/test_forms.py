@@ -6,9 +6,12 @@ import io
 import numpy as np
 import openpyxl
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from workbench.base.errors import FileError, MissingExtraError, OptionError
 from workbench.data.readers import preview, read_measurements, read_trajectory
+from workbench.data.readers.text import separator_of
 
 ROTATED = [[1, 0, 0], [0, 0, -1], [0, 1, 0]]  # 90° about x
 
@@ -289,6 +292,27 @@ def test_plain_layout_can_be_forced(read):
     assert read(text).position[0].tolist() == [0.002, 0.003, 0.004]
     with pytest.raises(Exception, match="unit is missing"):
         read(text, layout="plain")
+
+
+@pytest.mark.parametrize("label", ["pick;place", "a\tb", "7;8", '"a, b;c"'])
+def test_another_separator_in_every_label(read, label):
+    rows = "".join(f"{k},500,1,2,{k},{label}\n" for k in (1, 2, 3))
+    data = read("q1[deg],q2[mm],x[mm],y[mm],z[mm],session\n" + rows)
+    assert data.position[:, 2] == pytest.approx([1e-3, 2e-3, 3e-3])
+    assert list(data.session) == [label.strip('"')] * 3
+
+
+@given(
+    separators=st.permutations([",", ";", "\t"]),
+    words=st.lists(st.text("ab 7,;\t", min_size=1, max_size=5), min_size=2, max_size=5),
+    title=st.booleans(),
+)
+def test_the_separator_is_the_one_of_the_heading(separators, words, title):
+    own, others = separators[0], separators[1:]
+    labels = [word.replace(own, "") + "".join(others) for word in words]
+    rows = [own.join(["1", "2.5", "3", "4", label]) for label in labels]
+    lines = ["rows of today"] * title + [own.join(["q1[deg]", "x[mm]", "y[mm]", "z[mm]", "session"]), *rows]
+    assert separator_of(lines).value == own
 
 
 def save_mat(path, **variables):

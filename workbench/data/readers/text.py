@@ -2,6 +2,7 @@
 
 import csv
 import re
+from collections import Counter
 from pathlib import Path
 
 from workbench.base.errors import FileError
@@ -112,19 +113,29 @@ def _is_toml(text: str, path: Path) -> bool:
 def separator_of(lines: list[str]) -> Separator:
     """The separator that most lines carry: tab, semicolon, comma, else blanks.
 
-    Commas between digits with blanks around the numbers are decimal commas between blanks.
+    Of several, the one that parts an earlier line, the heading, into as many fields as most: others stand in
+    labels or numbers. Commas between digits with blanks around the numbers are decimal commas between blanks.
     """
-    sample = lines[:_SAMPLE]
+    lines = [re.sub(r'"[^"]*"', '""', line) for line in lines[:_SAMPLE]]
+    sample = lines
     if len(sample) > 1:
         sample = sample[-(len(sample) + 1) // 2 :]  # the later half: title and header lines are apart
-    for separator in (Separator.TAB, Separator.SEMICOLON, Separator.COMMA):
-        carrying = [line for line in sample if separator.value in line.strip(" ")]
-        if 2 * len(carrying) <= len(sample):
-            continue
-        if separator is Separator.COMMA and _commas_are_decimal(carrying):
-            return Separator.BLANKS
-        return separator
-    return Separator.BLANKS
+    carried = {
+        separator: [line for line in sample if separator.value in line.strip(" ")]
+        for separator in (Separator.TAB, Separator.SEMICOLON, Separator.COMMA)
+    }
+    carried = {separator: found for separator, found in carried.items() if 2 * len(found) > len(sample)}
+    if not carried:
+        return Separator.BLANKS
+    separator = min(carried, key=lambda one: _first_like(carried[one], one, lines))
+    decimal = separator is Separator.COMMA and _commas_are_decimal(carried[separator])
+    return Separator.BLANKS if decimal else separator
+
+
+def _first_like(rows: list[str], separator: Separator, lines: list[str]) -> int:
+    """Place of the first line of as many fields as most of the rows have."""
+    usual, _ = Counter(line.count(separator.value) for line in rows).most_common(1)[0]
+    return next(place for place, line in enumerate(lines) if line.count(separator.value) == usual)
 
 
 def _commas_are_decimal(lines: list[str]) -> bool:
