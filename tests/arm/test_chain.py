@@ -41,7 +41,7 @@ def product(chain, row, shift=None):
 
 
 @given(st.integers(0, 10_000), st.integers(1, 14))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_poses_are_the_product(seed, length):
     rng = np.random.default_rng(seed)
     chain = random_chain(rng, length)
@@ -51,7 +51,7 @@ def test_poses_are_the_product(seed, length):
 
 
 @given(st.integers(0, 10_000), st.integers(1, 14))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_other_values_and_shifts(seed, length):
     rng = np.random.default_rng(seed)
     chain = random_chain(rng, length)
@@ -66,7 +66,7 @@ def test_other_values_and_shifts(seed, length):
 
 
 @given(st.integers(0, 10_000), st.integers(1, 14))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_frames_on_the_way(seed, length):
     rng = np.random.default_rng(seed)
     chain = random_chain(rng, length)
@@ -79,7 +79,7 @@ def test_frames_on_the_way(seed, length):
 
 
 @given(st.integers(0, 10_000), st.integers(1, 14))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_twists_are_the_derivative(seed, length):
     rng = np.random.default_rng(seed)
     chain = random_chain(rng, length, constants=False)

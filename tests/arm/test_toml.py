@@ -152,7 +152,7 @@ joint = st.fixed_dictionaries(
     st.lists(number, min_size=6, max_size=6),
     st.text(max_size=20).filter(str.isprintable),
 )
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 def test_any_table_round_trips(tmp_path_factory, convention, joints, frame, name):
     lines = [f'convention = "{convention}"']
     for entry in joints:
@@ -373,7 +373,7 @@ def test_a_folder_and_bytes_are_no_robot(tmp_path):
         ),
     )
 )
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_no_table_ends_in_another_error(data):
     data = _without_none({"convention": "elementary", **data})
     with contextlib.suppress(FileError):

@@ -52,7 +52,7 @@ def test_roll_pitch_yaw_by_hand():
 
 
 @given(eulers)
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_rpy_round_trip(rpy):
     rotation = se3.rpy_to_matrix(rpy)
     np.testing.assert_allclose(se3.rpy_to_matrix(se3.matrix_to_rpy(rotation)), rotation, atol=1e-14)
@@ -92,7 +92,7 @@ def test_yaw_is_zero_at_gimbal_lock():
 
 
 @given(st.floats(-PI, PI), st.floats(-PI / 2 + 1e-6, PI / 2 - 1e-6), st.floats(-PI, PI))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_angles_come_back(roll, pitch, yaw):
     found = se3.matrix_to_rpy(se3.rpy_to_matrix(np.array([roll, pitch, yaw])))
     difference = np.angle(np.exp(1j * (found - [roll, pitch, yaw])))
@@ -108,7 +108,7 @@ def test_quaternion_by_hand():
 
 
 @given(eulers)
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_quaternion_round_trip(rpy):
     rotation = se3.rpy_to_matrix(rpy)
     quaternion = se3.matrix_to_quaternion(rotation)
@@ -133,7 +133,7 @@ def test_logarithm_of_a_half_turn(axis):
 
 
 @given(eulers)
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_logarithm_is_at_most_a_half_turn(rpy):
     rotation = se3.rpy_to_matrix(rpy)
     rotvec = se3.matrix_to_rotvec(rotation)
@@ -142,7 +142,7 @@ def test_logarithm_is_at_most_a_half_turn(rpy):
 
 
 @given(vectors, vectors)
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_skew_is_the_cross_product(u, v):
     np.testing.assert_allclose(se3.skew(u) @ v, np.cross(u, v), atol=1e-12)
     many = np.stack([[u, v], [v, u]])
@@ -150,7 +150,7 @@ def test_skew_is_the_cross_product(u, v):
 
 
 @given(sixes, sixes, sixes)
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_group_axioms(first, second, third):
     a, b, c = at(first), at(second), at(third)
     np.testing.assert_allclose((a @ b) @ c, a @ (b @ c), atol=1e-13)
@@ -162,7 +162,7 @@ def test_group_axioms(first, second, third):
 
 
 @given(sixes, sixes, vectors)
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_apply_composes_and_keeps_distances(first, second, point):
     a, b = at(first), at(second)
     np.testing.assert_allclose(se3.apply(a @ b, point), se3.apply(a, se3.apply(b, point)), atol=1e-12)
@@ -177,7 +177,7 @@ def test_apply_broadcasts():
 
 
 @given(rotvecs, arrays(float, 3, elements=st.floats(-1, 1)))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_left_jacobian_inverse_is_the_derivative_of_the_logarithm(rotvec, direction):
     step = 1e-6
     base = se3.rotvec_to_matrix(rotvec)
@@ -213,7 +213,7 @@ def test_stacks_keep_their_shape(shape):
 
 
 @given(sixes, st.integers(3, 8), st.integers(0, 1000))
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_best_fit_finds_the_transform(six, number, seed):
     transform = at(six)
     points = np.random.default_rng(seed).normal(size=(number, 3))
@@ -252,7 +252,7 @@ def test_best_fit_is_least_squares():
 
 
 @given(sixes, vectors, rotvecs)
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_pose_error_is_what_has_to_be_added(six, shift, turn):
     predicted = at(six)
     measured = se3.pose(se3.rotvec_to_matrix(turn) @ predicted[:3, :3], predicted[:3, 3] + shift)
@@ -262,7 +262,7 @@ def test_pose_error_is_what_has_to_be_added(six, shift, turn):
 
 
 @given(sixes, rotvecs)
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 def test_equation_16_is_the_sine(six, turn):
     predicted = at(six)
     measured = se3.pose(se3.rotvec_to_matrix(turn) @ predicted[:3, :3], predicted[:3, 3])

@@ -2,14 +2,14 @@
 
 from contextlib import suppress
 
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.base.errors import WorkbenchError
 from workbench.data.readers import preview, read_measurements
 from workbench.data.readers.columns_option import parse_columns
 
-quick = settings(deadline=None, max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
+quick = settings(max_examples=150)
 
 SOUND = b"q1[deg],q2[deg],x[mm],y[mm],z[mm],qw,qx,qy,qz,session,exclude\n"
 SOUND += b"1.5,2,3,4,5,1,0,0,0,a,false\n-1.5,2e1,3,4,5,0,1,0,0,b,true\n" * 3

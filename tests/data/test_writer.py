@@ -5,7 +5,7 @@ from dataclasses import fields
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -16,7 +16,7 @@ from workbench.data.readers import read_measurements
 from workbench.data.writer import RotationForm, write_measurements
 
 NOT_IN_THE_FILE = {"source", "notes", "row"}
-quick = settings(deadline=None, max_examples=40, suppress_health_check=[HealthCheck.function_scoped_fixture])
+quick = settings(max_examples=40)
 words = st.text(
     st.characters(categories=("L", "N", "P", "S"), exclude_characters="#"), min_size=1, max_size=6
 )

@@ -97,7 +97,7 @@ def test_a_face_too_steep_has_a_short_bar_behind_it(plate):
 
 
 @given(st.integers(0, 10_000))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_segments_are_as_far_apart_as_their_samples_say(seed):
     one, other = rng(seed).normal(size=(2, 2, 3))
     share = np.linspace(0.0, 1.0, 400)[:, None]

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.arm.built_in_arms import load_robot
@@ -92,7 +92,6 @@ def test_scaling_of_all_rows(factor, seed):
         assert scaled[name] == pytest.approx(factor * plain[name])
 
 
-@settings(deadline=None)
 @given(seed=st.integers(0, 1000))
 def test_scaling_of_columns_multiplies_o1_by_a_constant(seed):
     rng = np.random.default_rng(seed)
@@ -105,7 +104,6 @@ def test_scaling_of_columns_multiplies_o1_by_a_constant(seed):
     assert ratios[0] == pytest.approx(np.prod(weights) ** (1 / 3))
 
 
-@settings(deadline=None)
 @given(seed=st.integers(0, 1000))
 def test_added_measurements_never_lower_o3_and_o5(seed):
     jacobian = np.random.default_rng(seed).normal(size=(8, 3))

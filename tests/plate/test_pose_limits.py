@@ -99,7 +99,7 @@ def test_gradients_of_i_and_of_reduced_indices(aria, plate):
     assert difference == pytest.approx((slope * direction).sum(), rel=1e-4)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(seed=st.integers(0, 1000), rows=st.integers(1, 7))
 def test_orders_against_all_permutations(seed, rows):
     q = rng(seed).uniform(-2, 2, (rows, 3))

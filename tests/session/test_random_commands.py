@@ -112,10 +112,6 @@ def test_any_commands_in_any_order(first):
     count = int(os.environ.get("SEQUENCES", FEW))
     Commands.first = first
     profile = settings(
-        max_examples=count,
-        stateful_step_count=STEPS,
-        deadline=None,
-        database=None,
-        suppress_health_check=list(HealthCheck),
+        max_examples=count, stateful_step_count=STEPS, database=None, suppress_health_check=list(HealthCheck)
     )
     run_state_machine_as_test(Commands, settings=profile)

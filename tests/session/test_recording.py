@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from dataclasses import fields, replace
+from functools import cache
 from pathlib import Path
 from typing import get_type_hints
 
@@ -501,6 +502,7 @@ def test_a_kill_loses_at_most_the_last_command(tmp_path):
 # -- commands as plain data -----------------------------------------------------------------------
 
 
+@cache
 def any_of(kind):
     """Any values of a command's fields."""
     hints = get_type_hints(kind)
