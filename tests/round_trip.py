@@ -29,6 +29,7 @@ ORDERS = {
     "craig-hayati": ("alpha", "beta", "a", "theta", "d"),
 }
 KINDS = {"theta": "rz", "d": "tz", "a": "tx", "alpha": "rx", "beta": "ry"}
+HERE = {"xyz": [0.0, 0.0, 0.0], "rpy": [0.0, 0.0, 0.0]}
 WXYZ = ("qw", "qx", "qy", "qz")
 STILL = 1e-6
 """Changes of a joint below this are no motion [rad or m]."""
@@ -247,7 +248,8 @@ class TomlArm:
             mine = np.flatnonzero(rows.session == name)
             frames = sessions.get(str(name), {})
             base, end = (
-                placed(t["xyz"], t["rpy"]) for t in (frames.get(k, self.table[k]) for k in ("base", "tool"))
+                placed(t["xyz"], t["rpy"])
+                for t in (frames.get(k) or self.table.get(k, HERE) for k in ("base", "tool"))
             )
             flange[mine] = self.frames(rows.q[mine], self.shift(rows.take(mine), end))[-1]
             tool[mine] = base @ flange[mine] @ end
