@@ -225,7 +225,8 @@ def _refused(candidates, value, vectors, size, rest, left) -> np.ndarray:
     spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / left.freedom)[:, None])
     gives_way = np.array([c.effect.gives_way for c in candidates])
     pushing = gives_way & (found < -ALLOWED * spread).any(1)
-    return pushing | (np.abs(found) > np.array([left.grams.bounds(c.names) for c in candidates])).any(1)
+    largest = np.array([left.grams.bounds(c.names) for c in candidates])
+    return pushing | (np.abs(found) > largest + ALLOWED * spread).any(1)
 
 
 def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:
