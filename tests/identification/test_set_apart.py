@@ -12,12 +12,12 @@ from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json
 
 
-def rows_of(seed, count=100, noise=5e-5):
+def rows_of(seed, count=100, noise=5e-5, turn=2e-4):
     """Poses of a hidden ARIA, from code that shares nothing with the package."""
     rng = np.random.default_rng(seed)
     arm = generator.aria().perturbed(rng, length=1e-3, angle=1e-3)
     q = arm.random(rng, count)
-    position, rotation = arm.measure(q, rng, noise, 2e-4)
+    position, rotation = arm.measure(q, rng, noise, turn)
     return Dataset(q=q, row=np.arange(count), position=position, rotation=rotation)
 
 
@@ -76,3 +76,20 @@ def test_all_rows_count_when_asked():
     run = identify(load_robot("aria"), rows, algorithms=("opt2",), loss="squares")
     assert not run.outliers
     assert len(run.train_rows) + len(run.held_out_rows) == 100
+
+
+def test_a_turned_held_out_row_is_told_in_degrees():
+    clean = identify(load_robot("aria"), rows_of(2), algorithms=("opt2",))
+    row = int(clean.data.row[clean.held_out_rows[3]])
+    rows = rows_of(2)
+    turned = rows.rotation.copy()
+    turned[row] = generator.turn("x", 0.3)[:3, :3] @ turned[row]
+    run = identify(load_robot("aria"), replace(rows, rotation=turned), algorithms=("opt2",))
+    assert run.suspects == (row,)
+    assert f"{run.best.held_out.orientation_deg.mean:.3g}°" in run.warnings[0]
+
+
+def test_exact_rows_show_one_arm_and_no_warning():
+    run = identify(load_robot("aria"), rows_of(4, noise=0.0, turn=0.0))
+    assert len(run.distinct) == 1
+    assert not any("moves the tool" in words for words in run.warnings)

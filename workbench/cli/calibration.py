@@ -81,12 +81,13 @@ def identify(
         opt.say(f"report: {write_report(run, out.report, wanted=asked)}")
     if out.save is not None and run.gate is not None and run.gate.refused:
         opt.fail(f"{out.save} is not written: {run.gate.refused}")
-    doubts = () if fit.force else run.doubts(run.best)
-    if out.save is not None and not doubts:
+    doubts = run.doubts(run.best)
+    if out.save is not None and (fit.force or not doubts):
         opt.say(f"calibrated robot ({run.best.fit.title}): {opt.save_robot(run.robot, out.save)}")
         opt.say(f"held-out error of the files: {file_words(run, run.best)}")
     if doubts:
-        opt.fail(f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}{opt.not_written(out.save)}")
+        kept = opt.not_written(out.save, forced=fit.force)
+        opt.fail(f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}{kept}")
     opt.check_converged(run.best.fit)
 
 
@@ -131,8 +132,7 @@ def diagnose(
     with opt.progress_bar("diagnose") as progress:
         run = wb.diagnose(arm, rows, choices, progress=progress)
     opt.show(diagnosis_tables(run))
-    harm = None if fit.force else run.harm
-    if out.save is not None and harm is None:
+    if out.save is not None and (fit.force or run.harm is None):
         opt.say(f"calibrated robot: {opt.save_robot(run.robot, out.save)}")
         found = run.identification()
         opt.say(f"held-out error of the files: {file_words(found, found.best)}")
@@ -142,8 +142,8 @@ def diagnose(
 
         opt.say(f"report: {write_diagnosis(run, out.report)}")
     opt.check_converged(run.final_fit)
-    if harm is not None:
-        opt.fail(harm + opt.not_written(out.save))
+    if run.harm is not None:
+        opt.fail(run.harm + opt.not_written(out.save, forced=fit.force))
 
 
 @opt.flattened

@@ -376,9 +376,11 @@ def fail(sentence: str) -> NoReturn:
     raise Unusable(sentence)
 
 
-def not_written(path: Path | None) -> str:
+def not_written(path: Path | None, *, forced: bool) -> str:
     """What `fail` adds where a robot was to be saved."""
-    return "" if path is None else f"; {path} is not written, --force writes it all the same"
+    if path is None:
+        return ""
+    return f"; {path} is written as --force asks" if forced else f"; {path} is not written without --force"
 
 
 def check_converged(fit) -> None:

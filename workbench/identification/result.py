@@ -36,6 +36,8 @@ ALIKE = 1e-6
 """Relative difference of two costs that is no difference."""
 NOTICED = 0.1
 """Part of a standard error by which two answers may differ and still be one."""
+ROUNDING = 1e-6
+"""Lengths and angles [m, rad] of which nobody sees more."""
 MOST = 10
 """Most rows that are named in one sentence."""
 CHANCE = 2.0
@@ -106,8 +108,8 @@ class Run(AbstractShown):
         if self.fit.problem.names != other.fit.problem.names:
             return False
         errors = [e.position_mm.rms for run in (self, other) for e in (run.train, run.held_out or run.train)]
-        moved = np.abs(self.fit.x - other.fit.x) <= NOTICED * np.maximum(self.fit.std, 1e-9)
-        return bool(np.allclose(errors[:2], errors[2:], rtol=0.01, atol=1e-6, equal_nan=True) and moved.all())
+        same = np.abs(self.fit.x - other.fit.x) <= np.maximum(NOTICED * self.fit.std, ROUNDING)
+        return bool(np.allclose(errors[:2], errors[2:], rtol=0.01, atol=1e-4, equal_nan=True) and same.all())
 
     @cached_property
     def deviation(self) -> float:
@@ -295,7 +297,7 @@ class Identification(AbstractShown):
             found.append(words)
         if not (self.frames.base_per_session or self.frames.tool_per_session):
             turned = bool(self.best.fit.problem.component_channels.any())
-            if self.transfer.ratio > SERIOUS:
+            if self.transfer.ratio > SERIOUS and self.transfer.anywhere.position > ROUNDING:
                 found.append(transfer_note(self.transfer, turned))
         return tuple(found)
 
@@ -418,8 +420,7 @@ def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
     """Which rows were set apart, and what to do."""
     shown = ", ".join(row.words for row in outliers[:MOST]) + (" …" if len(outliers) > MOST else "")
     rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")
-    median = others.position_mm.median
-    typical = f", where the others are off by {median:.2g} mm" if np.isfinite(median) else ""
+    typical = f", where the others are off by {others.words('median')}" if others.words("median") else ""
     return f"{rows} {shown} set apart{typical}: measure {them} again, or correct the file"
 
 

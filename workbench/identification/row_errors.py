@@ -141,6 +141,12 @@ class Errors:
         )
         return cls(Spread.of(1e3 * rows.position), turned, tilted, _pixel_spread(rows))
 
+    def words(self, which: str) -> str:
+        """Mean, median … of positions and orientations, for people; empty if neither was measured."""
+        found = [(self.position_mm, " mm"), (self.orientation_deg, "°")]
+        values = [(getattr(spread, which), unit) for spread, unit in found if spread is not None]
+        return ", ".join(f"{value:.3g}{unit}" for value, unit in values if np.isfinite(value))
+
 
 def _pixel_spread(rows: RowErrors) -> Spread | None:
     """Of rows, but its root mean square is over all corners."""

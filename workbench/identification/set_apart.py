@@ -133,10 +133,8 @@ def suspect_note(rows: list[int], errors: Errors) -> str:
     words = (
         f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
     )
-    mean, median = errors.position_mm.mean, errors.position_mm.median
-    if np.isnan(mean):
-        return words
-    return f"{words}. With {it} the mean held-out error is {mean:.3g} mm, the median {median:.3g} mm"
+    mean, median = errors.words("mean"), errors.words("median")
+    return f"{words}. With {it} the mean held-out error is {mean}, the median {median}" if mean else words
 
 
 def _root(problem: Problem, fit: Fit) -> np.ndarray:
