@@ -46,6 +46,7 @@ class Rows:
         session: Of each row; empty where there is one only.
         direction: Sign of each joint's last motion.
         payload: Mass at the tool [kg].
+        time: When it was measured [s].
     """
 
     q: np.ndarray
@@ -54,6 +55,7 @@ class Rows:
     session: np.ndarray
     direction: np.ndarray
     payload: np.ndarray
+    time: np.ndarray
 
     def __len__(self) -> int:
         return len(self.q)
@@ -61,7 +63,7 @@ class Rows:
     def take(self, rows: Any) -> "Rows":
         """Rows by number."""
         rotation = None if self.rotation is None else self.rotation[rows]
-        parts = (self.session, self.direction, self.payload)
+        parts = (self.session, self.direction, self.payload, self.time)
         return Rows(self.q[rows], self.position[rows], rotation, *(part[rows] for part in parts))
 
 
@@ -73,7 +75,15 @@ Arm = Callable[[Rows], Poses]
 def rows_of(q: np.ndarray) -> Rows:
     """Joint positions of which nothing else is known."""
     count = len(q)
-    return Rows(q, np.full((count, 3), np.nan), None, np.full(count, ""), np.zeros_like(q), np.zeros(count))
+    return Rows(
+        q,
+        np.full((count, 3), np.nan),
+        None,
+        np.full(count, ""),
+        np.zeros_like(q),
+        np.zeros(count),
+        np.zeros(count),
+    )
 
 
 def read_rows(path: Path) -> Rows:
@@ -106,6 +116,7 @@ def read_rows(path: Path) -> Rows:
         session=session,
         direction=np.zeros_like(q) if time is None else directions(q, time, session),
         payload=np.zeros(len(q)) if payload is None else payload,
+        time=np.full(len(q), np.nan) if time is None else time,
     )
 
 
@@ -252,8 +263,20 @@ class TomlArm:
                 for t in (frames.get(k) or self.table.get(k, HERE) for k in ("base", "tool"))
             )
             flange[mine] = self.frames(rows.q[mine], self.shift(rows.take(mine), end))[-1]
-            tool[mine] = base @ flange[mine] @ end
+            tool[mine] = self.drifted(base, rows.time[mine]) @ flange[mine] @ end
         return flange, tool
+
+    def drifted(self, base: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Where the base is seen while the measuring frame drifts."""
+        out = np.broadcast_to(base, (len(time), 4, 4)).copy()
+        for effect in self.table.get("effect", []):
+            if effect["name"] == "base-drift":
+                x, y, z, roll, pitch, yaw = np.outer(
+                    effect["coefficients"], time - effect.get("reference", 0.0)
+                )
+                out[:, :3, 3] += np.column_stack([x, y, z])
+                out = out @ step("rx", roll) @ step("ry", pitch) @ step("rz", yaw)
+        return out
 
     def shift(self, rows: Rows, tool: np.ndarray) -> dict[str, np.ndarray]:
         """What the effects add to each step, at the fixed point of loads and deflections."""
