@@ -5,6 +5,7 @@ from dataclasses import replace
 import generator
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.data.dataset import Dataset
@@ -12,6 +13,7 @@ from workbench.data.readers import read_measurements
 from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.evaluate import evaluate
 from workbench.identification.identify import identify
+from workbench.identification.noise import from_repeats
 
 SIGMA = 5e-5, 2e-4
 """What the arm is measured with, and what a few rows claim is a thousandth of it [m, rad]."""
@@ -117,3 +119,18 @@ def test_a_channel_that_gets_worse_than_nominal_is_warned_of(rows):
         "Beware: orientations of the held-out rows"
         in diagnose(load_robot("aria"), claims.take(np.arange(90))).message
     )
+
+
+@pytest.mark.parametrize("missing", ["position", "rotation"])
+def test_repeats_without_a_pose_leave_the_noise_of_the_others(rows, missing):
+    """Twenty poses, four rows each; two are without a pose, one of them the first of its four."""
+    four = {key: np.repeat(getattr(rows, key)[:20], 4, axis=0) for key in ("q", "position", "rotation")}
+    four["position"] = four["position"] + np.random.default_rng(1).normal(0.0, SIGMA[0], (80, 3))
+    spin = np.random.default_rng(2).normal(0.0, SIGMA[1], (80, 3))
+    four["rotation"] = four["rotation"] @ Rotation.from_rotvec(spin).as_matrix()
+    four[missing][[0, 33]] = np.nan
+    noise = from_repeats(Dataset(row=np.arange(80), **four))
+    assert noise is not None
+    # 58 degrees of freedom of three components each: 5 % of a standard deviation
+    assert noise.position == pytest.approx(SIGMA[0], rel=0.2)
+    assert noise.rotation == pytest.approx(SIGMA[1], rel=0.2)

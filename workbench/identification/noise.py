@@ -68,16 +68,17 @@ def stated(problem: Problem) -> Noise | None:
 def from_repeats(data: Dataset) -> Noise | None:
     """Pooled scatter of positions and rotations measured several times at the same joints.
 
-    Rows that are copies of each other to the last digit say nothing of the noise and are passed over.
+    Rows without a pose, or copied to the last digit from another, say nothing of noise and are left out.
     """
     if data.position is None or data.rotation is None:
         return None
     session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
     key = np.column_stack([session, np.round(data.q / SAME_JOINTS)])
     _, place = np.unique(key, axis=0, return_inverse=True)
+    posed = np.isfinite(data.position).all(1) & np.isfinite(data.rotation).all((1, 2))
     squares, freedom = np.zeros(2), 0
     for k in np.flatnonzero(np.bincount(place) > 1):
-        rows = np.flatnonzero(place == k)
+        rows = np.flatnonzero((place == k) & posed)
         _, once = np.unique(data.position[rows], axis=0, return_index=True)
         rows = rows[once]
         if len(rows) < 2:
