@@ -195,11 +195,16 @@ class Fit(AbstractShown):
     def poorly_determined(self) -> tuple[str, ...]:
         """Constants that are seen, but only within more than a degree or 5 mm."""
         open_ones = {n for c in (*self.unidentifiable, *self.hardly_seen) for n in c.names}
+        return tuple(p.words for p in self.parameters if p.name in self.uncertain - open_ones)
+
+    @cached_property
+    def uncertain(self) -> frozenset[str]:
+        """Names of constants that are known only within more than a degree or 5 mm."""
         limits = [POOR_ANGLE if p.unit == "rad" else POOR_LENGTH for p in self.parameters]
-        return tuple(
-            p.words
+        return frozenset(
+            p.name
             for p, s, limit in zip(self.parameters, self.std, limits, strict=True)
-            if s > limit and p.is_plain and p.unit in ("rad", "m") and p.name not in open_ones
+            if s > limit and p.is_plain and p.unit in ("rad", "m")
         )
 
     @cached_property

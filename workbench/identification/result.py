@@ -123,7 +123,7 @@ class Run(AbstractShown):
         found = []
         for p, value in zip(self.fit.parameters, self.fit.x.tolist(), strict=True):
             most = IMPLAUSIBLE_ANGLE if p.unit == "rad" else IMPLAUSIBLE_LENGTH
-            known = p.is_geometry and p.words not in self.fit.poorly_determined
+            known = p.is_geometry and p.name not in self.fit.uncertain
             if known and abs(moved := value - p.nominal) > most:
                 size = f"{np.rad2deg(moved):+.0f}°" if p.unit == "rad" else f"{1e3 * moved:+.0f} mm"
                 found.append((abs(moved) / most, f"{p.words} {size}"))
