@@ -17,11 +17,16 @@ import tomli_w
 import workbench as wb
 from tests.exports import readers
 from tests.exports.test_programs import GLUE, InC, in_python
-from workbench.arm.usable import usable_arm
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot_toml import robot_text
+from workbench.arm.usable import off_nominal, unobserved_words, usable_arm
 from workbench.base.errors import OptionError
+from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.readers.trajectory import Trajectory
 from workbench.exports import FORMS, Job, export_robot
+from workbench.identification.report.how_to_apply import use_of
 
 assert GLUE  # of the C program that `InC` compiles
 DH = np.array([
@@ -231,6 +236,69 @@ def _properties(text: str) -> readers.Kinematics:
     return pose
 
 
+def turned_in_file(table: dict) -> float:
+    """Mean angle between the flanges of a saved UR5 and of its nominal constants on the best base [°]."""
+    found, q = table["calibration"], np.array(table["calibration"]["observed"]["q"])
+    nominal = [
+        {k: found["nominal"].get(f"joint{i + 1}.{k}", v) for k, v in joint.items() if isinstance(v, float)}
+        for i, joint in enumerate(table["joint"])
+    ]
+    turns = []
+    for joints in (table["joint"], nominal):
+        at = np.repeat(np.eye(4)[None], len(q), axis=0)
+        for k, joint in enumerate(joints):
+            last = readers.rot(0, joint.get("alpha", 0.0)) @ readers.rot(1, joint.get("beta", 0.0))
+            at = np.array(
+                [
+                    here @ readers.rot(2, row[k] + joint.get("theta", 0.0)) @ last
+                    for here, row in zip(at, q, strict=True)
+                ]
+            )
+        turns.append(at[:, :3, :3])
+    u, _, vt = np.linalg.svd(np.einsum("rij,rkj->ik", *turns))
+    return angles(turns[0], u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt @ turns[1])
+
+
+def test_how_far_the_flange_is_from_nominal_is_that_of_the_file(cell):
+    arm = wb.load_robot(cell.saved)
+    own = turned_in_file(tomllib.loads(Path(cell.saved).read_text()))
+    nominal = wb.load_robot("ur5")
+    poses = arm.calibration.observed.q
+    assert np.rad2deg(off_nominal(arm, nominal, poses).rotation) == pytest.approx(own, abs=1e-4)
+    assert own > 1e-3
+    used = usable_arm(arm).robot
+    table = tomllib.loads(robot_text(used)) | {"calibration": tomllib.loads(robot_text(arm))["calibration"]}
+    assert np.rad2deg(off_nominal(used, nominal, poses).rotation) == pytest.approx(
+        turned_in_file(table), abs=1e-4
+    )
+    said = [*unobserved_words(arm), *usable_arm(arm).notes, *usable_arm(arm, effects=False).notes]
+    sizes = [float(re.search(r"([\d.e-]+)°", words)[1]) for words in said]
+    assert sizes == pytest.approx([own, *2 * [turned_in_file(table)]], rel=0.06)
+
+
+def test_a_program_says_how_far_its_arm_is_from_the_saved_model(cell, tmp_path):
+    arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
+    done = export_robot(FORMS["python-module"], tmp_path / "arm.py", Job(robot=arm, nominal=nominal))
+    path = wb.compensate(arm, trajectory(cell.q), nominal=nominal)
+    found, seen = usable_arm(arm), arm.calibration.observed.q
+    missed = tool_poses(arm, Motion(seen))[:, :3, 3] - tool_poses(found.robot, Motion(seen))[:, :3, 3]
+    mean = np.linalg.norm(missed, axis=1).mean()
+    assert done.left.position_mean == pytest.approx(mean)
+    assert done.rows == len(seen)
+    assert "agrees" not in done.verdict
+    for words in (done.verdict, "; ".join(path.notes)):
+        assert in_mm(mean) in words
+        assert in_mm(np.hypot(arm.calibration.error.position, mean)) in words
+
+
+def test_controller_numbers_that_turn_an_unmeasured_tool_are_not_advised(cell):
+    arm, nominal = wb.load_robot(cell.saved), wb.load_robot("ur5")
+    for variant in use_of(arm, nominal).variants:
+        noticed = variant.after.rotation_mean > 1.02 * variant.before.rotation_mean + 3.4e-4
+        assert not (noticed and variant.is_better)
+        assert any("not measured" in note for note in variant.notes)
+
+
 def test_controller_numbers_that_are_advised_help(cell, run, tmp_path):
     status, out, _ = run("export", cell.saved, "--controller", "c.json", "--nominal", "ur5")
     variants = json.loads((tmp_path / "c.json").read_text())["controller"]
@@ -254,8 +322,9 @@ def test_a_corrected_path_is_not_said_to_have_no_error(cell, run, tmp_path):
     assert not re.search(r"e-\d", out)
     own = wb.load_robot(cell.saved).calibration.error.position
     assert own > 0.3 * NOISE
-    assert f"{1e3 * own:.3f}" in out
-    assert json.loads((tmp_path / "r.json").read_text())["model_error"][0] == pytest.approx(own)
+    used = np.hypot(own, usable_arm(wb.load_robot(cell.saved)).left.position_mean)
+    assert f"{1e3 * used:.3f}" in out
+    assert json.loads((tmp_path / "r.json").read_text())["model_error"][0] == pytest.approx(used)
     assert run(*words, "--orientations")[0] == 64
 
 

@@ -1,8 +1,8 @@
 """The part of a calibrated arm that may be used: what was observed, and what can be carried.
 
-Directions of the tool that no row shows (`observed.py`) are left as the nominal arm has them; a file that has
-no place for effects gets the geometry that is best without them. Both are one fit to the calibrated arm's own
-predictions T(q) over measured joint positions:
+Directions of the tool that no row shows (`observed.py`) stay as near to nominal as the others allow; a file
+without a place for effects gets the geometry that is best without them. Both are one fit to the calibrated
+arm's own predictions T(q) over measured joint positions:
 
     Σ_q |Δp|²/s_p² + |Δφ|²/s_φ² + Σ_k (x_k − nominal_k)²/s_x²
 
@@ -11,6 +11,7 @@ only what the others leave open. Constants of the arm have a prior, base and too
 arm can do alike is done by the base.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -21,7 +22,7 @@ from workbench.arm.calibration_record import Calibration
 from workbench.arm.effects import AbstractEffect, Loads
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.observed import Observed
+from workbench.arm.observed import Expected
 from workbench.arm.robot import FRAME_PARTS, Frame, Robot
 from workbench.base import se3
 from workbench.base.types import Matrix4, frozen
@@ -44,7 +45,7 @@ ITERATIONS = 30
 
 
 class PoseErrors(NamedTuple):
-    """Difference of two arms over some joint positions.
+    """Difference of two arms' tools over some joint positions.
 
     Args:
         position_mean: Mean distance of the tools [m].
@@ -71,14 +72,13 @@ class Usable:
 
     Args:
         robot: The arm to use; it carries no record of a calibration.
-        left: What it misses of the calibrated arm's tool over the measured poses; of orientations that were
-            not observed, how far they are from the calibrated arm's.
+        left: How far its tool is from the calibrated arm's over the measured poses.
         sees_position: Whether positions are the calibrated arm's.
         sees_rotation: Whether orientations are.
         has_nominal: Whether the nominal arm was there for what they are not.
         free_frames: Parts of base and tool that were identified.
         q: Joint positions that were compared [rad or m].
-        notes: What was left as it was, and what was assumed, one sentence each.
+        notes: What was not observed, and what was assumed, one sentence each.
         calibrated: The calibrated arm in its first session, with the effects that joint positions drive.
     """
 
@@ -121,7 +121,8 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
     found = robot.calibration
     free = _free(robot)
     frames = tuple(n for n in free if n.startswith(("base.", "tool.")))
-    seen, notes = _observed(robot)
+    seen, _ = _observed(robot)
+    notes: tuple[str, ...] = ()
     q = found.observed.q if found is not None and found.observed is not None else sampled(robot)
     known, unknown = divided(robot)
     if unknown:
@@ -136,8 +137,6 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
         kept, none = replace(kept, calibration=None), PoseErrors(0.0, 0.0, 0.0, 0.0)
         return Usable(robot=kept, left=none, calibrated=actual, free_frames=frames, q=q, notes=notes)
     start = _nominal(actual, nominal)
-    if start is None:
-        notes += ("its file does not hold the nominal arm, so nothing could be left as that has it",)
     begin = start or actual
     begin = begin if effects else begin.with_effects()
     trusted = (True, True) if start is None else seen
@@ -153,21 +152,101 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
         has_nominal=start is not None,
         free_frames=frames,
         q=q,
-        notes=notes,
+        notes=(*unobserved_words(robot, {"": fitted}, nominal=nominal), *notes),
     )
+
+
+def off_nominal(arm: Robot, nominal: Robot, q: Float[np.ndarray, "rows n"]) -> Expected:
+    """Mean distance and angle between the flanges of two arms on the best common base [m], [rad].
+
+    Effects that more than joint positions drive are left out, and the nominal arm has none.
+    """
+    known, _ = divided(arm)
+    bare = (
+        replace(each.with_effects(*effects).with_frames(base=Frame(), tool=Frame()), sessions=())
+        for each, effects in ((arm, known), (nominal, ()))
+    )
+    own, old = (tool_poses(each, Motion(q)) for each in bare)
+    u, _, vt = np.linalg.svd(np.einsum("rij,rkj->ik", own[:, :3, :3], old[:, :3, :3]))
+    turn = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
+    placed = se3.pose(turn, own[:, :3, 3].mean(0) - turn @ old[:, :3, 3].mean(0)) @ old
+    errors = PoseErrors.of(se3.pose_error(own, placed))
+    return Expected(errors.position_mean, errors.rotation_mean)
+
+
+def unobserved_words(
+    robot: Robot, arms: Mapping[str, Robot] | None = None, *, nominal: Robot | None = None
+) -> tuple[str, ...]:
+    """What a calibration did not observe, and how far arms are from nominal there; none if it did all.
+
+    Args:
+        robot: As calibrated.
+        arms: What is saved or used of it, by name; the calibrated arm itself if None.
+        nominal: The nominal arm, for files that don't say what it was.
+    """
+    (sees_position, sees_rotation), why = _observed(robot)
+    if sees_position and sees_rotation:
+        return ()
+    if (start := _nominal(robot, nominal)) is None:
+        return (why, "its file does not hold the nominal arm, so nothing could be kept near that")
+    seen = None if robot.calibration is None else robot.calibration.observed
+    q, poses = (sampled(robot), "poses") if seen is None else (seen.q, "measured poses")
+    sizes = []
+    for name, arm in ({"": robot} if arms is None else arms).items():
+        off = off_nominal(arm, start, q)
+        size = [] if sees_position else [in_mm(off.position)]
+        size += [] if sees_rotation else [_in_degrees(off.rotation)]
+        sizes.append(" and ".join(size) + (f" ({name})" if name else ""))
+    return (f"{why}; the flange differs from nominal by {', '.join(sizes)}, mean over {len(q)} {poses}",)
 
 
 def carried_words(robot: Robot) -> tuple[str, ...]:
     """What a file without effects misses of a calibrated arm, one sentence each; none if nothing."""
     found = usable_arm(robot, effects=False)
-    mean, most = found.left.position_mean, found.left.position_max
-    if most < EXACT:
-        return found.notes
-    at = f"{in_mm(mean)} on average from the calibrated arm, up to {in_mm(most)}, over {len(found.q)} poses"
-    if robot.calibration is None or robot.calibration.error is None:
-        return (f"the file is {at}", *found.notes)
-    own = robot.calibration.error.position
-    return (f"URDF about {in_mm(np.hypot(own, mean))} · TOML {in_mm(own)}: the URDF is {at}", *found.notes)
+    return (*away_words("URDF", robot, found.left, len(found.q)), *found.notes)
+
+
+def away_words(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[str, ...]:
+    """How far what is used of a calibrated arm is from it, and the error of both; none where they agree.
+
+    Args:
+        name: Of what is used.
+        robot: As calibrated.
+        left: Difference of the tools.
+        poses: Number of poses over which they were compared.
+    """
+    if max(left.position_max, left.rotation_max) < EXACT:
+        return ()
+    mean, most = off_words(robot, left)
+    at = f"{mean} on average from the calibrated model, up to {most}, over {poses} poses"
+    if robot.calibration is None or (own := robot.calibration.error) is None:
+        return (f"the {name} is {at}",)
+    used = np.hypot(own.position, left.position_mean)
+    return (f"{name} about {in_mm(used)} · TOML {in_mm(own.position)}: the {name} is {at}",)
+
+
+def off_words(robot: Robot, left: PoseErrors) -> tuple[str, str]:
+    """Mean and greatest difference from a calibrated arm; in orientation, where that was observed."""
+    (_, sees_rotation), _ = _observed(robot)
+    if not sees_rotation:
+        return in_mm(left.position_mean), in_mm(left.position_max)
+    return (
+        f"{in_mm(left.position_mean)} and {_in_degrees(left.rotation_mean)}",
+        f"{in_mm(left.position_max)} and {_in_degrees(left.rotation_max)}",
+    )
+
+
+def expected_error(robot: Robot, left: PoseErrors) -> Expected | None:
+    """Error of an arm that is so far from a calibrated one, or None where nobody knows its own."""
+    if robot.calibration is None or (own := robot.calibration.error) is None:
+        return None
+    return Expected(
+        float(np.hypot(own.position, left.position_mean)), float(np.hypot(own.rotation, left.rotation_mean))
+    )
+
+
+def _in_degrees(angle: float) -> str:
+    return f"{np.rad2deg(angle):.2g}°" if angle > EXACT else "0°"
 
 
 def _in_first_session(robot: Robot) -> Robot:
@@ -188,29 +267,23 @@ def divided(robot: Robot) -> tuple[list[AbstractEffect], list[AbstractEffect]]:
     return known, [e for e in mine if e not in known]
 
 
-def _observed(robot: Robot) -> tuple[tuple[bool, bool], tuple[str, ...]]:
+def _observed(robot: Robot) -> tuple[tuple[bool, bool], str]:
     """Whether positions and orientations were observed, and what to say of that."""
     if (found := robot.calibration) is None:
-        return (True, True), ()
+        return (True, True), ""
     if (seen := found.observed) is not None:
-        return (seen.sees_position, seen.sees_rotation), _words(seen)
+        return (seen.sees_position, seen.sees_rotation), seen.missing
     if _turned(found):
-        return (True, True), ()
+        return (True, True), ""
     return (True, False), (
         "its file does not say what was measured: positions alone are assumed, as no orientation of the tool "
-        "was identified; identify it again to be sure",
+        "was identified; identify it again to be sure"
     )
 
 
 def _turned(found: Calibration) -> bool:
     """Whether the tool's orientation was identified, which takes orientations that were measured."""
     return any(name.startswith("tool") and name.endswith(FRAME_PARTS[3:]) for name in found.std)
-
-
-def _words(seen: Observed) -> tuple[str, ...]:
-    pairs = (("positions", seen.sees_position), ("orientations", seen.sees_rotation))
-    left = " and ".join(name for name, known in pairs if not known)
-    return (f"{left} are left as the nominal arm has them: {seen.missing}",) if left else ()
 
 
 def _nominal(robot: Robot, other: Robot | None) -> Robot | None:

@@ -239,13 +239,14 @@ def export(
 
 def _export_for(form, out: Path, arm, nominal: str | None, source: Path | None, json: Path | None) -> None:
     """Write one form, and report how much of the calibration it holds."""
+    from workbench.base.wording import capital
     from workbench.exports import Job, export_robot
 
     text = None if source is None else form.text_of(source)
     job = Job(robot=arm, nominal=None if nominal is None else wb.load_robot(nominal), source=text)
     done = export_robot(form, out, job)
     opt.say(f"{arm.name}: {done.path}")
-    opt.say(f"it holds: {done.verdict}")
+    opt.say(capital(done.verdict))
     opt.say_notes(done.notes)
     content = {
         "schema": "workbench.export/1",

@@ -13,25 +13,29 @@ from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_frames import JointFrames, joint_frames
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.usable import PoseErrors, divided, usable_arm
+from workbench.arm.usable import (
+    EXACT,
+    PoseErrors,
+    away_words,
+    divided,
+    off_words,
+    unobserved_words,
+    usable_arm,
+)
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.files import read_bytes, write_text
 from workbench.base.types import Matrix4
 from workbench.identification.arm_match import require_same_arm
-from workbench.report.numbers import short
 
 POSES = 500
 """Poses over which a file is compared with the calibration."""
-EXACT = 1e-9
-"""Difference [m or rad] below which a form holds an arm."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -67,6 +71,8 @@ class AbstractForm(ABC):
     """Usual ending of its files."""
     takes_calibrated: ClassVar[bool] = False
     """Whether `write` takes the calibrated arm itself, instead of what a geometry can carry of it."""
+    is_typed: ClassVar[bool] = False
+    """Whether people type its numbers in, instead of loading the file."""
 
     @property
     @abstractmethod
@@ -95,7 +101,8 @@ class AbstractForm(ABC):
         """The arm as whoever loads the file computes it, in its own base, up to its flange; of a form that
         takes the calibrated arm, in the measuring frame.
 
-        None if the file computes with the whole calibrated model, which tests compare by running it.
+        None if the file computes with all that may be used of the calibrated arm, effects included, which
+        tests compare by running it.
 
         Raises:
             FileError: the text is not of this form.
@@ -116,31 +123,30 @@ class Exported:
 
     Args:
         path: Where.
-        position: Greatest distance of the file's tool from the calibrated arm's [m]; None if not compared.
-        rotation: Greatest angle between the two [rad]; where orientations were not observed, from what may be
-            used of them; None if not compared.
+        left: Difference of the file's tool from that of the calibrated arm, all of it; None where the file
+            computes with the whole calibrated model.
+        verdict: The same in words, and the error of the file's arm.
         rows: Poses that were compared.
         notes: What to know before it is used.
         doubt: Why it should not be used; empty if it may.
     """
 
     path: Path
-    position: float | None
-    rotation: float | None
+    left: PoseErrors | None
+    verdict: str
     rows: int
     notes: tuple[str, ...]
     doubt: str = ""
 
     @property
-    def verdict(self) -> str:
-        """How much of the calibration the file represents."""
-        if self.position is None or self.rotation is None:
-            return "the whole calibrated model"
-        if max(self.position, self.rotation) < EXACT:
-            return f"the calibrated arm to {EXACT:g} m and rad over {self.rows} poses"
-        turned = "" if self.rotation < EXACT else f" and {short(float(np.rad2deg(self.rotation)))}°"
-        size = f"{short(1e3 * self.position)} mm{turned}"
-        return f"up to {size} away from the calibrated arm over {self.rows} poses"
+    def position(self) -> float | None:
+        """Greatest distance [m]; None as `left`."""
+        return None if self.left is None else self.left.position_max
+
+    @property
+    def rotation(self) -> float | None:
+        """Greatest angle [rad]; None as `left`."""
+        return None if self.left is None else self.left.rotation_max
 
 
 def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = POSES) -> Exported:
@@ -157,7 +163,7 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         RobotError, ShapeError: the nominal arm is not the one that was calibrated.
         FileError: the file can't be written, or the source is not of this form.
     """
-    whole = usable_arm(job.robot, nominal=job.nominal)
+    calibrated, whole = job.robot, usable_arm(job.robot, nominal=job.nominal)
     if job.nominal is not None:
         require_same_arm(whole.robot, job.nominal)
     carried = whole if form.takes_calibrated else usable_arm(job.robot, nominal=job.nominal, effects=False)
@@ -165,28 +171,41 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         job = replace(job, robot=carried.in_first_session)
     text = form.write(job)
     read = form.read(text, job)
-    apart: tuple[float, float] | tuple[None, None] = (None, None)
-    if whole.left.position_max > EXACT:
-        apart, rows = (whole.left.position_max, 0.0), len(whole.q)
-    notes = list(dict.fromkeys([*carried.notes, *form.notes(job)]))
+    left = whole.left if max(whole.left.position_max, whole.left.rotation_max) > EXACT else None
+    said = carried.notes
+    if form.takes_calibrated and read is not None:
+        said = unobserved_words(calibrated, {"": read}, nominal=job.nominal)
+    notes = list(dict.fromkeys([*said, *form.notes(job)]))
     if read is not None:
         known, unknown = divided(whole.robot)
         arm = read if form.takes_calibrated else read.with_frames(base=job.robot.base)
         q = whole.q[:rows]
-        apart = apart_from(whole.wanted(q), arm, q)
+        own, found = (tool_poses(replace(each, sessions=()), Motion(q)) for each in (whole.calibrated, arm))
+        left = PoseErrors.of(se3.pose_error(own, found))
         if known:
             notes.append(f"can't hold the effects {_names(known)}; the figure above includes the error")
         if unknown:
             notes.append(f"can't hold {_names(unknown)}, which the figure above does not include")
-        rows = len(q)
+    rows = min(rows, len(whole.q)) if read is not None else len(whole.q)
     return Exported(
         path=write_text(path, text),
-        position=apart[0],
-        rotation=apart[1],
+        left=left,
+        verdict=_verdict(form, calibrated, left, rows),
         rows=rows,
         notes=tuple(notes),
         doubt=form.doubt(job),
     )
+
+
+def _verdict(form: AbstractForm, robot: Robot, left: PoseErrors | None, poses: int) -> str:
+    """How far a file is from the calibrated arm, in words."""
+    if left is None:
+        return "the file computes with the whole calibrated model"
+    if max(left.position_max, left.rotation_max) < EXACT:
+        return f"the file agrees with the calibrated model to {EXACT:g} m and rad at {poses} poses"
+    if form.is_typed:
+        return f"entered, the arm stays up to {off_words(robot, left)[1]} from the calibrated model"
+    return away_words("file", robot, left, poses)[0]
 
 
 def tool_note(tool: Matrix4) -> Iterable[str]:
@@ -195,14 +214,6 @@ def tool_note(tool: Matrix4) -> Iterable[str]:
         xyz = ", ".join(f"{1e3 * v:.4f}" for v in tool[:3, 3])
         turn = ", ".join(f"{v:.7f}" for v in se3.matrix_to_rotvec(tool[:3, :3]))
         yield f"enter the tool frame (TCP) {xyz} mm, rotation vector {turn} rad: the file has no place for it"
-
-
-def apart_from(
-    poses: Float[np.ndarray, "rows 4 4"], arm: Robot, q: Float[np.ndarray, "rows n"]
-) -> tuple[float, float]:
-    """Greatest distance [m] and angle [rad] of an arm's tool from some poses."""
-    worst = PoseErrors.of(se3.pose_error(poses, tool_poses(replace(arm, sessions=()), Motion(q))))
-    return worst.position_max, worst.rotation_max
 
 
 def _names(effects: Iterable[AbstractEffect]) -> str:

@@ -38,6 +38,7 @@ class OffsetsCard(AbstractForm):
     title = "card of joint offsets, tool and base to type, with what remains"
     ending = ".txt"
     takes_calibrated = True
+    is_typed = True
 
     def write(self, job: Job) -> str:
         use = use_of(job.robot, job.require_nominal(self.name))
@@ -49,7 +50,9 @@ class OffsetsCard(AbstractForm):
         return (use.advised or use.full).robot
 
     def notes(self, job: Job) -> Iterable[str]:
-        yield "the figure is that of the numbers advised, typed with all digits"
+        use = use_of(job.robot, job.require_nominal(self.name))
+        which = "all numbers, none of them advised" if use.advised is None else "the numbers advised"
+        yield f"the figure is that of {which}, typed with all digits"
 
     def doubt(self, job: Job) -> str:
         use = use_of(job.robot, job.require_nominal(self.name))

@@ -25,7 +25,17 @@ from jaxtyping import Float
 from workbench.arm.kinematics.forward import joint_elements, sensitivity, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import FRAME_PARTS, Frame, Robot
-from workbench.arm.usable import LEVER, PoseErrors, Usable, closest, divided, sampled, usable_arm
+from workbench.arm.usable import (
+    CLOSE,
+    LEVER,
+    PoseErrors,
+    Usable,
+    closest,
+    divided,
+    sampled,
+    unobserved_words,
+    usable_arm,
+)
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
 from workbench.base.types import frozen
@@ -36,6 +46,8 @@ UNSEEN_LEVER = 0.03
 """The same of orientations that were not measured [m]: they are only to stay about where they are."""
 WORSE, SMALL = 1.02, 1e-6
 """A mean error that exceeds another by this factor and this much [m or rad] is worse."""
+NOTICED = CLOSE / LEVER
+"""The same of orientations that were not measured [rad]."""
 REPEATS = 1e-8
 """A number whose effect is this close to what earlier ones can do (relative length) stays as it is."""
 
@@ -64,6 +76,7 @@ class ControllerNumbers:
         rows: Number of joint positions compared.
         losses: Where these numbers are worse than none, in words: at the tool or the flange, at the measured
             poses or anywhere within the limits; empty where they may be entered.
+        notes: What was not observed, one sentence each.
     """
 
     parts: tuple[Part, ...]
@@ -76,6 +89,7 @@ class ControllerNumbers:
     after: PoseErrors
     rows: int
     losses: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def is_better(self) -> bool:
@@ -161,6 +175,7 @@ def controller_numbers(
         after=_errors(wanted, arm, here),
         rows=len(q),
         losses=tuple(_losses(usable, start, arm, q)),
+        notes=unobserved_words(calibrated, {"the model": actual, "these numbers": arm}, nominal=nominal),
     )
 
 
@@ -188,6 +203,7 @@ def _names(arm: Robot, parts: tuple[Part, ...]) -> tuple[str, ...]:
 def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows n"]) -> Iterator[str]:
     """Where an arm misses more than the one with which the search began."""
     actual = usable.robot.with_effects(*divided(usable.robot)[0])
+    least = SMALL if usable.sees_rotation else NOTICED
     for where, rows in (("at the measured poses", q), ("within the joint limits", sampled(arm))):
         for place, tool in (("tool", None), ("flange", Frame())):
             wanted, old, new = (
@@ -197,7 +213,7 @@ def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows
             if after.position_mean > WORSE * before.position_mean + SMALL:
                 change = f"{in_mm(before.position_mean)} → {in_mm(after.position_mean)}"
                 yield f"{place} positions {where}: {change}"
-            if usable.sees_rotation and after.rotation_mean > WORSE * before.rotation_mean + SMALL:
+            if after.rotation_mean > WORSE * before.rotation_mean + least:
                 sizes = np.rad2deg([before.rotation_mean, after.rotation_mean])
                 yield f"{place} orientations {where}: {sizes[0]:.3f}° → {sizes[1]:.3f}°"
 

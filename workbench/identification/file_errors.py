@@ -4,7 +4,7 @@ import numpy as np
 
 from workbench.arm.observed import MOST_POSITION, MOST_ROTATION
 from workbench.arm.robot import Robot
-from workbench.arm.usable import usable_arm
+from workbench.arm.usable import unobserved_words, usable_arm
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.identification.result import Identification, Run, judged
@@ -32,10 +32,15 @@ def _errors(found: Identification, run: Run, arm: Robot, rows: Dataset) -> dict[
         return {"TOML": judged(run)}
     places = {**problem.known, **problem.instrument(run.fit.x)}
     whole = Errors.of(row_errors(arm, rows, known=places))
-    carried = usable_arm(arm, effects=False).robot
+    carried = _files(arm)["URDF"]
     if carried.elements == arm.elements and not arm.effects:
         return {"TOML": whole, "URDF": whole}
     return {"TOML": whole, "URDF": Errors.of(row_errors(carried, rows, known=places))}
+
+
+def _files(arm: Robot) -> dict[str, Robot]:
+    """The arm of each format."""
+    return {"TOML": arm, "URDF": usable_arm(arm, effects=False).robot}
 
 
 def file_words(found: Identification, run: Run) -> str:
@@ -45,14 +50,15 @@ def file_words(found: Identification, run: Run) -> str:
         words.append(
             f"fitted again to all {len(run.fit.problem.data)} rows, the files leave {again} on those"
         )
-    if sessions := run.fit.calibrated.sessions:
+    arm = run.fit.calibrated
+    if sessions := arm.sessions:
         words.append(f"every session on its own base, of which a URDF holds that of '{sessions[0].name}'")
-    seen = run.fit.calibrated.calibration
+    seen = arm.calibration
     if seen is not None and (at := seen.observed) is not None:
         known = f"flange known to {in_mm(at.flange.position)} and {np.rad2deg(at.flange.rotation):.2g}°"
         if at.flange.position > MOST_POSITION or at.flange.rotation > MOST_ROTATION:
             known = "the flange was not observed apart from the tool"
-        words.append(f"{at.missing}: left as the nominal arm has them" if at.missing else known)
+        words += unobserved_words(arm, _files(arm)) or [known]
     return "; ".join(filter(None, words))
 
 

@@ -22,7 +22,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.observed import Expected
 from workbench.arm.robot import Frame, Robot
-from workbench.arm.usable import usable_arm
+from workbench.arm.usable import away_words, expected_error, usable_arm
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.identification.arm_match import require_same_arm
@@ -42,12 +42,12 @@ class Commanded:
     """A path as it is commanded.
 
     Args:
-        calibrated: The arm that moves, in its own base frame.
+        calibrated: What may be used of the arm that moves, in its own base frame.
         nominal: The arm as the controller computes it, likewise.
         poses: Poses that the tool is to take, robot's base frame.
         q: Joint positions that the controller sends without correction [rad or m].
         task: What of the poses so many joints can meet.
-        expected: Error of the calibrated arm where it was measured; None where nobody says.
+        expected: Error of the arm to use where it was measured; None where nobody says.
         time: Time of every row [s], for messages; None where there is none.
     """
 
@@ -76,7 +76,7 @@ def command_joints(
         nominal: The arm as the controller computes it.
         q: Joint positions [rad or m].
         positions_only: Whether orientations do not matter. By default they do, as far as the calibration
-            observed them: others are left as the nominal arm has them.
+            observed them: others are met by the arm to use (`usable_arm`), near nominal.
         time: Time of every row [s], for messages.
 
     Raises:
@@ -92,7 +92,7 @@ def command_joints(
         poses=frozen(tool_poses(arms.nominal, Motion(q))),
         q=frozen(q),
         task=arms.task,
-        notes=(*arms.notes, *_words(arms.task)),
+        notes=(*arms.away, *arms.notes, *_words(arms.task)),
         expected=arms.expected,
         time=time,
     )
@@ -114,7 +114,7 @@ def command_poses(
         nominal: The arm as the controller computes it.
         poses: Poses of the tool [m].
         positions_only: Whether orientations do not matter. By default they do, as far as the calibration
-            observed them: others are left as the nominal arm has them.
+            observed them: others are met by the arm to use (`usable_arm`), near nominal.
         near: Joint positions near which the path begins [rad or m]; the best branch if None.
         time: Time of every row [s], for messages.
 
@@ -141,7 +141,12 @@ def command_poses(
                 q=frozen(q),
                 task=task,
                 expected=arms.expected,
-                notes=(*arms.notes, f"the path is followed in the branch '{start.name}'", *_words(task)),
+                notes=(
+                    *arms.away,
+                    *arms.notes,
+                    f"the path is followed in the branch '{start.name}'",
+                    *_words(task),
+                ),
                 time=time,
             )
         if reached >= furthest:
@@ -161,13 +166,15 @@ class Compared(NamedTuple):
         calibrated: What may be used of the calibrated arm.
         nominal: The arm as the controller computes it.
         task: What of a pose so many joints can meet, and the calibration observed.
-        expected: Error of the calibrated arm where it was measured; None where nobody says.
+        expected: Error of that arm where it was measured; None where nobody says.
+        away: How far it is from the calibrated one, if at all.
     """
 
     calibrated: Robot
     nominal: Robot
     task: Task
     expected: Expected | None
+    away: tuple[str, ...]
     notes: list[str]
 
 
@@ -184,12 +191,17 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
     effects = tuple(e for e in calibrated.effects if e.moves_arm)
     apart = [e.name for e in calibrated.effects if not e.moves_arm]
     notes = [f"{name} is left out: it moves the measuring frame, not the arm" for name in apart]
+    if not place and not usable.sees_rotation:
+        notes.append(
+            "orientations of the path are met by the arm used, which no measured orientation confirms"
+        )
     here, arm = Frame(), usable.robot
     return Compared(
         calibrated=arm.with_effects(*effects).with_frames(base=here),
         nominal=nominal.with_frames(base=here, tool=arm.tool),
         task=Task.POSITION if place else Task.default(nominal.dof),
-        expected=None if calibrated.calibration is None else calibrated.calibration.error,
+        expected=expected_error(calibrated, usable.left),
+        away=away_words("arm used", calibrated, usable.left, len(usable.q)),
         notes=[*usable.notes, *notes],
     )
 

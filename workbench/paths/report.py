@@ -116,7 +116,7 @@ def _style(joint: int) -> str:
 
 def compensation_json(found: Compensation) -> Json:
     """The result as plain data; rows count from 0, errors are those that the calibrated model predicts,
-    its own (`model_error` [m, rad], on held-out rows) not among them."""
+    that of the arm used (`model_error` [m, rad], from held-out rows) not among them."""
     time = found.motion.time
     columns = {
         "row": np.arange(len(found.q)),
@@ -154,13 +154,13 @@ def compensation_table(found: Compensation) -> RenderableType:
         table.add_row(words, *(short(v) for v in (position.mean, position.max, turn.mean, turn.max)))
     own = found.commanded.expected or Expected(np.nan, np.nan)
     cells = (*_own(1e3 * own.position), *_own(np.rad2deg(own.rotation)))
-    table.add_row("corrected: the model's own, held out", *cells)
+    table.add_row("corrected: the arm used, held out", *cells)
     notes = [line("note", note) for note in found.notes]
     return Group(Text(f"{found.commanded.calibrated.name}: {len(found.q)} rows", style="bold"), table, *notes)
 
 
 def _own(mean: float) -> tuple[str, str]:
-    """The model's own mean error on held-out rows; its largest one along the path nobody knows."""
+    """Mean error of the arm used, from held-out rows; its largest one along the path nobody knows."""
     return short(mean), "–"
 
 

@@ -66,7 +66,14 @@ class Use:
         lines = [("nothing (its best base and tool)", _errors(first.before))]
         for words, variant in zip(WORDS, self.variants, strict=True):
             lines.append((words if variant.is_better else f"{words}: don't", _errors(variant.after)))
-        return [*lines, ("the whole calibrated model", ["0"] * 4)]
+        return [*lines, (self.reference, ["0"] * 4)]
+
+    @property
+    def reference(self) -> str:
+        """What the errors refer to."""
+        return (
+            "the calibrated model, as far as it was measured" if self.full.notes else "the calibrated model"
+        )
 
     @property
     def offsets(self) -> list[tuple[str, str, str]]:
@@ -91,7 +98,7 @@ class Use:
     def summary(self) -> RenderableType:
         """What to enter into a controller, and what that leaves, as tables for the terminal."""
         errors = ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]")
-        left = new_table("What remains, against the whole calibrated model", folded("entered"), *errors)
+        left = new_table(f"What remains, against {self.reference}", folded("entered"), *errors)
         for words, values in self.table:
             left.add_row(words, *values)
         added = new_table(
@@ -112,6 +119,7 @@ class Use:
             Text(capital(self.advice)),
             Text(f"compared at {self.full.rows} joint positions", style="dim"),
         ]
+        lines += [line("note", note) for note in (self.advised or self.full).notes]
         if self.full.held:
             lines.append(line("left as they were, as others do the same", ", ".join(self.full.held)))
         return Group(*head, *lines)

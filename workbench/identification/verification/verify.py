@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float, Int
 from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
-from workbench.arm.usable import usable_arm
+from workbench.arm.usable import unobserved_words
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
@@ -188,7 +188,7 @@ def verify(
     """
     robot.check_joints(data.q, data.source)
     fresh, warnings = _fresh(robot, data, used, same)
-    warnings += usable_arm(robot).notes
+    warnings += unobserved_words(robot)
     if data.distance is not None or data.contact is not None:
         warnings.append(
             "positions of anchors and contacts were fitted to these rows, which reduces the errors"
