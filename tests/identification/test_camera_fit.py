@@ -12,7 +12,6 @@ import pytest
 import workbench as wb
 from workbench.base import se3
 from workbench.base.errors import DataError, WorkbenchError
-from workbench.cli import app
 from workbench.data.camera.resection import with_boards, with_boards_in_view
 from workbench.identification import pixel_noise
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -49,12 +48,11 @@ def read(folder, pixels="pixels.csv", **options):
     return wb.read_pixels(folder / pixels, rig, joints=folder / "joints.csv", **options)
 
 
-def identified(folder, *words):
+def identified(run, folder, *words):
     """Exit status of the command on the files of a folder."""
     files = ("camera.toml", "target.toml", "joints.csv", "robot.toml")
     given = [w for f in files for w in (f"--{f.split('.')[0]}", str(folder / f))]
-    arguments = ["identify", str(folder / "pixels.csv"), *given, "--algorithm", "opt2", *words]
-    return app(arguments, standalone_mode=False)
+    return run("identify", str(folder / "pixels.csv"), *given, "--algorithm", "opt2", *words)[0]
 
 
 def true_errors(arm, robots, seed=5):
@@ -187,7 +185,7 @@ def test_a_board_is_named_only_where_it_is_off_and_predicted_only_where_it_was_s
     assert _left_out(other, x)[2] == pytest.approx(_left_out(problem, x)[2])
 
 
-def test_the_shifted_joint_is_named(tmp_path):
+def test_the_shifted_joint_is_named(tmp_path, run):
     rng = np.random.default_rng(2)
     arm = virtual.made(rng, "industrial", angle=1.2e-4, length=0.8e-4, zeros=1.5e-4)
     arm.zeros[2] += np.deg2rad(0.7)
@@ -195,7 +193,7 @@ def test_the_shifted_joint_is_named(tmp_path):
     robot, _ = written(tmp_path, "industrial", shots)
     found = tmp_path / "found.json"
     saved = tmp_path / "calibrated.toml"
-    assert not identified(tmp_path, "--json", str(found), "--save", str(saved))
+    assert not identified(run, tmp_path, "--json", str(found), "--save", str(saved))
     told = json.loads(found.read_text())
     moved = [zero for zero in told["camera"]["zeros"] if zero["moved"]]
     assert [zero["joint"] for zero in moved] == ["joint3"]
@@ -207,19 +205,19 @@ def test_the_shifted_joint_is_named(tmp_path):
     assert after < 0.25
 
 
-def test_what_does_not_carry_is_refused_and_said(tmp_path):
+def test_what_does_not_carry_is_refused_and_said(tmp_path, run):
     """Ten pictures of an arm that is right: nothing is identified, and nothing is saved."""
     rng = np.random.default_rng(6)
     arm = virtual.made(rng, "ur5", compliance=np.full(6, 1e-5), backlash=np.full(6, 1e-4))
     shots = virtual.scene(rng, arm, 12)
     robot, data = written(tmp_path, "ur5", shots)
-    run = wb.identify(robot, data, algorithms=("opt2",))
-    assert run.gate.taken == 0
-    assert run.robot.values(robot.default_free) == pytest.approx(robot.values(robot.default_free), abs=0.0)
-    assert "measure about" in run.gate.refused
-    assert any("nothing of the arm was identified" in words for words in run.warnings)
+    result = wb.identify(robot, data, algorithms=("opt2",))
+    assert result.gate.taken == 0
+    assert result.robot.values(robot.default_free) == pytest.approx(robot.values(robot.default_free), abs=0.0)
+    assert "measure about" in result.gate.refused
+    assert any("nothing of the arm was identified" in words for words in result.warnings)
     saved = tmp_path / "calibrated.toml"
-    assert identified(tmp_path, "--save", str(saved)) == 2
+    assert identified(run, tmp_path, "--save", str(saved)) == 2
     assert not saved.exists()
     held = wb.evaluate(robot, data).errors
     assert 0.01 < held.position_mm.rms < 2.0
