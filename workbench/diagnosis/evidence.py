@@ -357,7 +357,7 @@ def differs(
     return bool(size @ size > SURE * jackknifed(parts[:, mine] @ size))
 
 
-def jackknifed(values: Sequence[float]) -> float:
+def jackknifed(values: Sequence[float] | Float[np.ndarray, " folds"]) -> float:
     """Standard error of a statistic that was computed without each fold in turn; 0 for a single fold."""
     return float(np.std(values) * np.sqrt(len(values) - 1.0))
 
