@@ -1,0 +1,280 @@
+"""Printed boards are as large as they say; their corners are found in pictures, other boards are named."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rendered_boards import looking_at, render
+
+from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.types import Freedom
+from workbench.extras.camera.camera import Camera, Mount, project
+from workbench.extras.camera.detect import BoardFinder, Finder, find_corners
+from workbench.extras.camera.picture_files import blur
+from workbench.extras.camera.printed import FOOT, RULER, board_sheet
+from workbench.extras.camera.rig import Rig
+from workbench.extras.camera.target import (
+    Charuco,
+    Target,
+    charuco_target,
+    read_target,
+    read_targets,
+    write_target,
+)
+
+cv2 = pytest.importorskip("cv2")
+BOARD = Charuco((5, 7), 0.03, 0.022, "DICT_5X5_250")
+LENS = np.array([520.0, 522.0, 318.0, 242.0, -0.12, 0.03, 1e-3, -5e-4, 0.0])
+CAMERA = Camera(name="cell", size=(640, 480), intrinsics=LENS, free=Freedom.FIXED, sigma=np.ones(9))
+VIEWS = [((0.02, 0.05, -0.3), 0.0), ((0.2, 0.1, -0.28), 0.2), ((0.07, 0.32, -0.26), -0.4)]
+DOT = 0.25e-3
+
+
+def printed(board=BOARD, legacy=False):
+    """The board as OpenCV itself draws it, at DOT a dot."""
+    drawn = cv2.aruco.CharucoBoard(
+        *(board.squares, board.square, board.marker),
+        *(cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_250), np.array(board.markers)),
+    )
+    drawn.setLegacyPattern(legacy)
+    return drawn.generateImage(tuple(round(n * board.square / DOT) for n in board.squares))
+
+
+def view(k, paper, **options):
+    eye, roll = VIEWS[k]
+    pose = looking_at(np.array(eye), np.array([0.075, 0.105, 0.0]), roll)
+    return pose, render(paper, DOT, pose, LENS, CAMERA.size, rng=np.random.default_rng(k), **options)
+
+
+def tags_at(places, dictionary, *, side=0.03, **more):
+    """Tags side by side: the target of their corners, clockwise from the upper left one."""
+    square = side * np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+    points = np.concatenate([square + np.array([x, 0.0, 0.0]) for x in places])
+    ids, corners = np.repeat(np.arange(len(places)), 4), np.tile(np.arange(4), len(places))
+    names = {"ids": ids, "corners": corners, "dictionary": dictionary}
+    return Target(mounted=Mount.TOOL, points=points, **names, **more)
+
+
+@pytest.fixture(scope="module")
+def pictures():
+    return [view(k, printed()) for k in range(3)]
+
+
+@pytest.fixture
+def folder(tmp_path, pictures):
+    for k, (_, picture) in enumerate(pictures):
+        cv2.imwrite(str(tmp_path / f"{k}.png"), picture)
+    return tmp_path
+
+
+def test_corners_are_found_to_a_tenth_of_a_pixel(pictures, folder):
+    target = charuco_target(BOARD, "tool")
+    found = find_corners(folder, Rig((CAMERA,), (target,)))
+    assert len(found.id) > 60
+    assert found.notes[0] == f"{len(found.id)} corners in 3 pictures"
+    poses = np.stack([pictures[int(name[0])][0] for name in found.image])
+    points = target.points[target.places(found.id, found.corner)]
+    there = np.einsum("nij,nj->ni", poses[:, :3, :3], points) + poses[:, :3, 3]
+    off = found.uv - project(there, LENS).pixel
+    assert np.sqrt((off**2).mean()) < 0.12
+    assert np.abs(off.mean(0)).max() < 0.05
+
+
+@pytest.mark.parametrize("legacy", [False, True])
+def test_boards_of_old_versions_are_recognised_and_said(legacy):
+    board = replace(BOARD, squares=(5, 6))
+    _, picture = view(0, printed(board, legacy))
+    finder = Finder.of(charuco_target(board, "tool"), [picture])
+    assert finder.legacy is legacy
+    assert len(finder.find(picture).ids) == 20
+    assert bool(finder.notes) is legacy
+
+
+@pytest.mark.parametrize(
+    ("spoil", "reason"),
+    [
+        (lambda p: cv2.GaussianBlur(p, (0, 0), 5.0), "blurred by about"),
+        (lambda p: np.full_like(p, 90), "no marker of DICT_5X5_250"),
+        (lambda p: p[:, ::-1].copy(), "mirrored"),
+    ],
+)
+def test_pictures_without_the_board_say_why(pictures, tmp_path, spoil, reason):
+    rig = Rig((CAMERA,), (charuco_target(BOARD, "tool"),))
+    cv2.imwrite(str(tmp_path / "9.png"), spoil(pictures[0][1]))
+    with pytest.raises(DataError, match=reason):
+        find_corners(tmp_path, rig)
+    cv2.imwrite(str(tmp_path / "10.png"), pictures[0][1])
+    notes = find_corners(tmp_path, rig).notes
+    assert any(reason in note and "'9.png'" in note for note in notes)
+
+
+@pytest.mark.parametrize(
+    ("board", "reason"),
+    [
+        (replace(BOARD, squares=(6, 7)), "looks like one 5 squares across"),
+        (replace(BOARD, squares=(5, 5)), "show marker 16, a board of 5 x 5 squares has markers 0 … 11"),
+        (replace(BOARD, dictionary="DICT_6X6_250"), "are of DICT_5X5_250, not of DICT_6X6_250"),
+    ],
+)
+def test_another_board_is_named(pictures, tmp_path, board, reason):
+    cv2.imwrite(str(tmp_path / "0.png"), pictures[0][1])
+    with pytest.raises(DataError, match=reason):
+        find_corners(tmp_path, Rig((CAMERA,), (charuco_target(board, "tool"),)))
+
+
+def test_several_boards_are_told_apart_by_their_markers(tmp_path):
+    """Two of the same size side by side; the third is not in view, and that is said."""
+    markers, inner = 17, 24
+    boards = [replace(BOARD, first_marker=k * markers) for k in range(3)]
+    targets = tuple(
+        charuco_target(board, "tool", name=name, first=k * inner)
+        for k, (board, name) in enumerate(zip(boards, "ABC", strict=True))
+    )
+    gap = 60
+    left, right = printed(boards[0]), printed(boards[1])
+    paper = np.hstack([left, np.full((len(left), gap), 255, np.uint8), right])
+    pose = looking_at(np.array([0.17, 0.3, -0.32]), np.array([0.17, 0.105, 0.0]), 0.1)
+    picture = render(paper, DOT, pose, LENS, CAMERA.size, rng=np.random.default_rng(0))
+    cv2.imwrite(str(tmp_path / "0.png"), picture)
+    rig = Rig((CAMERA,), targets)
+    found = find_corners(tmp_path, rig)
+    assert len(found.id) >= 40
+    points = rig.points[rig.points_named(found.id, found.corner)]
+    points = points + (found.id >= inner)[:, None] * [0.15 + gap * DOT, 0.0, 0.0]
+    there = points @ pose[:3, :3].T + pose[:3, 3]
+    off = np.linalg.norm(project(there, LENS).pixel - found.uv, axis=1)
+    assert np.sqrt((off**2).mean()) < 0.15
+    assert "no picture shows board 'C': it shows no marker of this board" in found.notes
+    both = BoardFinder.of(targets[1:2]).find(picture)
+    assert set(both.ids.tolist()) <= set(range(inner, 2 * inner))
+
+
+def test_what_is_wrong_with_several_boards_is_said(tmp_path, pictures, monkeypatch):
+    """Of another dictionary or size, or tags that are not in view; nothing is asked where boards are seen."""
+    camera, picture = (CAMERA,), pictures[0][1]
+    cv2.imwrite(str(tmp_path / "0.png"), picture)
+    wrong = [replace(BOARD, dictionary="DICT_6X6_250", first_marker=first) for first in (0, 17)]
+    two = [charuco_target(b, "tool", name="AB"[k], first=24 * k) for k, b in enumerate(wrong)]
+    with pytest.raises(DataError, match=r"'0\.png': its markers are of DICT_5X5_250, not of DICT_6X6_250$"):
+        find_corners(tmp_path, Rig(camera, tuple(two)))
+    cube = tags_at(np.arange(6) / 10.0, "DICT_4X4_50", name="C")
+    small = charuco_target(replace(BOARD, squares=(5, 5)), "tool", name="A", first=100)
+    with pytest.raises(DataError, match="show marker 16, a board of 5 x 5 squares"):
+        find_corners(tmp_path, Rig(camera, (small, cube)))
+    tags = [
+        replace(two[k], charuco=None, dictionary="DICT_5X5_250", ids=np.arange(24) + 60 * k) for k in (0, 1)
+    ]
+    found = find_corners(tmp_path, Rig(camera, tuple(tags)))
+    assert set(found.id.tolist()) == set(range(17))
+    assert found.notes[-1] == "no picture shows board 'B': it shows no marker of this board"
+    board = charuco_target(BOARD, "tool", name="A", first=100)
+    monkeypatch.setattr(Finder, "reason", lambda *_: pytest.fail("asked for a reason"))
+    assert not BoardFinder.of((board, cube), [picture]).find(picture).reason
+
+
+def test_pictures_of_another_size_and_empty_folders_are_refused(folder, tmp_path):
+    target = charuco_target(BOARD, "tool")
+    with pytest.raises(DataError, match="640 x 480 px, camera 'cell' has"):
+        find_corners(folder, Rig((replace(CAMERA, size=(800, 600)),), (target,)))
+    for where in (tmp_path / "none", tmp_path):
+        (tmp_path / "0.png").unlink(missing_ok=True)
+        for path in tmp_path.glob("*.png"):
+            path.unlink()
+        with pytest.raises(FileError):
+            find_corners(where, Rig((CAMERA,), (target,)))
+
+
+def test_blur_is_measured():
+    bars = np.tile(np.where(np.arange(400) // 50 % 2, 200, 30).astype(np.uint8), (300, 1))
+    for width in (1.5, 3.0, 6.0):
+        assert blur(cv2.GaussianBlur(bars, (0, 0), width)) == pytest.approx(width, rel=0.25)
+
+
+@pytest.mark.parametrize(("squares", "legacy"), [((5, 7), False), ((4, 6), True)])
+def test_the_sheet_is_the_board_at_its_true_size(squares, legacy):
+    board, dots = replace(BOARD, squares=squares), 200.0
+    sheet = board_sheet(board, legacy=legacy)
+    picture = cv2.imdecode(np.frombuffer(sheet.png(dots), np.uint8), cv2.IMREAD_GRAYSCALE)
+    target = charuco_target(board, "tool")
+    found = Finder.of(target, [picture]).find(picture)
+    assert len(found.ids) == len(target)
+    mm = found.uv * 25.4 / dots
+    drawn = 1e3 * target.points[target.places(found.ids, found.corners), :2]
+    assert mm - mm[0] == pytest.approx(drawn - drawn[0], abs=0.03)
+    name, _, height = sheet.paper
+    assert name == "A4"
+    line = picture[round((height - FOOT + 8.0) * dots / 25.4) - 1 :][:3].min(0) < 128
+    assert line.sum() * 25.4 / dots == pytest.approx(RULER, abs=0.3)
+
+
+def test_the_pdf_has_the_paper_s_size():
+    pdf = board_sheet(BOARD).pdf()
+    assert pdf.startswith(b"%PDF")
+    assert b"/MediaBox [ 0 0 595.27" in pdf
+
+
+def test_tags_are_found_by_their_points_and_by_any_dictionary(tmp_path):
+    target = tags_at((0.01, 0.06, 0.11), "DICT_5X5_250")
+    paper = np.full((200, 600), 255, np.uint8)
+    tags = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_250)
+    for k, x in enumerate((0.01, 0.06, 0.11)):
+        left = round(x / DOT)
+        paper[40:160, left : left + 120] = cv2.aruco.generateImageMarker(tags, k, 120)
+    again = read_target(write_target(target, tmp_path / "target.toml"))
+    assert again.dictionary == "DICT_5X5_250"
+    found = Finder.of(again).find(paper)
+    drawn = 1e3 * again.points[again.places(found.ids, found.corners), :2]
+    assert len(found.ids) == 12
+    assert 1e3 * DOT * (found.uv - found.uv[0]) == pytest.approx(drawn - drawn[0], abs=0.1)
+    assert Finder.of(replace(again, dictionary=""), [paper]).dictionary.startswith("DICT_5X5")
+
+
+def test_the_command_writes_board_and_target(run, tmp_path):
+    words = ("--squares", "6x4", "--square", "25mm", "--mounted", "world")
+    status, out, _ = run("board", "--out", "b.pdf", *words)
+    assert status == 0
+    assert "6 × 4 squares of 25 mm" in out
+    target = read_target(tmp_path / "target.toml")
+    assert target.charuco == Charuco((6, 4), 0.025, 0.0188, "DICT_6X6_250")
+    assert (tmp_path / "b.pdf").stat().st_size > 2000
+    assert run("board", "--out", "b.png", *words)[0] == 0
+    status, _, said = run("board", "--out", "c.pdf", "--squares", "5x7")
+    assert status != 0
+    assert "describes another target" in said
+    assert read_target(tmp_path / "target.toml").charuco == target.charuco
+
+
+def test_the_command_prints_boards_with_markers_of_their_own(run, tmp_path):
+    words = ("--boards", "2", "--square", "40mm", "--out", "b.png", "--dpi", "100")
+    assert run("board", *words)[0] == 0
+    targets = read_targets(tmp_path / "target.toml")
+    assert [t.name for t in targets] == ["board1", "board2"]
+    finders = BoardFinder.of(targets)
+    for target, file in zip(targets, ("b-1.png", "b-2.png"), strict=True):
+        found = finders.find(cv2.imread(str(tmp_path / file), cv2.IMREAD_GRAYSCALE))
+        assert set(found.ids.tolist()) == set(target.ids.tolist())
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--squares", "5"], "squares must be like 5x7"),
+        (["--squares", "40x40", "--square", "8mm", "--dictionary", "DICT_4X4_50"], "needs 800 markers"),
+        (["--square", "300mm"], "larger than A1"),
+        (["--marker", "40mm"], "markers smaller than its squares"),
+        (["--dictionary", "DICT_9X9"], "no marker dictionary 'DICT_9X9'"),
+        (["--boards", "0"], "--boards must be at least 1"),
+        (["--boards", "20", "--dictionary", "DICT_4X4_50"], "needs 17 markers from 34 on"),
+    ],
+)
+def test_impossible_boards_are_refused_in_a_sentence(run, tmp_path, words, said):
+    status, _, err = run("board", "--out", "b.pdf", *words)
+    assert status == (1 if words[0] == "--marker" else 64)
+    assert said in err
+    assert err.count("\n") == 1
+    assert not list(tmp_path.glob("*.pdf"))
+
+
+def test_too_many_squares_for_a_dictionary():
+    with pytest.raises(OptionError, match="choose a larger dictionary"):
+        board_sheet(replace(BOARD, squares=(30, 30)))

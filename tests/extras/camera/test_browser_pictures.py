@@ -1,0 +1,99 @@
+"""A folder of what a camera saw, chosen on the page, to a calibrated URDF."""
+
+import shutil
+import zipfile
+
+import numpy as np
+import pytest
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.urdf import read_urdf
+from workbench.extras.camera.camera import Mount
+from workbench.extras.camera.rig import read_rig
+from workbench.plate.plate_toml import load_plate
+from workbench.session.state import Focus
+from workbench.views.page.app import App
+
+cv2 = pytest.importorskip("cv2")
+pytestmark = pytest.mark.browser
+SHIFTS = np.deg2rad([0.0, 0.0, 0.6, 0.0, -0.4, 0.0])
+
+
+@pytest.fixture
+def app():
+    """An app of its own: what it loads and where it leaves its pages is nobody else's."""
+    running = App(load_robot("aria"), load_plate("table2"))
+    yield running
+    running.close()
+
+
+def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
+    from board_on_tool import tabulate
+
+    folder = tmp_path / "knocked"
+    folder.mkdir()
+    tabulate(aria, SHIFTS, folder, count=24)
+    screen = look()
+    screen.tab("Measure")
+    screen.page.locator('[data-testid="folder"] input').set_input_files(folder)
+    screen.wait_text("camera_0", "image 0")
+    session = screen.until(lambda s: s.loaded is not None and s.job is None)
+    assert session.loaded.name == "knocked"
+    assert screen.page.locator('[data-testid="picture"] image').count() == 1
+    screen.wait_node("/camera/target", np.zeros(3))
+    screen.shoot("pictures-loaded")
+    screen.press("Identify the geometry")
+    screen.until(lambda s: s.identification is not None and s.job is None, timeout=120.0)
+    screen.tab("Measure")
+    screen.wait_text("gate", "Identified: joint zeros")
+    screen.wait_node("/camera/target", np.zeros(3))
+    box = screen.page.get_by_test_id("steps").bounding_box()
+    assert box["x"] + box["width"] < screen.page.viewport_size["width"]
+    screen.shoot("pictures-identified")
+    screen.tab("Export")
+    with screen.page.expect_download() as saved:
+        screen.press("URDF")
+    saved.value.save_as(tmp_path / "arm.urdf")
+    q = np.random.default_rng(1).uniform(-1.0, 1.0, (20, 6))
+    turns = [arm.predict(q)[:, :3, :3] for arm in (read_urdf(tmp_path / "arm.urdf"), aria)]
+    off = np.swapaxes(turns[0], 1, 2) @ turns[1]
+    assert 0.3 < np.rad2deg(np.arccos((np.trace(off, axis1=1, axis2=2).mean() - 1.0) / 2.0)) < 1.0
+
+
+def test_an_archive_of_the_folder_is_chosen_with_the_button(app, look, aria, tmp_path):
+    """A folder in a ZIP, as a file manager packs it; a broken one is said, and what was there stays."""
+    from board_on_tool import tabulate
+
+    folder = tmp_path / "knocked"
+    folder.mkdir()
+    tabulate(aria, SHIFTS, folder, count=6)
+    packed = shutil.make_archive(str(tmp_path / "shots"), "zip", tmp_path, "knocked")
+    broken = tmp_path / "broken.zip"
+    broken.write_bytes(b"no archive")
+    screen = look()
+    screen.tab("Measure")
+    for path, said in ((packed, "6 pictures read from shots"), (broken, "is no ZIP or tar archive; pack")):
+        screen.give("… or an archive of it (ZIP)", path)
+        screen.page.get_by_text(said).first.wait_for()
+    session = screen.until(lambda s: s.job is None)
+    assert session.loaded.name == "shots"
+    assert len(session.loaded.dataset) == 6
+    screen.wait_text("camera_0", "image 0")
+    assert screen.page.locator('[data-testid="picture"] image').count() == 1
+    screen.page.locator('[data-testid="thumbnails"] a').nth(2).click()
+    screen.wait_text("camera_0", "image 2")
+    assert screen.until(lambda s: s.row == 2).focus is Focus.ROW
+    screen.shoot("pictures-archive")
+    the_board_and_the_files_of_its_pictures_are_saved(screen, tmp_path)
+
+
+def the_board_and_the_files_of_its_pictures_are_saved(screen, folder):
+    screen.page.get_by_text("Print a board").click()
+    screen.choose("Board is", "in the cell")
+    for name in ("Board (PDF)", "Files beside the pictures (ZIP)"):
+        with screen.page.expect_download() as saved:
+            screen.press(name)
+        saved.value.save_as(folder / saved.value.suggested_filename)
+    assert (folder / "board.pdf").read_bytes().startswith(b"%PDF")
+    zipfile.ZipFile(folder / "pictures.zip").extractall(folder)
+    assert read_rig(None, folder / "target.toml").mounted is Mount.WORLD

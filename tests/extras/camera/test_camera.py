@@ -1,0 +1,239 @@
+"""A camera's projection against a plain one, its derivatives, and the files of cameras and targets."""
+
+import camera_arms as virtual
+import numpy as np
+import pytest
+
+from workbench.base.errors import DataError, FileError
+from workbench.extras.camera.camera import INTRINSICS, project, read_cameras, write_cameras
+from workbench.extras.camera.pixel_table import PixelRows, read_pixels
+from workbench.extras.camera.rig import Rig
+from workbench.extras.camera.target import Charuco, charuco_target, read_target, read_targets, write_target
+
+K = np.array([900.0, 905.0, 640.0, 500.0, -0.12, 0.05, 0.002, -0.001, 0.01])
+CAMERA = """[[camera]]
+name = "cell"
+size = [1280, 1000]
+fx = 900.0
+fy = 905.0
+cx = 640.0
+cy = 500.0
+distortion = [-0.12, 0.05, 0.002, -0.001, 0.01]
+mounted = "world"
+free = "auto"
+"""
+POINTS = np.random.default_rng(0).uniform([-0.3, -0.3, 0.7], [0.3, 0.3, 1.5], (20, 3))
+BOARD = Charuco((5, 4), 0.03, 0.02, "DICT_6X6_250")
+
+
+def camera(tmp_path, text=CAMERA):
+    (tmp_path / "camera.toml").write_text(text)
+    return read_cameras(tmp_path / "camera.toml")
+
+
+def table(tmp_path, rows, name="pixels.csv"):
+    (tmp_path / name).write_text("\n".join(rows) + "\n")
+    return tmp_path / name
+
+
+def test_projection_is_that_of_the_formula():
+    assert project(POINTS, K).pixel == pytest.approx(virtual.pixels(POINTS, K[:4], K[4:]), abs=1e-9)
+    assert project(POINTS[:0], K).by_intrinsics.shape == (0, 2, 9)
+
+
+def test_derivatives_are_those_of_differences():
+    at = project(POINTS, K)
+    for k in range(3):
+        step = np.eye(3)[k] * 1e-6
+        change = (project(POINTS + step, K).pixel - project(POINTS - step, K).pixel) / 2e-6
+        assert at.by_point[..., k] == pytest.approx(change, abs=1e-4)
+    for k in range(len(INTRINSICS)):
+        step = np.eye(9)[k] * 1e-5
+        change = (project(POINTS, K + step).pixel - project(POINTS, K - step).pixel) / 2e-5
+        assert at.by_intrinsics[..., k] == pytest.approx(change, abs=1e-5)
+
+
+def test_rays_through_pixels_lead_back(tmp_path):
+    (cell,) = camera(tmp_path)
+    assert cell.normalised(cell.project(POINTS).pixel) == pytest.approx(
+        POINTS[:, :2] / POINTS[:, 2:], abs=1e-8
+    )
+
+
+def test_files_are_read_as_they_are_written(tmp_path):
+    (cell,) = camera(tmp_path)
+    (again,) = read_cameras(write_cameras((cell,), tmp_path / "again.toml"))
+    assert (again.name, again.size, again.mounted, again.free) == (
+        cell.name,
+        cell.size,
+        cell.mounted,
+        cell.free,
+    )
+    assert again.intrinsics == pytest.approx(K)
+    board = charuco_target(BOARD, "tool", scale_sigma=0.001)
+    other = read_target(write_target(board, tmp_path / "target.toml"))
+    assert other.charuco == BOARD
+    assert other.scale_sigma == 0.001
+    assert len(other) == 12
+    assert other.points[4] == pytest.approx([0.03, 0.06, 0.0])
+
+
+BOARDS = """mounted = "world"
+[[board]]
+charuco = { squares = [5, 4], square = 0.03, marker = 0.02 }
+[[board]]
+name = "right"
+charuco = { squares = [4, 4], square = 0.03, marker = 0.02 }
+scale_sigma = 0.001
+[[board]]
+name = "tag"
+point = [
+    { id = 40, corner = 0, xyz = [0, 0, 0] }, { id = 40, corner = 1, xyz = [0.1, 0, 0] },
+    { id = 40, corner = 2, xyz = [0.1, 0.1, 0] }, { id = 40, corner = 3, xyz = [0, 0.1, 0] },
+]
+"""
+
+
+def test_boards_of_one_file_have_numbers_of_their_own(tmp_path):
+    (tmp_path / "target.toml").write_text(BOARDS)
+    targets = read_targets(tmp_path / "target.toml")
+    again = read_targets(write_target(targets, tmp_path / "again.toml"))
+    for found in (targets, again):
+        assert [t.owner for t in found] == ["target[board1]", "target[right]", "target[tag]"]
+        assert [t.ids[0] for t in found] == [0, 12, 40]
+        assert [t.charuco.first_marker for t in found[:2]] == [0, 10]
+        assert [t.scale_sigma for t in found] == [0.002, 0.001, 0.0005]
+    with pytest.raises(FileError, match="has 3 boards; give a file of one"):
+        read_target(tmp_path / "target.toml")
+
+
+def test_markers_of_one_dictionary_are_counted_over_boards_and_tags(tmp_path):
+    """Whatever its size: DICT_6X6_250 and DICT_6X6_1000 print a number alike."""
+    board = '[[board]]\nname = "{}"\ncharuco = {{ squares = [4, 4], square = 0.03, marker = 0.02{} }}\n'
+
+    def tag(number, dictionary="DICT_6X6_1000"):
+        corners = (f"{{ id = {number}, corner = {k}, xyz = [{k % 2}, {k // 2}, 0] }}" for k in range(4))
+        head = f'[[board]]\nname = "tag"\ndictionary = "{dictionary}"\n'
+        return f"{head}point = [{', '.join(corners)}]\n"
+
+    def found(*tables):
+        text = 'mounted = "world"\ndictionary = "DICT_6X6_250"\n' + "".join(tables)
+        (tmp_path / "target.toml").write_text(text)
+        targets = read_targets(tmp_path / "target.toml")
+        again = read_targets(write_target(targets, tmp_path / "again.toml"))
+        assert [t.charuco for t in again] == [t.charuco for t in targets]
+        return [t.charuco.first_marker for t in targets if t.charuco is not None]
+
+    assert found(board.format("A", ", first_marker = 20"), board.format("B", ", first_marker = 0")) == [20, 0]
+    assert found(tag(5), board.format("A", "")) == [6]
+    for tables, word in (
+        ((board.format("A", ", first_marker = 9"), board.format("B", ", first_marker = 3")), "marker 9 of"),
+        ((tag(5), board.format("A", ", first_marker = 0")), "'tag' and 'A' both have marker 5 of"),
+        ((board.format("A", ", first_marker = 20"), tag(24)), "marker 24 of DICT_6X6.*28 is the next"),
+        ((board.format("A", ""), tag(8, "DICT_5X5_50")), "put 'tag' before 'A' in the file"),
+    ):
+        with pytest.raises(FileError, match=word):
+            found(*tables)
+    other = board.format("A", "").replace("[[board]]", '[[board]]\ndictionary = "DICT_4X4_50"')
+    found(other)
+    assert read_targets(tmp_path / "target.toml")[0].charuco.dictionary == "DICT_4X4_50"
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (
+            (
+                "[4, 4], square = 0.03, marker = 0.02",
+                "[4, 4], square = 0.03, marker = 0.02, first_marker = 9",
+            ),
+            "marker 9 of",
+        ),
+        (('name = "right"', 'name = "board1"'), "two boards named 'board1'"),
+        (
+            ("id = 40, corner = 1", "id = 3, corner = 0"),
+            "id 3 corner 0 is of 'board1' and 'tag'; put 'tag' before 'board1'",
+        ),
+        (('name = "tag"', "colour = 3"), "colour"),
+        (('mounted = "world"', 'mounted = "world"\ncharuco = {}'), "either one"),
+        ((BOARDS, 'mounted = "world"\nboard = []'), "has no board"),
+        (("[5, 4]", "[99999999, 99999999]"), "at most 10000 squares"),
+    ],
+)
+def test_boards_that_can_not_be_told_apart_are_refused(tmp_path, change, word):
+    (tmp_path / "target.toml").write_text(BOARDS.replace(*change))
+    with pytest.raises(FileError, match=word):
+        read_targets(tmp_path / "target.toml")
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        (("fx = 900.0\n", ""), "fx"),
+        (('"world"', '"ceiling"'), "mounted"),
+        (("size = [1280, 1000]", "size = [1280]"), "size"),
+        (("fy = 905.0", "fy = -1.0"), "positive"),
+        (("cx =", "cz ="), "cz"),
+    ],
+)
+def test_a_camera_that_can_not_be_is_refused(tmp_path, change, word):
+    with pytest.raises(FileError, match=word):
+        camera(tmp_path, CAMERA.replace(*change))
+
+
+def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
+    rig = Rig(camera(tmp_path), (charuco_target(BOARD, "tool"),))
+    pixels = [f"shots/{i:02}.png,{k},{100 + 9 * k},{200.5 + k}" for i in (2, 10) for k in range(6)]
+    source = table(tmp_path, ["image,id,u[px],v[px]", *pixels])
+    joints = table(tmp_path, ["image,q1[deg],q2[deg]", "10,90,0", "2,45,10", "3,1,1"], "joints.csv")
+    data = read_pixels(source, rig, joints=joints)
+    assert data.readings.image.tolist() == ["10", "2", "3"]
+    assert np.rad2deg(data.q[0]) == pytest.approx([90.0, 0.0])
+    assert np.isfinite(data.readings.pixels[..., 0]).sum((1, 2)).tolist() == [6, 6, 0]
+    assert data.readings.pixels[1, 0, 3] == pytest.approx([127.0, 203.5])
+    assert data.included.tolist() == [True, True, False]
+    assert "1 of 3 rows of joints.csv has no picture: '3'; it is left out" in data.notes
+    assert not any("observation" in words for words in data.notes)
+    more = table(tmp_path, ["image,q1[deg],q2[deg]", *(f"{k},{k},{k}" for k in range(2, 12))], "more.csv")
+    said = "8 of 10 rows of more.csv have no picture: '3', '4', '5', '6', '7' and 3 more; add"
+    with pytest.raises(DataError, match=said):
+        read_pixels(source, rig, joints=more)
+
+
+def test_a_picture_without_the_target_keeps_its_joints(tmp_path):
+    """Where joints have no names they go by the order of all pictures, not of those that show corners."""
+    rig = Rig(camera(tmp_path), (charuco_target(BOARD, "tool"),))
+    seen = PixelRows(
+        image=np.repeat(["1.png", "3.png"], 6),
+        camera=np.full(12, ""),
+        id=np.tile(np.arange(6), 2),
+        corner=np.zeros(12, int),
+        uv=np.column_stack([100.0 + 9.0 * np.arange(12), 200.0 + np.arange(12) % 6]),
+        pictures=("1.png", "2.png", "3.png"),
+    )
+    data = read_pixels(seen, rig, joints=table(tmp_path, ["q1[deg]", "10", "20", "30"], "order.csv"))
+    assert np.rad2deg(data.q[data.included, 0]) == pytest.approx([10.0, 30.0])
+    assert not any("no picture" in words for words in data.notes)
+
+
+def test_pictures_and_joints_that_do_not_belong_together_are_refused(tmp_path):
+    rig = Rig(camera(tmp_path), (charuco_target(BOARD, "tool"),))
+    source = table(tmp_path, ["image,id,u[px],v[px]", "1,0,5,6", "2,0,5,6"])
+    with pytest.raises(DataError, match=r"1 pictures.*2"):
+        read_pixels(source, rig, joints=table(tmp_path, ["q1[deg]", "3"], "a.csv"))
+    huge = table(tmp_path, ["image,id,u[px],v[px]", f"1,{10**30},5,6"], "huge.csv")
+    with pytest.raises(FileError, match="not a whole number of at most 18 digits"):
+        read_pixels(huge, rig)
+    with pytest.raises(DataError, match="'2' have no joints"):
+        read_pixels(source, rig, joints=table(tmp_path, ["image,q1[deg]", "1,3"], "b.csv"))
+    strange = PixelRows(
+        image=np.array(["1"]),
+        camera=np.array([""]),
+        id=np.array([57]),
+        corner=np.array([0]),
+        uv=np.ones((1, 2)),
+    )
+    with pytest.raises(DataError, match=r"id 57.*12 inner corners"):
+        read_pixels(strange, rig, joints=table(tmp_path, ["image,q1[deg]", "1,3"], "c.csv"))
+    with pytest.raises(DataError, match="both mounted"):
+        Rig(camera(tmp_path), (charuco_target(BOARD, "world"),))

@@ -1,0 +1,188 @@
+"""Archives and pictures that are made to do harm: each is one sentence, and nothing leaves the folder."""
+
+import gzip
+import io
+import os
+import struct
+import subprocess
+import sys
+import tarfile
+import zipfile
+import zlib
+from pathlib import Path
+
+import pytest
+
+from workbench.base.errors import FileError
+from workbench.extras.camera import folder as folders
+from workbench.extras.camera.folder import scan_folder, unpacked
+from workbench.extras.camera.picture_files import read_picture
+
+MEBIBYTE = 2**20
+
+
+def zipped(*files) -> bytes:
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, content in files:
+            archive.writestr(name, content)
+    return out.getvalue()
+
+
+def marked(content: bytes, place: int, value: int) -> bytes:
+    """A ZIP with another value in the local and the central header of its first file."""
+    made = bytearray(content)
+    for signature, more in ((b"PK\x03\x04", 0), (b"PK\x01\x02", 2)):
+        made[made.find(signature) + place + more] = value
+    return bytes(made)
+
+
+def inside(content: bytes) -> list[str]:
+    with unpacked("shots.zip", content) as place:
+        return sorted(str(path.relative_to(place)) for path in place.rglob("*") if path.is_file())
+
+
+def test_no_name_leads_outside():
+    names = ("../../a.csv", "/etc/b.csv", "..\\..\\c.csv", "d/../../e.csv", "...", "..", "C:\\f.csv")
+    made = inside(zipped(*((name, "x") for name in names)))
+    assert made == ["C_/f.csv", "a.csv", "c.csv", "d/e.csv", "etc/b.csv"]
+
+
+def test_links_and_devices_are_left_out(tmp_path):
+    out = io.BytesIO()
+    with tarfile.open(fileobj=out, mode="w") as archive:
+        for kind in (tarfile.SYMTYPE, tarfile.LNKTYPE, tarfile.CHRTYPE, tarfile.FIFOTYPE):
+            info = tarfile.TarInfo(f"kind{kind.decode()}")
+            info.type, info.linkname = kind, "/etc/passwd"
+            archive.addfile(info)
+    assert inside(out.getvalue()) == []
+    link = zipfile.ZipInfo("link")
+    link.external_attr = 0xA1ED0000
+    with unpacked("shots.zip", zipped((link, "/etc/passwd"))) as place:
+        assert not (place / "link").is_symlink()
+        assert (place / "link").read_text() == "/etc/passwd"
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (marked(zipped(("a.csv", "x" * 90)), 6, 1), "without a password"),
+        (marked(zipped(("a.csv", "x" * 90)), 8, 99), "can't be unpacked"),
+        (zipped(("a", "x"), ("a/b", "y")), "exists"),
+        (zipped(("n" * 300, "x")), "too long"),
+        (zipped(("a.csv", "x" * 90))[:40], "no ZIP or tar archive"),
+    ],
+)
+def test_a_broken_archive_is_one_sentence(content, reason):
+    with pytest.raises(FileError, match=reason) as found:
+        inside(content)
+    assert "\n" not in str(found.value)
+
+
+def test_ten_thousand_files_are_unpacked_and_twice_the_bound_are_not():
+    assert len(inside(zipped(*((f"{k}.png", "") for k in range(10_000))))) == 10_000
+    with pytest.raises(FileError, match="20000 files"):
+        inside(zipped(*((f"{k}.png", "") for k in range(20_001))))
+
+
+@pytest.mark.parametrize("kind", ["zip", "tar"])
+def test_a_bomb_is_stopped_at_its_bound_in_little_memory(kind, monkeypatch):
+    monkeypatch.setattr(folders, "LARGEST", 8 * MEBIBYTE)
+    if kind == "zip":
+        content = zipped(*((f"{k}.png", bytes(6 * MEBIBYTE)) for k in range(40)))
+    else:
+        info = tarfile.TarInfo("a.png")
+        info.size = 240 * MEBIBYTE
+        content = gzip.compress(info.tobuf() + bytes(info.size), 9)
+    assert len(content) < MEBIBYTE
+    written = []
+    monkeypatch.setattr(folders, "CHUNK", MEBIBYTE)
+    real = Path.open
+
+    def counted(path, mode="r", *more):
+        file = real(path, mode, *more)
+        if mode == "wb":
+            write = file.write
+            proxy = type("Counted", (), {"write": lambda _, b: (written.append(len(b)), write(b))})()
+            return _closing(file, proxy)
+        return file
+
+    monkeypatch.setattr(Path, "open", counted)
+    with pytest.raises(FileError, match="more than 8 MiB"):
+        inside(content)
+    assert sum(written) <= 9 * MEBIBYTE
+    assert max(written) <= MEBIBYTE
+
+
+class _closing:
+    def __init__(self, file, proxy):
+        self.file, self.proxy = file, proxy
+
+    def __enter__(self):
+        return self.proxy
+
+    def __exit__(self, *_):
+        self.file.close()
+
+
+def test_a_folder_of_tables_is_not_read_one_by_one(tmp_path):
+    for k in range(101):
+        (tmp_path / f"{k}.csv").write_text("image,q1[rad]\n")
+    with pytest.raises(FileError, match="more than 100 tables"):
+        scan_folder(tmp_path)
+
+
+def png(path: Path, side: int) -> Path:
+    """A black picture of so many pixels each way."""
+    pack = zlib.compressobj(9)
+    data = b"".join(pack.compress(bytes(1 + side)) for _ in range(side)) + pack.flush()
+
+    def part(kind, content):
+        size = struct.pack(">I", len(content))
+        return size + kind + content + struct.pack(">I", zlib.crc32(kind + content))
+
+    head = struct.pack(">IIBBBBB", side, side, 8, 0, 0, 0, 0)
+    parts = part(b"IHDR", head) + part(b"IDAT", data) + part(b"IEND", b"")
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + parts)
+    return path
+
+
+READ = """
+import resource, sys
+from pathlib import Path
+from workbench.base.errors import FileError
+from workbench.extras.camera.picture_files import read_picture
+from workbench.extras.camera.opencv import opencv
+opencv("reading")
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+try:
+    read_picture(Path(sys.argv[1]))
+except FileError as error:
+    print(error)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+"""
+
+
+@pytest.mark.parametrize("side", [16_000, 50_000])
+def test_a_picture_that_unpacks_to_gigabytes_is_not_begun(tmp_path, side):
+    path = png(tmp_path / "a.png", side) if side < 50_000 else _claiming(tmp_path / "a.png", side)
+    done = subprocess.run([sys.executable, "-c", READ, path], capture_output=True, text=True, env=os.environ)
+    said, grown = done.stdout.splitlines()
+    assert "at most 250 megapixels" in said
+    assert int(grown) < 60 * 1024  # kibibytes
+
+
+def _claiming(path: Path, side: int) -> Path:
+    """A small picture whose header claims more."""
+    png(path, 100)
+    made = bytearray(path.read_bytes())
+    made[16:24] = struct.pack(">II", side, side)
+    made[29:33] = struct.pack(">I", zlib.crc32(made[12:29]))
+    path.write_bytes(bytes(made))
+    return path
+
+
+def test_no_picture_is_one_sentence(tmp_path):
+    (tmp_path / "a.png").write_bytes(b"\x89PNG none")
+    with pytest.raises(FileError, match=r"a\.png: can't be read as a picture"):
+        read_picture(tmp_path / "a.png")

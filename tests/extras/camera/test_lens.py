@@ -1,0 +1,162 @@
+"""Lenses that no camera.toml describes, started from pixel tables and from pictures made by other code."""
+
+import json
+import shutil
+
+import board_on_tool
+import camera_arms as virtual
+import numpy as np
+import pytest
+from PIL import Image
+from test_camera_fit import check_zeros, true_errors
+
+import workbench as wb
+from workbench.base.errors import DataError, FileError
+from workbench.extras.camera.camera import Mount
+from workbench.extras.camera.lens import SIZES
+from workbench.extras.camera.picture_files import exif_focal
+from workbench.extras.camera.readings import rig_of
+
+cv2 = pytest.importorskip("cv2")
+PARTS = ("fx", "fy", "cx", "cy", "k1", "k2")
+
+
+def filed(folder, shots, *, on_tool=False, name="hobby"):
+    """The files of a scene without a camera.toml."""
+    files = {
+        "pixels.csv": shots.table(),
+        "joints.csv": shots.joints(),
+        "target.toml": virtual.target_toml("world" if on_tool else "tool"),
+        "robot.toml": virtual.Arm(np.array(virtual.ARMS[name], float)).toml(name),
+    }
+    for file, text in files.items():
+        (folder / file).write_text(text)
+    return wb.load_robot(str(folder / "robot.toml"))
+
+
+def read(folder, source="pixels.csv"):
+    rig = wb.read_rig(None, folder / "target.toml")
+    return wb.read_pixels(folder / source, rig, joints=folder / "joints.csv")
+
+
+def check_lens(fit, owner, truth):
+    """fx fy cx cy k1 k2 lie within four standard errors, and the focal length is known to half a percent."""
+    place = [fit.problem.names.index(f"{owner}.{part}") for part in PARTS]
+    assert (np.abs(fit.x[place] - truth) < 4.0 * fit.std[place]).all()
+    assert fit.std[place[0]] < 0.005 * truth[0]
+
+
+LENSES = {
+    "usual": (1.0, (0.0, 0.0), False),
+    "wide and bent": (0.5, (-0.25, 0.1), False),
+    "long": (2.8, (0.0, 0.0), False),
+    "on the tool": (0.8, (-0.1, 0.03), True),
+}
+
+
+@pytest.mark.parametrize("case", LENSES)
+def test_a_table_of_pixels_starts_any_lens(tmp_path, case):
+    """Corners that are wrong among them; the arm ends as well as with a lens that was given."""
+    scale, (k1, k2), on_tool = LENSES[case]
+    rng = np.random.default_rng(6)
+    arm = virtual.made(rng, "hobby", zeros=np.deg2rad(0.3))
+    arm.zeros[[0, -1]] = 0.0
+    k = virtual.K * [scale, scale, 1.0, 1.0]
+    shots = virtual.scene(rng, arm, 25, on_tool=on_tool, distortion=(k1, k2, 0.0, 0.0, 0.0), k=k)
+    for i in range(3, len(shots.rows), 40):
+        image, camera, tag, corner, u, v = shots.rows[i]
+        shots.rows[i] = image, camera, tag, corner, u + 25.0, v - 15.0
+    robot = filed(tmp_path, shots, on_tool=on_tool)
+    data = read(tmp_path)
+    camera = rig_of(data).cameras[0]
+    assert (camera.name, camera.mounted) == ("c0", Mount.TOOL if on_tool else Mount.WORLD)
+    assert camera.size in SIZES
+    assert sum("no camera.toml" in note for note in data.notes) == 1
+    assert abs(camera.intrinsics[0] / k[0] - 1.0) < 0.15  # a start
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    check_lens(run.best.fit, "camera[c0]", [*k, k1, k2])
+    check_zeros(run.best.fit, arm)
+    before, after = true_errors(arm, (robot, run.robot))
+    assert after < 0.2 * before
+
+
+def test_two_cameras_of_one_table(tmp_path):
+    rng = np.random.default_rng(8)
+    arm = virtual.made(rng, "hobby")
+    shots = virtual.scene(rng, arm, 20, eyes=[(0.9, -0.6, 0.5), (0.8, 0.7, 0.6)])
+    robot = filed(tmp_path, shots)
+    fit = wb.identify(robot, read(tmp_path), algorithms=("opt2",), free=()).best.fit
+    for camera in ("c0", "c1"):
+        check_lens(fit, f"camera[{camera}]", [*virtual.K, 0.0, 0.0])
+
+
+def test_too_little_to_start_a_lens_is_said(tmp_path):
+    rng = np.random.default_rng(8)
+    shots = virtual.scene(rng, virtual.made(rng, "hobby"), 6)
+    seen = set()
+    shots.rows[:] = [row for row in shots.rows if row[0] not in seen and not seen.add(row[0])]
+    filed(tmp_path, shots)
+    with pytest.raises(DataError, match=r"start its lens; .*camera\.toml"):
+        read(tmp_path)
+
+
+SHIFTS = np.deg2rad([0.0, 0.0, 0.6, 0.0, -0.4, 0.0])
+
+
+@pytest.fixture(scope="module")
+def pictures(tmp_path_factory, aria):
+    folder = tmp_path_factory.mktemp("lens")
+    board_on_tool.photograph(aria, SHIFTS, folder, count=12)
+    (folder / "camera.toml").unlink()
+    return folder
+
+
+def test_pictures_without_a_camera_file_give_arm_and_lens(run, pictures, aria, tmp_path, monkeypatch):
+    """Of the camera the command is told nothing."""
+    monkeypatch.chdir(tmp_path)
+    files = ("--target", str(pictures / "target.toml"), "--joints", str(pictures / "joints.csv"))
+    save = ("--save", "arm.toml", "--json", "out.json")
+    status, out, err = run("identify", str(pictures), "--robot", "aria", *files, "--algorithm", "opt2", *save)
+    assert (status, err) == (0, "")
+    assert "no camera.toml" in out
+    assert "camera[camera] lens: fx 7" in out
+    found = wb.load_robot("arm.toml")
+    names = [f"joint{k}.theta" for k in (2, 3, 4, 5)]
+    moved = np.rad2deg(found.values(names) - aria.values(names))
+    assert moved == pytest.approx(np.rad2deg(SHIFTS[1:5]), abs=0.03)
+    pose = json.loads((tmp_path / "out.json").read_text())["camera"]["poses"]["camera[camera]"]
+    assert pose["mounted"] == "world"
+    for part, truth in zip(PARTS, board_on_tool.LENS, strict=False):
+        assert abs(pose["intrinsics"][part] - truth) < 4.0 * pose["intrinsics_std"][part]
+
+
+def test_exif_gives_the_focal_length(pictures, tmp_path):
+    """42 mm on film are 777 px here; it is said, and known to a tenth beforehand."""
+    shutil.copytree(pictures, tmp_path, dirs_exist_ok=True)
+    for path in tmp_path.glob("*.png"):
+        picture = Image.open(path)
+        exif = picture.getexif()
+        exif.get_ifd(0x8769)[0xA405] = 42
+        picture.save(path.with_suffix(".jpg"), exif=exif, quality=97)
+        path.unlink()
+    focal = exif_focal(tmp_path / "0.jpg", (640, 480))
+    assert focal == pytest.approx(42.0 / np.hypot(36.0, 24.0) * 800.0, rel=1e-3)
+    assert exif_focal(pictures / "0.png", (640, 480)) is None
+    data = read(tmp_path, ".")
+    assert any("EXIF: 777 px" in note for note in data.notes)
+    camera = rig_of(data).cameras[0]
+    assert camera.sigma[0] == pytest.approx(0.1 * focal)
+    assert camera.intrinsics[0] == pytest.approx(board_on_tool.LENS[0], rel=0.02)
+
+
+def test_a_camera_without_a_target_is_wrong_usage(run, pictures):
+    status, _, err = run("identify", str(pictures), "--robot", "aria", "--camera", "camera.toml")
+    assert status == 64
+    assert "--target" in err
+
+
+def test_an_empty_folder_is_said(tmp_path, pictures):
+    shutil.copy(pictures / "target.toml", tmp_path)
+    (tmp_path / "joints.csv").write_text((pictures / "joints.csv").read_text())
+    with pytest.raises(FileError, match="no pictures"):
+        read(tmp_path, ".")

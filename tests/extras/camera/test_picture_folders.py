@@ -1,0 +1,141 @@
+"""Folders of what cameras saw in a session: read, identified, saved, refused, and read again by a replay."""
+
+import io
+import zipfile
+from dataclasses import replace
+
+import camera_arms as virtual
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.arm.robot_toml import read_toml
+from workbench.base.errors import DataError
+from workbench.extras.camera.camera_view import camera_views, coverage, tool_covariance
+from workbench.extras.camera.folder import packed, read_folder, unpacked
+from workbench.extras.camera.panels import _camera, _identified
+from workbench.extras.camera.session_commands import LoadPictures
+from workbench.plate.plate_toml import load_plate
+from workbench.session import Worker
+from workbench.session.commands.compare import ShowRow
+from workbench.session.commands.diagnose import Diagnose
+from workbench.session.commands.identify import Identify
+from workbench.session.export import calibrated_urdf
+from workbench.session.journal.folder import begin
+from workbench.session.journal.reader import read_recording
+from workbench.session.journal.restore import restore
+from workbench.session.state import Focus, Severity
+from workbench.views.drawables.scene_contents import on_page
+
+
+@pytest.fixture(scope="module")
+def shots():
+    rng = np.random.default_rng(3)
+    arm = virtual.made(rng, "hobby", zeros=np.deg2rad(0.3))
+    arm.zeros[[0, -1]] = 0.0
+    return virtual.scene(rng, arm, 18)
+
+
+@pytest.fixture
+def folder(shots, tmp_path):
+    place = tmp_path / "shots"
+    place.mkdir()
+    files = {
+        "corners.csv": shots.table(),
+        "where.csv": shots.joints(),
+        "cell.toml": virtual.camera_toml(),
+        "solid.toml": virtual.target_toml("tool"),
+    }
+    for name, text in files.items():
+        (place / name).write_text(text)
+    return place
+
+
+@pytest.fixture(scope="module")
+def hobby(tmp_path_factory):
+    path = tmp_path_factory.mktemp("hobby") / "hobby.toml"
+    path.write_text(virtual.Arm(np.array(virtual.ARMS["hobby"], float)).toml("hobby"))
+    return read_toml(path)
+
+
+def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, tmp_path, shots):
+    begun = begin(hobby, load_plate("table2"), folder=tmp_path / "kept")
+    worker = Worker(begun.session, keepers=begun.keepers)
+    try:
+        worker.submit(LoadPictures("shots.tar", packed(folder)))
+        assert worker.wait(60.0)
+        first = worker.session
+        assert first.loaded is not None
+        assert dict(first.loaded.facts)["Pictures"] == "18 of 18 show the target"
+        assert first.focus is Focus.ROW
+        (guess,) = camera_views(first)
+        assert np.linalg.norm(guess.pose[:3, 3] - shots.camera[0][:3, 3]) < 0.05
+        for command in (Identify(("opt2",)), ShowRow(3), Diagnose()):
+            worker.submit(command)
+            assert worker.wait(120.0)
+        session = worker.session
+    finally:
+        worker.close()
+    assert "pictures can't be diagnosed" in session.messages[-1].text
+    identifiability = session.identification.identifiability
+    assert identifiability.step.name == "joint zeros"
+    (view,) = camera_views(session)
+    assert np.linalg.norm(view.pose[:3, 3] - shots.camera[0][:3, 3]) < 0.005
+    off = np.linalg.norm(view.measured - view.predicted, axis=1)
+    assert np.nanmax(off) < 2.0
+    assert coverage(session.loaded.dataset, 0).sum() == len(shots.rows)
+    half = np.sqrt(np.linalg.eigvalsh(tool_covariance(session)))
+    assert 1e-6 < half[-1] < 1e-3
+    paths = {item.path for item in on_page(session)}
+    assert {"camera/c0", "camera/target", "camera/ellipsoid"} <= paths
+    assert b"<robot" in calibrated_urdf(session)[1]
+    assert "joint zeros" in _identified(session.identification)
+    assert "% of the picture used" in _camera(session, 0, view)
+    again = restore(read_recording(tmp_path / "kept")).session
+    assert again.loaded.dataset.source == session.loaded.dataset.source == session.loaded.name
+    assert again.identification.best.fit.x == pytest.approx(session.identification.best.fit.x, rel=1e-9)
+
+
+def test_what_was_refused_is_not_saved(folder, first, hobby, shots):
+    (folder / "corners.csv").write_text(shots.table(range(5)))
+    (folder / "where.csv").write_text(shots.joints(range(5)))
+    run = wb.identify(hobby, read_folder(folder), algorithms=("opt2",), held_out=0.0)
+    assert run.identifiability.refused
+    with pytest.raises(DataError, match="no calibrated arm to save"):
+        calibrated_urdf(replace(first, identification=run, fit="opt2"))
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda f: (f / "solid.toml").unlink(), "has no target.toml"),
+        (lambda f: (f / "where.csv").unlink(), "has no joints"),
+        (lambda f: (f / "corners.csv").unlink(), "has no pictures"),
+        (
+            lambda f: (f / "more.csv").write_text((f / "where.csv").read_text()),
+            "several files of the same kind",
+        ),
+    ],
+)
+def test_what_a_folder_lacks_is_said_in_one_sentence(folder, do, spoil, said):
+    spoil(folder)
+    session = do(LoadPictures("shots.tar", packed(folder)))
+    assert session.loaded is None
+    assert session.messages[-1].severity is Severity.ERROR
+    assert said in session.messages[-1].text
+    assert "/tmp" not in session.messages[-1].text
+
+
+def test_archives_that_are_none_or_reach_outside(do, folder, tmp_path):
+    assert "no ZIP or tar archive" in do(LoadPictures("a.zip", b"nothing")).messages[-1].text
+    out = io.BytesIO()
+    with zipfile.ZipFile(out, "w") as archive:
+        archive.writestr("../../escaped.csv", "a")
+        archive.writestr("in/b.csv", "b")
+    with unpacked("a.zip", out.getvalue()) as place:
+        assert sorted(p.name for p in place.rglob("*.csv")) == ["b.csv", "escaped.csv"]
+    assert not (tmp_path.parent / "escaped.csv").exists()
+    inside = tmp_path / "one" / "two"
+    inside.parent.mkdir()
+    folder.rename(inside)
+    assert len(read_folder(tmp_path / "one")) == 18

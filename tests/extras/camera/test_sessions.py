@@ -1,0 +1,122 @@
+"""Boards and cameras that stand elsewhere in every session, against virtual arms of another code."""
+
+from dataclasses import replace
+
+import camera_arms as virtual
+import numpy as np
+import pytest
+from test_camera_fit import check_zeros, read, true_errors, written
+
+import workbench as wb
+from workbench.extras.camera.camera import read_cameras, write_cameras
+from workbench.extras.camera.readings import PictureReadings
+from workbench.extras.camera.target import read_targets, write_target
+
+DAYS = ("mon", "tue", "wed")
+OWN = "per_session = true\n"
+
+
+def days(rng, arm, counts, *, moved):
+    """Scenes between which the camera, or the target, was put elsewhere."""
+    first = virtual.scene(rng, arm, counts[0])
+    kept = {"targets": first.targets} if moved == "camera" else {"cameras": first.camera}
+    return [first, *(virtual.scene(rng, arm, count, **kept) for count in counts[1:])]
+
+
+def filed(folder, shots, *, moved):
+    """The files of a joined scene whose camera, or target, has a pose of its own each day."""
+    target = (OWN if moved == "target" else "") + virtual.target_toml()
+    robot, _ = written(folder, "hobby", shots, target=target)
+    (folder / "camera.toml").write_text(virtual.camera_toml() + (OWN if moved == "camera" else ""))
+    return robot, read(folder)
+
+
+@pytest.mark.parametrize("moved", ["camera", "target"])
+def test_every_session_has_its_own_pose_with_its_interval(tmp_path, moved):
+    rng = np.random.default_rng(3)
+    arm = virtual.made(rng, "hobby", zeros=np.deg2rad(0.3))
+    arm.zeros[[0, -1]] = 0.0
+    shots = days(rng, arm, (9, 9, 9), moved=moved)
+    robot, data = filed(tmp_path, virtual.joined(**dict(zip(DAYS, shots, strict=True))), moved=moved)
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    check_zeros(run.best.fit, arm)
+    found = run.identifiability.json(run.best.fit)["camera"]["poses"]
+    owner, other = ("camera[c0]", "target") if moved == "camera" else ("target", "camera[c0]")
+    assert set(found) == {other, *(f"{owner}[{day}]" for day in DAYS)}
+    for day, shot in zip(DAYS, shots, strict=True):
+        at, truth = found[f"{owner}[{day}]"], shot.camera[0] if moved == "camera" else shot.target
+        spread = 1e-3 * np.array(at["xyz_std_mm"])
+        assert (np.abs(at["xyz"] - truth[:3, 3]) < 4.0 * spread).all()
+        assert spread.max() < 3e-3
+        assert at["session"] == day
+    before, after = true_errors(arm, (robot, run.robot))
+    assert after < 0.2 * before
+
+
+def test_one_pose_for_all_sessions_would_not_do(tmp_path):
+    rng = np.random.default_rng(3)
+    arm = virtual.made(rng, "hobby")
+    shots = virtual.joined(**dict(zip(DAYS, days(rng, arm, (6, 6, 6), moved="target"), strict=True)))
+    robot, data = filed(tmp_path, shots, moved="target")
+    own = wb.identify(robot, data, algorithms=("opt2",), free=())
+    robot, data = filed(tmp_path, shots, moved="nothing")
+    shared = wb.identify(robot, data, algorithms=("opt2",), free=())
+    pixel = [r.best.held_out.own.rms for r in (own, shared)]
+    assert pixel[0] < 0.7 < 5.0 < pixel[1]
+
+
+def test_held_out_rows_of_an_unseen_session_are_told(tmp_path):
+    """Their pose is found from their own pictures if these are enough; else they are left out."""
+    rng = np.random.default_rng(5)
+    arm = virtual.made(rng, "hobby")
+    parts = days(rng, arm, (12, 6, 3), moved="target")
+    robot, data = filed(tmp_path, virtual.joined(**dict(zip(DAYS, parts, strict=True))), moved="target")
+    run = wb.identify(robot, data, algorithms=("opt2",), free=(), held_out=("tue", "wed"))
+    assert len(run.held_out_rows) == 6
+    assert run.best.held_out.own.rms < 0.7
+    assert any("'tue'" in note and "own pictures" in note for note in run.notes)
+    assert [row for row, _ in run.excluded] == [18, 19, 20]
+
+
+def test_a_session_of_one_picture_is_left_out(tmp_path):
+    rng = np.random.default_rng(5)
+    arm = virtual.made(rng, "hobby")
+    parts = days(rng, arm, (8, 1), moved="camera")
+    _, data = filed(tmp_path, virtual.joined(mon=parts[0], tue=parts[1]), moved="camera")
+    assert data.included.tolist() == [True] * 8 + [False]
+    assert any("'tue' has 1 picture" in note for note in data.notes)
+
+
+def test_a_board_that_one_session_never_shows(tmp_path):
+    """The pose that nothing tells is not among the results, and the others are found."""
+    rng = np.random.default_rng(7)
+    arm = virtual.made(rng, "hobby")
+    shots = virtual.joined(
+        mon=virtual.scene(rng, arm, 8, solids=2), tue=(two := virtual.scene(rng, arm, 8, solids=1))
+    )
+    own = virtual.target_toml(solids=2).replace("[[board]]\n", f"[[board]]\n{OWN}")
+    robot, _ = written(tmp_path, "hobby", shots, target=own)
+    (tmp_path / "camera.toml").write_text(virtual.camera_toml() + OWN)
+    run = wb.identify(robot, read(tmp_path), algorithms=("opt2",), free=(), held_out=0.0)
+    found = run.identifiability.json(run.best.fit)["camera"]["poses"]
+    assert set(found) == {
+        *(f"camera[c0][{day}]" for day in DAYS[:2]),
+        "target[A][mon]",
+        "target[B][mon]",
+        "target[A][tue]",
+    }
+    at = found["target[A][tue]"]
+    assert (np.abs(at["xyz"] - two.target[:3, 3]) < 4e-3 * np.array(at["xyz_std_mm"])).all()
+
+
+def test_files_keep_the_key(tmp_path):
+    rng = np.random.default_rng(7)
+    shots = virtual.scene(rng, virtual.made(rng, "hobby"), 5)
+    _, data = filed(tmp_path, replace(shots, session=[]), moved="target")
+    rig = PictureReadings.of(data).rig
+    assert rig.targets[0].per_session
+    assert any("session" in note for note in data.notes)
+    write_target(rig.targets, tmp_path / "target.toml")
+    write_cameras((replace(rig.cameras[0], per_session=True),), tmp_path / "camera.toml")
+    assert read_targets(tmp_path / "target.toml")[0].per_session
+    assert read_cameras(tmp_path / "camera.toml")[0].per_session

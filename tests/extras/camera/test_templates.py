@@ -1,0 +1,99 @@
+"""Files made from a board: what they say comes back; pictures with their joints alone lead to the zeros."""
+
+import io
+import shutil
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from workbench.base.errors import WorkbenchError
+from workbench.extras.camera.camera import Mount
+from workbench.extras.camera.capture import Previews
+from workbench.extras.camera.folder import packed
+from workbench.extras.camera.panels import _identified
+from workbench.extras.camera.rig import read_rig
+from workbench.extras.camera.selection_steps import Identifiability
+from workbench.extras.camera.session_commands import CameraAlone, LoadPictures
+from workbench.extras.camera.templates import Board, across_down
+from workbench.extras.camera.thumbnails import thumbnails
+from workbench.identification.identify import identify
+from workbench.session.journal.codec import decode, encode
+
+pytest.importorskip("cv2")
+
+
+@pytest.mark.parametrize("mounted", list(Mount))
+def test_the_folder_to_fill_is_of_this_board_and_arm(aria, tmp_path, mounted):
+    board = Board(7, 9, 0.025, mounted)
+    zipfile.ZipFile(io.BytesIO(board.folder(aria))).extractall(tmp_path)
+    rig = read_rig(None, tmp_path / "target.toml")
+    assert rig.targets[0].charuco == board.charuco
+    assert rig.mounted is mounted
+    heads = (tmp_path / "joints.csv").read_text().strip().split(",")
+    assert heads == ["image", *(f"q{k}[deg]" for k in range(1, 7))]
+    assert board.pdf().startswith(b"%PDF")
+    assert board.fill_in(tmp_path) == ()  # it lacks nothing
+
+
+def test_pictures_and_joints_alone_lead_to_the_zeros(aria, first, tmp_path):
+    """Nothing is known of the lens, whose focal length is 780 px in pictures of 640 px."""
+    from board_on_tool import photograph
+
+    shots = tmp_path / "shots"
+    shots.mkdir()
+    photograph(aria, np.deg2rad([0.0, 0.0, 0.6, 0.0, -0.4, 0.0]), shots, count=16)
+    for name in ("camera", "target"):
+        (shots / f"{name}.toml").unlink()
+    content = Path(shutil.make_archive(str(tmp_path / "shots"), "zip", tmp_path, "shots")).read_bytes()
+    session = first
+    with pytest.raises(WorkbenchError, match=r"has no target\.toml"):
+        LoadPictures("shots.zip", content).compute(session)
+    command = LoadPictures("shots.zip", content, Board(5, 7, 0.030))
+    assert decode("LoadPictures", *_written(command)) == command
+    session = command.finish(session, command.compute(session))
+    assert any("lens is identified" in note for note in session.loaded.notes)
+    shown = thumbnails(session.loaded.dataset, session.part(Previews))
+    assert len({picture.image for picture in shown}) == 16
+    found = identify(aria, session.loaded.dataset)
+    assert isinstance(found.identifiability, Identifiability)
+    assert found.identifiability.title == "joint zeros"
+    moved = found.best.fit.calibrated.values(("joint3.theta", "joint5.theta"))
+    moved = np.rad2deg(moved - aria.values(("joint3.theta", "joint5.theta")))
+    assert moved == pytest.approx([0.6, -0.4], abs=0.01)
+    assert found.identifiability.doubts == ()
+
+
+def _written(command):
+    fields, files = encode(command)
+    return fields, files.__getitem__
+
+
+def test_squares_are_typed_as_people_write_them():
+    assert across_down("7x9") == across_down("7 × 9") == (7, 9)
+    with pytest.raises(WorkbenchError):
+        across_down("seven")
+
+
+@pytest.mark.data
+def test_poses_of_the_tool_in_place_of_joints_give_camera_and_board_alone(first, tmp_path, shared_data):
+    """Real pictures, of whose lens nothing is known: 1.10 px is what OpenCV comes to with poses and lens."""
+    source, keys = shared_data / "charuco_poses", ("x", "y", "z", "qw", "qx", "qy", "qz")
+    lines = ["image,x[m],y[m],z[m],qw,qx,qy,qz"]
+    for k in range(16):
+        text = (source / f"poses/{k}.yaml").read_text().strip()
+        pairs = dict(line.split(": ") for line in text.split("\n"))
+        lines.append(",".join([f"{k}.jpg", *(pairs[key].strip() for key in keys)]))
+    (tmp_path / "poses.csv").write_text("\n".join(lines) + "\n")
+    for path in (source / "images").iterdir():
+        shutil.copy(path, tmp_path)
+    command = LoadPictures("pics.tar", packed(tmp_path), Board(5, 7, 0.036195))
+    result = command.compute(first)
+    session = command.finish(first, result)
+    alone = session.part(CameraAlone)
+    assert session.loaded is None
+    assert "16 pictures of pics" in session.messages[-1].text
+    assert len(thumbnails(alone.data, alone.previews)) == 16
+    assert alone.found.best.train.own.rms < 1.3
+    assert "camera[camera] on the world" in _identified(alone.found)

@@ -1,0 +1,110 @@
+"""What is wrong with pictures is found and named for what it is, and nothing else is blamed."""
+
+import re
+from dataclasses import replace
+
+import camera_arms as virtual
+import numpy as np
+import pytest
+from test_camera_fit import identified, read, true_errors, written
+
+import workbench as wb
+from workbench.base.errors import DataError
+from workbench.extras.camera.selection_steps import Step, judged
+
+
+def seen(tmp_path, seed, count=12, **options):
+    rng = np.random.default_rng(seed)
+    arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
+    shots = virtual.scene(rng, arm, count, **options)
+    return arm, shots, *written(tmp_path, "ur5", shots)
+
+
+def test_two_exchanged_rows_are_named_and_no_size_is_blamed(tmp_path):
+    arm, shots, robot, _ = seen(tmp_path, 7)
+    shots.q[[3, 8]] = shots.q[[8, 3]]
+    (tmp_path / "joints.csv").write_text(shots.joints())
+    run = wb.identify(robot, read(tmp_path), algorithms=("opt2",), held_out=0.0)
+    assert sorted(row for row, _ in run.excluded) == [3, 8]
+    assert all("3 and 8" in why and "exchanged" in why for _, why in run.excluded)
+    assert run.identifiability.doubts == ()
+    before, after = true_errors(arm, (robot, run.robot))
+    assert after < 0.3 * before
+
+
+def test_exchanged_mounts_are_said_to_be_that(tmp_path):
+    _, _, robot, _ = seen(tmp_path, 3)
+    (tmp_path / "camera.toml").write_text(virtual.camera_toml(mounted="tool"))
+    (tmp_path / "target.toml").write_text(virtual.target_toml("world"))
+    with pytest.raises(DataError, match="mounts are exchanged"):
+        wb.identify(robot, read(tmp_path), algorithms=("opt2",))
+
+
+def test_no_geometry_is_saved_with_a_print_of_another_size(tmp_path, run):
+    """Squares of 25.4 mm given as 25 mm, behind errors of the geometry."""
+    rng = np.random.default_rng(1)
+    arm = virtual.made(rng, "ur5", angle=1.5e-3, length=1.5e-3, zeros=1.5e-3)
+    robot, data = written(tmp_path, "ur5", virtual.scene(rng, arm, 40, scale=25.4 / 25.0))
+    identifiability = wb.identify(robot, data, algorithms=("opt2",)).identifiability
+    assert "geometry" not in identifiability.step.name
+    found, given, better = map(float, re.findall(r"(\d+\.\d+) (?:% larger|px)", identifiability.doubts[0]))
+    assert found == pytest.approx(1.6, abs=0.3)
+    assert given > 1.2 * better
+    saved = tmp_path / "arm.toml"
+    status = identified(run, tmp_path, "--save", str(saved))
+    assert saved.exists() == (not status)
+    if saved.exists():
+        found = wb.load_robot(str(saved))
+        lengths = [n for n in robot.default_free if n.endswith((".a", ".d"))]
+        assert found.values(lengths) == pytest.approx(robot.values(lengths), abs=0.0)
+
+
+def test_an_orientation_that_was_kept_is_named(tmp_path):
+    _, shots, robot, _ = seen(tmp_path, 5, 20)
+    near = shots.q[4] + 1e-3 * np.random.default_rng(0).uniform(-1.0, 1.0, shots.q.shape)
+    shots.q[:] = near
+    (tmp_path / "joints.csv").write_text(shots.joints())
+    with pytest.raises(DataError, match="kept its orientation to 0"):
+        wb.identify(robot, read(tmp_path), algorithms=("opt2",), held_out=0.0)
+
+
+def test_a_joint_that_counts_backwards_leaves_no_zeros_to_find(tmp_path):
+    """Re-zeroing said that the rows determine no joint zero, with status 0."""
+    _, shots, robot, _ = seen(tmp_path, 3)
+    shots.q[:, 2] *= -1.0
+    (tmp_path / "joints.csv").write_text(shots.joints())
+    found = wb.rezero(robot, read(tmp_path))
+    assert found.verdict == "refused"
+    assert "no zeros explain the rows" in found.sentence
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "zeros", "off", "seed", "count", "step"),
+    [("industrial", 0.3, 5e-4, 2, 24, "joint zeros"), ("5R", 0.1, 1e-3, 5, 32, "geometry")],
+)
+def test_halves_of_a_capture_decide_alike(tmp_path, name, zeros, off, seed, count, step):
+    """Geometry was taken from 3 of 10 halves, and refused in the others; a size was doubted in some."""
+    rng = np.random.default_rng(seed)
+    arm = virtual.made(rng, name, angle=off, length=off, zeros=np.deg2rad(zeros))
+    robot, data = written(tmp_path, name, virtual.scene(rng, arm, count))
+    taken = []
+    for draw in range(20):
+        half = np.sort(np.random.default_rng(draw).permutation(count)[: count // 2])
+        run = wb.identify(robot, data.take(half), algorithms=("opt2",), seed=draw)
+        taken.append(run.identifiability.step.name)
+        before, after = true_errors(arm, (robot, run.robot))
+        assert after < 0.5 * before
+    assert taken.count(step) >= 19
+
+
+def test_a_step_is_taken_for_what_all_pictures_say():
+    """Half a unit of evidence a picture is refused, a little more than one taken, however many there are."""
+    before = Step("camera", (), 3.7, 0.0, 0.0, 0.0, 1.74e-3, 3e-3, 0.0)
+    for pictures in (20, 60):
+        step = Step("joint zeros", ("joint5.theta",), 0.5, 3e-3, 2e-4, 1e-4, 8.16e-4, 8e-4, 2e-4)
+        weak, strong = (replace(step, evidence=e * pictures) for e in (0.5, 1.1))
+        assert judged(weak, [before], pictures).refused
+        assert not judged(strong, [before], pictures).refused
+        assert judged(replace(strong, pixel=3.7), [before], pictures).refused
+        assert judged(replace(strong, name="geometry"), [before], pictures).refused

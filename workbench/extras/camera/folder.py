@@ -1,0 +1,218 @@
+"""Reading a folder with pictures or a table of their corners, joints, cameras and target.
+
+The kind of a file is determined by its content, not its name: `[[camera]]` tables, a target, corners (a
+column `u[px]`), joints or tool poses.
+"""
+
+import contextlib
+import errno
+import io
+import os
+import re
+import tarfile
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import IO, Any
+
+from workbench.base.errors import FileError
+from workbench.base.toml import AbstractTableReader
+from workbench.base.wording import listed
+from workbench.data.dataset import Dataset
+from workbench.data.readers.read import read_fields
+from workbench.extras.camera.opencv import opencv
+from workbench.extras.camera.picture_files import ENDINGS, Picture, picture_files, read_picture
+from workbench.extras.camera.pixel_table import plain_names, read_pixels
+from workbench.extras.camera.rig import Rig, read_rig
+
+TABLES = (".csv", ".tsv", ".xlsx", ".parquet")
+LARGEST, MOST_FILES, CHUNK = 1 << 30, 20_000, 1 << 20
+"""Bytes and files of an archive that are unpacked, and bytes at once."""
+MOST_TABLES = 100
+"""Tables and TOML files of a folder that are looked into."""
+CAMERA, TARGET = {"camera"}, {"charuco", "point", "board"}
+"""Tables of a TOML file by which its kind is known."""
+SHOWN_WIDTH, QUALITY = 900, 80
+"""Width [px] and quality of pictures that are kept to be looked at."""
+
+
+@dataclass(frozen=True)
+class Folder:
+    """What the files of a folder are.
+
+    Args:
+        rig: Cameras and target.
+        corners: Table of corners; None: they are found in the pictures.
+        joints: Table of one row a picture; None: joints stand beside the corners.
+        place: The folder.
+    """
+
+    rig: Rig
+    corners: Path | None
+    joints: Path | None
+    place: Path
+
+
+def scan_folder(place: Path | str) -> Folder:
+    """What is in a folder, or in the only one that it holds."""
+    place = Path(place)
+    if not place.is_dir():
+        raise FileError("is no folder", path=str(place))
+    place = only_folder(place)
+    files = sorted(p for p in place.iterdir() if p.is_file())
+    if sum(p.suffix.lower() in (*TABLES, ".toml") for p in files) > MOST_TABLES:
+        raise FileError(f"has more than {MOST_TABLES} tables; leave those of the pictures", path=str(place))
+    camera = _only(place, _tomls(place, CAMERA))
+    target = _only(place, _tomls(place, TARGET), "target.toml", "[charuco], [[point]] or [[board]]")
+    corners, joints = tables_in(place)
+    if joints is None and corners is None:
+        raise FileError(
+            "has no table of the joints at which the pictures were taken: add a CSV with the columns image, "
+            "q1[deg] …",
+            path=str(place),
+        )
+    return Folder(read_rig(camera, target), corners, joints, place)
+
+
+def has_target(place: Path) -> bool:
+    """Whether a folder has a target, in a file of whatever name."""
+    return bool(_tomls(place, TARGET))
+
+
+def _tomls(place: Path, keys: set[str]) -> list[Path]:
+    """TOML files of a folder that have one of these tables."""
+    return [p for p in sorted(place.iterdir()) if p.suffix.lower() == ".toml" and keys & set(_keys(p))]
+
+
+def tables_in(place: Path, joints: Path | None = None) -> tuple[Path | None, Path | None]:
+    """The tables of corners and of joints that a folder has; joints that were named are those."""
+    files = sorted(p for p in place.iterdir() if p.is_file() and p.suffix.lower() in TABLES)
+    columns = {p: set(read_fields(p, layout="plain").values) for p in files}
+    corners = [p for p, keys in columns.items() if "u" in keys]
+    beside = [p for p, keys in columns.items() if "u" not in keys and keys & {"q1", "x"}]
+    return _only(place, corners), joints or _only(place, beside)
+
+
+def only_folder(place: Path) -> Path:
+    """A folder, or the one that is all it holds, and so on."""
+    while True:
+        inside = [p for p in place.iterdir() if not p.name.startswith(".")]
+        if len(inside) != 1 or not inside[0].is_dir():
+            return place
+        place = inside[0]
+
+
+def read_folder(place: Path | str, *, dof: int | None = None) -> Dataset:
+    """Measurements of a folder."""
+    found = scan_folder(place)
+    source = found.corners or found.place
+    data = read_pixels(source, found.rig, joints=found.joints, dof=dof)
+    return replace(data, source=found.place.name)
+
+
+def shown_pictures(place: Path | str, rig: Rig) -> dict[tuple[str, str], bytes]:
+    """Small JPEG of every picture, by camera and image; none where the folder has corners alone."""
+    place = scan_folder(place).place
+    if not any(p.suffix.lower() in ENDINGS for p in place.rglob("*")):
+        return {}
+    found, sizes = {}, {camera.name: camera.size for camera in rig.cameras}
+    for camera, path in picture_files(place, rig):
+        with contextlib.suppress(FileError):
+            found[camera, plain_names([path.name])[0]] = small_jpeg(read_picture(path, sizes[camera]))
+    return found
+
+
+def small_jpeg(picture: Picture) -> bytes:
+    """A picture to be looked at."""
+    cv2 = opencv("reading pictures")
+    part = min(1.0, SHOWN_WIDTH / picture.shape[1])
+    small = cv2.resize(picture, None, fx=part, fy=part, interpolation=cv2.INTER_AREA)
+    return cv2.imencode(".jpg", small, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])[1].tobytes()
+
+
+def packed(place: Path | str) -> bytes:
+    """A folder as a tar archive: pictures, tables and TOML files."""
+    out = io.BytesIO()
+    with tarfile.open(fileobj=out, mode="w") as archive:
+        for path in sorted(Path(place).rglob("*")):
+            if path.suffix.lower() in (*ENDINGS, *TABLES, ".toml"):
+                archive.add(path, arcname=str(path.relative_to(place)))
+    return out.getvalue()
+
+
+@contextmanager
+def unpacked(name: str, content: bytes) -> Iterator[Path]:
+    """The folder that a ZIP or tar archive holds, as long as it is looked at.
+
+    Links and devices in it are left out, and nothing is written outside the folder.
+
+    Raises:
+        FileError: it can't be unpacked, or is too large.
+    """
+    with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
+        try:
+            _unpack(name, content, Path(folder))
+        except FileError:
+            raise
+        except tarfile.ReadError:
+            raise FileError("is no ZIP or tar archive; pack the folder again", path=name) from None
+        except Exception as error:  # a broken archive raises nearly anything
+            if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+                raise FileError(f"there is no room to unpack it in {folder}; make room", path=name) from None
+            why = (isinstance(error, OSError) and error.strerror) or type(error).__name__
+            raise FileError(
+                f"can't be unpacked ({why}); pack the folder again, without a password", path=name
+            ) from None
+        yield Path(folder)
+
+
+def _unpack(name: str, content: bytes, folder: Path) -> None:
+    left = LARGEST
+    for number, (inside, file) in enumerate(_members(content)):
+        parts = [re.sub(r"[^\w.+ ()-]", "_", part) for part in re.split(r"[/\\]", inside)]
+        if parts := [part for part in parts if part.strip(".")]:
+            path = folder.joinpath(*parts)
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("wb") as copy:
+                while left >= 0 and (piece := file.read(CHUNK)):
+                    left -= len(piece)
+                    copy.write(piece)
+        if left < 0 or number >= MOST_FILES:
+            raise FileError(f"unpacks to more than {LARGEST >> 20} MiB or {MOST_FILES} files", path=name)
+
+
+def _members(content: bytes) -> Iterator[tuple[str, IO[bytes]]]:
+    """Files of an archive by name, opened."""
+    if zipfile.is_zipfile(io.BytesIO(content)):
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            for info in archive.infolist():
+                if not info.is_dir():
+                    with archive.open(info) as file:
+                        yield info.filename, file
+        return
+    with tarfile.open(fileobj=io.BytesIO(content)) as archive:
+        for member in archive:
+            if member.isfile() and (found := archive.extractfile(member)) is not None:
+                yield member.name, found
+
+
+def _only(place: Path, found: list[Path], name: str = "", holds: str = "") -> Any:
+    """The one file; None where it may be missing."""
+    if len(found) > 1:
+        names = listed([p.name for p in found])
+        raise FileError(f"has several files of the same kind: {names}; leave one of them", path=str(place))
+    if not found and name:
+        beside = f", with {holds}, beside the pictures"
+        raise FileError(f"has no {name}: add one{beside}", path=str(place))
+    return found[0] if found else None
+
+
+class _Keys(AbstractTableReader):
+    wanted = otherwise = "a TOML file"
+
+
+def _keys(path: Path) -> dict[str, Any]:
+    return _Keys(os.fspath(path)).load()

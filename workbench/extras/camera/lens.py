@@ -1,0 +1,187 @@
+"""A lens from nothing: cameras that no file describes, started from their pictures.
+
+The size of the pictures gives the lens's centre. EXIF gives the focal length; without it the best of several
+fields of view is taken, by how well the target's points, picture by picture, lie where they were seen. fx,
+fy, cx, cy, k1 and k2 are then refined together with the target's pose in each picture. That is a start: the
+bundle identifies the lens again, with the arm.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import least_squares
+
+from workbench.base import se3
+from workbench.base.errors import DataError
+from workbench.base.types import Freedom, frozen
+from workbench.base.wording import plural
+from workbench.extras.camera.camera import DISTORTION_SIGMA, Camera, Mount
+from workbench.extras.camera.opencv import opencv
+from workbench.extras.camera.picture_files import exif_focal, picture_files, readable
+from workbench.extras.camera.resection import FAR_OFF, placed_alone
+from workbench.extras.camera.rig import Rig
+
+EXIF_SIGMA, ANY_SIGMA = 0.1, 0.5
+"""How well a focal length is known from EXIF, and from nothing, relative to it."""
+CENTRE_SIGMA, GUESSED_SIGMA = 0.03, 0.15
+"""How well a lens's centre is known from the size of pictures, and of a table's corners, per width."""
+LENSES = ((0.5, 0.0), (0.7, -0.2), (1.0, 0.0), (1.8, 0.0), (3.2, 0.0))
+"""Focal lengths that are tried, per width of the picture (fields of view from 90° to 18°), with k1."""
+REFINED, VIEWS = 3, 16
+"""Lenses that are refined, and pictures of each board that take part."""
+SPARE = 24
+"""Numbers that the pictures must have beyond the target's pose in each."""
+SIZES = (
+    *((640, 480), (1280, 720), (1280, 1024), (1600, 1200), (1920, 1200), (2048, 1536), (2448, 2048)),
+    *((2592, 1944), (3264, 2448), (3840, 2160), (4096, 3072), (5472, 3648), (8192, 6144)),
+)
+"""Usual sizes of pictures [px]."""
+
+
+def assumed_of_folder(rig: Rig, folder: Path) -> Rig:
+    """The rig with a camera that took the pictures of a folder, where it has none."""
+    if rig.cameras:
+        return rig
+    files = list(picture_files(folder, rig))
+    sizes = [picture.shape[::-1] for picture in readable(files[:5], {files[0][0]: None})] or [SIZES[0]]
+    size = max(sizes, key=sizes.count)
+    return replace(rig, cameras=(_assumed("", rig, size, exif_focal(files[0][1], size), CENTRE_SIGMA),))
+
+
+def assumed_of_corners(rig: Rig, names: Iterable[str], uv: Float[np.ndarray, "n 2"]) -> Rig:
+    """The rig with the cameras that a table of corners names, where it has none."""
+    if rig.cameras:
+        return rig
+    most = np.nanmax(uv, axis=0, initial=0.0)
+    size = next((s for s in SIZES if (most < s).all()), (int(most[0]) + 1, int(most[1]) + 1))
+    cameras = (_assumed(name, rig, size, None, GUESSED_SIGMA) for name in dict.fromkeys(names))
+    return replace(rig, cameras=tuple(cameras))
+
+
+def _assumed(name: str, rig: Rig, size: tuple[int, int], focal: float | None, centre: float) -> Camera:
+    """A camera on what does not carry the target."""
+    width, height = size
+    f, sigma = (float(width), ANY_SIGMA) if focal is None else (focal, EXIF_SIGMA)
+    return Camera(
+        name=name or "camera",
+        size=size,
+        intrinsics=frozen(np.array([f, f, 0.5 * (width - 1), 0.5 * (height - 1), *np.zeros(5)])),
+        mounted=Mount.WORLD if rig.mounted is Mount.TOOL else Mount.TOOL,
+        free=Freedom.AUTO,
+        sigma=frozen(np.array([sigma * f, sigma * f, *[centre * width] * 2, *DISTORTION_SIGMA])),
+        is_assumed=True,
+    )
+
+
+def with_lenses(rig: Rig, pixels: Float[np.ndarray, "rows cameras points 2"]) -> tuple[Rig, list[str]]:
+    """The rig with the lens of every assumed camera as its pictures start it, and what was assumed.
+
+    Raises:
+        DataError: the pictures show too little of the target for that.
+    """
+    cameras, said = list(rig.cameras), []
+    for c, camera in enumerate(cameras):
+        if camera.is_assumed:
+            cameras[c] = _started(camera, rig, pixels[:, c])
+            said.append(_words(camera, cameras[c]))
+    return replace(rig, cameras=tuple(cameras)), said
+
+
+def _words(given: Camera, found: Camera) -> str:
+    size = "{} x {} px".format(*given.size)
+    if given.sigma[2] > CENTRE_SIGMA * given.size[0]:
+        size += " (the smallest usual size with all corners)"
+    f, sigma = given.intrinsics[0], given.sigma[0]
+    exif = f" (EXIF: {f:.0f} px)" if sigma < ANY_SIGMA * f else ""
+    where = "in the cell, the target on the tool" if given.mounted is Mount.WORLD else "on the tool"
+    return (
+        f"no camera.toml: camera '{given.name}' is assumed {where}, its pictures {size}; the lens is "
+        f"identified from them, from a focal length of {found.intrinsics[0]:.0f} px on{exif}"
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class _Tried:
+    """A lens, and the target as some pictures show it through this lens.
+
+    Args:
+        camera: The lens.
+        views: Points [m], where they were seen [px], and the board's rotation vector and place.
+        off: Mean distance of corners from where they were seen [px], large ones clipped.
+    """
+
+    camera: Camera
+    views: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
+    off: float
+
+    @classmethod
+    def of(cls, camera: Camera, focal: float, k1: float, boards: list) -> "_Tried":
+        lens = [focal, focal, *camera.intrinsics[2:4], k1, 0.0, 0.0, 0.0, 0.0]
+        camera = replace(camera, intrinsics=frozen(np.array(lens)))
+        views, off = [], [np.array([FAR_OFF])]
+        for target, seen in boards:
+            rows, poses, far = placed_alone(seen, camera, target)
+            off.append(np.minimum(far[np.isfinite(far)], FAR_OFF))
+            for row, pose in zip(rows, poses, strict=True):
+                there = np.isfinite(seen[row, :, 0])
+                six = np.concatenate([se3.matrix_to_rotvec(pose[:3, :3]), pose[:3, 3]])
+                views.append((target.points[there], seen[row, there], six))
+        return cls(camera, tuple(views), float(np.concatenate(off).mean()))
+
+    def refined(self) -> tuple[float, Float[np.ndarray, "9"]]:
+        """Cost and intrinsics after a robust search in fx, fy, cx, cy, k1, k2 and the poses."""
+        known, sigma = self.camera.intrinsics[:6], self.camera.sigma[:6]
+        sizes = [2 * len(points) for points, _, _ in self.views]
+        ends = np.cumsum([6, *sizes])
+
+        @lru_cache(maxsize=1)
+        def at(content: bytes) -> tuple[np.ndarray, np.ndarray]:
+            values = np.frombuffer(content)
+            (fx, fy, cx, cy), more = values[:4], np.append(values[4:6], np.zeros(3))
+            lens = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
+            off, slopes = np.zeros(ends[-1]), np.zeros((ends[-1], len(values)))
+            off[:6], slopes[:6, :6] = (values[:6] - known) / sigma, np.diag(1.0 / sigma)
+            for k, (points, seen, _) in enumerate(self.views):
+                six, mine = slice(6 * k + 6, 6 * k + 12), slice(ends[k], ends[k + 1])
+                turn, place = values[six][:3], values[six][3:]
+                found, by = opencv("projecting points").projectPoints(points, turn, place, lens, more)
+                off[mine] = found.ravel() - seen.ravel()
+                slopes[mine, six], slopes[mine, :6] = by[:, :6], by[:, 6:12]
+            return off, slopes
+
+        begin = np.concatenate([known, *(six for _, _, six in self.views)])
+        search = least_squares(
+            lambda x: at(x.tobytes())[0],
+            begin,
+            jac=lambda x: at(x.tobytes())[1],
+            loss="soft_l1",
+            x_scale="jac",
+            max_nfev=50,
+        )
+        return float(search.cost), np.append(search.x[:6], np.zeros(3))
+
+
+def _started(camera: Camera, rig: Rig, pixels: Float[np.ndarray, "rows points 2"]) -> Camera:
+    """A camera with the lens that suits what it saw."""
+    boards, spare = [], 0
+    for target, part in rig.parts:
+        seen = np.where(target.placing[:, None], pixels[:, part], np.nan)
+        seen = seen[np.isfinite(seen[..., 0]).sum(1) >= 4]
+        seen = seen[np.unique(np.linspace(0, max(len(seen) - 1, 0), VIEWS).astype(int))[: len(seen)]]
+        spare += 2 * int(np.isfinite(seen[..., 0]).sum()) - 6 * len(seen)
+        boards.append((target, seen))
+    if spare < SPARE:
+        raise DataError(
+            f"{plural(sum(len(seen) for _, seen in boards), 'picture')} of camera '{camera.name}' with four "
+            "points or more of the target can't start its lens; show more of it, or give a camera.toml"
+        )
+    f = float(camera.intrinsics[0])
+    is_open = camera.sigma[0] >= ANY_SIGMA * f
+    lenses = [(part * camera.size[0], k1) for part, k1 in LENSES] if is_open else [(f, 0.0), (f, -0.2)]
+    tried = sorted((_Tried.of(camera, f, k1, boards) for f, k1 in lenses), key=lambda t: t.off)
+    found = min((t.refined() for t in tried[:REFINED]), key=lambda each: each[0])[1]
+    return replace(camera, intrinsics=frozen(found), is_assumed=False)

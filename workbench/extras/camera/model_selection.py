@@ -1,0 +1,361 @@
+"""Stepwise identification from pictures: parameters are freed only as far as the pictures support them.
+
+First camera and target alone, then the joints' zeros, then the arm's geometry, then effects beside it, where
+geometry leaves more than chance. Each step is assessed in mm at the tool, excluding frames: with Σ the
+covariance of the arm's constants and J̃ their effect on the tool's positions at the measured poses, less what
+a base and a tool frame could do as well,
+
+    uncertainty² = mean tr(J̃ Σ J̃ᵀ),    moved² = mean |J̃ d|²,    d = change of the constants
+
+A step is taken if the pictures speak for it (`pixel_noise.evidence`): twice the log likelihood must rise by
+so much for each of them, on average, when its constants are let go about nominal. All pictures are weighed
+together, so that two halves of them decide alike. Besides, pictures of whole blocks of joint space must be
+predicted better without having been fitted. Where the pictures contradict fixed intrinsics, these are let go
+first; where they contradict a target's size, no geometry is taken, and zeros count as uncertain by what that
+bends them.
+
+The uncertainty is the larger of that from the likelihood (`pixel_noise`) and of what the blocks, each left
+out once, show; the geometry's prior is as wide as the pictures say.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.frame import FRAME_PARTS
+from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base.types import Freedom
+from workbench.base.wording import in_mm
+from workbench.data.dataset import Dataset
+from workbench.extras.camera.checks import Doubts, PictureFit, contradicted_lens, find_doubts, is_size_certain
+from workbench.extras.camera.pixel_noise import (
+    FAR,
+    LEAST,
+    Knowledge,
+    Pictures,
+    Variances,
+    evidence,
+    largest,
+    mean_width,
+    most_likely,
+)
+from workbench.extras.camera.readings import rig_of, with_rig
+from workbench.extras.camera.selection_steps import (
+    BENT,
+    EFFECTS,
+    GEOMETRY,
+    ZEROS,
+    Identifiability,
+    Step,
+    advised,
+    judged,
+)
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.considered import Considered
+from workbench.identification.held_out_rows import cells
+from workbench.identification.noise import factor_at
+from workbench.identification.own_preparation import Seek
+from workbench.identification.problem import Noise, Problem
+
+ROUNDS, TOLERANCE = 4, 0.03
+"""Fits between which the variances are estimated anew, and their relative change that is none."""
+SEARCHES = 3
+"""Most searches for effects, each at the fit with those of the last one."""
+FIRST_WIDTH = 3e-4
+"""Width of the geometry's prior [m] from which its own is sought."""
+BLOCKS = 10
+"""Blocks of joint space that are left out in turns."""
+CONFOUNDED = 1e-5
+"""A constant whose column is this small after removing that of camera and target can't be separated from
+them."""
+UNSEEN = 1e-9
+"""Information that is left of an unknown, such as a board's place, which only the block left out shows."""
+
+
+class Fitted(NamedTuple):
+    """A step's problem, weighed, with its answer."""
+
+    problem: Problem
+    x: np.ndarray
+    free: tuple[str, ...]
+    noise: Noise
+    is_lack_shown: bool
+    shares: np.ndarray = np.zeros(0)
+    most_lack: float = 0.0
+
+    @property
+    def picture_fit(self) -> PictureFit:
+        """Its problem and answer alone."""
+        return PictureFit(self.problem, self.x)
+
+
+def select_camera_step(
+    robot: Robot,
+    data: Dataset,
+    *,
+    free: Sequence[str] | None = None,
+    build: Callable[..., Problem] = Problem.build,
+    seek: Seek | None = None,
+) -> tuple[Problem, Identifiability]:
+    """The problem of the last step that carries, weighed, and why.
+
+    Args:
+        free: Constants of the arm that may be freed at all; the robot's default ones if None.
+        build: Makes the problem from robot, data and `free`.
+        seek: Finds effects beside the geometry; None ends with the geometry.
+    """
+    chosen = list(robot.default_free if free is None else free)
+    zeros = [n for n in robot.joint_offsets if n in chosen]
+    begin = _alike(build(robot, data, free=()))
+    hidden = _confounded(build(robot, data, free=tuple(zeros), noise=begin.noise)) if zeros else set()
+    own = {ZEROS: zeros, GEOMETRY: chosen if set(chosen) - set(zeros) else []}
+    known = {name: tuple(n for n in names if n not in hidden) for name, names in own.items()}
+    fits = {name: names for name, names in known.items() if names and len(data) * 4 >= len(names)}
+    seen = fits.get(ZEROS, ())
+    widest = fits.get(GEOMETRY, seen)
+
+    def free_of(rows: Dataset, names: tuple[str, ...]) -> tuple[Problem, Fitted]:
+        problem = build(robot, rows, free=names, noise=begin.noise)
+        return problem, _fitted(problem, tuple(n for n in names if n not in zeros))
+
+    doubted = find_doubts(lambda rows: _picture_fit(build(robot, rows, free=seen)), data)
+    if not doubted.is_of_lens and not is_size_certain(free_of(doubted.data, widest)[1].picture_fit):
+        doubted = Doubts((), data, {})
+    if rig_of(data).is_lens_fixed and doubted.is_of_lens:
+        let_go = with_rig(data, rig_of(data).with_intrinsics(Freedom.AUTO))
+        given, lens = (free_of(rows, widest)[1].picture_fit for rows in (data, let_go))
+        doubted = contradicted_lens(given, lens) or Doubts((), data, {})
+        if doubted.words:
+            data, begin = let_go, _alike(build(robot, let_go, free=()))
+    last, taken, at = begin.problem, begin, begin
+    steps = [_step("camera and target alone", begin, begin)]
+    for name, names in fits.items():
+        last, at = free_of(data if name == ZEROS else doubted.data, names)
+        bends = None
+        if doubted.off and name == ZEROS:
+            bends = doubted.considered(build(robot, doubted.data, free=at.free, noise=at.noise))
+        step = judged(_step(name, at, taken, bends, _evidence(last, at)), steps, len(data))
+        steps.append(replace(step, refused=BENT) if doubted.off and name == GEOMETRY else step)
+        if not steps[-1].refused:
+            taken = at
+    if seek is not None and steps[-1].name == GEOMETRY and at.is_lack_shown and not doubted.off:
+        deflected = _with_effects(robot, data, last, at, zeros, build, seek)
+        step = _step(EFFECTS, deflected or at, taken)
+        nothing = (
+            f"no effect of the arm stands out in the {in_mm(step.lack)} that the geometry leaves unexplained"
+        )
+        steps.append(judged(step, steps, len(data)) if deflected else replace(step, refused=nothing))
+        if deflected and not steps[-1].refused:
+            at = taken = deflected
+    number = max(k for k, step in enumerate(steps) if not step.refused)
+    advice = "" if doubted.off else advised(steps, number, data)
+    if doubted.off and steps[-1].name != GEOMETRY:
+        last = build(robot, doubted.data, free=seen, noise=begin.noise)
+        at = _fitted(last, ())
+    if at.free and not taken.free:
+        at = _fitted(last, tuple(p.name for p in last.parameters if p.is_geometry))
+    considered = _considered(doubted, last, at, taken)
+    actual = None if taken.free else at.noise
+    return taken.problem, Identifiability.of(
+        steps, number, advice, taken.noise, doubted.words, actual, considered
+    )
+
+
+def _evidence(problem: Problem, at: Fitted) -> float:
+    """How the pictures speak for a step's constants: for zeros where it frees no others."""
+    reach = max(problem.robot.reach / 2.0, 0.1)
+    shares = np.array([p.is_geometry * (1.0 / reach if p.unit == "rad" else 1.0) for p in problem.parameters])
+    if at.shares.any():
+        shares = at.shares
+    known = Knowledge.of(problem, at.x, shares)
+    return evidence(Pictures.at(problem, at.x), known, Variances(at.noise, FIRST_WIDTH))
+
+
+def _considered(doubted: Doubts, last: Problem, at: Fitted, taken: Fitted) -> Considered | None:
+    """What stays as given though it is uncertain: geometry that is not taken, and what is contradicted."""
+    deviations = np.zeros(len(at.x))
+    if len(at.free) > len(taken.free):
+        known = Knowledge.of(last, at.x, at.shares)
+        deviations = mean_width(Pictures.at(last, at.x), known, Variances(at.noise)) * at.shares
+    elif not doubted.off:
+        return None
+    return doubted.considered(at.problem.with_noise(taken.problem.noise), deviations)
+
+
+def _picture_fit(problem: Problem) -> PictureFit:
+    """Fit with all corners weighed alike."""
+    problem = problem.with_noise(Noise(0.0, 0.0, (), problem.noise.own))
+    return PictureFit(problem, Opt2(limit=60).search(problem).x)
+
+
+def _alike(problem: Problem) -> Fitted:
+    """Fit of camera and target alone, all corners weighed alike: what they leave tells of the arm."""
+    fit = _picture_fit(problem)
+    problem, x, nothing = fit.problem, fit.x, np.zeros(len(fit.x))
+    begin = Variances(Noise(1e-3, 1e-3, (), problem.noise.own))
+    found = most_likely(Pictures.at(problem, x), Knowledge.of(problem, x, nothing), begin)
+    most = largest(Pictures.at(problem, x), Knowledge.of(problem, x, nothing), found).position
+    return Fitted(problem, x, (), found.noise, found.is_shown, most_lack=most)
+
+
+def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
+    """Fit and variances in turns; the shrunk constants get a prior about nominal as wide as is likely."""
+    reach = max(problem.robot.reach / 2.0, 0.1)
+    shares = np.array(
+        [(1.0 / reach if p.unit == "rad" else 1.0) if p.name in shrunk else 0.0 for p in problem.parameters]
+    )
+    now, x, found = problem, problem.start, Variances(problem.noise, FIRST_WIDTH)
+    for _ in range(ROUNDS):
+        if shrunk:
+            inside = shares > 0.0
+            names = [p.name for p, mine in zip(problem.parameters, inside, strict=True) if mine]
+            wall = np.diag(1.0 / (max(found.width, LEAST[3]) * shares[inside]))
+            now = problem.with_noise(now.noise).with_prior(names, problem.start[inside], wall)
+        x = Opt2(limit=60).search(now, begin=x).x
+        found = most_likely(Pictures.at(problem, x), Knowledge.of(problem, x, shares), found)
+        old, now = now.noise, now.with_noise(found.noise)
+        if np.allclose(now.noise[:2], old[:2], rtol=TOLERANCE, atol=1e-6) and np.isclose(
+            now.noise.own, old.own, rtol=TOLERANCE
+        ):
+            break
+    free = tuple(p.name for p in problem.parameters if p.is_geometry or p.is_coefficient)
+    most = largest(Pictures.at(problem, x), Knowledge.of(problem, x, shares), found).position
+    return Fitted(now, x, free, now.noise, found.is_shown, shares, most)
+
+
+def _with_effects(
+    robot: Robot,
+    data: Dataset,
+    problem: Problem,
+    at: Fitted,
+    zeros: Sequence[str],
+    build: Callable[..., Problem],
+    seek: Seek,
+) -> Fitted | None:
+    """A fit of geometry and of the effects that it leaves unexplained; None where none stands out."""
+    names = tuple(p.name for p in problem.parameters if p.is_geometry)
+    shrunk = tuple(n for n in names if n not in zeros)
+    before: tuple[str, ...] = ()
+    now = at
+    own = tuple(p.name for p in problem.parameters if p.is_coefficient)
+    for _ in range(SEARCHES):
+        effects = seek(robot, now.problem, now.x)
+        found = tuple(n for e in effects for n in e.names)
+        if not found:
+            return None
+        if set(found) == set(before):
+            break
+        arm = robot.with_effects(*robot.effects, *effects)
+        deflected = build(arm, data, free=names, noise=now.noise, effects=(*own, *found))
+        before, now = found, _fitted(deflected, shrunk)
+    return now
+
+
+def _confounded(problem: Problem) -> set[str]:
+    """Constants of the arm that camera and target can do as well, such as the first joint's zero."""
+    jacobian = problem.evaluate(problem.start).jacobian * problem.units
+    arm = np.array([p.is_geometry for p in problem.parameters])
+    q, _ = np.linalg.qr(jacobian[:, ~arm])
+    left = jacobian[:, arm] - q @ (q.T @ jacobian[:, arm])
+    small = np.linalg.norm(left, axis=0) < CONFOUNDED * np.linalg.norm(jacobian[:, arm], axis=0)
+    return set(np.array(problem.names)[arm][small].tolist())
+
+
+class Effect(NamedTuple):
+    """What changes of the arm's constants do at the tool, frames aside: |J̃ d|² = dᵀ M d, mean over poses."""
+
+    position: Float[np.ndarray, "k k"]
+    rotation: Float[np.ndarray, "k k"]
+
+    @classmethod
+    def of(cls, robot: Robot, data: Dataset, names: tuple[str, ...]) -> "Effect":
+        """Of some constants at the measured poses."""
+        if not names:
+            return cls(np.zeros((0, 0)), np.zeros((0, 0)))
+        frames = tuple(f"{kind}.{part}" for kind in ("base", "tool") for part in FRAME_PARTS)
+        robot = robot.in_session(data.sessions[0])
+        _, twists = sensitivity(robot, Motion.of(data), (*names, *frames))
+        found = []
+        for axes in (slice(0, 3), slice(3, 6)):
+            flat = twists[:, axes].reshape(-1, twists.shape[2])
+            mine, frame = flat[:, : len(names)], flat[:, len(names) :]
+            left = mine - frame @ np.linalg.lstsq(frame, mine, rcond=1e-10)[0]
+            found.append(left.T @ left / len(twists))
+        return cls(*found)
+
+
+def _step(
+    name: str, at: Fitted, before: Fitted, bends: Considered | None = None, speaks: float = 0.0
+) -> Step:
+    """A step's numbers, against the one that was taken before; `bends` adds to its uncertainty."""
+    problem, x = at.problem, at.x
+    arm = [problem.names.index(n) for n in at.free]
+    effect = Effect.of(problem.robot_at(x), problem.data, at.free)
+    covariance, left_out, pixel = _left_out(problem, x)
+    if bends is not None:
+        covariance += bends.covariance(problem.names, x, factor_at(problem, x).root)
+    earlier = before.problem.named(before.x)
+    change = x[arm] - np.array([earlier.get(problem.names[k], problem.start[k]) for k in arm], float)
+    if before is at:
+        change = 0.0 * change
+    wide = [np.sum(m * c[np.ix_(arm, arm)]) for m in effect for c in (covariance, left_out)]
+    lever = Pictures.at(before.problem, before.x).lever
+    uncertainty, turned = (float(np.sqrt(max(*pair, 0.0))) for pair in (wide[:2], wide[2:]))
+    each = np.diag(effect.position @ covariance[np.ix_(arm, arm)])
+    return Step(
+        name=name,
+        free=at.free,
+        pixel=pixel,
+        moved=float(np.sqrt(max(change @ effect.position @ change, 0.0))),
+        uncertainty=uncertainty,
+        turned=turned,
+        lack=float(np.sqrt(3.0) * at.noise.position),
+        most_lack=float(np.sqrt(3.0) * at.most_lack),
+        lack_seen=float(np.sqrt(3.0) * np.hypot(at.noise.position, lever * at.noise.rotation)),
+        uncertainty_seen=float(np.hypot(uncertainty, lever * turned)),
+        is_lack_shown=at.is_lack_shown,
+        evidence=speaks,
+        weakest=at.free[int(np.argmax(each))] if at.free else "",
+    )
+
+
+def _left_out(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Covariance by likelihood, by blocks that are left out in turns, and the error of these blocks [px].
+
+    Corners of a board or camera that only the block left out shows are not predicted: they don't count,
+    unless there are no others.
+    """
+    at = problem.evaluate(x)
+    known = np.diag((FAR * problem.units) ** -2)
+    h = at.jacobian.T @ at.jacobian + known
+    block = np.zeros(len(problem.data), int)
+    centre = problem.data.q / np.maximum(np.ptp(problem.data.q, axis=0), 1e-9)
+    for k, rows in enumerate(cells(centre, np.arange(len(centre)), min(BLOCKS, len(centre)))):
+        block[rows] = k
+    count = int(block.max()) + 1
+    of_component = np.concatenate(
+        [block[problem.component_rows], np.full(len(at.residual) - problem.size, -1)]
+    )
+    off, predicted = [], at.residual[: problem.size].copy()
+    whole, judged = np.diag(h), problem.inverse_sigma > 0.0
+    for k in range(count):
+        mine = of_component == k
+        j, r = at.jacobian[mine], at.residual[mine]
+        rest = h - j.T @ j
+        shown = np.diag(rest) > UNSEEN * whole
+        step = np.zeros(len(x))
+        step[shown] = -np.linalg.solve(rest[np.ix_(shown, shown)], (j.T @ r)[shown])
+        off.append(step)
+        predicted[mine[: problem.size]] -= j @ step
+        judged[mine[: problem.size]] &= ~j[:, ~shown].any(1)
+    spread = np.array(off)
+    left_out = (count - 1) / count * spread.T @ spread
+    if not judged.any():
+        judged = problem.inverse_sigma > 0.0
+    pixel = problem.physical(predicted)[judged]
+    return np.linalg.inv(h), left_out, float(np.sqrt(2.0 * (pixel**2).mean()))

@@ -1,0 +1,357 @@
+"""Points of a target in the pictures of cameras, one on the tool and the other in the world.
+
+With T the tool's pose, X that of a camera (in the world, or in the tool), Z that of the target (in the
+other), and ξ a point of the target,
+
+    camera in the world      c = X⁻¹ T Z ξ
+    camera on the tool       c = X⁻¹ T⁻¹ Z ξ,      residual = measured − project(c)
+
+X and Z are unknown, each a position and a rotation vector, every board with its own Z, and in every session
+another X or Z where the files say so; the intrinsics where the camera's file says so; a board's size,
+ξ = (1 + scale) ξ₀, and three bends of it, b_xx x² + b_xy xy + b_yy y², where these are not exact. First
+guesses of X and Z are closed forms from each picture's own pose of the board.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from itertools import chain, product
+from typing import NamedTuple, final
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.base import se3
+from workbench.base.hand_eye import hand_eye, mean_base, nearest_rotation
+from workbench.base.types import Freedom
+from workbench.data.dataset import Dataset, Labels
+from workbench.data.observations.observation import AbstractObservation, Channel, OwnErrors, Seen, Unknown
+from workbench.extras.camera.camera import INTRINSICS, Camera, Mount, project
+from workbench.extras.camera.joint_start import Given, joint_start, placed_camera
+from workbench.extras.camera.pixel_noise import of_residuals
+from workbench.extras.camera.readings import PictureReadings
+from workbench.extras.camera.rig import Rig, owner_in
+from workbench.extras.camera.target import Target
+
+POSE = ("x", "y", "z", "rx", "ry", "rz")
+BENDS = ("bend_xx", "bend_xy", "bend_yy")
+OUTLYING = 4.0
+"""Pictures whose turn is this many times the median off take no part in the first guess."""
+FEWEST_POSES = 3
+"""Pictures with a pose of their own from which camera and board are placed."""
+
+
+class Stand(NamedTuple):
+    """Rows in which a camera, or a board, has one pose.
+
+    Args:
+        number: Of the camera or board.
+        owner: How the names of the pose's unknowns begin.
+        rows: Which rows these are.
+    """
+
+    number: int
+    owner: str
+    rows: Bool[np.ndarray, " rows"]
+
+
+class Placed(NamedTuple):
+    """A pose from its six unknowns, and what turns it: Jₗ of the rotation vector."""
+
+    pose: Float[np.ndarray, "4 4"]
+    turning: Float[np.ndarray, "3 3"]
+
+    @classmethod
+    def at(cls, values: Float[np.ndarray, "6"]) -> "Placed":
+        """The pose at x y z [m] and a rotation vector [rad]."""
+        turning = np.linalg.inv(se3.left_jacobian_inverse(values[3:]))
+        return cls(se3.pose(se3.rotvec_to_matrix(values[3:]), values[:3]), turning)
+
+
+@final
+class PixelObservation(AbstractObservation):
+    """Rows of pictures, all cameras of a row at once.
+
+    Args:
+        measured: Where each point was [px]; NaN where it was not seen.
+        sight: Pose of each board in each camera by that camera alone; NaN where unknown.
+        rig: Cameras and boards.
+        session: Of each row; "" without.
+    """
+
+    measured: Float[np.ndarray, "rows cameras points 2"]
+    sight: Float[np.ndarray, "rows cameras boards 4 4"]
+    rig: Rig
+    session: Labels
+    sees_base = False
+    is_tool_free = True
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        return (Channel.OWN,) * int(np.prod(self.measured.shape[1:]))
+
+    @classmethod
+    def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+        found = np.zeros(len(data), bool)
+        if isinstance(data.readings, PictureReadings):
+            found |= data.readings.seen.any((1, 2))
+        return found
+
+    @classmethod
+    def of(cls, data: Dataset) -> "PixelObservation":
+        own = PictureReadings.of(data)
+        session = np.full(len(data), "") if data.session is None else data.session
+        return cls(own.pixels, own.sight, own.rig, session)
+
+    @cached_property
+    def stands(self) -> tuple[tuple[Stand, ...], tuple[Stand, ...]]:
+        """Poses of the cameras, and of the boards."""
+        there = np.isfinite(self.measured[..., 0])
+        boards = np.stack([there[:, :, part].any((1, 2)) for _, part in self.rig.parts], axis=1)
+        return self._poses_of(self.rig.cameras, there.any(2)), self._poses_of(self.rig.targets, boards)
+
+    def _poses_of(self, parts: Sequence[Camera | Target], seen: np.ndarray) -> tuple[Stand, ...]:
+        """Of a session that shows nothing of a part with poses of its own there is none."""
+        found: list[Stand] = []
+        for k, part in enumerate(parts):
+            owners = np.array([owner_in(part, session) for session in self.session.tolist()])
+            shown = owners[seen[:, k]] if part.per_session else owners
+            found += (Stand(k, name, owners == name) for name in dict.fromkeys(shown.tolist()))
+        return tuple(found)
+
+    @property
+    def seen(self) -> Bool[np.ndarray, "..."]:
+        return np.isfinite(self.measured).reshape(len(self.measured), -1)
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        cameras, boards = self.stands
+        names = [f"{stand.owner}.{part}" for stand in (*cameras, *boards) for part in POSE]
+        for camera in self.rig.cameras:
+            names += [f"{camera.owner}.{k}" for k in INTRINSICS if camera.free is not Freedom.FIXED]
+        for target in self.rig.targets:
+            parts = ("scale",) if target.scale_sigma else ()
+            parts = (*parts, *(BENDS if target.flatness_sigma else ()))
+            names += [f"{target.owner}.{part}" for part in parts]
+            names += [f"{point}.{axis}" for point in target.own_places for axis in POSE[:3]]
+        return tuple(names)
+
+    @cached_property
+    def _place(self) -> dict[str, int]:
+        """Number of each unknown."""
+        return {name: k for k, name in enumerate(self.unknowns)}
+
+    @property
+    def known(self) -> Mapping[str, Unknown]:
+        found = {
+            f"{s.owner}.{part}": Unknown("rad") for stands in self.stands for s in stands for part in POSE[3:]
+        }
+        for target in self.rig.targets:
+            found[f"{target.owner}.scale"] = Unknown("1", sigma=target.scale_sigma)
+            found |= {f"{target.owner}.{bend}": Unknown("m", sigma=target.flatness_sigma) for bend in BENDS}
+            for point, k in target.own_places.items():
+                sigma = None if np.isinf(target.sigmas[k]) else target.sigmas[k]
+                found |= {f"{point}.{axis}": Unknown("m", sigma=sigma) for axis in POSE[:3]}
+        for camera in self.rig.cameras:
+            guessed = camera.free is Freedom.AUTO
+            for k, part in enumerate(INTRINSICS):
+                unit, natural = ("px", float(camera.intrinsics[k % 2])) if k < 4 else ("1", 1.0)
+                sigma = float(camera.sigma[k]) if guessed else None
+                found[f"{camera.owner}.{part}"] = Unknown(unit, natural, sigma)
+        return found
+
+    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
+        cameras, boards = self._placed(poses)
+        found = dict.fromkeys(self.unknowns, 0.0)
+        for stand, pose in zip(chain(*self.stands), (*cameras, *boards), strict=True):
+            found |= _coordinates(stand.owner, pose)
+        for camera in self.rig.cameras:
+            if camera.free is not Freedom.FIXED:
+                names = (f"{camera.owner}.{part}" for part in INTRINSICS)
+                found |= dict(zip(names, camera.intrinsics.tolist(), strict=True))
+        for b, (target, part) in enumerate(self.rig.parts):
+            for point, k in target.own_places.items():
+                place = target.points[k]
+                if np.isinf(target.sigmas[k]):
+                    place = self._where_rays_meet(part.start + k, b, cameras, boards, poses, place)
+                found |= dict(zip((f"{point}.{axis}" for axis in POSE[:3]), place.tolist(), strict=True))
+        return np.array(list(found.values()))
+
+    def _where_rays_meet(
+        self, point: int, number: int, cameras: np.ndarray, boards: np.ndarray, poses: np.ndarray, otherwise
+    ) -> Float[np.ndarray, "3"]:
+        """Where a point is in its board's frame, from all pictures that show it; two place it."""
+        normal, right, count = np.zeros((3, 3)), np.zeros(3), 0
+        for (i, stand), (j, held) in product(*(enumerate(stands) for stands in self.stands)):
+            if held.number != number:
+                continue
+            camera, uv = self.rig.cameras[stand.number], self.measured[:, stand.number, point]
+            rows = np.flatnonzero(np.isfinite(uv[:, 0]) & stand.rows & held.rows)
+            carried = poses[rows] if camera.mounted is Mount.WORLD else se3.inverse(poses[rows])
+            eye = se3.inverse(carried @ boards[j]) @ cameras[i]
+            rays = np.append(camera.normalised(uv[rows]), np.ones((len(rows), 1)), axis=1)
+            rays = (eye[:, :3, :3] @ (rays / np.linalg.norm(rays, axis=1, keepdims=True))[..., None])[..., 0]
+            across = np.eye(3) - rays[:, :, None] * rays[:, None]
+            normal += across.sum(0)
+            right += (across @ eye[:, :3, 3, None]).sum((0, 2))
+            count += len(rows)
+        return np.linalg.lstsq(normal, right, rcond=1e-9)[0] if count > 1 else otherwise
+
+    def _placed(self, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Poses of `stands`: of the pair with most pictures by a closed form, and on from there.
+
+        Pairs of which too few pictures have a pose of their own are placed by all corners at once.
+        """
+        seen = np.isfinite(self.sight[..., 0, 0])
+        placing = np.concatenate([target.placing for target in self.rig.targets])
+        measured = np.where(placing[:, None], self.measured, np.nan)
+        shown = np.stack([np.isfinite(measured[:, :, p, 0]).sum(2) for _, p in self.rig.parts], axis=2)
+        shown = seen + 1e-9 * shown
+        eyes, held_by = self.stands
+        count = np.array([[shown[e.rows & h.rows, e.number, h.number].sum() for h in held_by] for e in eyes])
+        cameras, boards = (np.tile(np.eye(4), (n, 1, 1)) for n in count.shape)
+        stands, held = (np.zeros(n, bool) for n in count.shape)
+        while (new := count * ~(stands[:, None] & held)).any():
+            half = new * (stands[:, None] | held)
+            i, j = np.unravel_index(int((half if half.any() else new).argmax()), new.shape)
+            c, b, mine = eyes[i].number, held_by[j].number, eyes[i].rows & held_by[j].rows
+            rows = seen[:, c, b] & mine
+            sight, camera = self.sight[rows, c, b], self.rig.cameras[c]
+            carried = poses[rows] if camera.mounted is Mount.WORLD else se3.inverse(poses[rows])
+            if rows.sum() < (1 if stands[i] or held[j] else FEWEST_POSES):
+                target, part = self.rig.parts[b]
+                stand = cameras[i] if stands[i] else None
+                given = Given(camera, target.points, measured[mine, c, part], poses[mine], stand)
+                if held[j]:
+                    cameras[i] = placed_camera(given, boards[j])
+                else:
+                    cameras[i], boards[j] = joint_start(given)
+            elif held[j]:
+                cameras[i] = _mean(carried @ boards[j] @ se3.inverse(sight))
+            elif stands[i]:
+                boards[j] = _mean(se3.inverse(carried) @ cameras[i] @ sight)
+            else:
+                boards[j] = self._target(poses[rows], sight, camera)
+                cameras[i] = _mean(carried @ boards[j] @ se3.inverse(sight))
+            stands[i] = held[j] = True
+        return cameras, boards
+
+    @staticmethod
+    def _target(poses: np.ndarray, sight: np.ndarray, camera: Camera) -> Float[np.ndarray, "4 4"]:
+        """The target's pose in what carries it, pictures that contradict the others left out."""
+        seen = sight if camera.mounted is Mount.WORLD else se3.inverse(sight)
+        for _ in range(3):
+            z = hand_eye(poses, seen)
+            x = mean_base(poses @ z, seen)
+            off = np.linalg.norm(se3.pose_error(seen, x @ poses @ z)[:, 3:], axis=1)
+            keep = off <= OUTLYING * np.median(off) + 1e-9
+            if keep.all() or keep.sum() < 4:
+                break
+            poses, seen = poses[keep], seen[keep]
+        return z if camera.mounted is Mount.WORLD else se3.inverse(x)
+
+    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+        place = self._place
+        residual = np.zeros(self.measured.shape)
+        by_twist = np.zeros((*self.measured.shape, 6))
+        by_unknown = np.zeros((*self.measured.shape, len(place)))
+        for eye, plate in product(*self.stands):
+            camera, (target, part) = self.rig.cameras[eye.number], self.rig.parts[plate.number]
+            mine = np.s_[:, eye.number, part]
+            there = np.isfinite(self.measured[mine]).all(2) & (eye.rows & plate.rows)[:, None]
+            row, spot = np.nonzero(there)
+            board, xi = self._placed_at(plate.owner, unknown), _shaped(target, unknown, place)
+            held = se3.apply(board.pose, xi)
+            first, stand = place[f"{eye.owner}.x"], self._placed_at(eye.owner, unknown)
+            free = camera.free is not Freedom.FIXED
+            lens = place[f"{camera.owner}.fx"] if free else 0
+            intrinsics = unknown[lens : lens + 9] if free else camera.intrinsics
+            fixed = camera.mounted is Mount.WORLD
+            carried = (poses if fixed else se3.inverse(poses))[row]
+            q = se3.apply(carried, held[spot])
+            from_stand = q - stand.pose[:3, 3]
+            at = project(from_stand @ stand.pose[:3, :3], intrinsics)
+            residual[mine][row, spot] = self.measured[mine][row, spot] - at.pixel
+            by_q = _times(at.by_point, stand.pose[:3, :3].T)
+            by_held = by_q @ carried[:, :3, :3]
+            place_of, pull = (q, by_q) if fixed else (held[spot], -by_held)
+            lever = place_of - poses[row, :3, 3]
+            by_twist[mine][row, spot] = np.concatenate([pull, -_turned(pull, lever)], axis=-1)
+            out = np.zeros((len(row), 2, len(place)))
+            out[..., first : first + 3] = -by_q
+            out[..., first + 3 : first + 6] = _times(_turned(by_q, from_stand), stand.turning)
+            if free:
+                out[..., lens : lens + 9] = at.by_intrinsics
+            k = place[f"{plate.owner}.x"]
+            out[..., k : k + 3] = by_held
+            turned = _turned(by_held, (held - board.pose[:3, 3])[spot])
+            out[..., k + 3 : k + 6] = -_times(turned, board.turning)
+            by_xi = _times(by_held, board.pose[:3, :3])
+            if (k := place.get(f"{target.owner}.scale", -1)) >= 0:
+                out[..., k] = (by_xi * _stated(target, unknown, place)[spot, None]).sum(2)
+            if (k := place.get(f"{target.owner}.bend_xx", -1)) >= 0:
+                out[..., k : k + 3] = by_xi[..., 2:] * target.bends[spot, None]
+            scale = 1.0 + unknown[place[f"{target.owner}.scale"]] if target.scale_sigma else 1.0
+            for point, number in target.own_places.items():
+                here, k = spot == number, place[f"{point}.x"]
+                out[here, :, k : k + 3] = scale * by_xi[here]
+            by_unknown[mine][row, spot] = out
+        rows, size = len(residual), residual[0].size
+        return Seen(
+            residual.reshape(rows, size),
+            by_twist.reshape(rows, size, 6),
+            by_unknown.reshape(rows, size, len(place)),
+        )
+
+    def _placed_at(self, owner: str, unknown: np.ndarray) -> Placed:
+        first = self._place[f"{owner}.x"]
+        return Placed.at(unknown[first : first + 6])
+
+    def own_errors(self, seen: Seen) -> OwnErrors:
+        """Root mean square of each picture's corners, and the error of the tool that they suggest."""
+        pictures, noise = of_residuals(seen.residual, seen.by_twist, self.seen)
+        corners = pictures.count / 2.0
+        pixel = np.sqrt(pictures.square / np.maximum(corners, 1.0))
+        return OwnErrors("pixel[px]", pixel, corners, *pictures.errors(noise))
+
+
+def _shaped(target: Target, unknown: np.ndarray, place: Mapping[str, int]) -> Float[np.ndarray, "points 3"]:
+    """A board's points with size and bends."""
+    xi = _stated(target, unknown, place)
+    if (k := place.get(f"{target.owner}.scale")) is not None:
+        xi = xi * (1.0 + unknown[k])
+    if (k := place.get(f"{target.owner}.bend_xx")) is not None:
+        xi = xi + np.array([0.0, 0.0, 1.0]) * (target.bends @ unknown[k : k + 3])[:, None]
+    return xi
+
+
+def _stated(target: Target, unknown: np.ndarray, place: Mapping[str, int]) -> Float[np.ndarray, "points 3"]:
+    """A board's points as its file has them, or as they are found."""
+    if not target.own_places:
+        return target.points
+    xi = target.points.copy()
+    for point, number in target.own_places.items():
+        k = place[f"{point}.x"]
+        xi[number] = unknown[k : k + 3]
+    return xi
+
+
+def _mean(poses: Float[np.ndarray, "n 4 4"]) -> Float[np.ndarray, "4 4"]:
+    """One pose of many that should be the same."""
+    return se3.pose(nearest_rotation(poses[:, :3, :3].sum(0)), np.median(poses[:, :3, 3], axis=0))
+
+
+def _coordinates(owner: str, pose: Float[np.ndarray, "4 4"]) -> dict[str, float]:
+    """The six unknowns of a pose, by name."""
+    six = np.concatenate([pose[:3, 3], se3.matrix_to_rotvec(pose[:3, :3])])
+    return dict(zip((f"{owner}.{part}" for part in POSE), six.tolist(), strict=True))
+
+
+def _times(rows: Float[np.ndarray, "n 2 3"], matrix: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "n 2 3"]:
+    """All rows times one matrix, in one product."""
+    return (rows.reshape(-1, 3) @ matrix).reshape(rows.shape)
+
+
+def _turned(rows: Float[np.ndarray, "n 2 3"], arm: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2 3"]:
+    """Rows times [arm]×: b × a."""
+    (bx, by, bz), (ax, ay, az) = np.moveaxis(rows, 2, 0), arm.T[:, :, None]
+    return np.stack([by * az - bz * ay, bz * ax - bx * az, bx * ay - by * ax], axis=2)

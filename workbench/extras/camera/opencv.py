@@ -1,0 +1,23 @@
+"""OpenCV, if it is installed."""
+
+import os
+from functools import cache
+from typing import Any
+
+from workbench.base.errors import MissingExtraError
+
+MOST_PIXELS = 250_000_000
+"""Larger pictures are refused, as a small file may unpack to gigabytes; sensors have 150 million at most."""
+
+
+@cache
+def opencv(what: str) -> Any:
+    """The library."""
+    os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MOST_PIXELS))
+    try:
+        import cv2
+
+        cv2.aruco.CharucoDetector  # noqa: B018
+    except (ImportError, AttributeError):
+        raise MissingExtraError(what, extra="camera") from None
+    return cv2

@@ -1,0 +1,115 @@
+"""Files of pictures: which a folder has, how they are read, how sharp they are."""
+
+import contextlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import UInt8
+from PIL import Image
+
+from workbench.base.errors import FileError
+from workbench.base.wording import listed, plural
+from workbench.extras.camera.opencv import MOST_PIXELS, opencv
+from workbench.extras.camera.rig import Rig
+
+ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
+ORIENTATION, DETAILS, FILM_FOCAL = 0x0112, 0x8769, 0xA405
+"""EXIF's tags of how a picture is to be turned, of what it says in detail, and of the focal length [mm] …"""
+FILM = 43.27
+"""… on film of this diagonal [mm] with the same field of view."""
+
+Picture = UInt8[np.ndarray, "height width"]
+
+
+def picture_files(folder: Path, rig: Rig) -> Iterator[tuple[str, Path]]:
+    """Name of the camera and path of every picture, in the order of their names."""
+    if not folder.is_dir():
+        raise FileError("is no folder of pictures", path=str(folder))
+    names = [camera.name for camera in rig.cameras] or ["camera"]
+    for name in names:
+        own = folder if len(names) == 1 else folder / name
+        inside = (own.iterdir(), own.rglob("*")) if own.is_dir() else ()
+        every = (sorted((p for p in some if p.suffix.lower() in ENDINGS), key=_counting) for some in inside)
+        found = next(filter(None, every), [])
+        files = [path.name for path in found]
+        if len(set(files)) < len(files):
+            again = next(file for file in files if files.count(file) > 1)
+            raise FileError(
+                f"has '{again}' in several folders; give every picture its own name", path=str(own)
+            )
+        if not found:
+            raise FileError(f"has no pictures ({', '.join(ENDINGS[:4])} …)", path=str(own))
+        yield from ((name, path) for path in found)
+
+
+def _counting(path: Path) -> tuple[int, str]:
+    """Names in the order in which people count: 2 before 10."""
+    return len(path.stem) if path.stem.isdigit() else 0, path.name
+
+
+def read_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
+    """A picture in grey as the sensor saw it; turned as its EXIF says only where `size` [px] then fits.
+
+    Raises:
+        FileError: it is none, is being written, or is too large.
+    """
+    cv2 = opencv("reading pictures")
+    picture = None
+    for way in (cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION, cv2.IMREAD_GRAYSCALE):
+        with contextlib.suppress(cv2.error):  # of more than `MOST_PIXELS`
+            picture = cv2.imread(str(path), way)
+        if picture is None or size is None or picture.shape[::-1] == size:
+            break
+    if picture is None:
+        raise FileError(
+            f"can't be read as a picture of at most {MOST_PIXELS // 10**6} megapixels", path=str(path)
+        )
+    return picture
+
+
+def readable(files: list[tuple[str, Path]], sizes: Mapping[str, tuple[int, int] | None]) -> Iterator[Picture]:
+    """Those of some pictures that can be read."""
+    for camera, path in files:
+        with contextlib.suppress(FileError):
+            yield read_picture(path, sizes[camera])
+
+
+def exif_note(paths: list[Path]) -> Iterator[str]:
+    """A sentence on pictures whose EXIF says that they are to be turned."""
+    turned = []
+    for path in paths:
+        with contextlib.suppress(OSError, SyntaxError, ValueError), Image.open(path) as picture:
+            if picture.getexif().get(ORIENTATION, 1) != 1:
+                turned.append(path.name)
+    if turned:
+        yield (
+            f"{plural(len(turned), 'picture')} would be turned by EXIF, {listed(turned, longest=3)}: taken "
+            "as the sensor saw them, unless only the turned ones have the camera's size"
+        )
+
+
+def exif_focal(path: Path, size: tuple[int, int]) -> float | None:
+    """Focal length [px] of a picture of this size by EXIF; None where it says none."""
+    with contextlib.suppress(OSError, SyntaxError, ValueError, TypeError), Image.open(path) as picture:
+        focal = float(picture.getexif().get_ifd(DETAILS).get(FILM_FOCAL, 0.0))
+        return focal / FILM * float(np.hypot(*size)) if focal > 0.0 else None
+    return None
+
+
+def blur(picture: Picture) -> float:
+    """How wide edges are in a picture [px, standard deviation], noise smoothed away first; inf without any.
+
+    A blurred step has slopes g ∝ exp(−t²/2σ²), and ∫g² / ∫g'² = 2σ².
+    """
+    cv2 = opencv("reading pictures")
+    soft = cv2.GaussianBlur(picture, (0, 0), 1.0).astype(np.float32)
+    dx, dy = cv2.Sobel(soft, cv2.CV_32F, 1, 0) / 8.0, cv2.Sobel(soft, cv2.CV_32F, 0, 1) / 8.0
+    slope = np.hypot(dx, dy)
+    steep = slope > max(0.25 * float(np.percentile(slope, 99.5)), 1.0)
+    if not steep.any():
+        return float("inf")
+    bend = cv2.Sobel(dx, cv2.CV_32F, 1, 0) / 8.0 + cv2.Sobel(dy, cv2.CV_32F, 0, 1) / 8.0
+    near = cv2.dilate(steep.astype(np.uint8), np.ones((7, 7), np.uint8)).astype(bool)
+    ratio = float((slope[near] ** 2).mean()) / max(float((bend[near] ** 2).mean()), 1e-12)
+    return float(np.sqrt(max(0.5 * ratio - 1.0, 0.0)))

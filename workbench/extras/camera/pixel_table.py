@@ -1,0 +1,274 @@
+"""Corners that were found in pictures, and the joints at which these were taken, as a `Dataset`.
+
+A row of the dataset is one picture, or the pictures that several cameras took at once. Where the table has
+poses of the tool (x y z and an orientation) in place of joints, the arm is one of three slides and three
+turns that reach these poses: camera and target can be found, of the arm nothing.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from os import PathLike
+from pathlib import Path, PurePath
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from workbench.base import se3
+from workbench.base.errors import DataError, FileError
+from workbench.base.types import frozen
+from workbench.base.wording import listed, plural
+from workbench.data.dataset import Dataset, Labels
+from workbench.data.readers.assemble import assemble
+from workbench.data.readers.fields import Fields
+from workbench.data.readers.headings import PIXEL_LABELS
+from workbench.data.readers.orientation import read_orientation
+from workbench.data.readers.read import read_fields
+from workbench.extras.camera.lens import assumed_of_corners, assumed_of_folder, with_lenses
+from workbench.extras.camera.resection import with_corners
+from workbench.extras.camera.rig import Rig
+
+STRANGE = 0.02
+"""Share of corners with unknown names from which on the target is called the wrong one."""
+SAME_JOINTS = 1e-6
+"""Joints of the rows of one picture may differ by this [rad or m]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PixelRows:
+    """Corners found in pictures, one a row.
+
+    Args:
+        image: Name of the picture.
+        camera: Name of the camera; "" where there is one only.
+        id: Of the tag, or of the board's corner.
+        corner: Number of the tag's corner; 0 where an id has one point.
+        uv: Where it is in the picture [px].
+        pictures: All that were looked at, in their order; none: those that show corners.
+        source: Where they came from, for messages.
+        notes: Each decision that was taken on the way, in one sentence.
+    """
+
+    image: Labels
+    camera: Labels
+    id: Int[np.ndarray, " n"]
+    corner: Int[np.ndarray, " n"]
+    uv: Float[np.ndarray, "n 2"]
+    pictures: tuple[str, ...] = ()
+    source: str = "pictures"
+    notes: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, fields: Fields) -> "PixelRows":
+        """The corners of a table."""
+        if missing := [key for key in ("image", "id", "u", "v") if key not in fields.values]:
+            heading = {"u": "u[px]", "v": "v[px]"}.get(missing[0], missing[0])
+            raise FileError(f"a table of pixels needs the column '{heading}'", path=fields.source)
+        blank = np.full(fields.rows, "")
+        return cls(
+            image=fields.values["image"],
+            camera=fields.values.get("camera", blank),
+            id=_whole(fields, "id"),
+            corner=_whole(fields, "corner") if "corner" in fields.values else np.zeros(fields.rows, int),
+            uv=np.stack([fields.values["u"], fields.values["v"]], axis=1),
+            source=fields.source,
+            notes=fields.notes,
+        )
+
+
+def read_pixels(
+    source: str | PathLike | PixelRows,
+    rig: Rig,
+    *,
+    joints: str | PathLike | None = None,
+    dof: int | None = None,
+) -> Dataset:
+    """Measurements of a table of pixels, or of corners that were found in pictures.
+
+    Args:
+        source: A folder of pictures, the corners themselves, or a file of them, in rows
+            `image, camera, id, corner, u[px], v[px]`.
+        rig: Cameras and target; the lens of a camera that no file describes is started from the pictures.
+        joints: A file of one row a picture; None: joints stand in the rows of the pixels.
+        dof: Number of joints of the robot; None: as many as the file names.
+
+    Raises:
+        WorkbenchError: a file can't be read, or pictures, joints, cameras and target don't belong together.
+    """
+    beside = None if joints is None else read_fields(joints)
+    if not isinstance(source, PixelRows) and Path(source).is_dir():
+        from workbench.extras.camera.detect import find_corners  # which makes such rows
+
+        rig = assumed_of_folder(rig, Path(source))
+        source = find_corners(Path(source), rig)
+    if isinstance(source, PixelRows):
+        rows = source
+    else:
+        fields = read_fields(source, layout="plain")
+        rows, beside = PixelRows.of(fields), beside or _one_a_picture(fields)
+    if beside is None:
+        raise DataError(
+            f"{rows.source}: pictures need the joints at which they were taken; give --joints TABLE"
+        )
+    return pixel_data(rows, rig, beside, dof=dof)
+
+
+def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = None) -> Dataset:
+    """Corners and joints as a `Dataset`, a row a picture in the order of the joints; arguments as above."""
+    names, notes = _names(rows, joints)
+    rig = assumed_of_corners(rig, rows.camera.tolist(), rows.uv)
+    picture = {name: k for k, name in enumerate(names)}
+    place, camera, notes_of_names = _points(rows, rig)
+    notes += notes_of_names
+    row = np.array([picture[name] for name in plain_names(rows.image)])
+    known = (place >= 0) & np.isfinite(rows.uv).all(1)
+    pixels = np.full((len(names), len(rig.cameras), len(rig.points), 2), np.nan)
+    where = row[known], camera[known], place[known]
+    flat = np.ravel_multi_index(where, pixels.shape[:3])
+    if len(twice := np.flatnonzero(np.bincount(flat) > 1)):
+        r, _, p = np.unravel_index(twice[0], pixels.shape[:3])
+        raise DataError(
+            f"{rows.source}: image '{names[r]}' has id {rig.names[p, 0]} corner {rig.names[p, 1]} twice; "
+            "delete one"
+        )
+    pixels[where] = rows.uv[known]
+    count = np.isfinite(pixels[..., 0]).sum((1, 2))
+    rig, assumed = with_lenses(rig, pixels)
+    joints, posed = _driven(joints)
+    data = assemble(joints, joints=6 if posed else dof, beside={"corners": count[:, None].astype(float)})
+    empty = data.included & (count == 0)
+    reason = np.full(len(names), "") if data.reason is None else data.reason
+    taken = set(plain_names(rows.pictures or rows.image))
+    lost = [name for name, out in zip(names, empty, strict=True) if out and name not in taken]
+    notes += _without_picture(lost, int(data.included.sum()), joints)
+    own = [part.owner for part in rig.posed if part.per_session]
+    if own and data.session is None:
+        notes += [f"{listed(own)} has per_session = true, but no row names its session: one pose for all"]
+    said = (*rows.notes, *(n for n in data.notes if n not in rows.notes), *assumed, *notes, *posed)
+    shown = replace(
+        data,
+        exclude=~data.included | empty if empty.any() else data.exclude,
+        reason=np.where(empty, "has no corners in a picture", reason) if empty.any() else data.reason,
+        source=rows.source,
+        notes=said,
+    )
+    return with_corners(shown, pixels, np.array(names), replace(rig, tool_poses=bool(posed)))
+
+
+def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
+    """Name of every row of joints' picture, and what was decided."""
+    taken = list(dict.fromkeys(plain_names(rows.pictures or rows.image)))
+    if "image" not in joints.values:
+        if len(taken) != joints.rows:
+            raise DataError(
+                f"{joints.source} has joints of {joints.rows} pictures, {rows.source} has {len(taken)} "
+                "pictures; give one row of joints a picture, best with a column 'image'"
+            )
+        return taken, [
+            "joints have no column 'image': the first row is taken for the first picture, and so on"
+        ]
+    names = plain_names(joints.values["image"])
+    if len(set(names)) < len(names):
+        again = next(name for name in names if names.count(name) > 1)
+        raise DataError(f"{joints.source}: image '{again}' has joints twice; give one row a picture")
+    seen = list(dict.fromkeys(plain_names(rows.image)))
+    lacking = [name for name in seen if name not in set(names)]
+    if lacking:
+        raise DataError(
+            f"{joints.source} has joints of {len(names)} pictures, {rows.source} has {len(taken)}: "
+            f"{listed(lacking, longest=3)} have no joints; add or delete them"
+        )
+    return names, []
+
+
+def _without_picture(lost: list[str], rows_in_use: int, joints: Fields) -> list[str]:
+    """A sentence on rows of joints without a picture; most rows without one are refused."""
+    if not lost:
+        return []
+    one = len(lost) == 1
+    said = (
+        f"{len(lost)} of {plural(rows_in_use, 'row')} of {PurePath(joints.source).name} "
+        f"{'has' if one else 'have'} no picture: {listed(lost, longest=5)}"
+    )
+    if 2 * len(lost) > rows_in_use:
+        raise DataError(f"{said}; add the pictures, or delete these rows")
+    return [f"{said}; {'it is' if one else 'they are'} left out"]
+
+
+def plain_names(names: Iterable) -> list[str]:
+    """Names of pictures without folder, ending and leading zeros: 'shots/007.png' is '7'."""
+    stems = [
+        re.sub(r"\.(png|jpe?g|bmp|tiff?|pgm|webp|0+)$", "", PurePath(str(n)).name, flags=re.I) for n in names
+    ]
+    return [stem.lstrip("0") or "0" if stem.isdigit() else stem for stem in stems]
+
+
+def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str]]:
+    """Number of every corner's point (-1 for none) and camera."""
+    names = list(dict.fromkeys(rows.camera.tolist()))
+    cameras = {name: rig.place(name) for name in names}
+    if strange := [name for name in names if cameras[name] is None]:
+        raise DataError(
+            f"{rows.source}: the camera file has no camera '{strange[0]}'; it has "
+            f"{listed([camera.name for camera in rig.cameras])}"
+        )
+    place = rig.points_named(rows.id, rows.corner)
+    lost = place < 0
+    if lost.mean() > STRANGE:
+        first = int(np.argmax(lost))
+        corner = f" corner {rows.corner[first]}" if rows.corner.any() else ""
+        raise DataError(
+            f"{rows.source}: {int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]}{corner}, "
+            f"are none of the target's {rig.words}; give the target that was in view"
+        )
+    unknown = sorted(set(rows.id[lost].tolist()))
+    notes = (
+        [f"{plural(int(lost.sum()), 'corner')} of unknown ids {unknown[:8]} are left out"] if unknown else []
+    )
+    return place, np.array([cameras[name] for name in rows.camera.tolist()], int), notes
+
+
+def _whole(fields: Fields, key: str) -> Int[np.ndarray, " rows"]:
+    found = []
+    for row, text in enumerate(fields.values[key].tolist()):
+        try:
+            found.append(np.int64(text.removesuffix(".0") or 0))
+        except (ValueError, OverflowError):
+            raise fields.error(
+                f"'{text[:40]}' is not a whole number of at most 18 digits", row, key
+            ) from None
+    return np.array(found, int)
+
+
+def _one_a_picture(fields: Fields) -> Fields:
+    """The joints that stand in the rows of the pixels, one row a picture."""
+    if not fields.numbers(r"q(\d+)") and "x" not in fields.values:
+        raise FileError("has no joints: add q1[rad] …, or give --joints TABLE", path=fields.source)
+    names = np.array(plain_names(fields.values["image"]))
+    _, first, back = np.unique(names, return_index=True, return_inverse=True)
+    for key, values in fields.values.items():
+        if re.fullmatch(r"q\d+", key):
+            off = np.abs(values - values[first][back])
+            if (off > SAME_JOINTS).any():
+                raise fields.error("rows of one image have different joints", int(np.argmax(off)), key)
+    skipped = {"u", "v", *PIXEL_LABELS} - {"image"}
+    kept = {key: v for key, v in fields.values.items() if key not in skipped}
+    return replace(fields, values=kept).take(np.sort(first))
+
+
+def _driven(joints: Fields) -> tuple[Fields, tuple[str, ...]]:
+    """The joints; those of an arm of slides and turns where the tool's poses are given, and words for it."""
+    values: Mapping[str, np.ndarray] = {k: v for k, v in joints.values.items() if k not in PIXEL_LABELS}
+    position = joints.stacked(("x", "y", "z"))
+    if joints.numbers(r"q(\d+)") or position is None:
+        return replace(joints, values=values), ()
+    rotation, notes = read_orientation(joints, usable=np.ones(joints.rows, bool))
+    if rotation is None:
+        raise DataError(
+            f"{joints.source}: tool poses need an orientation too (qw qx qy qz, or roll pitch yaw)"
+        )
+    q = np.concatenate([position, se3.matrix_to_rpy(rotation)[:, ::-1]], axis=1)
+    kept = {key: v for key, v in values.items() if key in ("session", "group", "time", "exclude", "reason")}
+    kept |= {f"q{k + 1}": frozen(column) for k, column in enumerate(q.T)}
+    words = "joints are missing, tool poses are given: camera and target are found, of the arm nothing can be"
+    return replace(joints, values=kept, rotation=None, notes=(*joints.notes, *notes)), (words,)

@@ -1,0 +1,97 @@
+"""What is done with pictures between their choice and the first search."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from itertools import product
+from typing import final
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.errors import DataError
+from workbench.data.dataset import Dataset
+from workbench.data.prediction import predict
+from workbench.extras.camera.checks import mismatched_pictures
+from workbench.extras.camera.model_selection import select_camera_step
+from workbench.extras.camera.pixel_noise import Knowledge, Pictures, Variances, most_likely
+from workbench.extras.camera.readings import PictureReadings, rig_of
+from workbench.extras.camera.resection import (
+    kept_out,
+    with_boards,
+    with_boards_in_view,
+    with_sessions_in_view,
+)
+from workbench.extras.camera.rig import owner_in
+from workbench.extras.camera.selection_steps import Identifiability
+from workbench.identification.own_preparation import AbstractPreparation, Seek
+from workbench.identification.problem import Noise, Problem
+
+LEAST_TURN = np.deg2rad(3.0)
+"""Turn of the tool between pictures [rad] that is none."""
+FEWEST_PICTURES = 4
+"""Pictures below which camera and target are not found."""
+
+
+@final
+class PicturePreparation(AbstractPreparation):
+    """Pictures that suit their joints and show a board that is used; their content decides on the arm."""
+
+    name = "pictures"
+    readings = PictureReadings
+    undiagnosed = "pictures can't be diagnosed; Identify decides what they can determine"
+
+    def suited(self, robot: Robot, data: Dataset) -> Dataset:
+        _check_number(data)
+        _check_turned(robot, data)
+        data = with_boards_in_view(kept_out(data, mismatched_pictures(robot, data)), fitted=True)
+        _check_number(data)
+        return data
+
+    def decide(
+        self,
+        robot: Robot,
+        data: Dataset,
+        *,
+        free: Sequence[str],
+        build: Callable[..., Problem],
+        seek: Seek | None,
+    ) -> tuple[Problem, Identifiability]:
+        return select_camera_step(robot, data, free=free, build=build, seek=seek)
+
+    def comparable(self, held: Dataset, fitted: Dataset) -> Dataset:
+        held = with_boards(held, [target.owner for target in rig_of(fitted).targets])
+        rig = rig_of(held)
+        known = {owner_in(p, s) for p in rig.posed for s in fitted.sessions}
+        held = with_sessions_in_view(held, FEWEST_PICTURES, known)
+        sessions = held.take(held.included).sessions if held.included.any() else ()
+        new = tuple(
+            f"held-out session '{s}': where {part.owner} stands was found from its own pictures, the arm "
+            "from the others"
+            for part, s in product(rig.posed, sessions)
+            if owner_in(part, s) not in known
+        )
+        return replace(held, notes=(*held.notes, *new))
+
+    def noise_left(self, problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:
+        known = Knowledge.of(problem, x, np.zeros(len(x)))
+        return most_likely(Pictures.at(problem, x), known, Variances(problem.noise)).noise
+
+
+def _check_number(data: Dataset) -> None:
+    count = int(data.included.sum())
+    if count < FEWEST_PICTURES:
+        raise DataError(f"{data.source}: {count} pictures are left to fit; give at least {FEWEST_PICTURES}")
+
+
+def _check_turned(robot: Robot, data: Dataset) -> None:
+    """Refuse pictures between which the tool hardly turns: they don't tell where camera and target are."""
+    turn = predict(robot, data.take(data.included))[:, :3, :3]
+    off = np.linalg.norm(se3.matrix_to_rotvec(turn[0].T @ turn), axis=1)
+    if off.max() < LEAST_TURN:
+        raise DataError(
+            f"{data.source}: the tool kept its orientation to {np.rad2deg(off.max()):.2g}°, so that the "
+            "pictures can't tell where camera and target are; turn it by 30° or more, about several axes, in "
+            "ten of the pictures"
+        )

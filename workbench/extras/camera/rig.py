@@ -1,0 +1,133 @@
+"""Cameras and the target that they see, as one instrument."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from workbench.base.errors import DataError
+from workbench.base.types import Freedom
+from workbench.extras.camera.camera import Camera, Mount, read_cameras
+from workbench.extras.camera.target import Target, read_targets
+
+
+def read_rig(camera: Path | str | None, target: Path | str) -> "Rig":
+    """Cameras and target, or boards, of their files; without that of cameras the pictures tell of theirs."""
+    return Rig(() if camera is None else read_cameras(camera), read_targets(target))
+
+
+def owner_in(part: Camera | Target, session: str) -> str:
+    """How the names of the unknowns of a camera's or board's pose in a session begin."""
+    return f"{part.owner}[{session}]" if part.per_session and session else part.owner
+
+
+@dataclass(frozen=True)
+class Apart:
+    """A corner that was set apart: where it was seen and how far off [px]."""
+
+    image: str
+    camera: str
+    id: int
+    corner: int
+    off: float
+
+    def __str__(self) -> str:
+        return f"image {self.image} id {self.id} corner {self.corner} ({self.off:.1f} px)"
+
+
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """Cameras and what they see, with the arm in between.
+
+    Args:
+        cameras: One or more; none where no file describes them, until pictures are read.
+        targets: One, or boards of which each has its own pose in what carries them all.
+        apart: Corners that contradict their pictures and are not used, the worst first.
+        tool_poses: Whether poses of the tool were given in place of joints: the arm is `posed_arm`.
+
+    Raises:
+        DataError: camera and target are carried by the same thing, so that the arm moves neither.
+    """
+
+    cameras: tuple[Camera, ...]
+    targets: tuple[Target, ...]
+    apart: tuple[Apart, ...] = ()
+    tool_poses: bool = False
+
+    def __post_init__(self):
+        for camera in self.cameras:
+            if camera.mounted is self.mounted:
+                raise DataError(
+                    f"camera '{camera.name}' and the target are both mounted = \"{camera.mounted}\", so the "
+                    "arm moves neither against the other; mount one on the tool and one in the world"
+                )
+
+    def place(self, name: str) -> int | None:
+        """Number of the camera of that name; None for none. With one camera, no name means that one."""
+        names = [camera.name for camera in self.cameras]
+        if not name and len(names) == 1:
+            return 0
+        return names.index(name) if name in names else None
+
+    @property
+    def posed(self) -> tuple[Camera | Target, ...]:
+        """All that has a pose."""
+        return (*self.cameras, *self.targets)
+
+    @property
+    def mounted(self) -> Mount:
+        """What carries the target."""
+        return self.targets[0].mounted
+
+    @cached_property
+    def points(self) -> Float[np.ndarray, "points 3"]:
+        """Places of all points, each in its own board's frame [m]."""
+        return np.concatenate([target.points for target in self.targets])
+
+    @cached_property
+    def names(self) -> Int[np.ndarray, "points 2"]:
+        """Id and corner of every point."""
+        return np.concatenate([np.stack([t.ids, t.corners], axis=1) for t in self.targets])
+
+    @cached_property
+    def parts(self) -> tuple[tuple[Target, slice], ...]:
+        """Every board, and where its points are among all."""
+        ends = np.cumsum([len(target) for target in self.targets]).tolist()
+        return tuple((t, slice(end - len(t), end)) for t, end in zip(self.targets, ends, strict=True))
+
+    def points_named(
+        self, ids: Int[np.ndarray, " n"], corners: Int[np.ndarray, " n"]
+    ) -> Int[np.ndarray, " n"]:
+        """Number of each named point among all; -1 for those that no board has."""
+        found = np.full(len(ids), -1)
+        for target, mine in self.parts:
+            place = target.places(ids, corners)
+            found = np.where(place < 0, found, place + mine.start)
+        return found
+
+    @property
+    def words(self) -> str:
+        """What is in view."""
+        return ", ".join(f"{t.name}: {t.words}" if t.name else t.words for t in self.targets)
+
+    @property
+    def is_lens_fixed(self) -> bool:
+        """Whether some camera's intrinsics count as known."""
+        return any(camera.free is Freedom.FIXED for camera in self.cameras)
+
+    def with_intrinsics(self, free: Freedom) -> "Rig":
+        """The same with the intrinsics of every camera fixed, free or with a prior."""
+        return replace(self, cameras=tuple(replace(camera, free=free) for camera in self.cameras))
+
+    def with_mounts_exchanged(self) -> "Rig":
+        """The same with the cameras where the target is said to be, and the other way round."""
+        there, here = self.mounted, self.cameras[0].mounted
+        cameras = tuple(replace(camera, mounted=there) for camera in self.cameras)
+        return replace(self, cameras=cameras, targets=tuple(replace(t, mounted=here) for t in self.targets))
+
+    @property
+    def intrinsics(self) -> np.ndarray:
+        """Of every camera, a row each."""
+        return np.stack([camera.intrinsics for camera in self.cameras])

@@ -1,0 +1,394 @@
+"""Camera targets: a ChArUco board or points at known positions, or several of these, and `target.toml`.
+
+Each of several boards has its own pose, and their relative poses need not be known. Their markers
+and corners are told apart by their numbers: those of a ChArUco board go on where the boards before it end.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any, final
+
+import numpy as np
+import tomli_w
+from jaxtyping import Bool, Float, Int
+
+from workbench.base.errors import DataError, FileError
+from workbench.base.files import write_text
+from workbench.base.toml import AbstractTableReader
+from workbench.base.types import frozen
+from workbench.base.wording import listed
+from workbench.extras.camera.camera import PER_SESSION, Mount
+
+BOARD_SCALE, POINT_SCALE = 0.002, 0.0005
+"""Prior knowledge of the scale of a printed board (relative) and of points that were measured …"""
+BOARD_FLATNESS = 3e-4
+"""… and of how far a board's edges bend out of its plane [m]."""
+USUAL_DICTIONARY = "DICT_6X6_250"
+"""Of a ChArUco board where nobody said."""
+MOST_SQUARES = 10_000
+"""Of a board; the largest dictionaries have markers for a fifth of them."""
+KNOWLEDGE = ("scale_sigma", "flatness_sigma")
+KEYS = ("charuco", "point", "dictionary", PER_SESSION, *KNOWLEDGE)
+"""Keys of a target's file, and of each board of one."""
+
+
+@dataclass(frozen=True)
+class Charuco:
+    """A ChArUco board: a chessboard with a marker in every white square.
+
+    Args:
+        squares: How many across (columns) and down (rows).
+        square: Side of a square [m].
+        marker: Side of a marker [m].
+        dictionary: Name of the markers' dictionary, such as `DICT_6X6_250`.
+        first_marker: Number of its first marker.
+    """
+
+    squares: tuple[int, int]
+    square: float
+    marker: float
+    dictionary: str
+    first_marker: int = 0
+
+    @property
+    def markers(self) -> range:
+        """Numbers of its markers."""
+        return range(self.first_marker, self.first_marker + self.squares[0] * self.squares[1] // 2)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Target:
+    """Points that cameras see, in a frame of their own.
+
+    Args:
+        name: Of one of several; "" where it is the only one.
+        mounted: Whether the tool carries it or it stands in the cell.
+        ids: Of the tag, or of the board's inner corner counted along its rows from its first one.
+        corners: Number of a tag's corner; 0 where an id has one point.
+        points: Places [m] in the target's frame.
+        charuco: The board, where it is one.
+        dictionary: Of single tags, such as `DICT_6X6_250`; "" where nobody said.
+        scale_sigma: Standard deviation of the target's true size relative to the stated one; 0 for exact.
+        flatness_sigma: How far a board's edges bend out of its plane [m, one standard deviation]; 0 for flat.
+        sigmas: Of single points, how well each place is known [m, each axis]; 0 for exact (and left
+            out), inf for free.
+        per_session: Whether it may have another pose in every session.
+    """
+
+    name: str = ""
+    mounted: Mount
+    ids: Int[np.ndarray, " points"]
+    corners: Int[np.ndarray, " points"]
+    points: Float[np.ndarray, "points 3"]
+    charuco: Charuco | None = None
+    dictionary: str = ""
+    scale_sigma: float = POINT_SCALE
+    flatness_sigma: float = 0.0
+    sigmas: Mapping[int, float] = field(default_factory=dict)
+    per_session: bool = False
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    @cached_property
+    def size(self) -> float:
+        """Greatest distance of a point from the middle [m]."""
+        return float(np.linalg.norm(self.points - self.points.mean(0), axis=1).max())
+
+    @cached_property
+    def bends(self) -> Float[np.ndarray, "points 3"]:
+        """How far each point leaves the plane z = 0 for a unit of each of three bends: xx, xy, yy."""
+        x, y = ((self.points - self.points.mean(0)) / self.size)[:, :2].T
+        return np.stack([x * x, x * y, y * y], axis=1)
+
+    @property
+    def placing(self) -> Bool[np.ndarray, " points"]:
+        """Which points are known well enough to place a camera by."""
+        return np.array([not np.isinf(self.sigmas.get(k, 0.0)) for k in range(len(self))], bool)
+
+    @cached_property
+    def own_places(self) -> dict[str, int]:
+        """How the names of points whose places are unknown begin, and their numbers."""
+        return {f"{self.owner}.point{self.ids[k]}_{self.corners[k]}": k for k in sorted(self.sigmas)}
+
+    @property
+    def owner(self) -> str:
+        """How the names of its unknowns begin."""
+        return f"target[{self.name}]" if self.name else "target"
+
+    def places(self, ids: Int[np.ndarray, " n"], corners: Int[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
+        """Number of each named point; -1 for those that the target does not have."""
+        place = {pair: k for k, pair in enumerate(_pairs(self))}
+        return np.array(
+            [place.get(pair, -1) for pair in zip(ids.tolist(), corners.tolist(), strict=True)], int
+        )
+
+    @property
+    def markers(self) -> set[int]:
+        """Numbers of its markers."""
+        return set(self.ids.tolist() if self.charuco is None else self.charuco.markers)
+
+    @property
+    def prints(self) -> str:
+        """The dictionary of its markers as `prints_of` has it; "" where nobody said."""
+        return prints_of(self.dictionary if self.charuco is None else self.charuco.dictionary)
+
+    @property
+    def words(self) -> str:
+        """The points that it has."""
+        if self.charuco is None:
+            return f"{len(self)} points of ids {listed(sorted(set(self.ids.tolist())))}"
+        across, down = self.charuco.squares
+        numbers = f"{self.ids[0]} … {self.ids[-1]}"
+        return f"{len(self)} inner corners ({numbers}) of a board of {across} x {down} squares"
+
+    @cached_property
+    def planar(self) -> tuple[np.ndarray, ...]:
+        """Points that lie in one plane and can place a camera alone, group by group: the board, or each tag
+        of four corners or more."""
+        groups = [np.flatnonzero(self.ids == k) for k in sorted(set(self.ids.tolist()))]
+        groups = [np.arange(len(self)), *(g for g in groups if 4 <= len(g) < len(self))]
+        return tuple(g for g in groups if len(g) >= 4 and _is_plane(self.points[g]))
+
+
+def prints_of(dictionary: str) -> str:
+    """What dictionaries have in common that print a number alike: DICT_6X6 of DICT_6X6_50 … DICT_6X6_1000."""
+    return re.sub(r"_(50|100|250|1000)$", "", dictionary)
+
+
+def charuco_target(
+    board: Charuco, mounted: Mount | str, *, name: str = "", first: int = 0, **more: float | bool
+) -> Target:
+    """The inner corners of a board: z = 0, x along its rows and y down, from the corner of its first square.
+
+    Args:
+        board: Its squares and markers.
+        mounted: What carries it.
+        name: Of one of several.
+        first: Number of its first corner.
+        **more: `scale_sigma` and `flatness_sigma` where they are not the usual ones, `per_session`.
+
+    Raises:
+        DataError: a board that can't be.
+    """
+    across, down = board.squares
+    if min(across, down) < 2 or board.square <= 0.0 or not 0.0 < board.marker < board.square:
+        raise DataError(
+            f"a ChArUco board needs 2 x 2 squares or more, and markers smaller than its squares; got "
+            f"{across} x {down} squares of {board.square:g} m with markers of {board.marker:g} m"
+        )
+    if across * down > MOST_SQUARES:
+        raise DataError(f"a ChArUco board has at most {MOST_SQUARES} squares here, got {across} x {down}")
+    y, x = np.divmod(np.arange((across - 1) * (down - 1)), across - 1)
+    points = board.square * np.stack([x + 1.0, y + 1.0, np.zeros(len(x))], axis=1)
+    known: dict[str, Any] = {"scale_sigma": BOARD_SCALE, "flatness_sigma": BOARD_FLATNESS, **more}
+    return Target(
+        name=name,
+        mounted=Mount(mounted),
+        ids=first + np.arange(len(x)),
+        corners=np.zeros(len(x), int),
+        points=frozen(points),
+        charuco=board,
+        **known,
+    )
+
+
+def _is_plane(points: Float[np.ndarray, "n 3"]) -> bool:
+    """Whether points lie in a plane but not on a line."""
+    s = np.linalg.svd(points - points.mean(0), compute_uv=False)
+    return bool(s[1] > 1e-3 * s[0] and s[2] < 1e-6 * s[0])
+
+
+@final
+class _Reader(AbstractTableReader):
+    wanted = "a target TOML with [charuco], [[point]] or [[board]] tables"
+    otherwise = "a target TOML (mounted, and [charuco] or [[point]], or a [[board]] of either each)"
+
+    def charuco(self, value: Any, before: Sequence[Target], usual: str) -> Charuco:
+        table = self.table(value, "[charuco]")
+        self.keys(table, {"squares", "square", "marker", "dictionary", "first_marker"}, "[charuco]")
+        if missing := [key for key in ("squares", "square", "marker") if key not in table]:
+            raise self.fail(f"[charuco] has no {missing[0]}")
+        squares = self.numbers(table["squares"], 2, "[charuco] squares")
+        dictionary = str(table.get("dictionary", usual))
+        free = _next_marker(before, prints_of(dictionary))
+        first = self.whole(table.get("first_marker", free), "[charuco] first_marker")
+        if first < 0:
+            raise self.fail(f"[charuco] first_marker must be at least 0, got {first}")
+        return Charuco(
+            (int(squares[0]), int(squares[1])),
+            self.number(table["square"], "[charuco] square"),
+            self.number(table["marker"], "[charuco] marker"),
+            dictionary,
+            first,
+        )
+
+    def check_apart(self, other: Target, made: Target, free: int) -> None:
+        """Refuse two boards that pictures can't tell apart; `free` is the next marker that no board has."""
+        boards = f"'{other.name}' and '{made.name}'"
+        is_alike = other.prints == made.prints != ""
+        is_tags = other.charuco is None and made.charuco is None
+        if is_alike and not is_tags and (shared := other.markers & made.markers):
+            raise self.fail(
+                f"{boards} both have marker {min(shared)} of {made.prints}, so that pictures can't tell them "
+                f"apart; print one with other markers, {free} is the next that is free (first_marker, or id)"
+            )
+        if twice := set(_pairs(other)) & set(_pairs(made)):
+            corner = "id {} corner {}".format(*min(twice))
+            remedy = (
+                "give each its own ids" if is_tags else f"put '{made.name}' before '{other.name}' in the file"
+            )
+            raise self.fail(f"{corner} is of {boards}; {remedy}")
+
+    def whole(self, value: Any, what: str) -> int:
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise self.fail(f"{what} must be a whole number, not {value!r}")
+        return value
+
+    def target(
+        self, data: dict[str, Any], mounted: Mount, before: Sequence[Target] = (), name: str = ""
+    ) -> Target:
+        """The one that a table describes, behind those before it."""
+        knowledge = {key: self.number(data[key], key) for key in KNOWLEDGE if key in data}
+        if any(value < 0.0 for value in knowledge.values()):
+            raise self.fail("scale_sigma and flatness_sigma must be at least 0")
+        knowledge[PER_SESSION] = self.flag(data.get(PER_SESSION, False), PER_SESSION)
+        if "charuco" in data:
+            first = max((int(other.ids.max()) + 1 for other in before), default=0)
+            try:
+                board = self.charuco(data["charuco"], before, str(data.get("dictionary", USUAL_DICTIONARY)))
+                made = charuco_target(board, mounted, name=name, first=first, **knowledge)
+            except DataError as error:
+                raise self.fail(str(error)) from None
+        else:
+            common = {"name": name, "mounted": mounted, "dictionary": str(data.get("dictionary", ""))}
+            made = self.points(self.tables(data, "point"), common | knowledge)
+        for other in before:
+            self.check_apart(other, made, _next_marker(before, made.prints))
+        return made
+
+    def points(self, tables: list[dict[str, Any]], more: dict[str, Any]) -> Target:
+        names, places, sigmas = [], [], {}
+        for i, table in enumerate(tables):
+            what = f"[[point]] {i + 1}"
+            self.keys(table, {"id", "corner", "xyz", "sigma", "free"}, what)
+            is_free = self.flag(table.get("free", False), f"{what} free")
+            if missing := [key for key in ("id", "xyz") if key not in table and (key == "id" or not is_free)]:
+                raise self.fail(f"{what} has no {missing[0]}")
+            names.append(
+                (self.whole(table["id"], f"{what} id"), self.whole(table.get("corner", 0), f"{what} corner"))
+            )
+            sigma = np.inf if is_free else self.number(table.get("sigma", 0.0), f"{what} sigma")
+            if sigma < 0.0:
+                raise self.fail(f"{what} sigma must be at least 0 m, got {sigma:g}")
+            if sigma:
+                sigmas[i] = sigma
+            xyz = table.get("xyz")
+            places.append(np.full(3, np.nan) if xyz is None else self.numbers(xyz, 3, f"{what} xyz"))
+        if twice := {name for name in names if names.count(name) > 1}:
+            raise self.fail("id {} corner {} stands twice; every point needs its own".format(*min(twice)))
+        known = np.array([not np.isinf(sigmas.get(i, 0.0)) for i in range(len(names))], bool)
+        if not known.any():
+            raise self.fail("has no point whose place is known; give at least one without free = true")
+        points = np.array(places)
+        points[np.isnan(points[:, 0])] = points[known].mean(0)  # until the pictures place it
+        ids, corners = np.array(names).T
+        return Target(ids=ids, corners=corners, points=frozen(points), sigmas=sigmas, **more)
+
+
+def read_targets(path: Path | str) -> tuple[Target, ...]:
+    """The target of a file, or the boards that it has in `[[board]]` tables.
+
+    Raises:
+        FileError: names the key that is missing or wrong.
+    """
+    reader = _Reader(path)
+    data = reader.load()
+    reader.keys(data, {"mounted", "board", *KEYS}, "the file")
+    if (mounted := data.get("mounted")) not in tuple(Mount):
+        raise reader.fail(f'mounted must be "tool" or "world", not {mounted!r}')
+    if sum(key in data for key in ("charuco", "point", "board")) != 1:
+        raise reader.fail(
+            "needs either one [charuco] table or [[point]] tables, or [[board]] tables of these"
+        )
+    if "board" not in data:
+        return (reader.target(data, Mount(mounted)),)
+    if data["board"] == []:
+        raise reader.fail("has no board; give [[board]] tables, or one [charuco] or [[point]] tables")
+    boards: list[Target] = []
+    for number, table in enumerate(reader.tables(data, "board"), 1):
+        what = f"[[board]] {number}"
+        reader.keys(table, {"name", *KEYS}, what)
+        if ("charuco" in table) == ("point" in table):
+            raise reader.fail(f"{what} needs either a charuco table or point tables")
+        name = str(table.get("name", f"board{number}"))
+        if name in (board.name for board in boards):
+            raise reader.fail(f"has two boards named '{name}'; names must differ")
+        shared = {key: data[key] for key in ("dictionary", *KNOWLEDGE) if key in data}
+        boards.append(reader.target({**shared, **table}, Mount(mounted), boards, name))
+    return tuple(boards)
+
+
+def read_target(path: Path | str) -> Target:
+    """The only target of a file."""
+    found = read_targets(path)
+    if len(found) > 1:
+        raise FileError(f"has {len(found)} boards; give a file of one of them here", path=str(path))
+    return found[0]
+
+
+def target_toml(target: Target | tuple[Target, ...]) -> str:
+    """Targets as `read_targets` reads them."""
+    targets = target if isinstance(target, tuple) else (target,)
+    tables = [_table(target) for target in targets]
+    if len(targets) == 1 and not targets[0].name:
+        return tomli_w.dumps({"mounted": str(targets[0].mounted), **tables[0]})
+    boards = [{"name": target.name, **table} for target, table in zip(targets, tables, strict=True)]
+    return tomli_w.dumps({"mounted": str(targets[0].mounted), "board": boards})
+
+
+def _table(target: Target) -> Mapping[str, Any]:
+    knowledge: dict[str, Any] = {key: getattr(target, key) for key in KNOWLEDGE}
+    knowledge |= {PER_SESSION: True} if target.per_session else {}
+    if (board := target.charuco) is not None:
+        keys = (
+            "squares",
+            "square",
+            "marker",
+            "dictionary",
+            *(("first_marker",) if board.first_marker or target.name else ()),
+        )
+        charuco = {key: getattr(board, key) for key in keys} | {"squares": list(board.squares)}
+        return {**knowledge, "charuco": charuco}
+    rows = zip(target.ids.tolist(), target.corners.tolist(), target.points.tolist(), strict=True)
+    return {
+        **knowledge,
+        **({"dictionary": target.dictionary} if target.dictionary else {}),
+        "point": [
+            {"id": i, "corner": c, "xyz": xyz, **_knowledge(target.sigmas.get(k, 0.0))}
+            for k, (i, c, xyz) in enumerate(rows)
+        ],
+    }
+
+
+def _knowledge(sigma: float) -> dict[str, Any]:
+    """Keys of a point's place."""
+    return {"free": True} if np.isinf(sigma) else {"sigma": sigma} if sigma else {}
+
+
+def _next_marker(before: Sequence[Target], prints: str) -> int:
+    """The first number behind all markers of a dictionary that boards have."""
+    return max((max(b.markers) + 1 for b in before if b.prints == prints), default=0)
+
+
+def _pairs(target: Target) -> list[tuple[int, int]]:
+    """Id and corner of every point."""
+    return list(zip(target.ids.tolist(), target.corners.tolist(), strict=True))
+
+
+def write_target(target: Target | tuple[Target, ...], path: Path | str) -> Path:
+    """Write targets as `read_targets` reads them."""
+    return write_text(path, target_toml(target))

@@ -1,0 +1,90 @@
+"""What is made from a board: the sheet to print, and the files that a folder of its pictures needs."""
+
+import io
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from workbench.arm.joint_units import sliding
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
+from workbench.base.files import write_text
+from workbench.extras.camera.camera import Mount
+from workbench.extras.camera.folder import has_target
+from workbench.extras.camera.printed import board_sheet
+from workbench.extras.camera.target import Charuco, charuco_target, target_toml
+
+DICTIONARY = "DICT_6X6_250"
+"""Of the markers that are printed."""
+
+
+@dataclass(frozen=True)
+class Board:
+    """A ChArUco board as somebody prints it.
+
+    Args:
+        across: Squares across …
+        down: … and down.
+        square: Side of a square [m].
+        mounted: What carries it: `tool` or `world`; the other one carries the camera.
+    """
+
+    across: int = 5
+    down: int = 7
+    square: float = 0.036
+    mounted: Mount = Mount.TOOL
+
+    @property
+    def charuco(self) -> Charuco:
+        """With its markers."""
+        return Charuco((self.across, self.down), self.square, fitting_marker(self.square), DICTIONARY)
+
+    def pdf(self) -> bytes:
+        """The sheet to print at its true size."""
+        return board_sheet(self.charuco).pdf()
+
+    def target(self) -> str:
+        """Its `target.toml`."""
+        return target_toml(charuco_target(self.charuco, self.mounted))
+
+    def folder(self, robot: Robot) -> bytes:
+        """A ZIP to which pictures are added: `target.toml`, `joints.csv`."""
+        units = ("mm" if slides else "deg" for slides in sliding(robot))
+        heads = ",".join(["image", *(f"q{k}[{unit}]" for k, unit in enumerate(units, 1))])
+        files = {"target.toml": self.target(), "joints.csv": f"{heads}\n"}
+        made = io.BytesIO()
+        with zipfile.ZipFile(made, "w") as archive:
+            for name, words in files.items():
+                archive.writestr(name, words)
+        return made.getvalue()
+
+    def fill_in(self, folder: Path) -> tuple[str, ...]:
+        """Write a folder's `target.toml` where it has none; returns what was done, a sentence each."""
+        if has_target(folder):
+            return ()
+        write_text(folder / "target.toml", self.target())
+        return (f"no target.toml: {self.words}",)
+
+    @property
+    def words(self) -> str:
+        """What it is."""
+        board = f"a board of {self.across} × {self.down} squares of {1e3 * self.square:g} mm"
+        return f"{board}, {'on the tool' if self.mounted is Mount.TOOL else 'in the cell'}"
+
+
+def fitting_marker(square: float) -> float:
+    """Side of the markers in squares of this side [m]."""
+    return round(0.75 * square, 4)
+
+
+def across_down(words: str) -> tuple[int, int]:
+    """Squares across and down from 5x7.
+
+    Raises:
+        OptionError: it is no such thing.
+    """
+    try:
+        across, down = (int(part) for part in words.lower().replace("×", "x").split("x"))
+    except ValueError:
+        raise OptionError(f"squares must be like 5x7, got '{words}'") from None
+    return across, down
