@@ -98,7 +98,7 @@ def terms_of(effect: AbstractEffect, chain: Chain) -> list[Term]:
     """
     raise OptionError(
         f"a program can't hold the effect '{effect.name}'; register its terms "
-        "(workbench.exports.compensation.terms), or use `workbench compensate`"
+        "(workbench.extras.controllers.programs.terms), or use `workbench compensate`"
     )
 
 

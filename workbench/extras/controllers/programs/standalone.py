@@ -2,7 +2,7 @@
 
     q, left = correct(wanted)                    joints of the nominal arm → joints of this arm [rad or m]
     q, left = correct_poses(poses, near)         poses of the tool in the robot's base → joints near `near`
-    poses = forward(q)                           where this arm's tool is, bent as it is
+    poses = forward(q)                           where this arm's tool is, deflected as it is
 
 Rows in, rows out. `left` is the remaining error per row [m, rad]; a row that a correction would make worse
 keeps its joints. Loads are those of the arm at rest; payload [kg], temperature [degC] and direction (sign of
@@ -53,15 +53,15 @@ def correct_poses(poses, near, *, payload=0.0, temperature=None, direction=None)
 
 
 def forward(q, *, payload=0.0, temperature=None, direction=None):
-    """Poses (rows, 4, 4) of the tool of the bent arm in the robot's base."""
+    """Poses (rows, 4, 4) of the tool of the deflected arm in the robot's base."""
     q = np.atleast_2d(np.asarray(q, float))
-    return _bent(q, State(len(q), payload, temperature, direction))
+    return _deflected(q, State(len(q), payload, temperature, direction))
 
 
 def _missed(poses, q, state):
     """Distance and angle that are missing at q, and their cost."""
     tool = _geometry(ARM["rigid"], q)[0]
-    left = _missing(tool, tool @ np.linalg.inv(_bent(q, state)) @ poses)[1]
+    left = _missing(tool, tool @ np.linalg.inv(_deflected(q, state)) @ poses)[1]
     return left, left[:, 0] ** 2 + (ARM["weight"] * left[:, 1]) ** 2
 
 
@@ -76,7 +76,7 @@ def _iterate(poses, q, state):
             break
         now = x[going]
         tool = _geometry(ARM["rigid"], now)[0]
-        wanted = tool @ np.linalg.inv(_bent(now, state.take(going))) @ poses[going]
+        wanted = tool @ np.linalg.inv(_deflected(now, state.take(going))) @ poses[going]
         miss = _missing(tool, wanted)[1]
         here = miss[:, 0] ** 2 + (ARM["weight"] * miss[:, 1]) ** 2
         fell = here < cost[going]
@@ -202,7 +202,7 @@ def _frames(q, shift):
     return [*out, t]
 
 
-def _bent(q, state):
+def _deflected(q, state):
     """Poses of the tool at the fixed point of loads and deflections."""
     shift = np.zeros((len(q), len(ARM["chain"])))
     rigid = _frames(q, shift) if any(t["kind"] == 5 for t in ARM["terms"]) else []

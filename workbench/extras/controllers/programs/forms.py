@@ -16,8 +16,8 @@ from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import masses, mounts
 from workbench.base.errors import OptionError
-from workbench.exports.compensation.terms import Kind, Term, terms_of
 from workbench.exports.export_format import AbstractForm, Job
+from workbench.extras.controllers.programs.terms import Kind, Term, terms_of
 from workbench.paths.path import comparable
 
 EMPTY = "ARM: dict = {}  # filled in by the export"

@@ -21,11 +21,12 @@ from typing import final
 
 import numpy as np
 
+from workbench.arm.frame import Frame
 from workbench.arm.joint_frames import JointFrames
-from workbench.arm.robot import Frame, JointKind, Robot
+from workbench.arm.robot import JointKind, Robot
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, RobotError
-from workbench.base.toml import LARGEST
+from workbench.base.toml import MAX_NUMBER
 from workbench.base.types import Matrix4
 from workbench.exports.export_format import AbstractForm, Job, tool_note
 from workbench.identification.arm_match import require_same_arm
@@ -154,7 +155,7 @@ class KinematicsYaml(AbstractForm):
                 joints = table[self.head] if self.head else table
                 entry = joints[name][self.inner] if self.inner else joints[name]
                 values = np.array([float(entry[part]) for part in PARTS])
-                if not (np.abs(values) < LARGEST).all():
+                if not (np.abs(values) < MAX_NUMBER).all():
                     raise ValueError
             except (KeyError, TypeError, ValueError):
                 raise FileError(

@@ -1,10 +1,10 @@
-"""Joint frames for simulators and xacro: MuJoCo's MJCF, and properties for one's own xacro.
+"""MuJoCo's MJCF: the frames of the calibrated joints, and masses; or a file of the user's own (`into/`).
 
-Bodies of an MJCF are nested, each at its joint's frame: position and quaternion in the body before, the
+Bodies are nested, each at its joint's frame: position and quaternion in the body before, the
 joint's axis, its range. The base is the first body, flange and tool are sites of the last. Inertia is that of
 points, given a least size, as a calibration knows masses and centres alone.
 
-Sources: MuJoCo's XML reference (body, joint, compiler); xacro's documentation (property, include).
+Sources: MuJoCo's XML reference (body, joint, compiler).
 """
 
 import xml.etree.ElementTree as ET
@@ -16,21 +16,15 @@ import numpy as np
 from workbench.arm import chain as chains
 from workbench.arm.joint_frames import JointFrames
 from workbench.arm.masses import carried
-from workbench.arm.robot import Frame, JointKind, Robot
+from workbench.arm.robot import JointKind, Robot
 from workbench.arm.urdf import numbers_text as _text
 from workbench.base import se3
 from workbench.base.types import Matrix4
 from workbench.exports.export_format import AbstractForm, Job
+from workbench.extras.controllers.into.form import MJCF
+from workbench.extras.controllers.joint_names import joint_names
 
 LEAST_MASS, LEAST_INERTIA = "0.001", "1e-06"
-
-
-def _named(robot: Robot) -> list[str]:
-    """Names of the joints that move: those of the URDF, or joint1 …"""
-    if robot.urdf is None:
-        return [f"joint{k + 1}" for k in range(robot.dof)]
-    pairs = zip(robot.urdf.joints, robot.joints, strict=True)
-    return [name for name, joint in pairs if joint.kind is not JointKind.FIXED]
 
 
 @final
@@ -38,10 +32,12 @@ class Mjcf(AbstractForm):
     """A model for MuJoCo, of frames, joints and masses."""
 
     name = "mjcf"
-    title = "MuJoCo model (MJCF) with the calibrated joints' frames"
+    title = "MuJoCo model (MJCF) with the calibrated joints' frames; or your own (--into FILE)"
     ending = ".xml"
 
     def write(self, job: Job) -> str:
+        if job.source is not None:
+            return MJCF.write(job)
         robot, frames = job.robot, job.frames
         root = ET.Element("mujoco", model=robot.name)
         ET.SubElement(root, "compiler", angle="radian", boundmass=LEAST_MASS, boundinertia=LEAST_INERTIA)
@@ -49,7 +45,7 @@ class Mjcf(AbstractForm):
         world = ET.SubElement(root, "worldbody")
         node = _body(world, "base", robot.base.pose)
         bodies = _bodies(robot, frames)
-        for name, joint, mass in zip(_named(robot), frames.joints, bodies, strict=True):
+        for name, joint, mass in zip(joint_names(robot), frames.joints, bodies, strict=True):
             node = _body(node, f"{name}_link", joint.before @ joint.origin)
             kind = "slide" if joint.joint.kind is JointKind.PRISMATIC else "hinge"
             entry = ET.SubElement(node, "joint", name=name, type=kind, axis=_text(joint.axis))
@@ -64,13 +60,17 @@ class Mjcf(AbstractForm):
         return ET.tostring(root, encoding="unicode") + "\n"
 
     def read(self, text: str, job: Job) -> Robot:
+        if job.source is not None:
+            return MJCF.read(text, job)
         root, frames = ET.fromstring(text), job.frames
         poses, (flange, _) = ([_pose(node) for node in root.iter(kind)] for kind in ("body", "site"))
         own = zip(frames.joints, poses[1:], strict=True)
         return frames.with_origins([se3.inverse(j.before) @ p for j, p in own], flange).robot(job.robot)
 
     def notes(self, job: Job) -> Iterable[str]:
-        if not job.robot.has_masses:
+        if job.source is not None:
+            yield from MJCF.notes(job)
+        elif not job.robot.has_masses:
             yield "masses are unknown: links weigh the least that MuJoCo takes, enough for kinematics alone"
 
 
@@ -93,35 +93,3 @@ def _body(parent: ET.Element, name: str, pose: Matrix4, *, kind: str = "body") -
 def _pose(node: ET.Element) -> Matrix4:
     pos, quat = (np.array([float(v) for v in node.get(key, "").split()]) for key in ("pos", "quat"))
     return se3.pose(se3.quaternion_to_matrix(quat), pos)
-
-
-@final
-class XacroProperties(AbstractForm):
-    """Numbers for one's own xacro: `<origin xyz="${joint2_xyz}" rpy="${joint2_rpy}"/>`."""
-
-    name = "xacro"
-    title = "xacro properties NAME_xyz and NAME_rpy of every joint's origin, to be included"
-    ending = ".xacro"
-
-    def write(self, job: Job) -> str:
-        root = ET.Element("robot", {"xmlns:xacro": "http://www.ros.org/wiki/xacro"})
-        for name, pose in self._origins(job):
-            parts = {"xyz": pose[:3, 3], "rpy": se3.matrix_to_rpy(pose[:3, :3])}
-            for part, values in parts.items():
-                ET.SubElement(root, "xacro:property", name=f"{name}_{part}", value=_text(values))
-        ET.indent(root)
-        return ET.tostring(root, encoding="unicode") + "\n"
-
-    def read(self, text: str, job: Job) -> Robot:
-        values = {node.get("name", ""): node.get("value", "") for node in ET.fromstring(text)}
-        poses = []
-        for name, _ in self._origins(job):
-            xyz, rpy = (np.array(values[f"{name}_{part}"].split(), float) for part in ("xyz", "rpy"))
-            poses.append(se3.pose(se3.rpy_to_matrix(rpy), xyz))
-        arm = job.frames.with_origins(poses[:-2], poses[-2]).robot(job.robot)
-        return arm.with_frames(tool=Frame.from_pose(poses[-1]))
-
-    def _origins(self, job: Job) -> list[tuple[str, Matrix4]]:
-        """Joints, flange and tool, each in the frame before it."""
-        joints = zip(_named(job.robot), (j.origin for j in job.frames.joints), strict=True)
-        return [*joints, ("flange", job.frames.flange), ("tool", job.robot.tool.pose)]

@@ -1,0 +1,1 @@
+"""Files of drivers, controllers and simulators, and generated programs."""

@@ -1,0 +1,1 @@
+"""Generated programs that compute with the whole calibrated model, effects included."""
