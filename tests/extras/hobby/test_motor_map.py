@@ -1,0 +1,259 @@
+"""From counts and poses of a board to the arm that the motors move, against MuJoCo."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+
+from servo_arm import NAMES, ServoArm, four, rotation
+
+import workbench as wb
+from workbench.base.errors import DataError, ShapeError
+
+MIDDLE = slice(1, 4)
+
+
+@pytest.fixture(scope="module")
+def so101():
+    return wb.load_robot("so101")
+
+
+def recorded(arm, count=20, run=2):
+    """What one recording brings, as `map_motors` takes it."""
+    counts, board = arm.measured(count, run)
+    return wb.Dataset(
+        q=arm.angles(counts),
+        position=board[:, :3, 3],
+        rotation=board[:, :3, :3],
+        row=np.arange(count),
+        source="poses.csv",
+    )
+
+
+def tips(arm, found, robot):
+    """Places of the board at fresh poses: MuJoCo's and an arm's [m]."""
+    q = arm.drawn(200, 9)
+    motors = arm.angles(arm.counts(q))[:, found.counting.order]
+    return arm.board(q)[:, :3, 3], (found.counting.base @ robot.predict(motors))[:, :3, 3]
+
+
+def off(arm, found, robot=None):
+    """Mean distance between them [mm]."""
+    real, own = tips(arm, found, robot or found.robot)
+    return 1e3 * np.linalg.norm(real - own, axis=1).mean()
+
+
+def normal(arm, found):
+    """Errors of the zeros in standard deviations that were said."""
+    return ((found.offsets - arm.offsets) / (found.half / 1.96))[MIDDLE]
+
+
+def test_an_arm_off_by_20_to_60_mm_is_found_to_3_mm_and_repeats_agree_to_1_mm(so101):
+    """Motors hold wherever they stop and read it to 0.088°; the tip sags by 5 mm, which no count shows."""
+    apart = []
+    for seed in (0, 1, 2, 3, 5):
+        arm, places = ServoArm(seed), []
+        for run in (2, 3):
+            found = wb.map_motors(so101, recorded(arm, run=run))
+            np.testing.assert_array_equal(found.counting.signs, arm.signs)
+            np.testing.assert_allclose(found.offsets[MIDDLE], arm.offsets[MIDDLE], atol=np.deg2rad(3.0))
+            assert np.isnan(found.offsets[[0, -1]]).all()
+            assert 20.0 < 1e3 * found.before < 60.0
+            assert off(arm, found) < 1.0
+            assert "gravity-sag" in {e.effect.name for e in found.effects}
+            places.append(tips(arm, found, found.robot)[1])
+        apart.append(1e3 * np.linalg.norm(places[0] - places[1], axis=1).mean())
+    assert np.mean(apart) < 1.0
+
+
+def test_play_of_1_degree_that_motors_do_not_see_bounds_what_20_poses_tell(so101):
+    """Zeros are as uncertain as the mean of the play; the intervals say so, and more poses help as √n."""
+    errors, expected, many = [], [], []
+    for seed in range(8):
+        arm = ServoArm(seed, stiffness=np.inf, scatter=np.deg2rad(1.0))
+        found = wb.map_motors(so101, recorded(arm))
+        errors.append(normal(arm, found))
+        assert off(arm, found) < 3.0
+        expected.append(1e3 * found.expected)
+        assert abs(np.rad2deg(found.scatter) - 1.0) < 0.3
+        if seed < 2:
+            many.append(off(arm, wb.map_motors(so101, recorded(arm, count=found.poses_wanted))))
+    assert 0.6 < np.sqrt(np.mean(np.square(errors))) < 1.5
+    least = 1e3 * np.deg2rad(1.0) / np.sqrt(20) * 0.25
+    """A quarter of a metre from one joint whose zero is the mean of twenty readings [mm]."""
+    assert np.mean(expected) > least
+    assert np.mean(many) < 1.0
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_exchanged_motors_are_named(so101, seed):
+    arm = ServoArm(seed, order=np.array([0, 2, 1, 3, 4]))
+    found = wb.map_motors(so101, recorded(arm), motors=NAMES)
+    np.testing.assert_array_equal(found.counting.order, arm.order)
+    assert set(found.exchanged) == {"shoulder_lift", "elbow_flex"}
+    assert off(arm, found) < 1.0
+
+
+def test_zeros_far_off_are_found_up_to_the_other_way_of_looking_at_the_arm(so101):
+    """Reversing all joints, or wrist and roll, describes the same arm with another mounting."""
+    arm = ServoArm(4, zero=np.deg2rad(100.0))
+    found = wb.map_motors(so101, recorded(arm))
+    assert off(arm, found) < 1.5
+    assert len(found.notes) == 1
+
+
+def test_counts_that_pass_4095_are_one_range(so101):
+    arm = ServoArm(3)
+    data = recorded(arm)
+    turned = (data.q - 1.9) % (2 * np.pi) - np.pi
+    found, passed = (wb.map_motors(so101, replace(data, q=q)) for q in (data.q - 1.9 + np.pi, turned))
+    np.testing.assert_allclose(
+        found.offsets[MIDDLE],
+        passed.offsets[MIDDLE] - 2 * np.pi * np.round((passed.offsets - found.offsets)[MIDDLE] / (2 * np.pi)),
+        atol=1e-6,
+    )
+    assert len(passed.notes) == len(found.notes) + 1
+
+
+def still(data, arm):
+    q = data.q.copy()
+    q[:, 2] = q[0, 2]
+    return replace(data, q=q)
+
+
+def unturned(data, arm):
+    return replace(data, rotation=np.repeat(data.rotation[:1], len(data), axis=0))
+
+
+WRONG = {
+    "too few": lambda data, arm: data.take(np.arange(7)),
+    "still": still,
+    "unturned": unturned,
+    "other rows": lambda data, arm: replace(data, q=data.q[::-1].copy()),
+    "no poses": lambda data, arm: replace(data, rotation=None),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_bad_input_is_one_sentence(so101, name):
+    arm = ServoArm(6)
+    with pytest.raises(DataError) as said:
+        wb.map_motors(so101, WRONG[name](recorded(arm), arm))
+    assert str(said.value).startswith("poses.csv: ")
+    assert "\n" not in str(said.value)
+
+
+def test_other_arms_are_refused(so101):
+    with pytest.raises(ShapeError):
+        wb.map_motors(wb.load_robot("ar4"), recorded(ServoArm(6)))
+    with pytest.raises(DataError, match="Katana 450"):
+        wb.map_motors(wb.load_robot("katana450"), recorded(ServoArm(6)))
+
+
+@pytest.fixture
+def files(tmp_path):
+    """A recording as a user has it: counts of all motors, the board's poses, LeRobot's calibration."""
+    arm = ServoArm(7, signs=np.array([1.0, 1.0, -1.0, 1.0, 1.0]))
+    counts, board = arm.measured(20)
+    turns = [wb.Frame.from_pose(pose).rpy for pose in board]
+    heads = [*(f"{name}[counts]" for name in (*NAMES, "gripper")), "x[mm]", "y[mm]", "z[mm]"]
+    lines = [",".join([*heads, "roll[rad]", "pitch[rad]", "yaw[rad]"])]
+    for row, pose, turn in zip((counts - 1500) % 4096, board, turns, strict=True):
+        lines.append(
+            ",".join(map(repr, [*row.tolist(), 2000, *(1e3 * pose[:3, 3]).tolist(), *turn.tolist()]))
+        )
+    (tmp_path / "poses.csv").write_text("\n".join(lines))
+    entry = {"drive_mode": 0, "homing_offset": 100, "range_min": -1300, "range_max": 2700}
+    table = {name: {"id": k, **entry} for k, name in enumerate((*NAMES, "gripper"), 1)}
+    (tmp_path / "follower.json").write_text(json.dumps(table))
+    return arm
+
+
+def test_counts_become_a_urdf_and_a_lerobot_calibration(run, files, tmp_path):
+    """Counts that pass 4095, homing offsets, and the model whose joints are what LeRobot then reads."""
+    words = ("--robot", "so101", "--calibration", "follower.json", "--json", "map.json")
+    status, out, err = run(
+        "hobby", "map", "poses.csv", *words, "--lerobot", "new.json", "--save", "mine.toml"
+    )
+    assert (status, err) == (0, "")
+    assert "elbow_flex" in out
+    said = json.loads((tmp_path / "map.json").read_text())
+    assert [j["sign"] for j in said["joints"]] == files.signs.tolist()
+    old, new = (json.loads((tmp_path / name).read_text()) for name in ("follower.json", "new.json"))
+    assert [new[name] for name in ("shoulder_pan", "wrist_roll", "gripper")] == [
+        old["gripper"] | {"id": k} for k in (1, 5, 6)
+    ]
+    for k in (1, 2, 3):
+        before, after = old[NAMES[k]], new[NAMES[k]]
+        zero = files.counts(np.zeros((1, 5)))[0, k] - 1500
+        encoder = zero + before["homing_offset"]
+        present = (encoder - after["homing_offset"] + 1024) % 4096 - 1024
+        middle = 0.5 * (after["range_min"] + after["range_max"])
+        assert abs(present - middle) * 360 / 4096 < 2.0
+        assert abs(middle - 2047) <= 0.5
+        shift = after["homing_offset"] - before["homing_offset"]
+        assert after["range_min"] + shift >= before["range_min"]
+        assert after["range_max"] + shift <= before["range_max"]
+        assert (after["range_min"] + shift == before["range_min"]) or (
+            after["range_max"] + shift == before["range_max"]
+        )
+    assert run("export", "mine.toml", "--urdf", "mine.urdf")[0] == 0
+    assert run("export", "mine.toml", "--for", "mjcf", "--out", "mine.xml")[0] == 0
+    q = files.drawn(100, 9)
+    degrees = np.deg2rad((files.counts(q) - 1500 - 700) * 360 / 4095)
+    mine, urdf = wb.load_robot("mine.toml"), wb.load_robot("mine.urdf")
+    real = files.board(q)[:, :3, 3]
+    for arm, most in ((mine, 1.0), (urdf, 5.0)):
+        assert fitted(real, arm.predict(degrees)[:, :3, 3]) < most
+
+
+def fitted(real, own):
+    """Mean distance of places, the one set moved onto the other [mm]."""
+    a, b = real - real.mean(0), own - own.mean(0)
+    u, _, vt = np.linalg.svd(b.T @ a)
+    turn = u @ np.diag([1, 1, np.linalg.det(u @ vt)]) @ vt
+    return 1e3 * np.linalg.norm(a - b @ turn, axis=1).mean()
+
+
+def test_percent_of_the_range_needs_the_calibration(run, files, tmp_path):
+    text = (tmp_path / "poses.csv").read_text().replace("[counts]", ".pos")
+    (tmp_path / "degrees.csv").write_text(text)
+    assert run("hobby", "map", "degrees.csv", "--robot", "so101", "--percent")[0] == 64
+    words = ("--percent", "--calibration", "follower.json")
+    status, _, err = run("hobby", "map", "degrees.csv", "--robot", "so101", *words)
+    assert status == 64
+    assert "percent" in err
+    lines = [line.split(",") for line in (tmp_path / "poses.csv").read_text().splitlines()]
+    for row in lines[1:]:
+        for k in range(5):
+            count = (int(row[k]) + 1348) % 4096 - 1348
+            row[k] = repr((count + 1300) / 4000 * 200 - 100)
+    (tmp_path / "percent.csv").write_text(
+        "\n".join(",".join(row) for row in lines).replace("[counts]", ".pos")
+    )
+    calibration = words[1:]
+    for file, more in (("percent.csv", words), ("poses.csv", calibration)):
+        assert run("hobby", "map", file, "--robot", "so101", *more, "--json", f"{file}.json")[0] == 0
+    found = [json.loads((tmp_path / f"{f}.csv.json").read_text())["joints"] for f in ("percent", "poses")]
+    zeros = np.array([[j["offset"] for j in joints[1:4]] for joints in found])
+    np.testing.assert_allclose(zeros[0], zeros[1], atol=1e-4)
+
+
+def test_the_makes_differ_in_the_sign_of_homing_offsets(run, files, tmp_path):
+    words = ("--robot", "so101", "--calibration", "follower.json", "--lerobot")
+    for make in ("feetech", "dynamixel"):
+        assert run("hobby", "map", "poses.csv", *words, f"{make}.json", "--make", make)[0] == 0
+    one, other = (json.loads((tmp_path / f"{m}.json").read_text()) for m in ("feetech", "dynamixel"))
+    for name in NAMES[1:4]:
+        turns = (one[name]["homing_offset"] - 100 + other[name]["homing_offset"] - 100) % 4096
+        assert turns == 0
+        assert one[name]["range_min"] == other[name]["range_min"]
+    assert run("hobby", "map", "poses.csv", *words, "x.json", "--make", "other")[0] == 64
+
+
+def test_a_pose_is_one_of_rotation_and_place():
+    """The helpers of these tests: a turn by a quarter about z."""
+    np.testing.assert_allclose(four(rotation([0, 0, np.pi / 2]), [1, 2, 3])[:, 0], [0, 1, 0, 0], atol=1e-12)

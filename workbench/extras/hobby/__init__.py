@@ -1,0 +1,1 @@
+"""Hobby arms of servo motors: motor counts and LeRobot's files against the URDF, leader against follower."""

@@ -1,0 +1,104 @@
+"""Motors as joints: tables with LeRobot's headings or counts, and LeRobot data sets.
+
+    shoulder_pan.pos                  degrees, as LeRobot has them with `use_degrees`
+    shoulder_pan[counts], q1[counts]  positions of 4096 a turn; 2048 is 0°
+
+The gripper is left out; the others are the joints in the order of their columns. Columns besides are read as
+in every other table.
+"""
+
+from dataclasses import replace
+from pathlib import Path
+from typing import final
+
+import numpy as np
+
+from workbench.base.units import parse_heading
+from workbench.data.readers.columns_option import Naming
+from workbench.data.readers.fields import Fields, decimal_of, fields_of, to_numbers
+from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
+from workbench.data.readers.table import Table
+from workbench.extras.hobby.data_set import GRIPPER, read_data_set, root_of
+
+COUNTS = {"counts", "count", "ticks", "steps", "raw"}
+TURN, ZERO = 4096, 2048
+COUNTED = f"motor counts: {TURN} to a turn, {ZERO} is 0°"
+"""Note by which angles from counts are known."""
+FEWEST = 3
+
+
+def motor_of(heading: str) -> tuple[str, bool] | None:
+    """Name of a motor and whether its column holds counts; None for other columns."""
+    name, unit = parse_heading(heading)
+    if (unit or "").lower() in COUNTS:
+        return name.removesuffix(".pos"), True
+    return (
+        (name.removesuffix(".pos"), False) if name.endswith(".pos") and unit in (None, "deg", "°") else None
+    )
+
+
+@final
+class Motors(AbstractTableLayout):
+    """A table with a column for each motor."""
+
+    name = "motors"
+
+    def matches(self, headings: list[str]) -> bool:
+        return len(_joints(headings)) >= FEWEST
+
+    def read(self, table: Table) -> Fields:
+        joints = _joints(list(table.headings))
+        headings, columns, units = list(table.headings), list(table.columns), list(table.units)
+        decimal, counted = decimal_of(table, [index for index, _, _ in joints]), False
+        for number, (index, _, is_counts) in enumerate(joints, 1):
+            headings[index], units[index] = f"q{number}[deg]", ""
+            if is_counts:
+                degrees = (to_numbers(table, index, decimal) - ZERO) * (360.0 / TURN)
+                columns[index] = tuple("" if np.isnan(v) else repr(float(v)) for v in degrees)
+                counted = True
+        kept = [
+            k for k, heading in enumerate(headings) if (m := motor_of(heading)) is None or m[0] != GRIPPER
+        ]
+        names = ", ".join(name for _, name, _ in joints)
+        said = (COUNTED,) if counted else ("motors in degrees (use_degrees)",)
+        return fields_of(
+            replace(
+                table,
+                headings=tuple(headings[k] for k in kept),
+                columns=tuple(columns[k] for k in kept),
+                units=tuple(units[k] for k in kept),
+                notes=(*table.notes, f"joints are {names}", *said),
+            )
+        )
+
+
+def _joints(headings: list[str]) -> list[tuple[int, str, bool]]:
+    """Place, name and unit of each motor's column but the gripper's."""
+    found = [(k, *m) for k, heading in enumerate(headings) if (m := motor_of(heading)) is not None]
+    return [each for each in found if each[1] != GRIPPER]
+
+
+@final
+class LeRobot(AbstractFileLayout):
+    """A data set of LeRobot as joints over time, for `--joints`."""
+
+    name = "lerobot"
+
+    def matches(self, path: Path, head: bytes) -> bool:
+        return root_of(path) is not None
+
+    def read(self, path: Path, naming: Naming | None) -> Fields:
+        log = read_data_set(path)
+        later = np.append(0.0, np.where(np.diff(log.episode), log.time[:-1] + 10.0, 0.0)).cumsum()
+        values = {f"q{k}": np.deg2rad(log.state[:, j]) for k, j in enumerate(log.joints, 1)}
+        return Fields(
+            source=log.source,
+            lines=tuple(range(1, len(log.time) + 1)),
+            values=values | {"time": log.time + later},
+            headings={f"q{k}": log.names[j] for k, j in enumerate(log.joints, 1)},
+            units=dict.fromkeys(values, "deg") | {"time": "s"},
+            notes=(
+                f"joints are {', '.join(log.names[j] for j in log.joints)}",
+                "motors in degrees (use_degrees)",
+            ),
+        )

@@ -1,0 +1,176 @@
+"""The motor calibration of LeRobot arms: joint offsets as shifted ranges.
+
+    degrees = (raw − (range_min + range_max) / 2) · 360 / 4095
+
+Zero is the middle of a motor's range. An offset of the joint moves the middle: the range is cut at one
+end, never widened, so that no motor is sent where it was not led by hand; half a count (0.044°) is the finest
+step. Homing offsets, which differ in sign between makes of motors, stay as they are unless the make is given:
+
+    counts = encoder − homing_offset (Feetech),      counts = encoder + homing_offset (Dynamixel)
+
+then they bring the zero to the middle of the turn, and the range moves along.
+
+Source: lerobot, motors_bus.py (`_normalize`), feetech.py, dynamixel.py, and its calibration files.
+"""
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from typing import Any, final
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.kinematics.forward import joint_elements
+from workbench.arm.robot import JointKind, Robot
+from workbench.base.errors import FileError, OptionError
+from workbench.exports.export_format import AbstractForm, Job
+from workbench.identification.controller_parameters import (
+    ControllerNumbers,
+    ControllerPart,
+    controller_numbers,
+)
+
+TURN = 4095.0
+"""Counts that LeRobot takes for a turn."""
+MIDDLE, MOST_HOMING = 2047, 2047
+"""Count that LeRobot makes the middle of a turn, and the largest homing offset of a Feetech motor."""
+KEYS = ("id", "drive_mode", "homing_offset", "range_min", "range_max")
+
+
+class Make(StrEnum):
+    """Makes of motors, by which the homing offset has its sign."""
+
+    FEETECH = "feetech"
+    DYNAMIXEL = "dynamixel"
+
+
+@dataclass(frozen=True)
+class Motor:
+    """What LeRobot knows of a motor.
+
+    Args:
+        name: Of the joint, such as `elbow_flex`.
+        id: On the bus.
+        drive_mode: 1 where positions in percent of the range count backwards.
+        homing_offset: Counts between the encoder's zero and that of positions.
+        range_min: Least position that the joint was led to [counts].
+        range_max: Greatest.
+    """
+
+    name: str
+    id: int
+    drive_mode: int
+    homing_offset: int
+    range_min: int
+    range_max: int
+
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Least and greatest joint position [rad]."""
+        half = np.pi * (self.range_max - self.range_min) / TURN
+        return (-half, half)
+
+    def angles(self, counts: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
+        """Joint positions [rad] of positions in counts."""
+        return (counts - 0.5 * (self.range_min + self.range_max)) * 2.0 * np.pi / TURN
+
+    @property
+    def entry(self) -> dict[str, int]:
+        """What its file says of it."""
+        return {key: getattr(self, key) for key in KEYS}
+
+    def with_zero(self, angle: float, make: Make | None = None) -> "Motor":
+        """The motor whose zero is where it read an angle [rad].
+
+        Raises:
+            OptionError: it was never led there.
+        """
+        twice = self.range_min + self.range_max + round(2.0 * angle * TURN / (2.0 * np.pi))
+        low, high = max(self.range_min, twice - self.range_max), min(self.range_max, twice - self.range_min)
+        if high <= low:
+            raise OptionError(f"'{self.name}' would keep no range, as its offset is {angle:.3f} rad")
+        if make is None:
+            return replace(self, range_min=low, range_max=high)
+        shift = twice // 2 - MIDDLE
+        homing = self.homing_offset + (shift if make is Make.FEETECH else -shift)
+        if make is Make.FEETECH:  # its register holds one turn
+            homing = max((homing + 2048) % 4096 - 2048, -MOST_HOMING)
+        return replace(self, homing_offset=homing, range_min=low - shift, range_max=high - shift)
+
+    def counts(self, percent: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
+        """Positions in counts of positions in −100 … 100 % of the range, which drive_mode may turn round."""
+        sign = -1.0 if self.drive_mode else 1.0
+        return (0.5 * (sign * percent / 100.0 + 1.0)) * (self.range_max - self.range_min) + self.range_min
+
+
+def read_motors(text: str, joints: int, *, path: str = "the LeRobot calibration") -> tuple[Motor, ...]:
+    """Motors of the first joints of a LeRobot calibration."""
+    try:
+        table = json.loads(text)
+        motors = [Motor(name, *(int(entry[key]) for key in KEYS)) for name, entry in table.items()]
+    except (ValueError, KeyError, TypeError, AttributeError):
+        keys = ", ".join(KEYS)
+        raise FileError(f"is no motor calibration of LeRobot: each motor has {keys}", path=path) from None
+    if len(motors) < joints:
+        raise FileError(f"has {len(motors)} motors, the arm {joints} joints", path=path)
+    if wrong := next((m for m in motors if m.range_min >= m.range_max), None):
+        raise FileError(f"the range of '{wrong.name}' is empty; calibrate it with LeRobot first", path=path)
+    return tuple(motors[:joints])
+
+
+@final
+class MotorCalibration(AbstractForm):
+    """LeRobot's file with the middle of every range where the joint's zero is."""
+
+    name = "lerobot"
+    title = "motor calibration of LeRobot (JSON), for joint positions in degrees"
+    ending = ".json"
+    takes_calibrated = True
+
+    def write(self, job: Job) -> str:
+        table: dict[str, dict[str, Any]] = json.loads(self._source(job))
+        offsets = self._offsets(job)
+        for motor, offset in zip(self._motors(job), offsets, strict=True):
+            table[motor.name] |= motor.with_zero(-offset).entry
+        return json.dumps(table, indent=4) + "\n"
+
+    def read(self, text: str, job: Job) -> Robot:
+        nominal = job.require_nominal(self.name)
+        old, new = self._motors(job), read_motors(text, nominal.dof)
+        moved = [
+            float(b.angles(np.zeros(1))[0] - a.angles(np.zeros(1))[0]) for a, b in zip(old, new, strict=True)
+        ]
+        names = [nominal.chain.elements[i].name for i in joint_elements(nominal)]
+        values = {n: float(v) + m for n, v, m in zip(names, nominal.values(tuple(names)), moved, strict=True)}
+        limits = dict(zip([j.name for j in nominal.moving], (m.limits for m in new), strict=True))
+        joints = tuple(replace(j, limits=limits.get(j.name, j.limits)) for j in nominal.joints)
+        found = self._found(job)
+        return replace(nominal.with_values(values), joints=joints, base=found.base, tool=found.tool)
+
+    def notes(self, job: Job) -> Iterable[str]:
+        yield "joint positions must be read and sent in degrees (use_degrees): percent scale with the range"
+        cut = np.rad2deg(np.abs(self._offsets(job)).max())
+        yield f"ranges are cut at one end by up to {2.0 * cut:.2f}°, never widened"
+
+    def doubt(self, job: Job) -> str:
+        found = self._found(job)
+        return f"don't use this file: {found.losses[0]}" if found.losses else ""
+
+    def _source(self, job: Job) -> str:
+        if job.source is None:
+            raise OptionError("--for lerobot needs --into FILE, the arm's motor calibration as it is")
+        return job.source
+
+    def _motors(self, job: Job) -> tuple[Motor, ...]:
+        nominal = job.require_nominal(self.name)
+        if any(j.kind is not JointKind.REVOLUTE for j in nominal.moving):
+            raise OptionError("--for lerobot is for joints that turn")
+        return read_motors(self._source(job), nominal.dof)
+
+    def _offsets(self, job: Job) -> Float[np.ndarray, " n"]:
+        return self._found(job).offsets
+
+    def _found(self, job: Job) -> ControllerNumbers:
+        return controller_numbers(job.robot, job.require_nominal(self.name), parts=(ControllerPart.OFFSETS,))

@@ -1,0 +1,376 @@
+"""How motors count against the joints of a URDF: which joint, which way, and where zero is, each with ±.
+
+    joint = sign · motor + offset
+
+from 12 to 20 poses of a board that the arm holds, or of a camera that it holds, mounted nobody knows where:
+signs by an exact search (`sign_search.py`), offsets by the identification engine, sag and play by the
+diagnosis, for an arm that stands upright. The zeros of the first and the last joint are turns of the unknown
+mounting and stay open.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any, final
+
+import numpy as np
+from jaxtyping import Float
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from workbench.arm.joint_units import sliding
+from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
+from workbench.arm.robot import Frame, Robot
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.base.hand_eye import hand_eye, mean_base
+from workbench.base.threads import one_thread
+from workbench.base.types import Freedom
+from workbench.base.wording import in_mm, plural
+from workbench.data.dataset import Dataset
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.result import Accepted, Diagnosis
+from workbench.extras.hobby.scatter import joint_scatter
+from workbench.extras.hobby.sign_search import Counting, find_counting
+from workbench.identification.identify import identify
+from workbench.identification.report.results_json import identification_json
+from workbench.identification.result import Identification
+from workbench.plate.door import door
+from workbench.report.json import Json, plain
+from workbench.report.numbers import signed
+from workbench.report.result_display import AbstractShown
+from workbench.report.tables import line, new_table
+
+SCHEMA = "workbench.motor-map/1"
+FEWEST, USUAL = 8, "12 to 20"
+MOVED = np.deg2rad(15.0)
+"""Least range of each motor."""
+TURNED = 0.1
+"""Least root mean square turn of the board about a second axis [rad]."""
+LEVEL = 4.0
+"""Log likelihood within which two ways of counting fit alike."""
+SAME = 0.02
+"""Share of the arm's length, or twice what is left, by which two ways of counting may differ and be one."""
+CLEARLY = 0.6
+"""Part of the error that effects may leave to be taken."""
+EXPECTED = {"gravity-sag", "joint-compliance", "bearing-compliance", "link-flexure", "backlash"}
+"""Effects of servo arms; twenty poses with play also fit others, by chance."""
+WANTED = 1e-3
+NORMAL = 1.96
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class MotorMap(AbstractShown):
+    """How motors count.
+
+    Args:
+        nominal: The arm as its file has it.
+        motors: Names of the motors.
+        counting: Order and signs, and offsets before the identification.
+        offsets: What is added to each motor's angle after its sign [rad]; NaN where the mounting decides.
+        half: Half of their 95 % intervals [rad].
+        before: Mean error with all zeros as the motors have them, mounting fitted [m].
+        run: The identification of the offsets.
+        whole: The diagnosis of what they leave, for joints that count as the motors do; None if it found
+            no sag or play that nearly halves it.
+        notes: What else should be known, one sentence each.
+    """
+
+    nominal: Robot
+    motors: tuple[str, ...]
+    counting: Counting
+    offsets: Float[np.ndarray, " n"]
+    half: Float[np.ndarray, " n"]
+    before: float
+    run: Identification
+    whole: Diagnosis | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def robot(self) -> Robot:
+        """The arm whose joints count as the motors do, with sag and play where they were found."""
+        if self.whole is not None:
+            return self.whole.robot
+        return with_signs_and_offsets(self.run.robot, self.counting.signs, self.counting.offsets)
+
+    @property
+    def after(self) -> tuple[float, float]:
+        """Mean errors that are left at the poses, with the zeros alone and with all that was found [m]."""
+        zeros = self.run.best.train
+        found = zeros if self.whole is None else self.whole.after.train
+        return 1e-3 * zeros.position_mm.mean, 1e-3 * found.position_mm.mean
+
+    @property
+    def effects(self) -> tuple[Accepted, ...]:
+        """What was found beside the zeros."""
+        return () if self.whole is None else self.whole.effects
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of a joint about what its motor reads [rad]."""
+        return self.run.best.fit.problem.noise.joints[0]
+
+    @property
+    def expected(self) -> float:
+        """Error of the tip to expect anywhere, from the offsets' uncertainty [m]."""
+        return self.run.transfer.anywhere.position
+
+    @property
+    def poses_wanted(self) -> int:
+        """Poses after which 1 mm is to be expected."""
+        return int(np.ceil(len(self.run.train_rows) * max(self.expected / WANTED, 1.0) ** 2))
+
+    @property
+    def reversed(self) -> list[str]:
+        """Motors that count against their joint."""
+        return [self._motor(k) for k in np.flatnonzero(self.counting.signs < 0).tolist()]
+
+    @property
+    def exchanged(self) -> list[str]:
+        """Motors that move another joint than their place says."""
+        return [
+            self._motor(k)
+            for k in np.flatnonzero(self.counting.order != np.arange(self.nominal.dof)).tolist()
+        ]
+
+    @property
+    def sentence(self) -> str:
+        """The result in one sentence."""
+        count = "counts" if len(self.reversed) == 1 else "count"
+        ways = (
+            f"{', '.join(self.reversed)} {count} the other way" if self.reversed else "all count as the URDF"
+        )
+        swapped = f"; {' and '.join(self.exchanged)} are exchanged" if self.exchanged else ""
+        zeros, all_found = self.after
+        names = " and ".join(dict.fromkeys(str(e.effect.name) for e in self.effects))
+        more = f", with {names} {in_mm(all_found)}" if names else ""
+        return (
+            f"{ways}{swapped}; with these zeros the tip is {in_mm(zeros)} off on average instead of "
+            f"{in_mm(self.before)}{more}"
+        )
+
+    def summary(self) -> RenderableType:
+        table = new_table("Motors", "motor", "joint", "counts", "zero off by [°]", "±")
+        for k in range(self.nominal.dof):
+            known = np.isfinite(self.offsets[k])
+            size = (
+                [signed(float(np.rad2deg(v[k])), 2) for v in (self.offsets, self.half)]
+                if known
+                else ["–", ""]
+            )
+            way = "with it" if self.counting.signs[k] > 0 else "against it"
+            table.add_row(self._motor(k), str(k + 1), way, *size)
+        parts: list[RenderableType] = [Text(f"{self.nominal.name}: {self.sentence}", style="bold"), table]
+        return Group(*parts, *(line("note", words) for words in (*self._said(), *self.notes)))
+
+    def _said(self) -> list[str]:
+        said = ["the zeros of the first and last joint depend on how board and camera are mounted, and stay"]
+        said.append(f"known to {in_mm(self.expected)} anywhere, as far as chance decides")
+        if self.scatter > np.deg2rad(0.1):
+            turn = np.rad2deg(self.scatter)
+            said.append(f"joints scatter by {turn:.2g}° about what the motors read: play, or sag")
+        if self.poses_wanted > len(self.run.train_rows):
+            said.append(f"about {self.poses_wanted} such poses would make the tip known to 1 mm")
+        said += [f"found beside the zeros: {e.words}" for e in self.effects]
+        said += [f"pose {o.row + 1} does not fit the others; it was left out" for o in self.run.outliers]
+        return said
+
+    def json(self) -> Json:
+        """The result as plain data, in SI, with the identification under its own schema."""
+        joints = [
+            {
+                "joint": k + 1,
+                "motor": self._motor(k),
+                "sign": int(self.counting.signs[k]),
+                "offset": self.offsets[k] if np.isfinite(self.offsets[k]) else None,
+                "half_width": self.half[k] if np.isfinite(self.half[k]) else None,
+            }
+            for k in range(self.nominal.dof)
+        ]
+        return plain(
+            {
+                "schema": SCHEMA,
+                "robot": self.nominal.name,
+                "message": self.sentence,
+                "joints": joints,
+                "before_m": self.before,
+                "after_m": self.after,
+                "effects": [str(e.effect.name) for e in self.effects],
+                "expected_m": self.expected,
+                "scatter_rad": self.scatter,
+                "poses_wanted": self.poses_wanted,
+                "notes": [*self._said(), *self.notes],
+                "identification": identification_json(self.run),
+            }
+        )
+
+    def _motor(self, joint: int) -> str:
+        return self.motors[self.counting.order.tolist()[joint]]
+
+
+@door()
+@one_thread()
+def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> MotorMap:
+    """Find how motors count against an arm's joints, from poses of a board or of the tool.
+
+    Args:
+        robot: The arm of the URDF; its base and tool count for nothing.
+        data: The motors' angles as joints, with poses or pictures; mounting unknown.
+        motors: Their names.
+
+    Raises:
+        DataError: too few poses, a motor that hardly moved, a board that hardly turned, another arm, or
+            several ways of counting that fit.
+        OptionError: an arm with joints that slide, or fewer than three.
+    """
+    if robot.dof < 3 or sliding(robot).any():
+        raise OptionError(f"{robot.name}: the map is for three joints or more that all turn")
+    names = motors or tuple(f"motor {k + 1}" for k in range(robot.dof))
+    q, poses, rows = _seen(robot, data)
+    _check(data, q, poses, names)
+    found = find_counting(robot, q, poses)
+    best = _chosen(robot, found, q, data)
+    joints = _within(robot, best.joints(q))
+    turned = se3.inverse(best.base) @ poses
+    arm = replace(robot.with_effects(), sessions=()).with_frames(
+        base=Frame(free=Freedom.FREE), tool=Frame(free=Freedom.FREE)
+    )
+    fitted = Dataset(
+        q=joints, position=turned[:, :3, 3], rotation=turned[:, :3, :3], row=rows, source=data.source
+    )
+    run = _identified(arm, fitted)
+    free = np.arange(1, robot.dof - 1)
+    columns = [run.best.fit.problem.names.index(arm.joint_offsets[k]) for k in free]
+    offsets, half = np.full((2, robot.dof), np.nan)
+    moved = run.best.fit.x[columns] - arm.values(tuple(arm.joint_offsets[k] for k in free))
+    offsets[free] = best.offsets[free] + moved
+    half[free] = NORMAL * run.best.fit.std[columns]
+    alone = MotorMap(
+        nominal=robot,
+        motors=names,
+        counting=best,
+        offsets=offsets,
+        half=half,
+        before=_error(arm, best.signs * q[:, best.order], poses),
+        run=run,
+        notes=_notes(robot, found, best, q, names),
+    )
+    counted = replace(fitted, q=best.signs * (joints - best.offsets))
+    zeros = tuple(arm.joint_offsets[k] for k in free)
+    whole = replace(alone, whole=diagnose(alone.robot, counted, held_out=0.0, free=zeros))
+    is_sag = {str(e.effect.name) for e in whole.effects} <= EXPECTED
+    return whole if is_sag and whole.after[1] < CLEARLY * whole.after[0] else alone
+
+
+def _seen(robot: Robot, data: Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Motor angles, poses and numbers of the rows that have both."""
+    robot.check_joints(data.q, data.source)
+    if data.readings is not None:
+        poses = data.readings.sights
+    elif data.position is None or data.rotation is None:
+        raise DataError(
+            f"{data.source}: poses are needed, position and orientation, or pictures of the board"
+        )
+    else:
+        poses = se3.pose(np.asarray(data.rotation), np.asarray(data.position))
+    there = data.included & np.isfinite(poses).all((1, 2))
+    return data.q[there], poses[there], data.row[there]
+
+
+def _check(data: Dataset, q: np.ndarray, poses: np.ndarray, names: tuple[str, ...]) -> None:
+    if len(q) < FEWEST:
+        raise DataError(f"{data.source}: {plural(len(q), 'pose')}; take {USUAL}, every joint moved between")
+    width = np.array([_width(column) for column in q.T])
+    if still := [names[k] for k in np.flatnonzero(width < MOVED)]:
+        size = np.rad2deg(width.min())
+        raise DataError(
+            f"{data.source}: {', '.join(still)} moved by {size:.1f}° only; move every joint by 30° or more"
+        )
+    turns = se3.matrix_to_rotvec(poses[:, :3, :3] @ poses[0, :3, :3].T)
+    if np.linalg.svd(turns, compute_uv=False)[1] < TURNED * np.sqrt(len(turns)):
+        raise DataError(
+            f"{data.source}: the board kept its orientation, or turned about one axis only; turn it about "
+            "all axes between the poses"
+        )
+
+
+def _width(angles: np.ndarray) -> float:
+    """Range of angles on the circle: the turn but for the largest gap [rad]."""
+    ordered = np.sort(angles % (2.0 * np.pi))
+    return float(2.0 * np.pi - np.diff(np.append(ordered, ordered[0] + 2.0 * np.pi)).max())
+
+
+def _chosen(robot: Robot, found: list[Counting], q: np.ndarray, data: Dataset) -> Counting:
+    """The best way of counting; of those that are one arm that with the smallest offsets."""
+    best = found[0]
+    if not best.fits(robot.reach):
+        off = f"{in_mm(best.errors[0])} and {np.rad2deg(best.errors[1]):.2g}°"
+        raise DataError(
+            f"{data.source}: these poses are not those of {robot.name}: the best of all signs, zeros and "
+            f"exchanged motors leaves {off}; check the robot, and that each pose belongs to its row"
+        )
+    near = [c for c in found if 6 * len(q) * np.log(c.cost / best.cost) < LEVEL]
+    if other := next((c for c in near if not _same(robot, c, best)), None):
+        open_signs = np.flatnonzero(other.signs != best.signs) + 1
+        raise DataError(
+            f"{data.source}: the poses leave open which way joint {', '.join(map(str, open_signs))} counts; "
+            f"take {USUAL} poses with every joint moved by 45° or more"
+        )
+    return min(near, key=lambda c: c.turned)
+
+
+def _same(robot: Robot, a: Counting, b: Counting) -> bool:
+    """Whether two ways of counting give the same poses for the same numbers, wherever they are."""
+    q = np.random.default_rng(0).uniform(-1.0, 1.0, (50, robot.dof))
+    first, second = (_mounted(robot, c, q) for c in (a, b))
+    apart = np.linalg.norm(first[:, :3, 3] - second[:, :3, 3], axis=1)
+    return bool(np.median(apart) < max(SAME, 2.0 * b.cost) * robot.reach)
+
+
+def _bare(robot: Robot) -> Robot:
+    return replace(robot.with_effects(), sessions=()).with_frames(base=Frame(), tool=Frame())
+
+
+def _mounted(robot: Robot, counting: Counting, q: np.ndarray) -> np.ndarray:
+    return counting.base @ tool_poses(_bare(robot), Motion(counting.joints(q))) @ counting.end
+
+
+def _within(robot: Robot, joints: np.ndarray) -> np.ndarray:
+    """The same angles in the turn about the middle of the limits: counts may pass 4095 and 0."""
+    middle = np.where(np.isfinite(robot.limits).all(1), robot.limits.mean(1), 0.0)
+    return middle + (joints - middle + np.pi) % (2.0 * np.pi) - np.pi
+
+
+def _identified(arm: Robot, data: Dataset) -> Identification:
+    """The offsets between the first and last joint, rows weighed by how far joints scatter."""
+    choices: dict[str, Any] = {"held_out": 0.0, "free": arm.joint_offsets[1:-1]}
+    run = identify(arm, data, algorithms=("ols",), deviation=np.inf, **choices)
+    used = run.data.take(run.train_rows)
+    error = se3.pose_error(
+        se3.pose(np.asarray(used.rotation), np.asarray(used.position)), run.robot.predict(used.q)
+    )
+    noise = joint_scatter(error, geometric_jacobian(run.robot, used.q), 12 + arm.dof - 2)
+    return identify(arm, data, algorithms=("ols",), deviation=np.inf, noise=noise, **choices)
+
+
+def _error(arm: Robot, joints: np.ndarray, poses: np.ndarray) -> float:
+    """Mean distance of the board from where the arm has it, mounting fitted [m]."""
+    tool = tool_poses(_bare(arm), Motion(joints))
+    end = hand_eye(tool, poses)
+    base = mean_base(tool @ end, poses)
+    return float(np.linalg.norm((base @ tool @ end)[:, :3, 3] - poses[:, :3, 3], axis=1).mean())
+
+
+def _notes(robot: Robot, found: list[Counting], best: Counting, q: np.ndarray, names) -> tuple[str, ...]:
+    notes = []
+    twins = [c for c in found if c is not best and 6 * len(q) * np.log(c.cost / best.cost) < LEVEL]
+    if twins and min(c.turned for c in twins) < best.turned + np.deg2rad(45.0):
+        notes.append(
+            "another choice of signs with other zeros is the same arm but for its mounting: this one has the "
+            "smallest zeros; if joints run the wrong way in a viewer, begin with the arm near its zeros"
+        )
+    passed = [names[k] for k in range(robot.dof) if np.ptp(q[:, k]) > _width(q[:, k]) + 1e-6]
+    if passed:
+        notes.append(f"{', '.join(passed)} passes from 4095 to 0 counts; taken for one range")
+    return tuple(notes)

@@ -1,0 +1,196 @@
+"""Which way each motor counts, by trial of every choice of signs; mounting unknown at both ends.
+
+    B_i = X · C_0 Z(s_1 m_i1 + o_1) C_1 … Z(s_n m_in + o_n) C_n · Y,      s_k = ±1
+
+m are the motors' angles, B measured poses, X and Y the unknown mounting of camera and board. o_1 is a turn
+of X and o_n one of Y: both stay 0. Every choice of signs is begun at every choice of quarter turns of the
+other offsets, X and Y by the closed form of hand–eye calibration, and the best of each choice of signs are
+refined by Gauss–Newton. If no choice fits, motors are exchanged as well.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
+from workbench.arm.robot import Frame, Robot
+from workbench.base import se3
+from workbench.base.hand_eye import hand_eye, mean_base
+
+WEIGHT = 0.3
+"""Length at which an angle counts, as a share of the arm's."""
+REFINED, STEPS = 4, 60
+"""Starts of each choice of signs that are refined, and the most steps of each."""
+QUARTERED = 6
+"""Joints up to which every quarter turn is tried."""
+QUARTERS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
+NEAR = (0.05, float(np.deg2rad(6.0)))
+"""Root mean square that servo arms leave: position, as a share of the arm's length, and angle [rad]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Counting:
+    """How motors count.
+
+    Args:
+        order: Motor of each joint, from 0.
+        signs: 1, or −1 where the motor counts against the joint.
+        offsets: Joint position where the motor's angle is 0 [rad]; 0 at the first and last joint.
+        errors: Root mean square of what is left: position [m], angle [rad].
+        cost: The same as one length, in parts of the arm's.
+        base: X, pose of the arm's base in the measuring frame.
+        end: Y, pose of the board in the arm's last frame.
+    """
+
+    order: Int[np.ndarray, " n"]
+    signs: Float[np.ndarray, " n"]
+    offsets: Float[np.ndarray, " n"]
+    errors: tuple[float, float]
+    cost: float
+    base: Float[np.ndarray, "4 4"]
+    end: Float[np.ndarray, "4 4"]
+
+    @property
+    def turned(self) -> float:
+        """Sum of all offsets, whichever way [rad]."""
+        return float(np.abs(self.offsets).sum())
+
+    def joints(self, motors: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows n"]:
+        """Joint positions [rad] of motor angles."""
+        return self.signs * motors[:, self.order] + self.offsets
+
+    def fits(self, length: float) -> bool:
+        """Whether no more is left than servo arms leave."""
+        return self.errors[0] < NEAR[0] * length and self.errors[1] < NEAR[1]
+
+
+def find_counting(
+    robot: Robot, motors: Float[np.ndarray, "rows n"], poses: Float[np.ndarray, "rows 4 4"]
+) -> list[Counting]:
+    """The best refined start of every choice of signs, the best first; exchanged motors if no other fits."""
+    arm = compile_arm(robot.with_effects().with_frames(base=Frame(), tool=Frame()))
+    n = arm.dof
+    found = _of_order(arm, motors, poses, np.arange(n), QUARTERS if n <= QUARTERED else (0.0,))
+    if not any(each.fits(arm.length) for each in found):
+        for pair in combinations(range(n), 2):
+            order = np.arange(n)
+            order[list(pair)] = pair[::-1]
+            found += _of_order(arm, motors, poses, order, (0.0,))
+    return sorted(found, key=lambda c: c.cost)
+
+
+def _of_order(arm: ReducedArm, motors, poses, order: np.ndarray, turns: Sequence[float]) -> list[Counting]:
+    q = motors[:, order]
+    begun = [_begin(arm, q, poses, signs, turns) for signs in product((1.0, -1.0), repeat=arm.dof)]
+    signs, offsets = (np.concatenate(parts) for parts in zip(*begun, strict=True))
+    offsets, base, end, error = _refined(arm, q, poses, signs, offsets)
+    size = np.sqrt([(error[..., part] ** 2).sum(2).mean(1) for part in (slice(0, 3), slice(3, 6))])
+    cost = np.hypot(size[0] / arm.length, WEIGHT * size[1])
+    out = []
+    each = len(begun[0][0])
+    for first in range(0, len(cost), each):
+        k = first + int(np.argmin(cost[first : first + each]))
+        out.append(
+            Counting(
+                order=order,
+                signs=signs[k],
+                offsets=offsets[k],
+                errors=(float(size[0, k]), float(size[1, k])),
+                cost=float(cost[k]),
+                base=base[k],
+                end=end[k],
+            )
+        )
+    return out
+
+
+def _begin(arm: ReducedArm, q: np.ndarray, poses: np.ndarray, signs: tuple[float, ...], turns):
+    """The most promising quarter turns of one choice of signs."""
+    offsets = np.array([(0.0, *o, 0.0) for o in product(turns, repeat=arm.dof - 2)])
+    tool = _tools(arm, np.array(signs) * q + offsets[:, None])[0]
+    base, end = _mounting(tool, poses)
+    error = se3.pose_error(np.broadcast_to(poses, tool.shape), base[:, None] @ tool @ end[:, None])
+    best = np.argsort(((error * _scale(arm)) ** 2).sum((1, 2)), kind="stable")[:REFINED]
+    return np.tile(signs, (len(best), 1)), offsets[best]
+
+
+def _scale(arm: ReducedArm) -> np.ndarray:
+    return np.repeat([1.0 / arm.length, WEIGHT], 3)
+
+
+def _tools(arm: ReducedArm, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Poses (c, m, 4, 4), axes and their points (c, m, n, 3) of joint positions (c, m, n)."""
+    tool, axes, points = arm.geometry(q[..., arm.columns].reshape(-1, arm.dof))
+    full = se3.pose(tool[:, :, :3], tool[:, :, 3]).reshape(*q.shape[:2], 4, 4)
+    return full, axes.reshape(*q.shape, 3), points.reshape(*q.shape, 3)
+
+
+def _refined(arm: ReducedArm, q, poses, signs, offsets) -> tuple[np.ndarray, ...]:
+    """Offsets, X and Y after damped Gauss–Newton steps, and the errors that are left."""
+    start = _tools(arm, signs[:, None] * q + offsets[:, None])[0]
+    base, end = _mounting(start, poses)
+    scale = _scale(arm)
+    count, free = len(signs), slice(1, arm.dof - 1)
+    error, jacobian = _linear(arm, q, poses, signs, offsets, base, end)
+    cost = ((error * scale) ** 2).sum((1, 2))
+    damping = np.full(count, 1e-3)
+    for _ in range(STEPS):
+        lines = (jacobian * scale[:, None]).reshape(count, -1, jacobian.shape[-1])
+        right = (error * scale).reshape(count, -1, 1)
+        normal = lines.transpose(0, 2, 1) @ lines
+        diagonal = np.einsum("cii->ci", normal) + 1e-9
+        normal = normal + (damping[:, None] * diagonal)[:, None] * np.eye(normal.shape[-1])
+        step = np.linalg.solve(normal, lines.transpose(0, 2, 1) @ right)[..., 0]
+        step *= np.minimum(1.0, 0.5 / np.maximum(np.abs(step).max(1), 1e-300))[:, None]
+        own = offsets.copy()
+        own[:, free] += step[:, : arm.dof - 2]
+        moved = own, _turned(step[:, -12:-6], base), end @ _small(step[:, -6:])
+        new_error, new_jacobian = _linear(arm, q, poses, signs, *moved)
+        new = ((new_error * scale) ** 2).sum((1, 2))
+        better = new < cost
+        gain = (cost - new)[better]
+        now = (offsets, base, end, error, jacobian, cost)
+        for old, tried in zip(now, (*moved, new_error, new_jacobian, new), strict=True):
+            old[better] = tried[better]
+        damping = np.where(better, 0.2 * damping, 5.0 * damping)
+        if (not better.any() and damping.min() > 1e3) or (
+            better.any() and np.all(gain < 1e-9 * cost[better])
+        ):
+            break
+    return (offsets + np.pi) % (2.0 * np.pi) - np.pi, base, end, error
+
+
+def _linear(arm: ReducedArm, q, poses, signs, offsets, base, end) -> tuple[np.ndarray, np.ndarray]:
+    """Errors (c, m, 6) and their derivatives (c, m, 6, n + 10) by middle offsets, X and Y."""
+    tool, axes, points = _tools(arm, signs[:, None] * q + offsets[:, None])
+    ends = base[:, None] @ tool @ end[:, None]
+    error = se3.pose_error(np.broadcast_to(poses, ends.shape), ends)
+    turn = base[:, None, None, :3, :3]
+    places = np.argsort(arm.columns)[1:-1]
+    axes = (turn @ axes[:, :, places, :, None])[..., 0]
+    points = (turn @ points[:, :, places, :, None])[..., 0] + base[:, None, None, :3, 3]
+    joint = np.concatenate([np.cross(axes, ends[:, :, None, :3, 3] - points), axes], -1).swapaxes(2, 3)
+    at_base = np.zeros((*ends.shape[:2], 6, 6))
+    at_base[..., :3, :3] = at_base[..., 3:, 3:] = np.eye(3)
+    at_base[..., :3, 3:] = -se3.skew(ends[..., :3, 3])
+    at_end = np.zeros_like(at_base)
+    at_end[..., :3, :3] = at_end[..., 3:, 3:] = ends[..., :3, :3]
+    return error, np.concatenate([joint, at_base, at_end], -1)
+
+
+def _mounting(tool: np.ndarray, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """X and Y of arms (c, m, 4, 4)."""
+    end = hand_eye(tool, poses)
+    return mean_base(tool @ end[:, None], poses), end
+
+
+def _small(twist: np.ndarray) -> np.ndarray:
+    return se3.pose(se3.rotvec_to_matrix(twist[:, 3:]), twist[:, :3])
+
+
+def _turned(twist: np.ndarray, base: np.ndarray) -> np.ndarray:
+    """A base moved by a twist about the measuring frame's origin."""
+    return _small(twist) @ base
