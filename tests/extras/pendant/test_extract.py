@@ -1,0 +1,238 @@
+"""A user with nothing but the pendant: the controller's model, or the reason why there is none."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from displays import STYLES, TOOL, apart, fill_in, hidden, lines, poses, random_joints
+from round_trip import angle
+
+import workbench as wb
+from workbench.arm.effects import JointCompliance
+from workbench.base.assets import built_in_robots
+
+
+def planned(run, arm: str, number: int = 30) -> Path:
+    assert run("extract", "--robot", arm, "--plan", number, "--out", "form.csv")[0] == 0
+    return Path("form.csv")
+
+
+def write(rows, path: str = "read.csv", head: str = "") -> Path:
+    Path(path).write_text("\n".join([*([head] if head else []), *(",".join(row) for row in rows)]) + "\n")
+    return Path(path)
+
+
+def test_thirty_poses_from_the_pendant_give_the_model_of_my_ur5e(run, tmp_path):
+    actual = hidden("ur5e", tmp_path / "hidden.toml")
+    fill_in(planned(run, "ur5e"), actual)
+    status, out, _ = run(
+        "extract", "form.csv", "--robot", "ur5e", "--save", "mine.toml", "--json", "found.json"
+    )
+    found = json.loads(Path("found.json").read_text())
+    assert (status, found["verdict"]) == (0, "extracted")
+    assert found["message"] in " ".join(out.split())
+    off = apart(Path("mine.toml"), actual, random_joints("ur5e", 200))
+    assert off.mean() < 3e-5
+    assert 0.3 < off.mean() / found["expected"]["position_m"] < 3.0
+    assert (
+        apart(
+            hidden("ur5e", tmp_path / "nominal.toml", length=0, angle=0), actual, random_joints("ur5e", 200)
+        ).mean()
+        > 1e-3
+    )
+    run("export", "mine.toml", "--for", "ur-kinematics", "--out", "ur.yaml")
+    assert Path("ur.yaml").stat().st_size > 500
+
+
+@pytest.mark.parametrize("arm", ["iiwa7", pytest.param("so101", id="five joints")])
+@pytest.mark.parametrize("style", STYLES)
+def test_the_display_is_understood_with_and_without_a_tool(run, tmp_path, arm, style):
+    actual = hidden(arm, tmp_path / "hidden.toml")
+    tool = TOOL if style == "z y' x''" else None
+    fill_in(planned(run, arm), actual, style=style, tool=tool)
+    found = wb.extract(arm, "form.csv")
+    assert style in found.meaning.words
+    assert bool(found.run.frames.tool) == (tool is not None)
+    found.robot.save(tmp_path / "mine.toml")
+    assert apart(tmp_path / "mine.toml", actual, random_joints(arm, 200), tool).mean() < 3e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arm", built_in_robots())
+def test_every_arm_in_five_conventions(run, tmp_path, arm):
+    ending = ".urdf" if arm == "katana450-three-rotation" else ".toml"  # the stranger reads no such tables
+    actual = hidden(arm, tmp_path / f"hidden{ending}", seed=sum(map(ord, arm)))
+    form = planned(run, arm)
+    empty = form.read_text()
+    for style in STYLES:
+        form.write_text(empty)
+        fill_in(form, actual, style=style)
+        found = wb.extract(arm, "form.csv")
+        assert style in found.meaning.words
+        found.robot.save(tmp_path / f"mine{ending}")
+        assert apart(tmp_path / f"mine{ending}", actual, random_joints(arm, 200)).mean() < 3e-5
+
+
+def test_a_nominal_controller_is_said_to_be_one(run, tmp_path):
+    actual = hidden("ur5e", tmp_path / "hidden.toml", length=0.0, angle=0.0)
+    fill_in(planned(run, "ur5e", 15), actual)
+    status, out, _ = run("extract", "form.csv", "--robot", "ur5e", "--save", "mine.toml")
+    assert status == 0
+    assert "your controller is nominal" in out
+    assert apart(Path("mine.toml"), actual, random_joints("ur5e", 50)).max() < 1e-6
+
+
+def test_a_controller_that_compensates_sag_is_sent_to_diagnose(run, tmp_path):
+    sag = JointCompliance((1, 2), (2e-5, 2e-5))
+    actual = hidden("ur5e", tmp_path / "hidden.toml", effects=(sag,))
+    fill_in(planned(run, "ur5e", 40), actual)
+    status, _, err = run(
+        "extract", "form.csv", "--robot", "ur5e", "--rows", "rows.csv", "--save", "mine.toml"
+    )
+    assert status == 2
+    assert "sag" in err
+    assert not Path("mine.toml").exists()
+    status, _, err = run("diagnose", "rows.csv", "--robot", "ur5e", "--held-out", 0, "--save", "mine.toml")
+    assert status == 0, err
+    assert apart(Path("mine.toml"), actual, random_joints("ur5e", 200)).mean() < 1e-4
+
+
+def test_readings_of_another_arm_name_it(run, tmp_path):
+    write(lines(hidden("ur10", tmp_path / "hidden.toml"), random_joints("ur10", 30)))
+    status, _, err = run("extract", "read.csv", "--robot", "ur5e", "--save", "mine.toml")
+    assert status == 1
+    assert "UR10" in err
+    assert not Path("mine.toml").exists()
+    assert run("extract", "read.csv", "--robot", "iiwa7")[0] == 1
+
+
+def test_a_mistyped_reading_is_named_and_left_out(run, tmp_path):
+    actual = hidden("ur5e", tmp_path / "hidden.toml")
+    rows = lines(actual, np.round(random_joints("ur5e", 35), 1))
+    rows[11][6] = f"{float(rows[11][6]) + 30.0:.1f}"
+    status, out, _ = run(
+        "extract", write(rows), "--robot", "ur5e", "--save", "mine.toml", "--json", "found.json"
+    )
+    assert status == 0
+    assert json.loads(Path("found.json").read_text())["outliers"] == [11]
+    assert "reading 12" in out
+    assert apart(Path("mine.toml"), actual, random_joints("ur5e", 200)).mean() < 1e-4
+
+
+def test_joints_that_the_display_rounded_count_as_uncertain(tmp_path):
+    """0.01° at every joint: a third of what a caller that trusts them would claim is left."""
+    actual = hidden("ur5e", tmp_path / "hidden.toml")
+    path = tmp_path / "read.csv"
+    path.write_text("\n".join(",".join(row) for row in lines(actual, random_joints("ur5e", 40))))
+    found = wb.extract("ur5e", path)
+    found.robot.save(tmp_path / "mine.toml")
+    off = apart(tmp_path / "mine.toml", actual, random_joints("ur5e", 200)).mean()
+    assert off < 6e-5
+    assert 0.3 < off / found.expected.position < 2.0
+    assert found.left[1] < 1.3
+
+
+@pytest.mark.parametrize(
+    ("head", "change"),
+    [
+        ("J1;J2;J3;J4;J5;J6;X;Y;Z;A;B;C", lambda row: ";".join(row).replace(".", ",")),
+        ("X[mm],Y[mm],Z[mm],RX,RY,RZ,J1,J2,J3,J4,J5,J6", lambda row: ",".join(row[6:] + row[:6])),
+        (
+            "No,q1 [deg],q2 [deg],q3 [deg],q4 [deg],q5 [deg],q6 [deg],x,y,z,r,p,y2,note",
+            lambda row: ",".join(["1", *row, "ok"]),
+        ),
+    ],
+)
+def test_tables_as_people_write_them(tmp_path, head, change):
+    actual = hidden("ur5e", tmp_path / "hidden.toml")
+    rows = lines(actual, np.round(random_joints("ur5e", 20), 2), style="z y' x''")
+    path = tmp_path / "read.csv"
+    path.write_text("\n".join([head, *map(change, rows)]))
+    assert "z y' x''" in wb.extract("ur5e", path).meaning.words
+
+
+def test_poses_may_be_typed_and_metres_and_radians_are_found(tmp_path):
+    actual = hidden("ur5e", tmp_path / "hidden.toml")
+    q = random_joints("ur5e", 12)
+    at = poses(actual, q)
+    typed = [
+        f"{','.join(f'{v:.5f}' for v in j)} = {','.join(f'{v:.5f}' for v in (*p[:3, 3], *t))}"
+        for j, p, t in zip(q, at, STYLES["rotation vector"][0](_rotations(at)), strict=True)
+    ]
+    assert wb.extract("ur5e", typed).meaning.units == ("rad", "m", "rad")
+
+
+def _rotations(at):
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_matrix(at[:, :3, :3])
+
+
+def test_a_log_with_all_digits_needs_no_convention(tmp_path):
+    actual = hidden("ur5e", tmp_path / "hidden.toml")
+    q = random_joints("ur5e", 30)
+    at = poses(actual, q, TOOL)
+    found = wb.extract("ur5e", wb.Dataset(q, at[:, :3, 3], at[:, :3, :3]))
+    fresh = random_joints("ur5e", 50, seed=3)
+    assert (
+        np.linalg.norm(
+            found.robot.predict(fresh)[:, :3, 3] - poses(actual, fresh, TOOL)[:, :3, 3], axis=1
+        ).max()
+        < 1e-5
+    )
+    assert angle(found.robot.predict(fresh), poses(actual, fresh, TOOL)).max() < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("rows", "words"),
+    [
+        (lambda rows: rows[:3], "3 poses"),
+        (lambda rows: [row[:9] for row in rows], "columns"),
+        (lambda rows: [[*row[:7], "O.1", *row[8:]] for row in rows], "is no number"),
+        (lambda rows: [[*row[:9], *row[6:9]] for row in rows], "no convention fits"),
+    ],
+)
+def test_bad_readings_are_refused_in_one_sentence(run, tmp_path, rows, words):
+    good = lines(hidden("ur5e", tmp_path / "hidden.toml"), random_joints("ur5e", 20))
+    status, _, err = run("extract", write(rows(good)), "--robot", "ur5e")
+    assert status == 1
+    assert words in err
+    assert len(err.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize("moves", [(0,), (1, 2, 3)])
+def test_poses_with_the_tool_turned_about_one_axis_do_not_tell_conventions_apart(run, tmp_path, moves):
+    q = np.tile(np.deg2rad([0, -90, 90, -90, -60, 0]), (12, 1))
+    q[:, moves] = random_joints("ur5e", 12)[:, moves]
+    status, _, err = run(
+        "extract", write(lines(hidden("ur5e", tmp_path / "hidden.toml"), q)), "--robot", "ur5e"
+    )
+    assert status == 1
+    assert "all axes" in err
+
+
+def test_poses_that_leave_the_model_uncertain_save_nothing(run, tmp_path):
+    q = random_joints("ur5e", 6)
+    q[:, 5] = 0.3
+    rows = lines(hidden("ur5e", tmp_path / "hidden.toml"), q)
+    status, _, err = run("extract", write(rows), "--robot", "ur5e", "--save", "mine.toml")
+    assert status == 2
+    assert "6 readings" in err
+    assert not Path("mine.toml").exists()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        (),
+        ("--plan", "30"),
+        ("--plan", "3", "--out", "f.csv"),
+        ("--pose", "1,2 = 3"),
+        ("r.csv", "--pose", "1=2"),
+    ],
+)
+def test_wrong_usage_is_status_64(run, words):
+    status, _, err = run("extract", "--robot", "ur5e", *words)
+    assert status == 64
+    assert err

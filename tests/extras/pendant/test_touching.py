@@ -1,0 +1,296 @@
+"""A user with a pointed tool: its tip, its axes, and frames of tables and fixtures, from joints alone."""
+
+import json
+import tomllib
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from displays import hidden, poses, random_joints
+from round_trip import angle, inverse, placed
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+import workbench as wb
+
+TIP = np.array([0.012, -0.034, 0.151])
+AXES = Rotation.from_euler("xyz", [20, -30, 50], degrees=True).as_matrix()
+POINT = np.array([0.45, 0.1, 0.2])
+FRAME = placed([0.4, 0.15, 0.05], [0.02, -0.03, 0.6])
+NOISE = 3e-5
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory) -> Path:
+    """A UR5e as it is."""
+    return hidden("ur5e", tmp_path_factory.mktemp("arm") / "actual.toml")
+
+
+@cache
+def joints_of(arm: Path) -> list[dict]:
+    return tomllib.loads(arm.read_text())["joint"]
+
+
+def flange(table: list[dict], q: np.ndarray) -> np.ndarray:
+    """Standard Denavit–Hartenberg and a turn about y, one joint after the other."""
+    pose = np.eye(4)
+    for joint, angle_of in zip(table, q, strict=True):
+        c, s = np.cos(angle_of + joint["theta"]), np.sin(angle_of + joint["theta"])
+        ca, sa = np.cos(joint["alpha"]), np.sin(joint["alpha"])
+        a, d = joint["a"], joint["d"]
+        rows = [[c, -s * ca, s * sa, a * c], [s, c * ca, -c * sa, a * s], [0, sa, ca, d], [0, 0, 0, 1]]
+        pose = pose @ np.array(rows) @ placed([0, 0, 0], [0, joint.get("beta", 0.0), 0])
+    return pose
+
+
+def tip_at(arm: Path, place, *, seed: int = 0, turn=None, tilt: float = 0.6) -> np.ndarray:
+    """Joints with the tip at a place; turned at random, or as given."""
+    rng, table = np.random.default_rng(seed), joints_of(arm)
+    while True:
+        wanted = (
+            turn
+            if turn is not None
+            else Rotation.from_rotvec([np.pi, 0, 0]) * Rotation.from_rotvec(rng.normal(0, tilt, 3))
+        )
+
+        def off(q, wanted=wanted):
+            pose = flange(table, q)
+            turned = (Rotation.from_matrix(pose[:3, :3]) * wanted.inv()).as_rotvec()
+            return [*(pose[:3, :3] @ TIP + pose[:3, 3] - place), *(0.3 * turned)]
+
+        start = np.array([0.3, -1.4, 1.8, -1.9, -1.5, 0.2]) + rng.normal(0, 0.2, 6)
+        found = least_squares(off, start, xtol=1e-14, ftol=1e-14)
+        if found.cost < 1e-20:
+            return found.x
+
+
+def table(q, contact=None, path: str = "touches.csv") -> Path:
+    head = [f"q{k + 1}[deg]" for k in range(len(q[0]))] + (["contact"] if contact else [])
+    rows = [
+        [*(f"{v:.6f}" for v in np.rad2deg(row))] + ([contact[k]] if contact else [])
+        for k, row in enumerate(q)
+    ]
+    Path(path).write_text("\n".join(",".join(row) for row in [head, *rows]) + "\n")
+    return Path(path)
+
+
+def pivot(arm, count: int, *, seed: int = 1, noise: float = NOISE) -> list[np.ndarray]:
+    rng = np.random.default_rng(seed)
+    return [tip_at(arm, POINT + rng.normal(0, noise, 3), seed=100 * seed + k) for k in range(count)]
+
+
+def test_six_touches_of_a_nail_give_the_tip(run, tmp_path, monkeypatch, arm):
+    table(pivot(arm, 6))
+    status, out, _ = run(
+        "tcp", "touches.csv", "--robot", arm, "--save", "with_tool.toml", "--json", "tip.json"
+    )
+    found = json.loads(Path("tip.json").read_text())
+    assert status == 0
+    assert found["message"] in " ".join(out.split())
+    off = np.abs(np.array(found["xyz"]) - TIP)
+    assert (off < 2.0 * np.array(found["half_width"])).all()
+    assert max(found["half_width"]) < 3e-4
+    tool = tomllib.loads(Path("with_tool.toml").read_text())["tool"]
+    assert tool["xyz"] == pytest.approx(found["xyz"], abs=1e-9)
+    assert found["rpy"] is None
+
+
+def test_intervals_hold_the_tip_as_often_as_they_say(arm, tmp_path, monkeypatch):
+    """The pivot of plain numpy, 400 times: 95 % of the intervals of each axis hold it."""
+    monkeypatch.chdir(tmp_path)
+    robot, q = wb.load_robot(arm), np.array([tip_at(arm, POINT, seed=k) for k in range(5)])
+    jacobians, rng, inside = [_jacobian(arm, row) for row in q], np.random.default_rng(0), []
+    for _ in range(400):
+        slack = rng.normal(0, 1e-4, (5, 3))
+        moved = np.array(
+            [
+                row + np.linalg.lstsq(j, d, rcond=None)[0]
+                for row, j, d in zip(q, jacobians, slack, strict=True)
+            ]
+        )
+        tip = wb.tcp(robot, wb.Dataset(moved, contact=["nail"] * 5))
+        if not tip.apart:
+            inside.append(np.abs(tip.xyz - TIP) < tip.half)
+    assert len(inside) > 380
+    assert 0.92 < np.mean(inside) < 0.98
+
+
+def _jacobian(arm, q):
+    step = 1e-6 * np.eye(6)
+    tips = poses(arm, np.concatenate([q + step, q - step]))
+    places = tips[:, :3, :3] @ TIP + tips[:, :3, 3]
+    return (places[:6] - places[6:]).T / 2e-6
+
+
+def test_the_touch_that_slipped_is_named_and_left_out(run, arm):
+    q = pivot(arm, 6)
+    q[3] = tip_at(arm, POINT + np.array([0.0, 0.0015, 0.0]), seed=103)
+    status, out, _ = run("tcp", table(q), "--robot", arm, "--json", "tip.json")
+    found = json.loads(Path("tip.json").read_text())
+    assert status == 0
+    assert [t["row"] for t in found["touches"] if t["slipped"]] == [3]
+    assert "touch 4 slipped" in out
+    assert np.abs(np.array(found["xyz"]) - TIP).max() < 2e-4
+
+
+def test_two_touches_more_give_the_tools_axes(run, arm):
+    q, names = pivot(arm, 5), ["nail"] * 5
+    for axis, ahead in (("z", AXES[:, 2]), ("-x", -AXES[:, 0])):
+        turn = Rotation.from_rotvec([np.pi, 0.2, 0.1])
+        q.append(tip_at(arm, POINT - turn.as_matrix() @ ahead * 0.08, turn=turn))
+        names.append(axis)
+    assert run("tcp", table(q, names), "--robot", arm, "--save", "tool.toml", "--json", "tip.json")[0] == 0
+    found = json.loads(Path("tip.json").read_text())
+    saved = placed([0, 0, 0], tomllib.loads(Path("tool.toml").read_text())["tool"]["rpy"])
+    assert angle(saved[None], AXES[None])[0] < 2.0 * found["rotation_half_width"] < 0.01
+
+
+@pytest.mark.parametrize(
+    ("q", "words", "status"),
+    [
+        (lambda arm: pivot(arm, 3), "3 touches", 1),
+        (
+            lambda arm: [
+                tip_at(arm, POINT, turn=Rotation.from_euler("zx", [k, np.pi])) for k in (0, 0.4, 0.8, 1.2)
+            ],
+            "one axis",
+            1,
+        ),
+        (lambda arm: list(random_joints("ur5e", 6)), "choose the robot", 2),
+        (lambda arm: pivot(arm, 4, noise=2e-3), "other orientations", 2),
+    ],
+    ids=["few", "turned about one axis", "another arm", "loose"],
+)
+def test_touches_that_give_no_tip_say_why(run, arm, q, words, status):
+    ended, _, err = run("tcp", table(q(arm)), "--robot", arm, "--save", "tool.toml")
+    assert ended == status
+    assert words in err
+    assert len(err.strip().splitlines()) == 1
+    assert not Path("tool.toml").exists()
+
+
+def test_what_is_asked_for_decides_and_says_how_many_more(run, arm):
+    table(pivot(arm, 5, noise=2e-4))
+    status, _, err = run("tcp", "touches.csv", "--robot", arm, "--wanted", "0.1mm", "--json", "tip.json")
+    found = json.loads(Path("tip.json").read_text())
+    assert status == 2
+    assert f"add {found['more']} touches" in err or "tilted more" in err
+    assert run("tcp", "touches.csv", "--robot", arm, "--wanted", "0mm")[0] == 64
+    assert run("tcp", "touches.csv", "--robot", "iiwa7")[0] == 1
+
+
+# Frames -------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def pointer(arm, tmp_path_factory) -> Path:
+    """The arm with its tool's tip."""
+    path = tmp_path_factory.mktemp("arm") / "pointer.toml"
+    wb.load_robot(arm).with_frames(tool=wb.Frame(TIP)).save(path)
+    return path
+
+
+def touched(arm, places, *, seed: int = 5, noise: float = NOISE) -> list[np.ndarray]:
+    """Joints with the tip at places of the frame."""
+    rng = np.random.default_rng(seed)
+    at = [FRAME[:3, :3] @ np.asarray(p, float) + FRAME[:3, 3] + rng.normal(0, noise, 3) for p in places]
+    return [tip_at(arm, place, seed=seed + k, tilt=0.1) for k, place in enumerate(at)]
+
+
+def frame_of(path: Path) -> np.ndarray:
+    found = tomllib.loads(path.read_text())["frame"]
+    return placed(found["xyz"], found["rpy"])
+
+
+METHODS = {
+    "three points": (["origin", "x", "xy"], [[0, 0, 0], [0.2, 0, 0], [0.1, 0.15, 0]], 0.0),
+    "three points, more": (
+        ["origin", "x", "xy", "origin", "x", "xy", "xy"],
+        [[0, 0, 0], [0.2, 0, 0], [0.1, 0.15, 0], [0, 0, 0], [0.1, 0, 0], [0, 0.2, 0], [0.15, 0.1, 0]],
+        0.0,
+    ),
+    "3-2-1 with a ball": (
+        ["plane", "plane", "plane", "line", "line", "end"],
+        [[0.02, 0.03, 0.003], [0.2, 0.02, 0.003], [0.1, 0.15, 0.003],
+         [0.02, -0.003, -0.01], [0.2, -0.003, -0.01], [-0.003, 0.1, -0.01]],
+        0.003,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_frame_from_touches(run, arm, pointer, method):
+    names, places, radius = METHODS[method]
+    table(touched(arm, places), names)
+    words = ("--radius", f"{1e3 * radius}mm", "--save", "frame.toml", "--json", "frame.json")
+    assert run("frame", "touches.csv", "--robot", pointer, *words)[0] == 0
+    pose, found = frame_of(Path("frame.toml")), json.loads(Path("frame.json").read_text())
+    assert np.linalg.norm(pose[:3, 3] - FRAME[:3, 3]) < 2e-4
+    assert angle(pose[None], FRAME[None])[0] < 1e-3
+    assert (found["half_width"][0] is not None) == (method == "three points, more")
+
+
+CAD = {"A": [0, 0, 0], "B": [0.2, 0, 0], "C": [0.2, 0.12, 0.0], "D": [0, 0.12, 0.02], "E": [0.1, 0.06, 0.04]}
+
+
+def drawing() -> str:
+    rows = (f"{name},{','.join(f'{1e3 * v:g}' for v in place)}" for name, place in CAD.items())
+    Path("cad.csv").write_text("\n".join(["point,x[mm],y[mm],z[mm]", *rows]))
+    return "cad.csv"
+
+
+def test_a_fixture_by_the_points_of_its_drawing(run, arm, pointer):
+    table(touched(arm, CAD.values()), list(CAD))
+    words = ("--cad", drawing(), "--save", "frame.toml", "--json", "frame.json")
+    assert run("frame", "touches.csv", "--robot", pointer, *words)[0] == 0
+    pose, found = frame_of(Path("frame.toml")), json.loads(Path("frame.json").read_text())
+    local = inverse(pose) @ FRAME
+    twist = np.abs([*local[:3, 3], *Rotation.from_matrix(local[:3, :3]).as_rotvec()])
+    assert (twist < 2.0 * np.array(found["half_width"])).all()
+    tips = [p[:3, :3] @ TIP + p[:3, 3] for p in poses(arm, np.array(touched(arm, CAD.values())))]
+    apart = [
+        np.linalg.norm((inverse(pose) @ [*tip, 1.0])[:3] - CAD[n]) for tip, n in zip(tips, CAD, strict=True)
+    ]
+    assert [t["error"] for t in found["touches"]] == pytest.approx(apart, abs=1e-6)
+
+
+def test_a_drawings_point_that_slipped_and_two_that_were_exchanged(run, arm, pointer):
+    places = [*CAD.values(), *CAD.values()]
+    q = touched(arm, places)
+    q[6] = touched(arm, [[0.2, 0.003, 0.0]])[0]
+    table(q, list(CAD) * 2)
+    assert run("frame", "touches.csv", "--robot", pointer, "--cad", drawing(), "--json", "frame.json")[0] == 0
+    assert [t["row"] for t in json.loads(Path("frame.json").read_text())["touches"] if t["slipped"]] == [6]
+    table(touched(arm, CAD.values()), ["A", "C", "B", "D", "E"])
+    status, _, err = run("frame", "touches.csv", "--robot", pointer, "--cad", drawing())
+    assert status == 2
+    assert "'C' and 'B' seem to be exchanged" in err
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        (["origin", "x", "xy"], "has no tool"),
+        (["A", "B", "C"], "name the touches"),
+        (["origin", "x", "x"], "do not make a frame"),
+    ],
+)
+def test_touches_that_give_no_frame_say_why(run, arm, pointer, names, words):
+    table(touched(arm, METHODS["three points"][1]), names)
+    status, _, err = run("frame", "touches.csv", "--robot", arm if "tool" in words else pointer)
+    assert status == 1
+    assert words in err
+    assert len(err.strip().splitlines()) == 1
+
+
+def test_the_flange_may_touch_and_points_on_one_line_are_refused(run, arm, pointer):
+    q = touched(arm, [[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]])
+    status, _, err = run("frame", table(q, ["origin", "x", "xy"]), "--robot", pointer)
+    assert (status, "one line" in err) == (1, True)
+    table(touched(arm, METHODS["three points"][1]), ["origin", "x", "xy"])
+    millimetres = ",".join(f"{1e3 * v}" for v in TIP)
+    assert run("frame", "touches.csv", "--robot", arm, "--tool", millimetres, "--save", "frame.toml")[0] == 0
+    assert np.linalg.norm(frame_of(Path("frame.toml"))[:3, 3] - FRAME[:3, 3]) < 2e-4
+    assert run("frame", "touches.csv", "--robot", arm, "--tool", "1,2")[0] == 64
+    assert run("frame", "touches.csv", "--robot", pointer, "--wanted", "0.1mm")[0] == 2

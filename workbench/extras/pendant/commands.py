@@ -1,0 +1,163 @@
+"""Commands: extract, tcp, frame, check."""
+
+from pathlib import Path
+from typing import Annotated
+
+import workbench as wb
+from workbench.base.errors import OptionError
+from workbench.cli import options as opt
+from workbench.cli.exit_status import in_section
+from workbench.cli.options import argument, option
+
+
+@in_section("Calibrate")
+def extract(
+    robot: opt.RobotOption,
+    readings: Annotated[
+        Path | None,
+        argument(
+            "Joints and tool poses as the pendant shows them, a line each (CSV, xlsx), or a log with both."
+        ),
+    ] = None,
+    pose: Annotated[
+        list[str] | None, option('A pose in place of the file: "q1,…,qn = x,y,z,a,b,c". May be repeated.')
+    ] = None,
+    plan: Annotated[int | None, option("Plan this many poses to read, such as 30.")] = None,
+    out: Annotated[Path | None, option("With --plan: write the form to fill in here (.csv).")] = None,
+    rows: Annotated[
+        Path | None, option("Write the readings as a measurement file here, for diagnose.")
+    ] = None,
+    save: opt.SaveOption = None,
+    json: opt.JsonOption = None,
+    seed: opt.SeedOption = 0,
+) -> None:
+    """Ask the controller for its calibrated model: from joints and tool poses on its pendant."""
+    from workbench.extras.pendant.extract import ModelVerdict
+
+    arm = wb.load_robot(robot)
+    if plan is not None:
+        return _plan(arm, plan, out, seed)
+    if (readings is None) == (not pose):
+        raise OptionError("give READINGS, or --pose for each pose, or --plan 30 --out form.csv")
+    opt.check_robot_file(save)
+    opt.check_writable(save, rows, json)
+    with opt.progress_bar("extract"):
+        found = wb.extract(arm, readings if readings is not None else pose or [])
+    opt.show(found.summary())
+    opt.write_result(json, found.json())
+    if rows is not None:
+        opt.say(f"readings in SI: {wb.write_measurements(found.run.data, rows)}")
+    if save is not None and found.verdict in (ModelVerdict.NOMINAL, ModelVerdict.EXTRACTED):
+        opt.say(f"the controller's model: {opt.save_robot(found.robot, save)}")
+    elif found.verdict in (ModelVerdict.MORE, ModelVerdict.UNCERTAIN):
+        opt.fail(found.sentence + (f"; {save} is not written" if save is not None else ""))
+
+
+def _plan(arm, number: int, out: Path | None, seed: int) -> None:
+    from workbench.extras.pendant.plan import plan_readings
+
+    if out is None:
+        raise OptionError("--plan needs --out FORM.csv, the form to fill in")
+    opt.check_writable(out)
+    with opt.progress_bar("extract"):
+        found = plan_readings(arm, number, seed=seed)
+    opt.say(found.sentence)
+    opt.say(f"form: {found.save(out)}")
+
+
+TouchesArgument = Annotated[
+    Path, argument("Joints at each touch, a line each (q1[deg] …); `contact` names what was touched.")
+]
+WantedOption = Annotated[str | None, option("--wanted", "Accuracy that is asked for, such as 0.2mm.")]
+
+
+@in_section("Calibrate")
+def tcp(
+    touches: TouchesArgument,
+    robot: opt.RobotOption,
+    wanted: WantedOption = None,
+    save: Annotated[Path | None, option("Write the robot with this tool here (.toml or .urdf).")] = None,
+    json: opt.JsonOption = None,
+) -> None:
+    """Tool tip from touching one point in four orientations or more; its axes from two touches more."""
+    arm = wb.load_robot(robot)
+    opt.check_robot_file(save)
+    opt.check_writable(save, json)
+    found = wb.tcp(arm, touches, wanted=None if wanted is None else opt.length(wanted))
+    opt.show(found.summary())
+    opt.write_result(json, found.json())
+    _end(found.doubt, save)
+    if save is not None:
+        opt.say(f"robot with the tool: {opt.save_robot(found.robot, save)}")
+
+
+@in_section("Calibrate")
+def frame(
+    touches: TouchesArgument,
+    robot: opt.RobotOption,
+    cad: Annotated[
+        Path | None, option("Points of the drawing: point, x[mm], y[mm], z[mm]; `contact` has their names.")
+    ] = None,
+    tool: Annotated[
+        str | None, option("Tip in the flange, x,y,z in mm, in place of the file's tool.")
+    ] = None,
+    radius: Annotated[str, option("Radius of the ball that touched faces, for 3-2-1.")] = "0mm",
+    wanted: WantedOption = None,
+    save: Annotated[Path | None, option("Write the frame here (.toml).")] = None,
+    json: opt.JsonOption = None,
+) -> None:
+    """User frame from three points, 3-2-1 on a part's faces, or the points of a fixture's drawing."""
+    arm = wb.load_robot(robot)
+    if save is not None and save.suffix.lower() != ".toml":
+        raise OptionError(f"{save}: a frame is saved as .toml")
+    opt.check_writable(save, json)
+    if tool is not None:
+        xyz = opt.numbers(tool)
+        if xyz.shape != (3,):
+            raise OptionError(f"--tool must be x,y,z in mm, got '{tool}'")
+        arm = arm.with_frames(tool=wb.Frame(1e-3 * xyz))
+    found = wb.frame(
+        arm,
+        touches,
+        cad=cad,
+        radius=opt.length(radius),
+        wanted=None if wanted is None else opt.length(wanted),
+        flange=tool is not None,
+    )
+    opt.show(found.summary())
+    opt.write_result(json, found.json())
+    _end(found.doubt, save)
+    if save is not None:
+        opt.say(f"frame: {found.save(save)}")
+
+
+@in_section("Calibrate")
+def check(
+    touches: TouchesArgument,
+    robot: opt.RobotOption,
+    reference: Annotated[
+        Path | None, option("Touches of a day when the arm was good: the same seats, the same postures.")
+    ] = None,
+    wanted: Annotated[str, option("--wanted", "Displacement of the tip that must be found.")] = "0.05mm",
+    save: Annotated[Path | None, option("Write the robot with the zero that moved here (.toml).")] = None,
+    json: opt.JsonOption = None,
+) -> None:
+    """The morning check: six to twelve touches of two or three seats tell what moved since the reference."""
+    from workbench.extras.pendant.touching.check import Health
+
+    arm = wb.load_robot(robot)
+    opt.check_robot_file(save)
+    opt.check_writable(save, json)
+    found = wb.check(arm, touches, reference=reference, wanted=opt.length(wanted))
+    opt.show(found.summary())
+    opt.write_result(json, found.json())
+    if save is not None and found.best is not None and found.best.cause.kind == "joint":
+        opt.say(f"robot with the zero found: {opt.save_robot(found.robot, save)}")
+    if found.health is not Health.GOOD:
+        opt.fail(found.sentence)
+
+
+def _end(doubt: str, save: Path | None) -> None:
+    """Exit status 2 where the result should not be used as it is."""
+    if doubt:
+        opt.fail(doubt + (f"; {save} is not written" if save is not None else ""))

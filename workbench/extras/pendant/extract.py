@@ -1,0 +1,235 @@
+"""The model that a controller computes with, from poses that it shows.
+
+A controller reports the pose of its own, often calibrated, model: an instrument whose only noise is rounding.
+The model is found when what is left is no more than that.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from functools import cached_property
+from pathlib import Path
+from typing import final
+
+import numpy as np
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from workbench.arm.frame import Frame
+from workbench.arm.observed import Expected
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.errors import FileError
+from workbench.base.progress import part_of
+from workbench.base.threads import one_thread
+from workbench.base.wording import in_mm, plural
+from workbench.data.dataset import Dataset
+from workbench.data.readers import read_measurements
+from workbench.diagnosis.diagnose import diagnose
+from workbench.extras.pendant.convention import Convention, as_dataset, find_convention, with_displayed_frames
+from workbench.extras.pendant.readings import PendantReadings, read_readings, readings_of, typed_readings
+from workbench.identification.identify import identify
+from workbench.identification.report.results_json import identification_json, validation_json
+from workbench.identification.result import Identification, error_rows
+from workbench.plate.door import door
+from workbench.report.json import Json, plain
+from workbench.report.result_display import AbstractShown
+from workbench.report.tables import line, new_table
+
+SCHEMA = "workbench.extraction/1"
+ROUNDING = 1.5
+"""Root mean square of what is left, in standard deviations of rounding, that a model may leave."""
+UNCERTAIN = (0.3, 2e-4)
+"""Expected error from which on the readings are too few: part of the nominal model's, and at least [m]."""
+WANTED = 3e-5
+"""Expected error that a plan aims at [m]."""
+
+
+class ModelVerdict(StrEnum):
+    """What the controller computes with."""
+
+    NOMINAL = "nominal"
+    EXTRACTED = "extracted"
+    UNCERTAIN = "too few readings"
+    MORE = "more than geometry"
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Extraction(AbstractShown):
+    """A controller's model.
+
+    Args:
+        robot: The controller's arm, in the frame that it displays and with the tool that is set.
+        meaning: What the displayed numbers mean.
+        run: The identification.
+        left: Root mean square of nominal and extracted arm's errors, in standard deviations of rounding.
+        cause: What else the controller compensates, in words; empty where nothing is left.
+    """
+
+    robot: Robot
+    meaning: Convention
+    run: Identification
+    left: tuple[float, float]
+    cause: str = ""
+
+    @cached_property
+    def verdict(self) -> ModelVerdict:
+        """What was found."""
+        if self.left[1] > ROUNDING:
+            return ModelVerdict.MORE
+        share, least = UNCERTAIN
+        if self.expected.position > max(share * 1e-3 * self.run.nominal.train.position_mm.rms, least):
+            return ModelVerdict.UNCERTAIN
+        return ModelVerdict.NOMINAL if self.left[0] < ROUNDING else ModelVerdict.EXTRACTED
+
+    @cached_property
+    def expected(self) -> Expected:
+        """Error of the extracted model anywhere within the joint limits [m], [rad]."""
+        return self.run.transfer.anywhere
+
+    @property
+    def sentence(self) -> str:
+        """The result in one sentence."""
+        nominal = 1e-3 * self.run.nominal.train.position_mm.mean
+        if self.verdict is ModelVerdict.NOMINAL:
+            name = self.run.nominal_robot.name
+            return f"your controller is nominal: {name} agrees with it to the display's digits"
+        if self.verdict is ModelVerdict.MORE:
+            return (
+                f"your controller also compensates {self.cause}: geometry leaves {in_mm(self._after)}, "
+                f"{self.left[1]:.1f} times the rounding; write the readings with --rows and use "
+                "'workbench diagnose'"
+            )
+        size = f"{in_mm(self.expected.position)} and {np.rad2deg(self.expected.rotation):.2g}°"
+        if self.verdict is ModelVerdict.UNCERTAIN:
+            return (
+                f"{plural(len(self.run.data), 'reading')} leave the model uncertain by {size}; read more, "
+                "with every joint moved ('workbench extract --plan 30' plans them)"
+            )
+        return (
+            f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average; the "
+            f"extracted one is expected within {size} of it anywhere"
+        )
+
+    @property
+    def frames(self) -> tuple[str, ...]:
+        """What the display refers to, one sentence each."""
+        own, at = self.run.frames, self.robot
+        tool = f"a tool is set: {_pose_words(at.tool)}" if own.tool else "no tool is set: it shows the flange"
+        base = f"a user frame is set: the robot's base is at {_pose_words(at.base)}" if own.base else ""
+        return tuple(filter(None, (f"the display: {self.meaning.words}", tool, base)))
+
+    @property
+    def _after(self) -> float:
+        return 1e-3 * self.run.best.train.position_mm.mean
+
+    def summary(self) -> RenderableType:
+        table = new_table("Model against display", "", "mm mean", "max", "° mean", "max")
+        for title, _, errors in error_rows([("nominal", self.run.nominal), ("extracted", self.run.best)]):
+            spreads = filter(None, (errors.position_mm, errors.orientation_deg))
+            table.add_row(title, *(f"{v:.3f}" for s in spreads for v in (s.mean, s.max)))
+        parts: list[RenderableType] = [
+            Text(f"{self.run.nominal_robot.name}: {self.sentence}", style="bold"),
+            table,
+        ]
+        parts += [line("found", words) for words in self.frames]
+        parts += [line("warning", f"reading {o.row + 1} does not fit the others {o.words.partition(' ')[2]}: "
+                       "correct it or read it again") for o in self.run.outliers]  # fmt: skip
+        return Group(*parts)
+
+    def json(self) -> Json:
+        """The result as plain data, with the identification under its own schema."""
+        joints, lengths, angles = self.meaning.units
+        return plain(
+            {
+                "schema": SCHEMA,
+                "robot": self.run.nominal_robot.name,
+                "verdict": str(self.verdict),
+                "message": self.sentence,
+                "display": {
+                    "joints": joints,
+                    "positions": lengths,
+                    "angles": angles or None,
+                    "orientation": self.meaning.orientation.words,
+                    "tool_set": bool(self.run.frames.tool),
+                    "base_set": bool(self.run.frames.base),
+                },
+                "nominal": validation_json(self.run.nominal),
+                "extracted": validation_json(self.run.best),
+                "left": {"nominal": self.left[0], "extracted": self.left[1]},
+                "expected": {"position_m": self.expected.position, "rotation_rad": self.expected.rotation},
+                "outliers": [o.row for o in self.run.outliers],
+                "identification": identification_json(self.run),
+            }
+        )
+
+
+@door()
+@one_thread()
+def extract(robot: Robot, readings: Path | Dataset | Sequence[str]) -> Extraction:
+    """Find the model that a controller computes with from joints and poses that its pendant shows.
+
+    Args:
+        robot: The maker's nominal arm.
+        readings: A table, a log or bag with joints and poses, typed poses `q1,…,qn = x,y,z,a,b,c`, or rows.
+
+    Raises:
+        DataError: too few readings, none that this arm can show, or several meanings that fit.
+        FileError, OptionError: no readings.
+    """
+    shown = _read(readings, robot)
+    meaning = find_convention(robot, shown)
+    data = as_dataset(robot, shown, meaning)
+    arm = with_displayed_frames(robot, meaning)
+    with part_of(0.0, 0.7):
+        run = identify(arm, data, held_out=0.0)
+    nominal, best = (_left(each, run) for each in (run.aligned, run.robot))
+    taken = run.aligned if nominal < ROUNDING else run.robot
+    cause = ""
+    if best > ROUNDING:
+        with part_of(0.7, 0.3):
+            cause = _cause(arm, data)
+    return Extraction(robot=taken, meaning=meaning, run=run, left=(nominal, best), cause=cause)
+
+
+def _read(readings: Path | Dataset | Sequence[str], robot: Robot) -> PendantReadings:
+    if isinstance(readings, Dataset):
+        return readings_of(readings)
+    if not isinstance(readings, Path):
+        return typed_readings(readings, robot)
+    try:
+        return read_readings(readings, robot)
+    except FileError as error:  # a log or bag
+        try:
+            return readings_of(read_measurements(readings, joints=robot.dof))
+        except FileError:
+            raise error from None
+
+
+def _left(arm: Robot, run: Identification) -> float:
+    """What an arm leaves of the fitted readings, in standard deviations of their rounding."""
+    data = run.data.take(run.train_rows)
+    shown = se3.pose(np.asarray(data.rotation), np.asarray(data.position))
+    error = se3.pose_error(shown, arm.predict(data.q))
+    spare = max(error.size - run.best.fit.factor.rank, 1) / error.size if arm is not run.aligned else 1.0
+    return float(np.sqrt(((error / data.sigma) ** 2).mean() / spare))
+
+
+def _cause(arm: Robot, data: Dataset) -> str:
+    """What the controller compensates beside its geometry."""
+    if not arm.has_masses:
+        return f"more than geometry ({arm.name} has no masses, so sag can't be told from the rest)"
+    found = diagnose(arm, data, held_out=0.0)
+    names = dict.fromkeys(SAG.get(str(e.effect.name), str(e.effect.name)) for e in found.effects)
+    return " and ".join(names) or "more than geometry"
+
+
+SAG = dict.fromkeys(("joint-compliance", "bearing-compliance", "link-flexure"), "sag under gravity")
+"""Effects by what a user calls them."""
+
+
+def _pose_words(frame: Frame) -> str:
+    xyz = ", ".join(f"{1e3 * v:.2f}" for v in frame.xyz)
+    rpy = ", ".join(f"{v:.3f}" for v in np.rad2deg(frame.rpy))
+    return f"x, y, z {xyz} mm, roll, pitch, yaw {rpy}°".replace("-", "−")

@@ -1,0 +1,67 @@
+"""What the three or four numbers of a displayed orientation may mean.
+
+Euler angles turn about three axes, one after the other. In `z y' x''` each axis is one of the frame that the
+last turn left; in `x y z` all axes stay where they are, so that the matrix of the first number stands last.
+There are twelve of either kind.
+"""
+
+from collections.abc import Callable, Iterator
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from workbench.base import se3
+
+MAKERS = {
+    "xyz": "roll, pitch, yaw: Fanuc, Yaskawa, xArm",
+    "ZYX": "A, B, C: KUKA",
+    "ZYZ": "Doosan, Kawasaki, Comau",
+    "XYZ": "Stäubli",
+}
+
+
+class Orientation(NamedTuple):
+    """One meaning.
+
+    Args:
+        words: For people.
+        numbers: How many.
+        has_units: Whether the numbers are angles, which `matrices` expects in rad.
+        matrices: Rotation matrices of rows of them.
+    """
+
+    words: str
+    numbers: int
+    has_units: bool
+    matrices: Callable[[np.ndarray], np.ndarray]
+
+
+def _euler(axes: str) -> Orientation:
+    marks = zip(axes.lower(), ("", "'", "''") if axes.isupper() else ("", "", ""), strict=True)
+    maker = f" ({MAKERS[axes]})" if axes in MAKERS else ""
+    turns = "moving" if axes.isupper() else "fixed"
+    words = f"Euler angles {' '.join(axis + mark for axis, mark in marks)} about {turns} axes{maker}"
+    return Orientation(words, 3, True, lambda v: Rotation.from_euler(axes, v).as_matrix())
+
+
+def _sequences() -> Iterator[str]:
+    for axes in ("xyz", "ZYX", "ZYZ", "XYZ"):
+        yield axes
+    for letters in ("xyz", "XYZ"):
+        for chosen in product(letters, repeat=3):
+            axes = "".join(chosen)
+            if axes[0] != axes[1] != axes[2] and axes not in MAKERS:
+                yield axes
+
+
+ORIENTATIONS = (
+    Orientation("rotation vector (UR)", 3, True, se3.rotvec_to_matrix),
+    *map(_euler, _sequences()),
+    Orientation("quaternion w, x, y, z (ABB)", 4, False, se3.quaternion_to_matrix),
+    Orientation(
+        "quaternion x, y, z, w (ROS)", 4, False, lambda v: se3.quaternion_to_matrix(np.roll(v, 1, axis=-1))
+    ),
+)
+"""All of them, the likeliest first."""

@@ -1,0 +1,114 @@
+"""Poses at which to read a pendant: few, within limits, clear of the arm itself, at whole degrees.
+
+Joint positions that were commanded in whole degrees are known exactly, whatever the display rounds.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.frame import Frame
+from workbench.arm.joint_units import shown_joints, sliding
+from workbench.arm.observed import Expected
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.errors import OptionError
+from workbench.base.files import write_text
+from workbench.base.progress import part_of
+from workbench.base.types import Freedom
+from workbench.data.dataset import Dataset
+from workbench.extras.pendant.convention import UNIFORM
+from workbench.extras.pendant.extract import WANTED
+from workbench.identification.identify import identify
+from workbench.plate.poses.choose_poses import choose_poses
+from workbench.plate.poses.pose_limits import PoseLimits
+from workbench.plate.region import Region
+
+MARGIN = float(np.deg2rad(3.0))
+"""Distance of the joints from their limits [rad]."""
+CLEARANCE = 0.01
+"""Distance of the arm from itself [m]."""
+DISPLAY = (1e-4, float(np.deg2rad(0.01)))
+"""Last digits of a usual display [m], [rad]."""
+MIN_POSES = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Poses to read.
+
+    Args:
+        q: Joint positions [rad or m].
+        expected: Error of the model that they give at a usual display, anywhere within the limits.
+    """
+
+    robot: Robot
+    q: Float[np.ndarray, "poses n"]
+    expected: Expected
+
+    @property
+    def sentence(self) -> str:
+        """What to expect of it."""
+        size = 1e3 * self.expected.position
+        more = "" if self.expected.position <= WANTED else "; more poses make it smaller"
+        return (
+            f"{len(self.q)} poses: expected error of the extracted model {size:.3f} mm at a display of "
+            f"0.1 mm and 0.01°{more}"
+        )
+
+    def save(self, path: Path | str) -> Path:
+        """Write a form to be filled in."""
+        slides = sliding(self.robot)
+        heads = [f"q{k + 1}[{'mm' if slide else 'deg'}]" for k, slide in enumerate(slides)]
+        head = ",".join((*heads, "x[mm]", "y[mm]", "z[mm]", "a", "b", "c"))
+        rows = [
+            ",".join((*(f"{v:g}" for v in row), *[""] * 6))
+            for row in shown_joints(self.robot, self.q).round()
+        ]
+        return write_text(path, "\n".join((*(f"# {text}" for text in HELP), head, *rows)) + "\n")
+
+
+HELP = (
+    "Move the joints to each line's positions, slowly; mind what stands around the arm.",
+    "Type x, y, z and the orientation as the pendant shows them, with all digits.",
+    "Three angles or a rotation vector: a, b, c. A quaternion: add a column d.",
+)
+
+
+def plan_readings(robot: Robot, number: int, *, seed: int = 0) -> Plan:
+    """Choose poses to read from a pendant.
+
+    Raises:
+        OptionError: fewer poses than tell a model.
+    """
+    if number < MIN_POSES:
+        raise OptionError(f"--plan must be at least {MIN_POSES} poses, got {number}; 30 suit most arms")
+    reach = np.full(3, 2.0 * robot.reach)
+    above = Region(min=np.array([*-reach[:2], 0.0]), max=reach)
+    limits = PoseLimits(margin=MARGIN, clearance=CLEARANCE, region=above)
+    bare = replace(robot.with_effects(), sessions=()).with_frames(
+        base=Frame(free=Freedom.AUTO), tool=Frame(free=Freedom.AUTO)
+    )
+    with part_of(0.0, 0.5):
+        found = choose_poses(bare, number, limits=limits, base=True, tool=True, seed=seed)
+    shown = shown_joints(robot, found.q).round()
+    q = np.where(sliding(robot), 1e-3 * shown, np.deg2rad(shown))
+    return Plan(robot, q, _expected(bare, q, np.random.default_rng(seed)))
+
+
+def _expected(robot: Robot, q: np.ndarray, rng: np.random.Generator) -> Expected:
+    """Expected error of the model that a virtual pendant gives at some poses."""
+    poses = robot.predict(q)
+    sigma = UNIFORM * np.repeat(DISPLAY, 3)
+    noise = rng.normal(size=(len(q), 6)) * sigma
+    data = Dataset(
+        q=q,
+        position=poses[:, :3, 3] + noise[:, :3],
+        rotation=se3.rotvec_to_matrix(noise[:, 3:]) @ poses[:, :3, :3],
+        sigma=np.tile(sigma, (len(q), 1)),
+        source="virtual pendant",
+    )
+    with part_of(0.5, 0.5):
+        return identify(robot, data, held_out=0.0).transfer.anywhere

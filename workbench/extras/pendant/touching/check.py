@@ -1,0 +1,329 @@
+"""The morning check: did a joint, the tool, the base or a seat move, or does the arm still warm up?
+
+Seats are touched today, and were touched once when the arm was good (the reference). With p(q) the tip by the
+calibrated arm, and touches of one seat in one posture as a group,
+
+    p_i = c_group(i) − Σ_k h_ik x_k
+
+where the columns h of each cause act on today's touches: ∂p/∂q_j for a moved zero of joint j, R_i for a moved
+tool, a rigid motion for the base, time for warming up. The model's errors are the same in both visits of a
+group and cancel in c. Each cause is judged by an F test against none; what is left under it gives the noise.
+Seven tenths of the chance of a false alarm are shared by the joints, the rest by all other causes.
+
+Without a reference a group is a seat: only what differs between postures is seen, and the model's own errors
+count as noise.
+"""
+
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import final
+
+import numpy as np
+from jaxtyping import Bool, Float
+from rich.console import Group, RenderableType
+from rich.text import Text
+from scipy import special
+
+from workbench.arm.joint_units import shown_units, sliding
+from workbench.arm.robot import Robot
+from workbench.base.errors import DataError, OptionError
+from workbench.base.wording import in_mm, joint_list
+from workbench.data.dataset import Dataset
+from workbench.data.readers.read import read_fields
+from workbench.extras.pendant.touching.causes import (
+    FALSE_ALARM,
+    SEEN,
+    PossibleCause,
+    TestedCause,
+    causes_of,
+    groups_of,
+    projector,
+    tested,
+    tips_of,
+)
+from workbench.extras.pendant.touching.touches import EXACT, Touches, read_touches
+from workbench.plate.door import door
+from workbench.report.json import Json, plain
+from workbench.report.numbers import signed
+from workbench.report.result_display import AbstractShown
+from workbench.report.tables import line, new_table
+
+SCHEMA = "workbench.check/1"
+POWER = 0.95
+MIN_TOUCHES = 6
+WANTED = 5e-5
+"""Displacement of the tip that a check should find, where nothing is asked for [m]."""
+MOVES = 0.01
+"""Least displacement of the tip by a joint for it to matter [m/rad or m/m]."""
+MIN_LIKELIHOOD_GAP = 6.0
+"""Difference of twice the log likelihood, penalised, below which causes are not told apart."""
+SETTLING, SHORTEST, LONGEST = 1200.0, 300.0, 7200.0
+"""Time constant of warming up where the touches don't show it, and its bounds [s]."""
+
+
+class Health(StrEnum):
+    """What a check found."""
+
+    GOOD = "good"
+    MOVED = "moved"
+    WARMING = "warming up"
+    SLIPPED = "a touch slipped"
+    UNCERTAIN = "cannot tell"
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class Check(AbstractShown):
+    """Result of a morning check.
+
+    Args:
+        calibrated: The arm as it was.
+        found: What is beyond chance, the likeliest first.
+        joints: Shift of each joint's zero if it alone moved [rad or m], its standard error, and the smallest
+            shift that these touches find in 95 of 100 cases.
+        lever: Displacement of the tip by each joint, root mean square over the touches [m/rad or 1].
+        seen: Which joints these touches show.
+        noise: Standard deviation of a touch along each axis [m].
+        wait: Time until the arm is warm [s]; NaN where it does not warm up.
+        touches: How many today, and in the reference.
+        wanted: Displacement that should be found [m].
+    """
+
+    calibrated: Robot
+    found: tuple[TestedCause, ...]
+    joints: Float[np.ndarray, "n 3"]
+    lever: Float[np.ndarray, " n"]
+    seen: Bool[np.ndarray, " n"]
+    noise: float
+    wait: float
+    touches: tuple[int, int]
+    wanted: float
+
+    @property
+    def best(self) -> TestedCause | None:
+        """The likeliest cause, if any is beyond chance."""
+        return self.found[0] if self.found else None
+
+    @property
+    def detectable(self) -> float:
+        """Displacement of the tip by any joint that is seen, found in 95 of 100 cases [m]."""
+        return float((self.joints[:, 2] * self.lever)[self.seen].max(initial=0.0))
+
+    @property
+    def health(self) -> Health:
+        """What was found."""
+        if self.best is not None:
+            kinds = {"warming": Health.WARMING, "touch": Health.SLIPPED}
+            return kinds.get(self.best.cause.kind, Health.MOVED)
+        return Health.GOOD if self.seen.any() and self.detectable <= self.wanted else Health.UNCERTAIN
+
+    @property
+    def sentence(self) -> str:
+        """The result in one sentence."""
+        limit = f"a displacement of {in_mm(self.detectable)} by any joint"
+        if self.best is None:
+            text = f"good: {limit} would have been found (95 %, false alarms 1 %){self._unseen}"
+            if self.health is Health.GOOD:
+                return text
+            if not self.seen.any():
+                return "the touches show no joint; touch two or three seats, each in two postures or more"
+            times = int(np.ceil(self.touches[0] * (self.detectable / self.wanted) ** 2))
+            return (
+                f"nothing was found, but only {limit} would be, not {in_mm(self.wanted)}; touch about "
+                f"{times} times{'' if self.touches[1] else ', or give --reference'}"
+            )
+        return f"{self._words(self.best)}{self._alike}"
+
+    @property
+    def _unseen(self) -> str:
+        lost = np.flatnonzero(~self.seen).tolist()
+        return f"; {joint_list(lost)} can't be seen" if lost else ""
+
+    @property
+    def _alike(self) -> str:
+        assert self.best is not None
+        rivals = [t.cause.words for t in self.found[1:] if t.score < self.best.score + MIN_LIKELIHOOD_GAP]
+        return f"; or {' or '.join(rivals[:3])}, which these touches do not tell apart" if rivals else ""
+
+    def _words(self, tested: TestedCause) -> str:
+        cause = tested.cause
+        if cause.kind == "joint":
+            factor = 1e3 if sliding(self.calibrated)[cause.joint] else float(np.rad2deg(1.0))
+            value, half = factor * tested.x[0], factor * 1.96 * tested.std[0]
+            digits = int(np.clip(1 - np.floor(np.log10(max(half, 1e-9))), 1, 5))
+            unit = shown_units(self.calibrated)[cause.joint]
+            return f"{cause.words} moved by {signed(value, digits)}{unit} ± {half:.{digits}f}{unit}"
+        if cause.kind == "warming":
+            minutes = int(5 * np.ceil(self.wait / 300.0))
+            return f"still warming up: wait {minutes} min and check again"
+        if cause.kind == "touch":
+            return f"{cause.words} does not fit the others by {in_mm(_length(tested))}: touch that seat again"
+        return f"{cause.words} moved by {in_mm(_length(tested))}"
+
+    @property
+    def robot(self) -> Robot:
+        """The arm with the zero that moved; as it was where no joint did."""
+        if self.best is None or self.best.cause.kind != "joint":
+            return self.calibrated
+        name = self.calibrated.joint_offsets[self.best.cause.joint]
+        value = float(self.calibrated.values((name,))[0] + self.best.x[0])
+        return self.calibrated.with_values({name: value})
+
+    def summary(self) -> RenderableType:
+        table = new_table(
+            "Joints, each as if it alone had moved", "joint", "by", "± (95 %)", "found from", "at the tip"
+        )
+        units, slides = shown_units(self.calibrated), sliding(self.calibrated)
+        for k, (shift, std, least) in enumerate(self.joints):
+            factor = 1e3 if slides[k] else float(np.rad2deg(1.0))
+            cells = [f"{signed(factor * shift, 4)}{units[k]}", f"{factor * 1.96 * std:.4f}{units[k]}"]
+            cells += [f"{factor * least:.4f}{units[k]}", in_mm(least * self.lever[k])]
+            table.add_row(str(k + 1), *(cells if self.seen[k] else ["can't be seen", "", "", ""]))
+        noise = f"a touch repeats to {in_mm(self.noise)} along each axis (standard deviation)"
+        return Group(
+            Text(f"{self.calibrated.name}: {self.sentence}", style="bold"), table, line("note", noise)
+        )
+
+    def json(self) -> Json:
+        """The result as plain data, in SI."""
+        return plain(
+            {
+                "schema": SCHEMA,
+                "robot": self.calibrated.name,
+                "verdict": str(self.health),
+                "message": self.sentence,
+                "joints": [
+                    {
+                        "joint": k + 1,
+                        "shift": s,
+                        "std": e,
+                        "found_from": d,
+                        "found_from_at_tip": d * lever,
+                        "seen": seen,
+                    }
+                    for k, ((s, e, d), lever, seen) in enumerate(
+                        zip(self.joints.tolist(), self.lever.tolist(), self.seen.tolist(), strict=True)
+                    )
+                ],
+                "found": [
+                    {
+                        "cause": t.cause.words,
+                        "kind": t.cause.kind,
+                        "values": t.x,
+                        "std": t.std,
+                        "chance": t.chance,
+                    }
+                    for t in self.found
+                ],
+                "power": {"displacement": self.detectable, "probability": POWER, "false_alarms": FALSE_ALARM},
+                "noise": self.noise,
+                "wait_s": self.wait,
+                "touches": {"today": self.touches[0], "reference": self.touches[1]},
+            }
+        )
+
+
+@door()
+def check(
+    robot: Robot, touches: Path | Dataset, *, reference: Path | Dataset | None = None, wanted: float = WANTED
+) -> Check:
+    """Check an arm by touching two or three seats, joints alone.
+
+    Args:
+        robot: The calibrated arm with its tool.
+        touches: Today's joint positions at the seats, named in `contact`; with `time[s]` warming up is seen.
+        reference: The same from a day on which the arm was good, in the same postures.
+        wanted: Displacement of the tip that should be found in 95 of 100 cases [m].
+
+    Raises:
+        DataError: fewer than six touches, or seats that the reference lacks.
+        OptionError: a displacement that is not positive.
+    """
+    if not wanted > 0.0:
+        raise OptionError(f"the displacement to find must be positive, got {wanted:g} m")
+    today = read_touches(touches, robot)
+    before = None if reference is None else read_touches(reference, robot)
+    if len(today) < MIN_TOUCHES:
+        raise DataError(
+            f"{today.source}: touch two or three seats {MIN_TOUCHES} times or more together, got {len(today)}"
+        )
+    q = today.q if before is None else np.concatenate([today.q, before.q])
+    groups = groups_of(today, before)
+    is_today = np.arange(len(q)) < len(today)
+    tips = tips_of(robot, q)
+    time = _times(touches, today)
+    causes = list(causes_of(robot, today, q, is_today, before is not None, time))
+    seats = np.repeat(np.eye(max(groups) + 1)[groups], 3, axis=0)
+    basis = np.concatenate([seats * np.tile(np.eye(3)[axis], len(q))[:, None] for axis in range(3)], axis=1)
+    basis = basis[:, np.abs(basis).any(0)]
+    spare = 3 * len(q) - np.linalg.matrix_rank(basis)
+    clear = projector(basis)
+    y = clear @ tips.ravel()
+    judged = [t for c in causes if (t := tested(c, clear, y, spare)) is not None]
+    found = sorted((t for t in judged if t.is_found), key=lambda t: t.score)
+    noise = found[0].noise if found else max(float(np.sqrt(y @ y / spare)), EXACT)
+    joints, lever, seen = _joints(
+        [c for c in causes if c.kind == "joint"], judged, clear, noise, spare, len(today)
+    )
+    warming = next((t for t in found if t.cause.kind == "warming"), None)
+    return Check(
+        calibrated=robot,
+        found=tuple(found),
+        joints=joints,
+        lever=lever,
+        seen=seen,
+        noise=noise,
+        wait=np.nan if warming is None or time is None else _wait(warming, float(time.max()), wanted),
+        touches=(len(today), 0 if before is None else len(before)),
+        wanted=wanted,
+    )
+
+
+def _times(source: Path | Dataset, today: Touches) -> Float[np.ndarray, " rows"] | None:
+    """When each touch was made, from the first on [s]; None if unknown."""
+    time = source.time if isinstance(source, Dataset) else read_fields(source).values.get("time")
+    if time is None:
+        return None
+    chosen = (
+        np.asarray(time, float)[list(today.rows)] if isinstance(source, Path) else np.asarray(time, float)
+    )
+    return chosen - chosen[0] if np.isfinite(chosen).all() and np.ptp(chosen) > 0.0 else None
+
+
+def _joints(
+    causes: list[PossibleCause],
+    tested: list[TestedCause],
+    clear: np.ndarray,
+    noise: float,
+    spare: int,
+    count: int,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Shift, standard error and smallest shift found of every joint; its lever; whether it is seen."""
+    by_joint = {t.cause.joint: t for t in tested if t.cause.kind == "joint"}
+    rows, lever, seen = [], [], []
+    for cause in causes:
+        whole, left = np.linalg.norm(cause.columns), np.linalg.norm(clear @ cause.columns)
+        lever.append(whole / np.sqrt(count))
+        seen.append(cause.joint in by_joint and left > SEEN * whole and whole > MOVES * np.sqrt(count))
+        limit = special.stdtrit(spare - 1, 1.0 - 0.5 * cause.alarm) + special.stdtrit(spare - 1, POWER)
+        if not seen[-1]:
+            rows.append([np.nan, np.nan, np.nan])
+            continue
+        own = by_joint[cause.joint]
+        rows.append([own.x[0], own.std[0], limit * noise / left])
+    return np.array(rows), np.array(lever), np.array(seen, bool)
+
+
+def _length(tested: TestedCause) -> float:
+    return float(np.linalg.norm(tested.x[:3]))
+
+
+def _wait(tested: TestedCause, span: float, wanted: float) -> float:
+    """Time until what is left of the warming is less than asked for, from how far and how fast [s]."""
+    drift, offset = tested.x[:3], tested.x[3:]
+    if not len(offset):
+        return SETTLING
+    left, speed = float(np.linalg.norm(drift + offset)), float(np.linalg.norm(drift)) / span
+    settling = np.clip(left / max(speed, 1e-12), SHORTEST, LONGEST)
+    return float(np.clip(settling * np.log(max(left / wanted, 1.0)), SHORTEST, LONGEST))

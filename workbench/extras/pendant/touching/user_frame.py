@@ -1,0 +1,345 @@
+"""A user frame from touches: three points, 3-2-1 on the faces of a part, or the points of its drawing.
+
+Every touch keeps some coordinates of the tip in the frame: all of a drawing's point, y and z of one on the x
+axis, z of one on the plane. The frame is the least-squares solution of these,
+
+    e · (T⁻¹ p_i − target_i) = 0,      e the axes that touch i keeps
+
+by Gauss–Newton from a closed form, whichever of them were touched more often than they need to be.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from pathlib import Path
+from typing import NamedTuple, final
+
+import numpy as np
+import tomli_w
+from jaxtyping import Bool, Float
+from rich.console import Group, RenderableType
+from rich.text import Text
+
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
+from workbench.base.files import write_text
+from workbench.base.wording import in_mm
+from workbench.data.dataset import Dataset
+from workbench.data.readers.read import read_fields
+from workbench.extras.pendant.touching.tool_tip import frame_lines
+from workbench.extras.pendant.touching.touches import (
+    EXACT,
+    Touches,
+    half_width,
+    numbered,
+    read_touches,
+    slipped,
+)
+from workbench.plate.door import door
+from workbench.report.json import Json, plain
+from workbench.report.numbers import signed
+from workbench.report.result_display import AbstractShown
+from workbench.report.tables import line, new_table
+
+SCHEMA = "workbench.frame/1"
+MAX_ROUNDS = 30
+FLAT = 0.02
+"""Least extent of points across their line, as a share of that along it."""
+POOR = 1e-3
+"""Root mean square of the touches' errors beyond which a frame should not be used, unless asked for [m]."""
+SWAPPED = 5.0
+"""Two exchanged points explain a misfit that is this many times smaller without."""
+LABELS = (
+    "name the touches in a column 'contact': origin, x, xy (three points), or plane, line, end (3-2-1: three "
+    "on a face, two along an edge in the direction of x, one on the end), or as in --cad"
+)
+KEEPS = {"origin": "xyz", "x": "yz", "xy": "z", "plane": "z", "line": "y", "end": "x"}
+"""Coordinates that a touch of each kind keeps."""
+
+
+class _Kept(NamedTuple):
+    """What the touches keep: coordinates in the frame [m], and which of them count."""
+
+    target: Float[np.ndarray, "rows 3"]
+    counts: Bool[np.ndarray, "rows 3"]
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True, repr=False)
+class UserFrame(AbstractShown):
+    """A frame in the robot's base.
+
+    Args:
+        robot: The arm's name.
+        pose: Of the frame in the robot's base.
+        half: Half of the 95 % intervals of position [m] and angles [rad] along the frame's axes; infinite
+            where no touch is to spare.
+        errors: What each touch is off in the coordinates that it keeps [m].
+        apart: Touches that slipped, the worst first.
+        wanted: Error that was asked for [m].
+        hint: What explains a misfit; empty if nothing was found.
+        notes: What else should be known, one sentence each.
+    """
+
+    robot: str
+    touches: Touches
+    pose: Float[np.ndarray, "4 4"]
+    half: Float[np.ndarray, "6"]
+    errors: Float[np.ndarray, " rows"]
+    apart: tuple[int, ...]
+    wanted: float | None
+    hint: str
+    notes: tuple[str, ...]
+
+    @property
+    def scatter(self) -> float:
+        """Root mean square of the touches that count [m]."""
+        return float(np.sqrt((np.delete(self.errors, self.apart) ** 2).mean()))
+
+    @property
+    def doubt(self) -> str:
+        """Why the frame should not be used as it is; empty if it may be."""
+        limit = self.wanted or POOR
+        if self.scatter > limit:
+            return (
+                f"the touches miss the frame by {in_mm(self.scatter)}, more than {in_mm(limit)}: "
+                f"{self.hint or 'check the tool, the names of the points and the numbers of the drawing'}"
+            )
+        if self.wanted is not None and not np.isfinite(self.half[0]):
+            return "no touch is to spare, so nothing shows the frame's error; touch one or two points more"
+        return ""
+
+    @property
+    def sentence(self) -> str:
+        """The result in one sentence."""
+        known = np.isfinite(self.half[:3])
+        parts = (
+            f"{axis} {signed(1e3 * v, 3)}" + (f" ± {1e3 * h:.3f}" if k else "")
+            for axis, v, h, k in zip("xyz", self.pose[:3, 3], self.half, known, strict=False)
+        )
+        meet = (
+            f"touches are off by {in_mm(self.scatter)}"
+            if known.all()
+            else "no touch is to spare to show its error"
+        )
+        return f"frame at {', '.join(parts)} mm in the robot's base; {meet}"
+
+    def save(self, path: Path | str) -> Path:
+        """Write the frame as TOML: `xyz` [m] and `rpy` [rad] in the robot's base, as plates have them."""
+        table = {"xyz": self.pose[:3, 3].tolist(), "rpy": se3.matrix_to_rpy(self.pose[:3, :3]).tolist()}
+        return write_text(path, tomli_w.dumps({"frame": table}))
+
+    def summary(self) -> RenderableType:
+        table = new_table("Touches", "touch", "of", "off by [mm]", "")
+        for k, error in enumerate(self.errors):
+            cells = str(self.touches.rows[k] + 1), self.touches.names[k], f"{1e3 * error:.3f}"
+            table.add_row(*cells, "slipped, left out" if k in self.apart else "")
+        turned = float(self.half[3:].max())
+        parts: list[RenderableType] = [
+            Text(f"{self.robot}: {self.sentence}", style="bold"),
+            table,
+            frame_lines("axes", self.pose[:3, :3], turned),
+        ]
+        if self.apart:
+            parts.append(line("warning", f"{numbered(self.touches, self.apart)} slipped; left out"))
+        return Group(*parts, *(line("note", words) for words in self.notes))
+
+    def json(self) -> Json:
+        """The result as plain data, in SI."""
+        return plain(
+            {
+                "schema": SCHEMA,
+                "robot": self.robot,
+                "message": self.doubt or self.sentence,
+                "xyz": self.pose[:3, 3],
+                "rpy": se3.matrix_to_rpy(self.pose[:3, :3]),
+                "half_width": self.half,
+                "scatter": self.scatter,
+                "touches": [
+                    {"row": row, "name": name, "error": error, "slipped": k in self.apart}
+                    for k, (row, name, error) in enumerate(
+                        zip(self.touches.rows, self.touches.names, self.errors, strict=True)
+                    )
+                ],
+                "notes": list(self.notes),
+            }
+        )
+
+
+@door()
+def frame(
+    robot: Robot,
+    touches: Path | Dataset,
+    *,
+    cad: Path | Mapping[str, Sequence[float]] | None = None,
+    radius: float = 0.0,
+    flange: bool = False,
+    wanted: float | None = None,
+) -> UserFrame:
+    """Find a user frame in the robot's base from touches with a tool whose tip is known.
+
+    Args:
+        robot: The arm with its tool (`tcp`), calibrated or nominal.
+        touches: Joint positions, and in `contact` what was touched: `origin`, `x`, `xy`; or `plane`, `line`,
+            `end` for 3-2-1; or the names of the drawing's points.
+        cad: The points of a drawing in its own frame [m]: by name, or a file with point, x[mm], y[mm], z[mm].
+        radius: Of the ball that touches faces, for 3-2-1 [m].
+        flange: Whether the tool may be none: the flange itself touched.
+        wanted: Error of the touches that is asked for [m].
+
+    Raises:
+        DataError: no tool, too few touches, names that say nothing, or points on one line.
+        OptionError: an accuracy or radius out of range.
+    """
+    if (wanted is not None and not wanted > 0.0) or not 0.0 <= radius < 0.1:
+        raise OptionError(
+            f"the wanted accuracy must be positive and the radius 0–100 mm, got {wanted}, {radius:g} m"
+        )
+    given = read_touches(touches, robot)
+    if not flange and np.linalg.norm(robot.tool.xyz) < EXACT:
+        raise DataError(
+            f"{robot.name} has no tool: find its tip with 'workbench tcp … --save', or give --tool x,y,z in "
+            "mm (0,0,0 if the flange itself touched)"
+        )
+    tips = given.tips(robot)
+    points = None if cad is None else _drawing(cad)
+    begin, kept = _begin(given, tips, given.flanges(robot)[:, :3, 3], points, radius)
+
+    def square(rows: Sequence[int]) -> tuple[float, int]:
+        chosen = _Kept(kept.target[list(rows)], kept.counts[list(rows)])
+        _, left, seen = _fitted(begin, tips[list(rows)], chosen)
+        return float((left**2).sum()), int(chosen.counts.sum()) - 6 if seen is not None else -1
+
+    good, apart = slipped(square, len(given))
+    chosen = _Kept(kept.target[good], kept.counts[good])
+    pose, left, covariance = _fitted(begin, tips[good], chosen)
+    if covariance is None:
+        raise DataError(f"{given.source}: the touches do not determine a frame; {LABELS}")
+    spread = half_width(float((left**2).sum()), int(chosen.counts.sum()) - 6)
+    off = np.where(kept.counts, se3.apply(se3.inverse(pose)[None], tips) - kept.target, 0.0)
+    notes = []
+    if robot.calibration is None:
+        notes.append("the arm is nominal: between distant points its own errors add, often 1 mm")
+    return UserFrame(
+        robot=robot.name,
+        touches=given,
+        pose=pose,
+        half=spread * np.sqrt(np.diag(covariance)),
+        errors=np.linalg.norm(off, axis=1),
+        apart=tuple(apart),
+        wanted=wanted,
+        hint="" if points is None else _exchanged(given, tips, points),
+        notes=tuple(notes),
+    )
+
+
+def _drawing(cad: Path | Mapping[str, Sequence[float]]) -> dict[str, np.ndarray]:
+    """Points by name [m]."""
+    if isinstance(cad, Mapping):
+        return {str(name): np.asarray(place, float) for name, place in cad.items()}
+    fields = read_fields(cad)
+    xyz, names = fields.stacked(("x", "y", "z")), fields.values.get("point", fields.values.get("target"))
+    if xyz is None or names is None:
+        raise DataError(f"{cad}: give the columns point, x[mm], y[mm], z[mm]")
+    return {str(name).strip(): place for name, place in zip(names, xyz, strict=True)}
+
+
+def _begin(
+    touches: Touches,
+    tips: np.ndarray,
+    flanges: np.ndarray,
+    points: Mapping[str, np.ndarray] | None,
+    radius: float,
+) -> tuple[np.ndarray, _Kept]:
+    """A first frame in closed form, and what every touch keeps of it."""
+    if points is not None:
+        if strange := [name for name in touches.names if name not in points]:
+            raise DataError(
+                f"{touches.source}: '{strange[0]}' is no point of the drawing, which has {', '.join(points)}"
+            )
+        target = np.array([points[name] for name in touches.names])
+        _require_spread(touches, target)
+        return se3.best_fit(target, tips), _Kept(target, np.ones_like(target, bool))
+    mean = {name: _rows(touches, name) for name in KEEPS}
+    if not set(touches.names) <= set(KEEPS):
+        raise DataError(
+            f"{touches.source}: '{next(n for n in touches.names if n not in KEEPS)}' says nothing; {LABELS}"
+        )
+    counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in touches.names])
+    target = np.zeros((len(touches), 3))
+    if all(len(mean[name]) for name in ("origin", "x", "xy")):
+        _require_spread(touches, tips)
+        origin, along, beside = (tips[mean[name]].mean(0) for name in ("origin", "x", "xy"))
+        return _axes(origin, along - origin, np.cross(along - origin, beside - origin)), _Kept(target, counts)
+    if len(mean["plane"]) < 3 or len(mean["line"]) < 2 or not len(mean["end"]):
+        raise DataError(f"{touches.source}: {len(touches)} touches do not make a frame; {LABELS}")
+    face, edge = tips[mean["plane"]], tips[mean["line"]]
+    _require_spread(touches, face)
+    normal = np.linalg.svd(face - face.mean(0))[2][-1]
+    normal *= np.sign(normal @ (flanges[mean["plane"]] - face).mean(0)) or 1.0
+    begin = _axes(tips[mean["end"]].mean(0), edge[-1] - edge[0], normal)
+    inside = se3.apply(se3.inverse(begin), face.mean(0)) - se3.apply(se3.inverse(begin), edge[0])
+    target[mean["plane"], 2] = radius
+    target[mean["line"], 1] = -radius * np.sign(inside[1])
+    target[mean["end"], 0] = -radius * np.sign(se3.apply(se3.inverse(begin), face.mean(0))[0])
+    return begin, _Kept(target, counts)
+
+
+def _rows(touches: Touches, name: str) -> list[int]:
+    return [k for k, own in enumerate(touches.names) if own == name]
+
+
+def _require_spread(touches: Touches, points: np.ndarray) -> None:
+    """Refuse points on one line."""
+    sizes = np.linalg.svd(points - points.mean(0), compute_uv=False)
+    if len(points) < 3 or sizes[1] < FLAT * max(sizes[0], EXACT):
+        raise DataError(
+            f"{touches.source}: {len(points)} points on one line leave the turn about it open; touch three "
+            "or more that span a plane"
+        )
+
+
+def _axes(origin: np.ndarray, x: np.ndarray, z: np.ndarray) -> Float[np.ndarray, "4 4"]:
+    z = z / np.linalg.norm(z)
+    x = x - (x @ z) * z
+    x = x / np.linalg.norm(x)
+    return se3.pose(np.column_stack([x, np.cross(z, x), z]), origin)
+
+
+def _fitted(
+    begin: np.ndarray, tips: np.ndarray, kept: _Kept
+) -> tuple[np.ndarray, np.ndarray, Float[np.ndarray, "6 6"] | None]:
+    """The frame, what the touches leave [m], and its covariance for unit variance; None if undetermined."""
+    pose, counts = begin, kept.counts.ravel()
+    for _ in range(MAX_ROUNDS):
+        local = se3.apply(se3.inverse(pose)[None], tips)
+        residual = (local - kept.target).ravel()[counts]
+        jacobian = np.concatenate([np.tile(np.eye(3), (len(tips), 1, 1)), -se3.skew(local)], axis=2)
+        jacobian = jacobian.reshape(-1, 6)[counts]
+        scale = np.repeat([1.0, max(float(np.abs(local).max()), EXACT)], 3)
+        if len(jacobian) < 6 or np.linalg.svd(jacobian / scale, compute_uv=False)[-1] < 1e-6:
+            return pose, residual, None
+        step = np.linalg.lstsq(jacobian, residual, rcond=None)[0]
+        pose = pose @ se3.pose(se3.rotvec_to_matrix(step[3:]), step[:3])
+        if np.abs(step).max() < 1e-12:
+            break
+    return pose, residual, np.linalg.inv(jacobian.T @ jacobian)
+
+
+def _exchanged(touches: Touches, tips: np.ndarray, points: Mapping[str, np.ndarray]) -> str:
+    """Which two names were exchanged, if that explains the misfit."""
+
+    def error(names: Sequence[str]) -> float:
+        target = np.array([points[name] for name in names])
+        pose = se3.best_fit(target, tips)
+        return float(np.linalg.norm(se3.apply(pose[None], target) - tips))
+
+    found = []
+    for one, other in combinations(dict.fromkeys(touches.names), 2):
+        swap = {one: other, other: one}
+        found.append((error([swap.get(n, n) for n in touches.names]), one, other))
+    best = min(found)
+    if best[0] * SWAPPED < error(touches.names):
+        return f"'{best[1]}' and '{best[2]}' seem to be exchanged"
+    return ""
