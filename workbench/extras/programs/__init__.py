@@ -1,0 +1,1 @@
+"""Joint targets in programs of ABB, KUKA, Yaskawa and Universal Robots."""

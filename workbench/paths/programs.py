@@ -1,0 +1,97 @@
+"""Robot programs: joint targets read from their text and written back into it, everything else as it was."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base.errors import FileError
+from workbench.base.files import read_bytes, write_bytes
+from workbench.base.registry import Registry
+from workbench.data.readers.trajectory import Trajectory
+
+TEXT = "latin-1"
+"""Every byte is a character, so that what is not changed stays as it is."""
+LARGEST = 16 * 2**20
+
+
+class AbstractProgramFormat(ABC):
+    """One language."""
+
+    name: ClassVar[str]
+    endings: ClassVar[tuple[str, ...]]
+    unit: ClassVar[float]
+    """Radians in one of its units."""
+    decimals: ClassVar[int]
+    """Decimals that are written at least."""
+
+    @abstractmethod
+    def targets(self, text: str, path: str) -> Iterable[list[tuple[int, int]]]:
+        """Where the numbers of each joint target stand: begin and end of each.
+
+        Raises:
+            FileError: something that moves the arm and can't be read, with its line.
+        """
+
+
+PROGRAMS: Registry[AbstractProgramFormat] = Registry(
+    "program format", AbstractProgramFormat, group="workbench.programs"
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """A program with its joint targets.
+
+    Args:
+        spans: Begin and end of each number in the text, a row a target.
+        q: The targets [rad].
+    """
+
+    text: str
+    form: AbstractProgramFormat
+    spans: tuple[tuple[tuple[int, int], ...], ...]
+    q: Float[np.ndarray, "targets n"]
+    source: str
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The targets as a list of poses."""
+        return Trajectory(time=None, q=self.q, position=None, rotation=None, source=self.source, notes=())
+
+    def save(self, q: Float[np.ndarray, "targets n"], path: Path) -> Path:
+        """Write the program with other joint targets, and everything else as it was."""
+        text, at = [], 0
+        for row, values in zip(self.spans, (q / self.form.unit).tolist(), strict=True):
+            for (begin, end), value in zip(row, values, strict=True):
+                shown = len(self.text[begin:end].partition(".")[2])
+                text += [self.text[at:begin], f"{value:.{max(shown, self.form.decimals)}f}"]
+                at = end
+        return write_bytes(path, "".join([*text, self.text[at:]]).encode(TEXT))
+
+
+def read_program(path: Path, joints: int) -> Program | None:
+    """A program by its ending; None for files of other kinds.
+
+    Raises:
+        FileError: no joint target, one with another number of joints, or what can't be read.
+    """
+    form = next((f for f in PROGRAMS.values() if path.suffix.lower() in f.endings), None)
+    if form is None:
+        return None
+    text = read_bytes(path, wanted=f"a {form.name} program", most=LARGEST).decode(TEXT)
+    spans = sorted(tuple(row) for row in form.targets(text, str(path)))
+    if not spans:
+        raise FileError(f"has no joint target that {form.name} programs are read for", path=str(path))
+    for row in spans:
+        if len(row) != joints:
+            line = text.count("\n", 0, row[0][0]) + 1
+            raise FileError(
+                f"a target of {len(row)} joints, but the robot has {joints}", path=str(path), line=line
+            )
+    q = np.array([[float(text[a:b]) for a, b in row] for row in spans]) * form.unit
+    return Program(text, form, tuple(spans), q, str(path))
