@@ -3,12 +3,11 @@
 from pathlib import Path
 from typing import final
 
-from workbench.base.progress import Cancel
-from workbench.data.binary_recordings import read_c3d
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.layouts.layout import AbstractFileLayout
-from workbench.data.readers.layouts.recording import Recording, choice
+from workbench.extras.logs.binary_recordings import read_c3d
+from workbench.extras.logs.recording import Logged, choice
 
 
 @final
@@ -20,10 +19,10 @@ class C3d(AbstractFileLayout):
     def matches(self, path: Path, head: bytes) -> bool:
         return path.suffix.lower() == ".c3d"
 
-    def read(self, path: Path, naming: Naming | None, cancel: Cancel) -> Fields:
-        time, names, places = read_c3d(path, cancel)
+    def read(self, path: Path, naming: Naming | None) -> Fields:
+        time, names, places = read_c3d(path)
         markers = dict(zip(names, places, strict=True))
         one = choice(naming, "pose")
         if one in markers:
             markers = {one: markers[one]}
-        return Recording(time=time, markers=markers).fields(path, self.name, naming)
+        return Logged(time=time, markers=markers).fields(path, self.name, naming)

@@ -17,7 +17,7 @@ Turns = Float[np.ndarray, "frames 3 3"]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Recording:
+class Logged:
     """What an instrument saw, frame by frame; NaN where it lost sight.
 
     Args:

@@ -13,7 +13,6 @@ import numpy as np
 
 from workbench.base.bounded_process import MEBIBYTE, ChildError
 from workbench.base.errors import MissingExtraError
-from workbench.base.progress import Cancel
 from workbench.data.binary_tables import read_in_child
 
 MEMORY = 400 * MEBIBYTE
@@ -25,20 +24,20 @@ POSES = ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/TransformStamped", 
 Streams = dict[str, dict[str, dict[str, Any]]]
 
 
-def read_bag(path: Path, cancel: Cancel) -> Streams:
+def read_bag(path: Path) -> Streams:
     """Joint states by topic, poses by topic or by the child frame of a transform.
 
     Each has `time` (of the recorder) and `stamp` (of the sender) [s]; joints have `names` and `q`, NaN where
     a message lacks one; poses have `pose`: x, y, z [m] and the quaternion w, x, y, z.
     """
     words = {"what": "this bag", "instead": "check it with 'ros2 bag info'"}
-    return _read(bag_streams, path, "rosbags.highlevel", "ros", cancel=cancel, **words)
+    return _read(bag_streams, path, "rosbags.highlevel", "ros", **words)
 
 
-def read_c3d(path: Path, cancel: Cancel) -> tuple[np.ndarray, list[str], np.ndarray]:
+def read_c3d(path: Path) -> tuple[np.ndarray, list[str], np.ndarray]:
     """Time of every frame [s], names of the points, and their places [m], NaN where one was not seen."""
     words = {"what": "this C3D file", "instead": "export it again, or as CSV"}
-    return _read(c3d_points, path, "ezc3d", "mocap", cancel=cancel, **words)
+    return _read(c3d_points, path, "ezc3d", "mocap", **words)
 
 
 def _read(function, path: Path, library: str, extra: str, *, what: str, **more: Any) -> Any:

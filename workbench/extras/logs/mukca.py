@@ -12,7 +12,6 @@ from typing import final
 import numpy as np
 
 from workbench.base.errors import FileError
-from workbench.base.progress import Cancel
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Decimal, Fields, to_numbers
 from workbench.data.readers.file_kind import read_bytes
@@ -35,7 +34,7 @@ class Mukca(AbstractFileLayout):
     def matches(self, path: Path, head: bytes) -> bool:
         return bool(_placements(path) if path.is_dir() else _POSE.fullmatch(path.name))
 
-    def read(self, path: Path, naming: Naming | None, cancel: Cancel) -> Fields:
+    def read(self, path: Path, naming: Naming | None) -> Fields:
         if _POSE.fullmatch(path.name):
             raise FileError(
                 "these poses are the controller's own forward kinematics, not measurements: read the "

@@ -1,5 +1,6 @@
 """Bags, C3D, motion capture and point lists joined with joints, written as their makers describe them."""
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,11 +10,9 @@ import pytest
 
 import workbench as wb
 from workbench.base import se3
-from workbench.base.errors import DataError, FileError, OptionError, WorkbenchError
-from workbench.data.readers.joint_logs import still
-from workbench.data.readers.layouts import mocap
-from workbench.data.readers.mapping import mapping_text, read_mapping, with_column, write_mapping
-from workbench.data.readers.preview import preview
+from workbench.base.errors import DataError, FileError, OptionError
+from workbench.extras.logs import mocap
+from workbench.extras.logs.standstills import still
 
 POSES, RATE = 8, 25.0
 UR = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
@@ -327,6 +326,23 @@ def test_markers_of_c3d_are_joined_with_rtde(run_of_arm, tmp_path):
     np.testing.assert_allclose(one.position, run.at[:, :3, 3], atol=1e-6)
 
 
+def test_a_c3d_file_whose_parameters_reach_beyond_its_end(tmp_path):
+    ezc3d = pytest.importorskip("ezc3d")
+    path, file = tmp_path / "take.c3d", ezc3d.c3d()
+    point = file["parameters"]["POINT"]
+    point["UNITS"]["value"], point["RATE"]["value"], point["LABELS"]["value"] = ["mm"], [50.0], ["A", "B"]
+    file["data"]["points"] = np.ones((4, 2, 3))
+    file.write(str(path))
+    content = path.read_bytes()
+    at = content.index(b"LABELS") + 10  # after its name, the step to the next and its type
+    broken = content[:at] + bytes([7]) + bytes([255]) * 7 + content[at + 8 :]  # 255 to the 7th letters
+    begin = os.times()
+    path.write_bytes(broken)
+    with pytest.raises(FileError, match="its parameters are broken"):
+        wb.read_measurements(path)
+    assert sum(os.times()[:4]) - sum(begin[:4]) < 4.0
+
+
 # -- lists ----------------------------------------------------------------------------------------
 
 
@@ -338,23 +354,6 @@ def points_list(folder: Path, run, names, *, time=None) -> Path:
         lines.append(";".join([*cells, *([f"{time[k]:.6f}"] if time is not None else [])]))
     (folder / "points.csv").write_text("\n".join(lines) + "\n")
     return folder / "points.csv"
-
-
-def test_points_are_joined_by_name_in_any_order(run_of_arm, tmp_path):
-    names = [f"P{k}" for k in range(POSES)]
-    points = points_list(tmp_path, run_of_arm, names)
-    lines = ["point," + ",".join(f"q{k}[rad]" for k in range(1, 7))]
-    for k in (5, 2, 7, 0, 1, 6, 4):  # one is missing
-        lines.append(f"P{k}," + ",".join(map(repr, run_of_arm.stands[k].tolist())))
-    (tmp_path / "q.csv").write_text("\n".join(lines))
-    data = wb.read_measurements(points, joint_table=tmp_path / "q.csv")
-    kept = [0, 1, 2, 4, 5, 6, 7]
-    np.testing.assert_allclose(data.q, run_of_arm.stands[kept])
-    np.testing.assert_allclose(data.position, run_of_arm.at[kept, :3, 3], atol=1e-9)
-    assert "left out: 'P3'" in " ".join(data.notes)
-    (tmp_path / "q.csv").write_text("\n".join([*lines, lines[1]]))
-    with pytest.raises(DataError, match="'P5' twice"):
-        wb.read_measurements(points, joint_table=tmp_path / "q.csv")
 
 
 def test_points_are_joined_by_time(run_of_arm, tmp_path):
@@ -392,63 +391,3 @@ def test_dates_are_of_one_clock(run_of_arm, tmp_path):
     np.testing.assert_allclose(data.q, run.stands[1:], atol=1e-9)
     with pytest.raises(DataError, match="count time differently"):
         wb.read_measurements(tmp_path / "p.csv", joint_table=log(tmp_path, run))
-
-
-def test_joints_twice_are_one_too_many(run_of_arm, tmp_path):
-    joints = log(tmp_path, run_of_arm)
-    with pytest.raises(OptionError, match="has joints of its own"):
-        wb.read_measurements(joints, joint_table=joints)
-
-
-# -- mappings -------------------------------------------------------------------------------------
-
-
-def test_a_mapping_is_stored_and_used_again(tmp_path, run):
-    (tmp_path / "a.csv").write_text(
-        "Achse 1 [deg],Unbekannt,y[mm],z[mm],Halle,temp[degC]\n90,1,2,3,4,20\n45,1,2,4,5,21\n"
-    )
-    write_mapping(preview(tmp_path / "a.csv"), tmp_path / "m.toml")
-    text = (tmp_path / "m.toml").read_text()
-    assert '"Achse 1 [deg]" = "q1[deg]"' in text
-    assert 'Unbekannt = "-"' in text
-    text = text.replace('Unbekannt = "-"', 'Unbekannt = "x[cm]"').replace(
-        '"temp[degC]" = "temperature[degC]"', '"temp[degC]" = "-"'
-    )
-    (tmp_path / "m.toml").write_text(text)
-    mapping = read_mapping(tmp_path / "m.toml")
-    data = wb.read_measurements(tmp_path / "a.csv", columns=mapping.columns)
-    np.testing.assert_allclose(data.q[:, 0], np.deg2rad([90, 45]))
-    np.testing.assert_allclose(data.position, [[1e-2, 2e-3, 3e-3], [1e-2, 2e-3, 4e-3]])
-    assert data.temperature is None
-    status, out, _ = run("preview", "a.csv", "--save-mapping", "n.toml")
-    assert status == 1  # there is no x
-    assert "Achse 1" in out
-    assert 'Halle = "-"' in (tmp_path / "n.toml").read_text()
-    assert run("preview", "a.csv", "--mapping", "m.toml")[0] == 0
-
-
-def test_choices_one_after_the_other_name_the_files_own_headings(tmp_path):
-    """The second is made on what the first was read as, and what is stored serves the next file."""
-    (tmp_path / "a.csv").write_text("A1,X,Y,Z,hall\n90,1,2,3,4\n45,1,2,4,5\n")
-    found = preview(tmp_path / "a.csv")
-    for heading, meaning in (("A1", "q1[deg]"), ("X", "x[mm]"), ("hall", "temperature[degC]")):
-        (tmp_path / "m.toml").write_text(with_column(mapping_text(found), heading, meaning))
-        found = preview(tmp_path / "a.csv", columns=read_mapping(tmp_path / "m.toml").columns)
-        assert [c.heading for c in found.columns] == ["A1", "X", "Y", "Z", "hall"]
-    np.testing.assert_allclose(found.dataset.position, 1e-3 * np.array([[1, 2, 3], [1, 2, 4]]))
-    assert found.dataset.temperature.tolist() == [4.0, 5.0]
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ('[columns]\na = "nothing[m]"\n', "there is no such column"),
-        ("[columns]\na = 3\n", "must be a name"),
-        ("[other]\n", "unknown key 'other'"),
-        ("layout = 3\n", "layout must be a name"),
-    ],
-)
-def test_bad_mappings_are_refused(text, words, tmp_path):
-    (tmp_path / "m.toml").write_text(text)
-    with pytest.raises(WorkbenchError, match=words):
-        read_mapping(tmp_path / "m.toml")

@@ -1,6 +1,6 @@
-"""Measurements joined with joints from a robot's log: by name, by row, or by time where the arm stands still.
+"""Measurements joined by time with joints from a robot's log, where the arm stands still.
 
-By time, joints and measurements are averaged over each standstill: a stretch of the log of `WINDOW` or longer
+Joints and measurements are averaged over each standstill: a stretch of the log of `WINDOW` or longer
 in which no joint ranges beyond `STILL`. Nothing is interpolated while the arm moves. Samples within `MARGIN`
 of a standstill's ends are left out, as clocks differ by their latencies and arms settle. Two files with
 clocks of their own are brought together by when both moved (`clock_offset`).
@@ -8,15 +8,17 @@ clocks of their own are brought together by when both moved (`clock_offset`).
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import final
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError
 from workbench.base.hand_eye import nearest_rotation
-from workbench.base.wording import listed, plural
+from workbench.base.wording import plural
 from workbench.data.readers.columns_option import GROUPS
 from workbench.data.readers.fields import Fields
+from workbench.data.readers.joint_tables import AbstractJoin, by_row, merged
 from workbench.data.readers.orientation import read_orientation
 
 WINDOW, MARGIN, GAP = 0.4, 0.1, 1.0
@@ -26,53 +28,29 @@ STILL, STILL_POINT = np.deg2rad(0.03), 5e-4
 DENSE = 0.25
 """Samples that are this near to each other show when something moved [s]."""
 STEP = 0.02
-ALIKE, APART = 0.6, 1.1
+MIN_CORRELATION, MIN_CORRELATION_RATIO = 0.6, 1.1
 """Least correlation of both motions, and how much better it is than at any other offset."""
 TURNS = {key for keys in GROUPS.values() for key in keys} - {"x", "y", "z"}
-LABELS = ("point", "group", "image")
-"""Columns by which rows are joined, the first that both have."""
 
 Times = Float[np.ndarray, " samples"]
 
 
-def join(measured: Fields, joints: Fields) -> Fields:
-    """Measurements with joints from another table: by name, by time, or row by row."""
-    for key in LABELS:
-        if key in measured.values and key in joints.values:
-            return _by_label(measured, joints, key)
-    timed = "time" in measured.values
-    if timed and "time" in joints.values:
-        return join_by_time(measured, joints)
-    if timed and measured.rows > joints.rows and _dense(measured.values["time"]):
-        measured = _averaged(measured, _standstills_of_points(measured), "the measured point")
-    if measured.rows != joints.rows:
-        raise DataError(
-            f"{measured.source} has {plural(measured.rows, 'row')}, {joints.source} {joints.rows}: name the "
-            "rows in both (column 'point'), give both a column time[s], or one row of joints a measurement"
-        )
-    kept = {k: v for k, v in joints.values.items() if k not in measured.values}
-    said = f"joints are those of {joints.source}, row by row: both have {joints.rows}"
-    return _merged(measured, kept, joints, (said,))
+@final
+class ByTime(AbstractJoin):
+    """Where both tables have times, or measurements ran on and the joints are one row a pose."""
 
+    name = "by-time"
 
-def _by_label(measured: Fields, joints: Fields, key: str) -> Fields:
-    names, known = measured.values[key].tolist(), joints.values[key].tolist()
-    if len(set(known)) < len(known):
-        again = next(name for name in known if known.count(name) > 1)
-        raise DataError(f"{joints.source} names {key} '{again}' twice: give one row of joints a name")
-    place = {name: k for k, name in enumerate(known)}
-    rows = np.array([i for i, name in enumerate(names) if name in place], int)
-    if not len(rows):
-        raise DataError(
-            f"no {key} of {measured.source} ({listed(names, longest=3)}) is among those of {joints.source} "
-            f"({listed(known, longest=3)})"
-        )
-    notes = [f"joints are those of {joints.source}, by '{key}'"]
-    if lost := sorted(set(names) - set(known)):
-        notes.append(f"{key} without joints, left out: {listed(lost)}")
-    at = np.array([place[names[i]] for i in rows])
-    kept = {k: v[at] for k, v in joints.values.items() if k not in measured.values}
-    return _merged(measured.take(rows), kept, joints, notes)
+    def applies(self, measured: Fields, joints: Fields) -> bool:
+        if "time" not in measured.values:
+            return False
+        return "time" in joints.values or (measured.rows > joints.rows and _dense(measured.values["time"]))
+
+    def join(self, measured: Fields, joints: Fields) -> Fields:
+        if "time" in joints.values:
+            return join_by_time(measured, joints)
+        stands = _standstills_of_points(measured)
+        return by_row(_averaged(measured, stands, "the measured point"), joints)
 
 
 def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -> Fields:
@@ -120,7 +98,7 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
         f"s or longer: joints and measurements are averages over each; {measured.rows - used} of "
         f"{measured.rows} samples, taken while it moved or without sight, are not used",
     )
-    return _merged(found, along, joints, said)
+    return merged(found, along, joints, said)
 
 
 def _dated(measured: Fields, joints: Fields) -> Fields:
@@ -183,9 +161,9 @@ def clock_offset(
     best = int(np.argmax(score))
     others = score[np.abs(offsets - offsets[best]) > 1.0]
     now = score[np.abs(offsets) <= 3.0 * STEP]
-    if len(now) and now.max() > 0.9 * score[best] and score[best] > ALIKE:
+    if len(now) and now.max() > 0.9 * score[best] and score[best] > MIN_CORRELATION:
         return 0.0, ()
-    if score[best] < ALIKE or (len(others) and score[best] < APART * others.max()):
+    if score[best] < MIN_CORRELATION or (len(others) and score[best] < MIN_CORRELATION_RATIO * others.max()):
         raise DataError(
             "measurements and joints move at different moments, whatever the offset of their clocks: are "
             "they of the same run? else give both the same clock in time[s]"
@@ -306,14 +284,3 @@ def _sorted(fields: Fields) -> Fields:
     time = fields.values["time"]
     order = np.argsort(time, kind="stable")
     return fields.take(order[np.isfinite(time[order])])
-
-
-def _merged(measured: Fields, more: dict[str, np.ndarray], joints: Fields, notes: Sequence[str]) -> Fields:
-    """Measurements with further columns of the joints' table."""
-    return replace(
-        measured,
-        values={**measured.values, **more},
-        headings={**joints.headings, **measured.headings},
-        units={**joints.units, **measured.units},
-        notes=(*measured.notes, *(n for n in joints.notes if n not in measured.notes), *notes),
-    )

@@ -13,15 +13,14 @@ import numpy as np
 
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.base.progress import Cancel
 from workbench.base.wording import listed
-from workbench.data.binary_recordings import read_bag
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import meaning
-from workbench.data.readers.joint_logs import join_by_time
 from workbench.data.readers.layouts.layout import AbstractFileLayout
-from workbench.data.readers.layouts.recording import Recording, choice, chosen
+from workbench.extras.logs.binary_recordings import read_bag
+from workbench.extras.logs.recording import Logged, choice, chosen
+from workbench.extras.logs.standstills import join_by_time
 
 SKEW = 0.1
 """Difference between senders' clocks that is said [s]."""
@@ -38,13 +37,13 @@ class RosBag(AbstractFileLayout):
             return any(path.glob("*.db3")) or any(path.glob("*.mcap"))
         return head.startswith((b"#ROSBAG", b"\x89MCAP")) or path.suffix.lower() in (".db3", ".mcap", ".bag")
 
-    def read(self, path: Path, naming: Naming | None, cancel: Cancel) -> Fields:
+    def read(self, path: Path, naming: Naming | None) -> Fields:
         inner = (
             path.parent
             if path.suffix.lower() == ".db3" and (path.parent / "metadata.yaml").exists()
             else path
         )
-        streams = read_bag(inner, cancel)
+        streams = read_bag(inner)
         if not streams["joints"]:
             raise DataError(f"{path}: there are no joint states (sensor_msgs/JointState) in this bag")
         topic = chosen(list(streams["joints"]), choice(naming, "joints"), f"{path}: joint topics", "joints")
@@ -57,7 +56,7 @@ class RosBag(AbstractFileLayout):
         turns = se3.quaternion_to_matrix(
             numbers[:, 3:] / np.linalg.norm(numbers[:, 3:], axis=1, keepdims=True)
         )
-        measured = Recording(time=found["time"], bodies={pose: (numbers[:, :3], turns)}, notes=_skew(streams))
+        measured = Logged(time=found["time"], bodies={pose: (numbers[:, :3], turns)}, notes=_skew(streams))
         return join_by_time(measured.fields(path, self.name, None), joints, one_clock=True)
 
 

@@ -20,15 +20,14 @@ import numpy as np
 
 from workbench.base import se3
 from workbench.base.errors import FileError
-from workbench.base.progress import Cancel
 from workbench.base.units import Quantity, to_si
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.file_kind import read_bytes
 from workbench.data.readers.layouts.layout import AbstractFileLayout
-from workbench.data.readers.layouts.recording import Recording
 from workbench.data.readers.orientation import intrinsic_xyz
 from workbench.data.readers.text import decode
+from workbench.extras.logs.recording import Logged
 
 AGREE = 1e-3
 """Largest entry by which matrix and angles of one body may differ."""
@@ -49,7 +48,7 @@ class Mocap(AbstractFileLayout):
             or re.match(rb"(Objects|Segments|Trajectories)[,;]*\r?\n\d+(\.\d+)?[,;]*\r?\n", start)
         )
 
-    def read(self, path: Path, naming: Naming | None, cancel: Cancel) -> Fields:
+    def read(self, path: Path, naming: Naming | None) -> Fields:
         text = decode(read_bytes(path), path)[0].lstrip("\ufeff")
         mark = "\t" if text.startswith(("NO_OF", "FILE_V")) else _mark(text)
         rows = [[cell.strip().strip('"') for cell in line.split(mark)] for line in text.splitlines()]
@@ -91,7 +90,7 @@ def _rate(text: str) -> float:
     return rate
 
 
-def _optitrack(rows: list[list[str]], path: Path) -> Recording:
+def _optitrack(rows: list[list[str]], path: Path) -> Logged:
     settings = dict(zip(rows[0][::2], rows[0][1::2], strict=False))
     unit = {"Meters": "m", "Millimeters": "mm", "Centimeters": "cm"}[settings.get("Length Units", "Meters")]
     start = next(i for i, row in enumerate(rows) if row[:1] == ["Frame"])
@@ -113,10 +112,10 @@ def _optitrack(rows: list[list[str]], path: Path) -> Recording:
             bodies[name] = position, _turns(data, [place[f"Rotation {a}"] for a in "WXYZ"]) if known else None
         elif kind == "Marker":
             markers[name] = position
-    return Recording(time=data[:, 1], bodies=bodies, markers=markers, notes=tuple(notes))
+    return Logged(time=data[:, 1], bodies=bodies, markers=markers, notes=tuple(notes))
 
 
-def _vicon(rows: list[list[str]], path: Path) -> Recording:
+def _vicon(rows: list[list[str]], path: Path) -> Logged:
     rate, names, axes, units = _rate(rows[1][0]), rows[2], rows[3], rows[4]
     data = _table(rows[5:], len(axes))
     starts = [i for i in range(2, len(axes)) if i < len(names) and names[i]]
@@ -135,10 +134,10 @@ def _vicon(rows: list[list[str]], path: Path) -> Recording:
         else:
             markers[names[first]] = position
     time = (data[:, 0] - data[0, 0]) / rate
-    return Recording(time=time, bodies=bodies, markers=markers, notes=tuple(notes))
+    return Logged(time=time, bodies=bodies, markers=markers, notes=tuple(notes))
 
 
-def _qualisys(rows: list[list[str]], path: Path) -> Recording:
+def _qualisys(rows: list[list[str]], path: Path) -> Logged:
     head = {row[0]: row[1:] for row in rows[:40] if row and re.fullmatch(r"[A-Z_]+", row[0])}
     rate = _rate(head["FREQUENCY"][0])
     start = max(i for i, row in enumerate(rows[:40]) if row[0] in head) + 1
@@ -161,7 +160,7 @@ def _qualisys(rows: list[list[str]], path: Path) -> Recording:
         if turns is None:
             notes.append(f"orientations of '{name}' are left out: its matrix and its angles disagree")
         bodies[name] = position, turns
-    return Recording(time=time, bodies=bodies, markers=markers, notes=tuple(notes))
+    return Logged(time=time, bodies=bodies, markers=markers, notes=tuple(notes))
 
 
 def _matrices(nine: np.ndarray, angles: np.ndarray, seen: Any) -> np.ndarray | None:

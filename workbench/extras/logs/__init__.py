@@ -1,0 +1,1 @@
+"""ROS bags, motion capture, C3D, logs of controllers, and layouts of public data sets."""
