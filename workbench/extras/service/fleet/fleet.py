@@ -14,7 +14,6 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.parallel import spread
-from workbench.base.progress import Progress
 from workbench.base.wording import plural
 from workbench.data.simulation.hidden_effects import varied_state
 from workbench.extras.service.fleet.history import History, Unread, arms_of, read_histories, values_of
@@ -33,7 +32,7 @@ POSES = 40
 """Poses over which the tool's displacement is averaged."""
 SURE = 1.645
 """Standard errors by which a rate is taken larger, to be on the safe side."""
-LONGEST = 3650
+MAX_DAYS_AHEAD = 3650
 """Days beyond which no date is named."""
 
 
@@ -130,7 +129,6 @@ def compare_fleet(
     allowed: float = ALLOWED,
     workers: int | None = None,
     scheduler: str | None = None,
-    progress: Progress | None = None,
 ) -> Fleet:
     """Compare the calibrations of one or many arms over time.
 
@@ -152,7 +150,7 @@ def compare_fleet(
         raise OptionError(f"the allowed displacement must be positive, got {1e3 * allowed:g} mm")
     files = [(name, tuple(path.absolute() for path in paths)) for name, paths in arms_of(folder).items()]
     pieces = [(files[i : i + PIECE], robot) for i in range(0, len(files), PIECE)]
-    read = spread(read_histories, pieces, workers=workers, scheduler=scheduler, progress=progress)
+    read = spread(read_histories, pieces, workers=workers, scheduler=scheduler, text="reading files")
     found = [arm for piece in read for arm in piece]
     histories = [arm for arm in found if isinstance(arm, History)]
     factor, least = scatter_factor(histories), threshold(histories)
@@ -180,7 +178,7 @@ def _report(history: History, moved: Sequence[Movement], allowed: float) -> ArmR
         history=history,
         moved=tuple(replace(m, tool=_displacement(history.robot, at, {m.name: m.shift})) for m in moved),
         tool=_displacement(history.robot, at, shifts),
-        again=history.dates[-1] + timedelta(days=int(left)) if left < LONGEST else None,
+        again=history.dates[-1] + timedelta(days=int(left)) if left < MAX_DAYS_AHEAD else None,
     )
 
 

@@ -28,7 +28,7 @@ CHANCE = 0.01
 """Of a fleet in which nothing moved to show any movement."""
 QUARTILE = 0.6745
 """Median magnitude of a standard normal number."""
-ENOUGH = 20
+MIN_DIFFERENCES = 20
 """Differences from which the factor is taken."""
 
 
@@ -74,7 +74,7 @@ def scatter_factor(histories: Sequence[History]) -> float:
         if len(h.dates) > 1
     ]
     found = np.concatenate([part.ravel() for part in parts]) if parts else np.zeros(0)
-    return max(1.0, float(np.median(found)) / QUARTILE) if len(found) >= ENOUGH else 1.0
+    return max(1.0, float(np.median(found)) / QUARTILE) if len(found) >= MIN_DIFFERENCES else 1.0
 
 
 def threshold(histories: Sequence[History]) -> float:

@@ -12,7 +12,8 @@ from rich.text import Text
 from workbench.arm.robot import JointKind
 from workbench.extras.service.fleet.fleet import ArmReport, Fleet
 from workbench.extras.service.fleet.movement import Law, Movement
-from workbench.report.figures import COLOURS, INK, NOMINAL, Drawing, grid, look, new_figure, svg
+from workbench.report.colours import NOMINAL
+from workbench.report.figures import COLOURS, INK, DrawnFigure, grid, look, new_figure, svg
 from workbench.report.html import write_page
 from workbench.report.json import Json, plain
 from workbench.report.tables import line, new_table
@@ -117,11 +118,11 @@ def _moved(moved: Movement) -> Json:
 
 def write_fleet(fleet: Fleet, folder: Path | str) -> Path:
     """Write `fleet.html`, its pictures as SVG files and `result.json`; returns the page's path."""
-    drawings = [Drawing("fleet", "Joints of all arms", FLEET, svg(fleet_chart(fleet), "fleet"))]
+    drawings = [DrawnFigure("fleet", "Joints of all arms", FLEET, svg(fleet_chart(fleet), "fleet"))]
     for number, arm in enumerate((fleet.worn or fleet.worst_first)[:DRAWN], 1):
         name = f"drift-{number}"
         picture = svg(drift_chart(arm, factor=fleet.factor), name)
-        drawings.append(Drawing(name, arm.history.arm, DRIFT, picture))
+        drawings.append(DrawnFigure(name, arm.history.arm, DRIFT, picture))
     return write_page(
         folder,
         PAGE,

@@ -12,6 +12,8 @@ from workbench.base.errors import OptionError
 from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
 
+TOLERANCE, NOMINAL = {"m": 1e-4, "rad": 1e-4}, {"m": 5e-4, "rad": 5e-4}
+"""How well a calibration knows its constants at best, and a data sheet those that were never calibrated."""
 REPLACED = 10.0
 """Times the tolerance by which the geometry next to a replaced joint may differ."""
 UNKNOWN = 0.05
@@ -42,7 +44,7 @@ class Knowledge:
         robot: Robot,
         begin: Robot,
         prior: Prior | None,
-        tolerance: tuple[float, float],
+        tolerance: tuple[float, float] | None,
         replaced: Sequence[int],
     ) -> "Knowledge":
         """Knowledge from an older result, and of what that does not speak of from a tolerance.
@@ -51,7 +53,8 @@ class Knowledge:
             robot: The arm as calibrated; its constants are where the knowledge is centred.
             begin: The same with zeros near those that the rows show.
             prior: From an older result; None if there is none.
-            tolerance: Standard deviations of lengths [m] and of angles [rad].
+            tolerance: Standard deviations of lengths [m] and of angles [rad]; None: those that the record in
+                the arm's file states, and of constants that were never identified the data sheet's.
             replaced: Joints that were replaced, counted from 0.
 
         Raises:
@@ -64,7 +67,10 @@ class Knowledge:
         names = tuple(
             dict.fromkeys((*robot.default_free, *robot.joint_offsets, *(told.names if told else ())))
         )
-        sigma = {n: tolerance[0] if elements[n].unit == "m" else tolerance[1] for n in names}
+        given = None if tolerance is None else dict(zip(("m", "rad"), tolerance, strict=True))
+        sigma = {
+            n: given[elements[n].unit] if given else _recorded(robot, n, elements[n].unit) for n in names
+        }
         information = np.diag([sigma[n] ** -2.0 for n in names])
         if told is not None:
             places = [names.index(n) for n in told.names]
@@ -104,6 +110,12 @@ class Knowledge:
             **choices: Other rows (`data`) or frames, as `Problem.again` takes them.
         """
         return self.without(*loose).on(like.again(robot=like.robot_at(x), free=self.names, **choices))
+
+
+def _recorded(robot: Robot, name: str, unit: str) -> float:
+    """Standard deviation of a constant [rad or m] by the record of the arm's calibration."""
+    known = {} if robot.calibration is None else robot.calibration.std
+    return max(known[name], TOLERANCE[unit]) if name in known else NOMINAL[unit]
 
 
 def link_constants(robot: Robot, joint: int) -> tuple[str, ...]:

@@ -7,12 +7,13 @@ import pytest
 from generator import VirtualArm
 
 import workbench as wb
-from workbench.arm.robot import Frame
+from workbench.arm.calibration_record import Calibration
+from workbench.arm.frame import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Freedom
+from workbench.extras.service.rezero.result import Verdict
 from workbench.identification.prior import Prior
-from workbench.identification.rezero.result import Verdict
 
 SIGMA = (5e-5, np.deg2rad(0.01))
 KNOWN = 1e-4
@@ -41,10 +42,15 @@ ARMS = {
 
 
 def framed(arm, base=FIXED, tool=FIXED):
+    """An arm as a calibration saved it, with its record."""
     frame = Frame.from_pose(
         se3.pose(se3.rpy_to_matrix(np.array([0.1, -0.2, 0.3])), np.array([0.02, 0.05, 0.11]))
     )
-    return arm.with_frames(base=replace(Frame(), free=base), tool=replace(frame, free=tool))
+    record = Calibration(
+        source="a.csv", poses=np.zeros(0, np.uint32), std=dict.fromkeys(arm.default_free, KNOWN)
+    )
+    arm = arm.with_frames(base=replace(Frame(), free=base), tool=replace(frame, free=tool))
+    return replace(arm, calibration=record)
 
 
 def measured(arm, shifts, *, rows=8, seed=0, bent=(), known=KNOWN, noise=1.0):
@@ -119,6 +125,25 @@ def test_a_joint_far_off_is_no_base_that_stands_elsewhere(aria):
     assert [s.joint for s in found.moved] == [0]
     assert found.shifts[0].shift == pytest.approx(shifts[0], abs=3e-4)
     assert any("if the base has moved" in words for words in found.ambiguous)
+
+
+def test_geometry_counts_as_known_as_its_record_says(aria):
+    """A geometry that is off by 0.5 mm: intervals hold where no calibration is recorded, and that is said."""
+    calibrated, new = framed(aria), replace(framed(aria), calibration=None)
+    covered, found = {}, {}
+    for arm in (calibrated, new):
+        hits = []
+        for seed in range(6):
+            shifts = 0.01 * (np.arange(6) == seed)
+            found[arm] = wb.rezero(arm, measured(arm, shifts, known=5e-4, seed=seed))
+            assert [s.joint for s in found[arm].moved] == [seed]
+            hits += [abs(s.shift - t) <= s.half for s, t in zip(found[arm].shifts, shifts, strict=True)]
+        covered[arm] = np.mean(hits)
+    assert covered[calibrated] < 0.9 < covered[new]
+    assert len(found[new].notes) == len(found[calibrated].notes) + 1
+    wider = replace(calibrated.calibration, std=dict.fromkeys(aria.default_free, 8e-4))
+    wide = wb.rezero(replace(calibrated, calibration=wider), measured(new, shifts, known=5e-4, seed=5))
+    assert np.mean([s.std for s in wide.shifts]) > np.mean([s.std for s in found[new].shifts])
 
 
 def test_nothing_moved_is_said(aria):
@@ -244,10 +269,16 @@ def test_the_command_writes_robot_and_result(run, tmp_path, aria):
     assert not (tmp_path / "no.toml").exists()
 
 
-def test_a_joint_that_suits_best_but_is_not_told_is_not_written(aria):
-    """Rows tens of mm off whatever the zeros are: it was said to have moved, by nothing."""
+def test_a_zero_half_a_turn_off_is_a_search_that_diverged(aria):
+    found = wb.rezero(framed(aria), measured(framed(aria), np.deg2rad([0.0, 0.0, 0.0, 0.0, 0.0, 170.0])))
+    assert found.verdict is Verdict.REFUSED
+    assert "joint 6 to +170°" in found.sentence
+
+
+def test_rows_that_no_zeros_explain_are_called_that(aria):
+    """Rows tens of mm off whatever the zeros are: a joint was said to have moved, by nothing."""
     arm = framed(aria)
     found = wb.rezero(arm, measured(arm, [0.0, 0.0, 0.0, 0.0, -0.15, 0.0], seed=2, known=0.04))
     assert found.verdict is Verdict.REFUSED
-    assert "joint 5 suits the rows best" in found.sentence
+    assert "no zeros explain the rows" in found.sentence
     assert found.robot is arm

@@ -4,10 +4,9 @@ import viser
 
 from workbench.base.errors import OptionError
 from workbench.base.wording import capital
-from workbench.identification.rezero.result import Rezero, Verdict, readable
-from workbench.session.commands.diagnose import FindZeros
-from workbench.session.export import rezeroed_toml
-from workbench.session.state import Session
+from workbench.extras.service.rezero.result import Rezero, Verdict, readable
+from workbench.extras.service.rezero.session import FindZeros, rezeroed_toml, zeros_of
+from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.page.html import (
     CAREFUL,
@@ -35,7 +34,9 @@ READY = (
 class RezeroPanel(AbstractPanel):
     """A closed folder: start, verdict, a bar for every joint."""
 
-    depends = ("rezero", "loaded", "is_idle")
+    tab, order = Tab.CALIBRATE, 50
+    door = ("An arm that was knocked", FindZeros)
+    depends = (zeros_of, "loaded", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Joint zeros after a knock", expand_by_default=False):
@@ -49,17 +50,19 @@ class RezeroPanel(AbstractPanel):
                 "Find which joint's zero moved since the robot of this session was calibrated.",
                 main=True,
             )
-            self._card = gui.add_html("")
-            self._save = self.download(
-                "Arm with these zeros (TOML)", rezeroed_toml, "The calibrated arm with the zeros found."
-            )
+            gui.add_html(note(READY, "knocked"))
+        self._card = gui.add_html("")
+        self._save = self.download(
+            "Arm with these zeros (TOML)", rezeroed_toml, "The calibrated arm with the zeros found."
+        )
 
     def show(self, session: Session) -> None:
-        found = session.rezero
+        found = zeros_of(session)
         self._start.disabled = session.loaded is None or session.job is not None
         self._save.visible = found is not None and not found.doubts
-        card = "" if found is None else block(_card(found), testid="rezero", style="margin:4px 0 8px")
-        self._card.content = card or note(READY, "rezero")
+        self._card.content = (
+            "" if found is None else block(_card(found), testid="rezero", style="margin:4px 0 8px")
+        )
 
     def _find(self) -> FindZeros:
         typed = str(self._replaced.value)

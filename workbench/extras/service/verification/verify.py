@@ -17,23 +17,23 @@ from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
-from workbench.identification.evaluate import evaluate
-from workbench.identification.result import Evaluation
-from workbench.identification.verification.intervals import Bounds, least_share, worst_of
-from workbench.identification.verification.iso9283 import (
-    SAME,
+from workbench.extras.service.verification.intervals import Bounds, least_share, worst_of
+from workbench.extras.service.verification.iso9283 import (
+    SAME_POSE,
     RepeatedPose,
     cycle_words,
     pose_labels,
     repeated_poses,
 )
+from workbench.identification.evaluate import evaluate
+from workbench.identification.result import Evaluation
 from workbench.plate.door import door
 from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-ENOUGH = 100
+USUAL_POSES = 100
 """Poses that practitioners ask of a verification."""
 
 
@@ -59,7 +59,7 @@ class Verification(AbstractShown):
     rotation: Bounds | None
     repeated: tuple[RepeatedPose, ...]
     pose: Int[np.ndarray, " rows"]
-    same: float = SAME
+    same: float = SAME_POSE
     wanted: Wanted | None = None
     facts: dict[str, str] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
@@ -129,9 +129,9 @@ class Verification(AbstractShown):
     @property
     def verdict(self) -> str:
         """The answer in one sentence."""
-        rows = f"{plural(len(self.within), 'measurement')} of {plural(self.poses, 'fresh pose')}"
         if self.wanted is None:
-            return f"No pass or fail: {rows} (give a required error to get one)."
+            return "No verdict: set a required error (--wanted)."
+        rows = f"{plural(len(self.within), 'measurement')} of {plural(self.poses, 'fresh pose')}"
         limit = self.wanted.words if self._judges_rotation else self.wanted.position_words
         if self.passed:
             return (
@@ -142,13 +142,13 @@ class Verification(AbstractShown):
         return f"Failed: {failed} of {rows} {'is' if failed == 1 else 'are'} beyond {limit}."
 
     def summary(self) -> RenderableType:
-        from workbench.identification.verification.results import verification_tables
+        from workbench.extras.service.verification.results import verification_tables
 
         return verification_tables(self)
 
     def plot(self) -> "Figure":
         """Where in the work space the errors are, and how large."""
-        from workbench.identification.verification.plots import error_map
+        from workbench.extras.service.verification.plots import error_map
         from workbench.report.figures import on_white
 
         return on_white(error_map(self))
@@ -162,7 +162,7 @@ def verify(
     *,
     wanted: Wanted | float | None = None,
     used: Dataset | None = None,
-    same: float = SAME,
+    same: float = SAME_POSE,
     fit_frames: bool = False,
     facts: dict[str, str] | None = None,
     seed: int = 0,
@@ -202,8 +202,8 @@ def verify(
     group = pose if found.data.group is None else found.data.group
     repeated = repeated_poses(found.robot, found.data, pose)
     poses = int(pose.max()) + 1
-    if poses < ENOUGH:
-        warnings.append(f"{plural(poses, 'different pose')}: practitioners ask for {ENOUGH} or more")
+    if poses < USUAL_POSES:
+        warnings.append(f"{plural(poses, 'different pose')}: practitioners ask for {USUAL_POSES} or more")
     if fit_frames:
         warnings.append("base and tool were fitted to these rows, which reduces the errors")
     wanted = Wanted(position=wanted) if isinstance(wanted, int | float) else wanted

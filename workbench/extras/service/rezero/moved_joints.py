@@ -7,7 +7,7 @@ then held to the calibration again, which makes the others more certain.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,51 +16,51 @@ from workbench.arm.confounded_constants import combinations
 from workbench.arm.parameters import FRAMES
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError, WorkbenchError
-from workbench.base.progress import Cancel, Report, checkpoint
+from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
+from workbench.extras.service.rezero.f_test import Optimum
+from workbench.extras.service.rezero.last_calibration import NOMINAL, UNKNOWN, Knowledge
+from workbench.extras.service.rezero.other_explanations import doubts
+from workbench.extras.service.rezero.result import JointShift, Rezero
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.fit_choices import Excluded, FitChoices
 from workbench.identification.frames import Sessions, visible_parts
 from workbench.identification.held_out_rows import check_enough
+from workbench.identification.own_preparation import preparation_of
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.result import BeforeAfter
-from workbench.identification.rezero.f_test import Optimum
-from workbench.identification.rezero.last_calibration import UNKNOWN, Knowledge
-from workbench.identification.rezero.other_explanations import doubts
-from workbench.identification.rezero.result import JointShift, Rezero
 from workbench.identification.row_errors import Errors, instrument_places
 from workbench.plate.door import door
 
-TOLERANCE = (1e-4, 1e-4)
-"""How well a calibration knows lengths [m] and angles [rad], where nothing says it."""
 TOLD = 0.3
 """A zero known to less than this part of what it was before the rows counts as determined."""
 CHANCE = 0.01
 """Probability that some joint is said to have moved though none has."""
 NEAR = 0.02
-"""Part of the reach within which rows must lie for zeros to be sought before the frames."""
+"""Part of the reach within which rows must lie for zeros to be sought before the frames, or believed."""
+FARTHEST = np.deg2rad(120.0)
+"""A zero that moved farther is that of another arm, or of a search that went astray."""
 
 
 @door()
 @one_thread()
+@whole_or_nothing()
 def rezero(
     robot: Robot,
     data: Dataset,
     *,
     replaced: Sequence[int] = (),
     prior: Prior | None = None,
-    tolerance: tuple[float, float] = TOLERANCE,
+    tolerance: tuple[float, float] | None = None,
     noise: Noise | None = None,
     frames: Sessions | str = Sessions.AUTO,
     exclude: Excluded | None = None,
     known: Mapping[str, float] | None = None,
-    progress: Report | None = None,
-    cancel: Cancel | None = None,
 ) -> Rezero:
     """Find which joint's zero moved since the last calibration, from few poses.
 
@@ -69,13 +69,12 @@ def rezero(
         data: Three poses or more, by any instrument.
         replaced: Joints that were replaced, counted from 1; the geometry next to them is let go as well.
         prior: What the calibration knew of its constants.
-        tolerance: Standard deviations of lengths [m] and of angles [rad] that `prior` does not speak of.
+        tolerance: Standard deviations of lengths [m] and of angles [rad] that `prior` does not speak of;
+            None: by the record of the calibration in the arm's file.
         noise: Standard deviations of the instrument [m], [rad]; from repeats or the fit if None.
         frames: Whether sessions share base and tool.
         exclude: Rows to keep out, with the reason.
         known: Known places of anchors or contacts [m].
-        progress: Called with the part done and what is being done.
-        cancel: Asked before every fit; True ends the search.
 
     Raises:
         Cancelled: asked to stop.
@@ -85,32 +84,28 @@ def rezero(
     for joint in replaced:
         if not 1 <= joint <= robot.dof:
             raise OptionError(f"--replaced must be 1–{robot.dof}, got {joint}")
-    if not min(tolerance) > 0.0:
+    if tolerance is not None and not min(tolerance) > 0.0:
         raise OptionError(f"the tolerance must be positive, got {tolerance[0]:g} m, {tolerance[1]:g} rad")
-    zeros, step = robot.joint_offsets, checkpoint(progress, cancel)
-    step(0.0, "fitting the zeros")
+    zeros = robot.joint_offsets
+    progress(0.0, "fitting the zeros")
     check_enough(robot, data.take(data.included), zeros)
     begin = _near(robot, data)
     knowledge = Knowledge.of(robot, begin, prior, tolerance, [joint - 1 for joint in replaced])
-    pictures = data.rig is not None  # whose gate lets zeros alone through; knowledge comes afterwards
-    free = zeros if pictures else knowledge.names
+    decides = (
+        preparation_of(data) is not None
+    )  # its decision lets zeros alone through; knowledge comes afterwards
+    free = zeros if decides else knowledge.names
     choices = FitChoices(
         held_out=0.0, frames=frames, free=free, exclude=exclude or {}, noise=noise, known=known or {}
     )
-    ready = prepare(
-        begin,
-        data,
-        choices,
-        prior=None if pictures else knowledge.without(*zeros),
-        progress=lambda part, text: step(0.1 + 0.3 * part, text),
-        cancel=cancel,
-    )
-    step(0.4, "fitting all zeros")
+    with part_of(0.1, 0.3):
+        ready = prepare(begin, data, choices, prior=None if decides else knowledge.without(*zeros))
+    progress(0.4, "fitting all zeros")
     measured = noise is not None or noises.from_repeats(ready.problem.data) is not None
     problem = ready.problem
-    problem = knowledge.problem(problem, problem.start, zeros) if pictures else problem
+    problem = knowledge.problem(problem, problem.start, zeros) if decides else problem
     everything = Optimum.of(problem, measured=measured)
-    moved, best = _moved(knowledge, everything, zeros, lambda: step(0.5, "which joints moved"))
+    moved, best = _moved(knowledge, everything, zeros)
     own = {s.name: s for s in _shifts(robot, best)}
     shifts = tuple(
         replace(own[s.name], moved=True) if s.name in moved else s for s in _shifts(robot, everything)
@@ -118,19 +113,15 @@ def rezero(
     written = {n: v for n, v in best.values.items() if n in moved or n in knowledge.renewed}
     kept = {n: knowledge.value(n) for n in knowledge.names}
     found = _aligned(best, best.problem.robot_at(best.x).with_values(kept | written))
-    reasons = doubts(
-        knowledge,
-        everything,
-        measured=measured,
-        step=lambda part: step(0.6 + 0.3 * part, "other explanations"),
-    )
+    with part_of(0.6, 0.3):
+        reasons = _astray(shifts, ready, everything) or doubts(knowledge, everything, measured=measured)
     if not reasons and (lost := [s for s in shifts if s.moved and not s.determined]):
         left = 1e3 * float(np.sqrt(best.mean_square)) * best.problem.noise.position
         reasons = (
             f"joint {lost[0].joint + 1} suits the rows best, but they are {left:.2g} mm off even so and "
             "don't tell its zero; check that they are of this arm, or calibrate it anew",
         )
-    step(0.9, "what can't be told apart")
+    progress(0.9, "what can't be told apart")
     return Rezero(
         calibrated=robot,
         robot=robot if reasons else found,
@@ -142,8 +133,36 @@ def rezero(
         noise=best.problem.noise,
         rows=len(ready.problem.data),
         excluded=ready.excluded,
-        notes=ready.notes,
+        notes=(*ready.notes, *(_uncalibrated(robot) if prior is None and tolerance is None else ())),
     )
+
+
+def _uncalibrated(robot: Robot) -> tuple[str, ...]:
+    """What an arm without a record counts as known to."""
+    if robot.calibration is not None:
+        return ()
+    known = f"{1e3 * NOMINAL['m']:g} mm and {np.rad2deg(NOMINAL['rad']):.2g}°"
+    return (
+        f"no calibration stands in the file of '{robot.name}', so its lengths and angles count as known to "
+        f"{known} (1 σ); give the file that identify saved, --prior or --tolerance",
+    )
+
+
+def _astray(shifts: tuple[JointShift, ...], ready: Prepared, fit: Optimum) -> tuple[str, ...]:
+    """A sentence on zeros that no joint can have moved by, or that leave the rows far off."""
+    robot = fit.problem.robot_at(fit.x)
+    off = _errors(ready, fit, robot).position_mm.rms
+    far = max(shifts, key=lambda s: abs(s.shift) * (s.unit == "rad"))
+    if far.unit == "rad" and abs(far.shift) > FARTHEST:
+        words = f"the search diverged, joint {far.joint + 1} to {np.rad2deg(far.shift):+.0f}°"
+    elif off > 1e3 * NEAR * robot.reach:
+        words = f"no zeros explain the rows, which stay {off:.0f} mm off"
+    else:
+        return ()
+    check = (
+        "check the joints (units, signs, order of the rows), the robot, and where the instrument is mounted"
+    )
+    return (f"{words}; {check}",)
 
 
 def _near(robot: Robot, data: Dataset) -> Robot:
@@ -152,7 +171,7 @@ def _near(robot: Robot, data: Dataset) -> Robot:
     A joint that is far off would else be taken for a base that stands elsewhere.
     """
     robot.check_joints(data.q, data.source)
-    if data.rig is not None:  # pictures show no base
+    if preparation_of(data) is not None:  # they may show no base
         return robot
     try:
         problem = Problem.build(robot, data.take(data.included), free=robot.joint_offsets)
@@ -182,7 +201,7 @@ def _shifts(robot: Robot, fit: Optimum) -> tuple[JointShift, ...]:
 
 
 def _moved(
-    knowledge: Knowledge, everything: Optimum, zeros: tuple[str, ...], step: Callable[[], None]
+    knowledge: Knowledge, everything: Optimum, zeros: tuple[str, ...]
 ) -> tuple[tuple[str, ...], Optimum]:
     """Zeros that moved by more than chance, and the fit in which the others are held to the calibration.
 
@@ -190,7 +209,7 @@ def _moved(
     """
 
     def with_free(*names: str) -> Optimum:
-        step()
+        progress(0.5, "which joints moved")
         own = knowledge.problem(everything.problem, everything.x, names)
         return Optimum.of(own, measured=everything.measured, noise=everything.problem.noise)
 
@@ -230,20 +249,22 @@ def _ambiguous(knowledge: Knowledge, ready: Prepared, shifts: tuple[JointShift, 
     factor = noises.factor_at(problem, problem.start)
     unseen = np.concatenate([factor.null_space, factor.hardly], axis=1)
     by_name = {s.name: s for s in shifts}
+    readings = ready.data.readings
+    own = set(FRAMES if readings is None else (*FRAMES, *readings.frames))
     sentences = []
     for combination in combinations(unseen, problem.parameters):
-        own = [by_name[n] for n in combination.names if n in by_name]
-        if not own or not any(s.moved or not s.determined for s in own):
+        shifted = [by_name[n] for n in combination.names if n in by_name]
+        if not any(s.moved or not s.determined for s in shifted):
             continue
-        frames = sorted({re.split(r"[.\[]", n)[0] for n in combination.names} & {*FRAMES, "camera", "target"})
-        joints = " and ".join(f"joint {s.joint + 1}" for s in own)
+        frames = sorted({re.split(r"[.\[]", n)[0] for n in combination.names} & own)
+        joints = " and ".join(f"joint {s.joint + 1}" for s in shifted)
         if not frames:
             sentences.append(f"the zeros of {joints} ({combination.words}): measure poses that differ more")
             continue
         frame = " and ".join(frames)
         if not set(frames) <= set(FRAMES):
             words = f"the zero of {joints} and a turn of the {frame} ({combination.words})"
-            sentences.append(f"{words}: no picture shows which of them turned; here the {frame} took it")
+            sentences.append(f"{words}: no row shows which of them turned; here the {frame} took it")
             continue
         free = any(getattr(taken, f) for f in frames)
         said = (

@@ -12,22 +12,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.base.progress import Progress
+from workbench.base.progress import progress
+from workbench.extras.service.rezero.f_test import Optimum
+from workbench.extras.service.rezero.last_calibration import Knowledge, link_constants
+from workbench.extras.service.rezero.result import readable
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
-from workbench.identification.rezero.f_test import Optimum
-from workbench.identification.rezero.last_calibration import Knowledge, link_constants
-from workbench.identification.rezero.result import readable
 
 STRANGE = 1e-4
 """Probability of chance below which another cause is believed …"""
-FAR = 2.5
+CLEARLY_WORSE = 2.5
 """… if the zeros leave this many times what it leaves."""
-ALIKE = 1.5
+SIMILAR_CAUSE = 1.5
 """Causes that leave less than this many times what the best leaves are alternatives to it."""
 WORST = 3
 """Rows that are left out in turn, the worst."""
-ENOUGH = 5
+ROWS_PER_WRONG_ONE = 5
 """Rows of which one may be wrong."""
 CERTAIN = 2.0
 """Standard deviations by which a constant must have changed to be named."""
@@ -51,33 +51,32 @@ class _Cause(NamedTuple):
     shown: tuple[str, ...] = ()
 
 
-def doubts(
-    knowledge: Knowledge, zeros: Optimum, *, measured: bool, step: Progress = lambda part: None
-) -> tuple[str, ...]:
+def doubts(knowledge: Knowledge, zeros: Optimum, *, measured: bool) -> tuple[str, ...]:
     """Sentences on what explains the rows far better than any zeros do.
 
     Args:
         knowledge: What is known of the arm.
         zeros: The fit of all zeros.
         measured: Whether the noise is known.
-        step: Called before every fit.
     """
     found = []
     most = knowledge.robot.dof + 3 + WORST
     for k, cause in enumerate(_causes(knowledge, zeros)):
-        step(0.7 * k / most)
+        progress(0.7 * k / most, "other explanations")
         fit = Optimum.of(cause.problem, measured=measured)
         chance, ratio = fit.against(zeros, cause.further)
-        if chance < STRANGE and ratio > FAR:
+        if chance < STRANGE and ratio > CLEARLY_WORSE:
             found.append((ratio, cause, fit))
     found.sort(key=lambda entry: -entry[0])
     best = (found[0][2], found[0][1].further) if found else (zeros, 0)
-    if (other := _other_joint(knowledge, zeros, *best, measured=measured, step=step)) is not None:
+    if (other := _other_joint(knowledge, zeros, *best, measured=measured)) is not None:
         return (other,)
     sentences = [
-        _sentence(knowledge, cause, fit, ratio) for ratio, cause, fit in found if ALIKE * ratio >= found[0][0]
+        _sentence(knowledge, cause, fit, ratio)
+        for ratio, cause, fit in found
+        if SIMILAR_CAUSE * ratio >= found[0][0]
     ]
-    if not sentences and measured and np.sqrt(zeros.mean_square) > FAR:
+    if not sentences and measured and np.sqrt(zeros.mean_square) > CLEARLY_WORSE:
         sentences.append(
             f"the zeros leave {np.sqrt(zeros.mean_square):.1f} times the noise, and no single link, frame or "
             "row explains it; calibrate again with 'workbench identify'"
@@ -108,7 +107,7 @@ def _causes(knowledge: Knowledge, zeros: Optimum) -> Iterator[_Cause]:
                 knowledge.problem(problem, zeros.x, offsets, frames=freer),
                 len(parts),
             )
-    if len(problem.data) < ENOUGH:
+    if len(problem.data) < ROWS_PER_WRONG_ONE:
         return
     square = np.bincount(problem.component_rows, problem.residual(zeros.x)[: problem.size] ** 2)
     for row in np.argsort(-square)[:WORST]:
@@ -124,7 +123,7 @@ def _causes(knowledge: Knowledge, zeros: Optimum) -> Iterator[_Cause]:
 
 
 def _other_joint(
-    knowledge: Knowledge, zeros: Optimum, best: Optimum, freed: int, *, measured: bool, step: Progress
+    knowledge: Knowledge, zeros: Optimum, best: Optimum, freed: int, *, measured: bool
 ) -> str | None:
     """A sentence on the joint that was replaced, if both its links leave far less than the best cause."""
     robot, found = knowledge.robot, []
@@ -134,11 +133,11 @@ def _other_joint(
         ]
         if len(links) <= freed:
             continue
-        step(0.7 + 0.3 * joint / robot.dof)
+        progress(0.7 + 0.3 * joint / robot.dof, "other explanations")
         freer = knowledge.problem(zeros.problem, zeros.x, (*robot.joint_offsets, *links))
         fit = Optimum.of(freer, measured=measured)
         chance, ratio = fit.against(best, len(links) - freed)
-        if chance < STRANGE and ratio > FAR:
+        if chance < STRANGE and ratio > CLEARLY_WORSE:
             found.append((ratio, joint, links, fit))
     if not found:
         return None

@@ -5,11 +5,11 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
+from workbench.extras.service.verification.intervals import CONFIDENCE, SHARE, Bounds
+from workbench.extras.service.verification.iso9283 import RepeatedPose
+from workbench.extras.service.verification.verify import Verification
 from workbench.identification.report.results_json import errors_json
 from workbench.identification.row_errors import Spread
-from workbench.identification.verification.intervals import CONFIDENCE, SHARE, Bounds
-from workbench.identification.verification.iso9283 import RepeatedPose
-from workbench.identification.verification.verify import Verification
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short, signed
 from workbench.report.tables import line, new_table

@@ -16,11 +16,11 @@ from scipy import special
 
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.pixel_noise import Knowledge, Pictures, Variances, most_likely
+from workbench.identification.own_preparation import preparation_of
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor
 
-ROUNDS = 4
+NOISE_ROUNDS = 4
 """Rounds of fit and noise."""
 
 
@@ -52,14 +52,12 @@ class Optimum:
         """The optimum of a problem, with the noise that it leaves unless that is given or was measured."""
         problem = problem if noise is None else problem.with_noise(noise)
         x = problem.start if begin is None else begin
-        for _ in range(ROUNDS):
+        for _ in range(NOISE_ROUNDS):
             search = Opt2(limit=60).search(problem, begin=x)
             x = search.x
             left = None if measured or noise is not None else _left(problem, x)
             old = problem.noise
-            if left is None or np.allclose(
-                [*left[:2], left.pixel], [*old[:2], old.pixel], rtol=0.02, atol=1e-7
-            ):
+            if left is None or np.allclose([*left[:2], left.own], [*old[:2], old.own], rtol=0.02, atol=1e-7):
                 break
             problem = problem.with_noise(left)
         return cls(problem, x, 2.0 * search.history[-1], measured)
@@ -92,7 +90,7 @@ class Optimum:
 
     def quantile(self, level: float) -> float:
         """Standard deviations within which an unknown lies; Student's where the fit gives the noise."""
-        known = self.measured or noises.given_by_rows(self.problem) is noises.Given.ALL
+        known = self.measured or noises.given_by_rows(self.problem) is noises.StatedNoise.ALL
         tail = 0.5 + 0.5 * level
         return float(special.ndtri(tail) if known else special.stdtrit(self.spare, tail))
 
@@ -116,7 +114,5 @@ class Optimum:
 
 def _left(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise | None:
     """The noise that a fit leaves."""
-    if problem.data.rig is None:
-        return noises.beyond_stated(problem, x)
-    known = Knowledge.of(problem, x, np.zeros(len(x)))
-    return most_likely(Pictures.at(problem, x), known, Variances(problem.noise)).noise
+    own = preparation_of(problem.data)
+    return noises.beyond_stated(problem, x) if own is None else own.noise_left(problem, x)

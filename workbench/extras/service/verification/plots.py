@@ -4,11 +4,11 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.collections import PathCollection
-from matplotlib.figure import Figure, SubFigure
+from matplotlib.figure import Figure
 
 from workbench.base import se3
 from workbench.data.prediction import predict
-from workbench.identification.verification.verify import Verification
+from workbench.extras.service.verification.verify import Verification
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 CAPTION = (
@@ -16,37 +16,23 @@ CAPTION = (
     "the larger its position error (its largest entry where the limit is one per axis). Right: how many "
     "measurements have less than an error; dashed: what was wanted."
 )
-LARGEST = 2000
+MAX_DRAWN_POSES = 2000
 """Poses that are drawn one by one; of more, the worst and every so many of the others."""
 
 
 def error_map(result: Verification) -> Figure:
-    """The picture on a page of its own."""
-    with look():
-        figure = new_figure(9.6, 3.1)
-        draw_error_map(figure, result)
-    return figure
-
-
-def draw_error_map(
-    figure: Figure | SubFigure, result: Verification, room: dict[str, float] | None = None
-) -> None:
-    """Two views of the work space and the distribution of the errors.
-
-    Args:
-        figure: Empty.
-        room: Where the axes stand in a figure that does not lay them out itself, such as `left`.
-    """
+    """Two views of the work space and the distribution of the errors."""
     errors, places = 1e3 * result.judged_positions, _places(result)
     order = np.argsort(errors)
-    if len(order) > LARGEST:
-        order = np.union1d(order[:: -(-len(order) // LARGEST)], order[-LARGEST // 10 :])
+    if len(order) > MAX_DRAWN_POSES:
+        order = np.union1d(order[:: -(-len(order) // MAX_DRAWN_POSES)], order[-MAX_DRAWN_POSES // 10 :])
         order = order[np.argsort(errors[order])]
     top = max(float(errors.max()), 1e-9)
     if result.wanted is not None:
         top = max(top, 1e3 * result.wanted.position)
     with look():
-        axes = figure.subplots(1, 3, width_ratios=[1.0, 1.15, 1.05], gridspec_kw=room)
+        figure = new_figure(9.6, 3.1)
+        axes = figure.subplots(1, 3, width_ratios=[1.0, 1.15, 1.05])
         for panel, (i, j) in zip(axes, ((0, 1), (0, 2)), strict=False):
             dots = panel.scatter(
                 *(1e3 * places[order][:, [i, j]]).T,
@@ -61,6 +47,7 @@ def draw_error_map(
             _frame(panel, i, j)
         _scale(figure, axes[1], dots, result)
         _distribution(axes[2], errors, result)
+    return figure
 
 
 def _places(result: Verification) -> Float[np.ndarray, "rows 3"]:
@@ -82,7 +69,7 @@ def _frame(axes: Axes, i: int, j: int) -> None:
     grid(axes, "both")
 
 
-def _scale(figure: Figure | SubFigure, axes: Axes, dots: PathCollection, result: Verification) -> None:
+def _scale(figure: Figure, axes: Axes, dots: PathCollection, result: Verification) -> None:
     bar = figure.colorbar(dots, ax=axes, shrink=0.8, aspect=25, pad=0.03)
     bar.outline.set_linewidth(0.4)  # type: ignore[operator]
     bar.ax.tick_params(labelsize=6)

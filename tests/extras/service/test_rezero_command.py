@@ -1,21 +1,18 @@
 """Joint zeros after a knock, as a command: found, kept in the journal, saved; refused with a reason."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
-from workbench.base.progress import Cancelled
+from workbench.base.progress import Cancelled, running
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
-from workbench.identification.rezero.result import Verdict
+from workbench.extras.service.rezero.result import Verdict
+from workbench.extras.service.rezero.session import FindZeros, FoundZeros, rezeroed_toml, zeros_of
 from workbench.session import replay
 from workbench.session.commands.data import LoadData
-from workbench.session.commands.diagnose import FindZeros
-from workbench.session.export import rezeroed_toml
 from workbench.session.state import Severity
 
 SHIFT = np.deg2rad(0.5)
@@ -36,31 +33,34 @@ def test_the_joint_that_moved_is_found_and_saved(worker, do, first, file, tmp_pa
     session = do(LoadData("knock.csv", file), FindZeros((9,)))
     assert "replaced joints must be 1–6" in session.messages[-1].text
     session = do(FindZeros())
-    assert session.rezero.verdict is Verdict.MOVED
-    assert [s.joint for s in session.rezero.moved] == [2]
+    assert zeros_of(session).verdict is Verdict.MOVED
+    assert [s.joint for s in zeros_of(session).moved] == [2]
     assert "joint 3 by 0.49" in session.messages[-1].text
     name, content = rezeroed_toml(session)
     (tmp_path / name).write_bytes(content)
     saved = read_toml(tmp_path / name).values(("joint3.theta",))
     assert saved - first.robot.values(("joint3.theta",)) == pytest.approx([SHIFT], abs=5e-4)
-    assert replay(first, worker.journal).rezero.json() == session.rezero.json()
-    assert do(LoadData("knock.csv", file)).rezero is None
-    assert replace(session, rezero=None).rezero is None
+    assert zeros_of(replay(first, worker.journal)).json() == zeros_of(session).json()
+    assert zeros_of(do(LoadData("knock.csv", file))) is None
+    assert zeros_of(session.without_part(FoundZeros)) is None
 
 
 def test_the_search_shows_progress_and_stops_wherever_it_is_asked_to(do, file):
     session = do(LoadData("knock.csv", file))
     told = []
-    FindZeros().compute(session, progress=lambda part, text: told.append(part), cancel=lambda: False)
+    with running(lambda part, text: told.append(part)):
+        FindZeros().compute(session)
     assert told == sorted(told)
     assert len(told) > 10
     assert 0.0 <= told[0] < told[-1] <= 1.0
     for last in (1, len(told) // 2, len(told) - 1):
         asked = []
-        with pytest.raises(Cancelled):
-            FindZeros().compute(
-                session,
-                progress=lambda part, text: asked.append(part),  # noqa: B023
+        with (
+            pytest.raises(Cancelled),
+            running(
+                lambda part, text: asked.append(part),  # noqa: B023
                 cancel=lambda: len(asked) >= last,  # noqa: B023
-            )
+            ),
+        ):
+            FindZeros().compute(session)
         assert len(asked) <= last + 1

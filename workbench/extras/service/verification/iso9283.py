@@ -33,7 +33,7 @@ from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 
-SAME = np.deg2rad(0.02)
+SAME_POSE = np.deg2rad(0.02)
 """Rows of a session whose joints differ by less are visits of one pose [rad or m]."""
 POSES, VISITS = 5, 30
 """Cycle of the standard."""
@@ -98,7 +98,7 @@ def repeated_poses(robot: Robot, data: Dataset, pose: Int[np.ndarray, " rows"]) 
     return tuple(RepeatedPose.of(data.row[rows], off[rows], turn[rows]) for rows in visits if len(rows) > 1)
 
 
-def pose_labels(data: Dataset, *, same: float = SAME) -> Int[np.ndarray, " rows"]:
+def pose_labels(data: Dataset, *, same: float = SAME_POSE) -> Int[np.ndarray, " rows"]:
     """Which pose each row visits: 0, 1 … in the order of the first visits.
 
     Args:
