@@ -1,8 +1,7 @@
-"""What does it buy me: predicted error against price, by numbers of targets, shapes and ways to make them.
+"""What does it buy me: predicted error by numbers of targets, shapes and ways to make them.
 
-Every choice is a plate of its own, searched for and kept, so that whoever picks one has it. A choice is on
-the front if no other is both cheaper and better. Prices are orders of magnitude (`optimiser.manufacturing`);
-of machined blocks half the price is for setting up a shape.
+Every choice is a plate of its own, searched for and kept, so that whoever picks one has it. Choices stand in
+the order of the work that they take; one is on the front if no other is both less work and better.
 """
 
 from collections.abc import Sequence
@@ -16,22 +15,23 @@ from rich.text import Text
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import Cancel, Progress
+from workbench.base.progress import cancelled, check_cancelled, part_of
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.design import optimise_plate, try_plate
 from workbench.plate.monte_carlo.production_yield import Yield
-from workbench.plate.optimiser.manufacturing import MANNERS, ManufacturingMethod
+from workbench.plate.optimiser.manufacturing import MANNERS
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
-from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_white
+from workbench.report.figures import COLOURS, grid, look, new_figure, on_white
+from workbench.report.json import Json
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import new_table
 
-SETTING_UP = 0.5
-"""Share of a machined block's price that a shape costs once."""
-FRONT_WORDS = "●: none is both cheaper and better; open: a ball shows no orientation; prices are rough"
+WORK = ("printed", "breadboard", "machined", "ball-bar")
+"""Ways to make plates, the one that takes least first."""
+FRONT_WORDS = "●: none is both less work and better; open: a ball shows no orientation"
 FEW = 3
 """Number of block shapes if few are requested."""
 
@@ -43,13 +43,11 @@ class Choice:
     Args:
         manner: Name of the way to make it.
         design: The plate with its predicted error.
-        price: Order of magnitude [€].
         tried: How virtual arms did on it; None if not tried.
     """
 
     manner: str
     design: PlateDesign
-    price: float
     tried: Yield | None = None
 
     @property
@@ -61,6 +59,11 @@ class Choice:
     def shapes(self) -> int:
         """Different blocks."""
         return self.design.plate_shapes
+
+    @property
+    def work(self) -> tuple[int, int]:
+        """To compare: the way it is made, then blocks and set-ups; a shape takes as much as a block."""
+        return WORK.index(self.manner), len(self.design.plate) + self.shapes
 
     @property
     def held(self) -> str:
@@ -78,14 +81,14 @@ class Choice:
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Tradeoff(AbstractShown):
-    """All choices, the cheapest first, and why others that were asked for can't be had."""
+    """All choices, the least work first, and why others that were asked for can't be had."""
 
     choices: tuple[Choice, ...]
     missing: tuple[str, ...] = ()
 
     @property
     def front(self) -> tuple[Choice, ...]:
-        """Choices than which none is both cheaper and better."""
+        """Choices than which none is both less work and better."""
         kept: list[Choice] = []
         for choice in self.choices:
             if not kept or choice.design.cost < kept[-1].design.cost:
@@ -93,45 +96,60 @@ class Tradeoff(AbstractShown):
         return tuple(kept)
 
     def summary(self) -> RenderableType:
-        table = new_table(
-            "What does it buy me", "no., plate", "about [€]", "rms [mm]", "rms [°]", "yield [%]", "front"
-        )
+        table = new_table("What does it buy me", "no., plate", "rms [mm]", "rms [°]", "yield [%]", "front")
         for number, choice in enumerate(self.choices, start=1):
             share = "–" if choice.tried is None else _share(choice.tried)
             turned = np.rad2deg(choice.design.rotation)
             errors = (f"{1e3 * choice.design.cost:.3f}", f"{turned:.3f}" if np.isfinite(turned) else "open")
-            cells = (f"{choice.price:.0f}", *errors, share)
-            table.add_row(f"{number}: {choice.name}", *cells, "●" if choice in self.front else "")
+            table.add_row(f"{number}: {choice.name}", *errors, share, "●" if choice in self.front else "")
         words = [f"{name}: {choice.held}" for name, choice in self.manners.items()]
         return Group(table, Text("\n".join([*words, FRONT_WORDS, *self.missing])))
 
     @property
     def manners(self) -> dict[str, Choice]:
-        """One choice of each way to make plates, the way that begins cheapest first."""
+        """One choice of each way to make plates, the least work first."""
         return {choice.manner: choice for choice in reversed(self.choices)}
 
     def plot(self) -> Figure:
-        """Predicted error against price, numbered like the table; the line joins what nothing beats."""
+        """Predicted error by the number of targets, numbered like the table."""
         with look():
             figure = new_figure(8.0, 4.4)
             axes = figure.subplots()
-            for colour, manner in zip(COLOURS, dict.fromkeys(c.manner for c in self.choices), strict=False):
-                mine = [c for c in self.choices if c.manner == manner]
-                xy = np.array([(c.price, 1e3 * c.design.cost) for c in mine])
-                axes.plot(*xy.T, "o", ms=11.0, color=colour, label=manner, zorder=2)
-            front = np.array([(c.price, 1e3 * c.design.cost) for c in self.front])
-            axes.step(*front.T, where="post", color=INK, lw=0.8, zorder=1)
-            for number, choice in enumerate(self.choices, start=1):
-                at = (choice.price, 1e3 * choice.design.cost)
-                axes.text(*at, str(number), color="white", fontsize=7, ha="center", va="center", zorder=3)
-            axes.set_xscale("log")
-            axes.xaxis.set_major_formatter("{x:g}")
+            for colour, manner in zip(COLOURS, self.manners, strict=False):
+                mine = [choice for choice in self.choices if choice.manner == manner]
+                axes.plot(*_places(mine), "o", ms=11.0, color=colour, label=manner)
+            for number, (x, y) in enumerate(_places(self.choices).T, start=1):
+                axes.text(x, y, str(number), color="white", fontsize=7, ha="center", va="center")
             axes.set_ylim(0.0, None)
-            axes.set_xlabel("price, order of magnitude [€]")
+            axes.set_xlabel("targets")
             axes.set_ylabel("predicted position error, rms [mm]")
             axes.legend(loc="upper right")
             grid(axes, "both")
         return on_white(figure)
+
+    def json(self) -> Json:
+        """Every choice with its predicted error."""
+        return {
+            "schema": "workbench.plate-tradeoff/1",
+            "choices": [
+                {
+                    "name": choice.name,
+                    "made": choice.manner,
+                    "targets": len(choice.design.plate),
+                    "shapes": choice.shapes,
+                    "position_rms_mm": 1e3 * choice.design.cost,
+                    "holds": choice.design.assumptions,
+                    "share": choice.share,
+                    "share_95": None if choice.tried is None else list(choice.tried.interval),
+                    "front": choice in self.front,
+                }
+                for choice in self.choices
+            ],
+        }
+
+
+def _places(choices: Sequence[Choice]) -> np.ndarray:
+    return np.array([(len(choice.design.plate), 1e3 * choice.design.cost) for choice in choices]).T
 
 
 def weigh_choices(
@@ -144,8 +162,6 @@ def weigh_choices(
     arms: int = 0,
     wanted: Wanted | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> Tradeoff:
     """Plates of several sizes, made in several ways, machined ones also of few shapes.
 
@@ -158,7 +174,6 @@ def weigh_choices(
         arms: Virtual arms on which each plate is tried; 0 for none.
         wanted: What every pose of them has to keep; ARIA eq. (3) if None.
         seed: Of everything random.
-        cancel: Asked before each plate whether to stop with those so far.
 
     Raises:
         OptionError: no such way.
@@ -175,46 +190,39 @@ def weigh_choices(
     choices: list[Choice] = []
     missing: list[str] = []
     for done, (name, number, shapes) in enumerate(tried):
-        if choices and cancel is not None and cancel():
-            break
         try:
-            choice = _choice(
-                robot, plate, name, DesignRequest(number=number, shapes=shapes, places=places), seed
-            )
+            with part_of(done / len(tried), 1.0 / len(tried), "searching plates"):
+                choice = _choice(
+                    robot, plate, name, DesignRequest(number=number, shapes=shapes, places=places), seed
+                )
         except DataError as error:  # the others are still worth having
             few = "" if shapes is None else f", {shapes} shapes"
             missing.append(f"{name}, {number} targets{few}: not found; {error}")
             continue
         if arms:
-            found = try_plate(robot, choice.design.plate, arms=arms, wanted=wanted, towards=plate, seed=seed)
+            with part_of((done + 1) / len(tried), 0.0, "trying plates"):
+                found = try_plate(
+                    robot, choice.design.plate, arms=arms, wanted=wanted, towards=plate, seed=seed
+                )
             choice = replace(choice, tried=found)
+        if cancelled():  # this plate was cut short
+            break
         choices.append(choice)
-        if progress is not None:
-            progress((done + 1) / len(tried))
+    if not choices:
+        check_cancelled()
     if missing and not choices:
         raise DataError(missing[0])
-    return Tradeoff(choices=tuple(sorted(choices, key=lambda c: c.price)), missing=tuple(missing))
+    return Tradeoff(choices=tuple(sorted(choices, key=lambda c: c.work)), missing=tuple(missing))
 
 
-def _choice(robot: Robot, plate: Plate, name: str, wish: DesignRequest, seed: int) -> Choice:
+def _choice(robot: Robot, plate: Plate, name: str, request: DesignRequest, seed: int) -> Choice:
     manner = MANNERS[name]
-    asked, given = replace(wish, blocks=manner.blocks(Blocks())), replace(plate, making=manner.making)
-    design = optimise_plate(robot, given, wish=asked, reading=manner.reading, seed=seed)
-    choice = Choice(manner=name, design=design, price=0.0)
-    return replace(choice, price=_price(manner, len(design.plate), choice.shapes))
+    asked, given = replace(request, blocks=manner.blocks(Blocks())), replace(plate, making=manner.making)
+    design = optimise_plate(robot, given, request=asked, reading=manner.reading, seed=seed)
+    return Choice(manner=name, design=design)
 
 
 def _share(tried: Yield) -> str:
     """The yield and its 95 % interval [%]."""
     low, high = tried.interval
     return f"{100 * tried.share:.0f} ({100 * low:.0f}–{100 * high:.0f})"
-
-
-def _price(manner: ManufacturingMethod, targets: int, shapes: int) -> float:
-    """By the number of targets, and of machined blocks by their shapes."""
-    if not manner.per_target:
-        return float(manner.price)
-    each = manner.price / 10.0
-    if manner.reading != "seat":
-        return each * targets
-    return each * (targets * (1.0 - SETTING_UP) + shapes * SETTING_UP)

@@ -1,23 +1,14 @@
-"""Lists out and in: targets round-trip exactly; a measured plate replaces the drawn one and says so."""
+"""Targets round-trip exactly; a measured plate replaces the drawn one and says so."""
 
-import csv
-import io
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from workbench.base import se3
 from workbench.base.errors import WorkbenchError
-from workbench.plate.parts.as_measured import (
-    UNCERTAINTY,
-    PlateFrame,
-    as_measured,
-    load_plate,
-    read_measured_targets,
-)
-from workbench.plate.parts.csv_lists import blocks_csv, holes_csv, targets_csv
-from workbench.plate.plate import Kind
+from workbench.extras.workshop.as_measured import PlateFrame, as_measured
+from workbench.plate.measured_plate import UNCERTAINTY, read_measured_targets
+from workbench.plate.parts.csv_lists import targets_csv
 from workbench.plate.plate_toml import load_plate as load_toml
 from workbench.plate.tolerances import Making
 
@@ -37,20 +28,6 @@ def test_targets_round_trip(made_plate, tmp_path):
     assert [t.kind for t in back.targets] == [t.kind for t in made_plate.targets]
     assert back.branches == made_plate.branches
     assert back.region is made_plate.region
-
-
-def test_holes_and_blocks_are_listed(made_plate, fixture):
-    holes = list(csv.DictReader(io.StringIO(holes_csv(fixture))))
-    assert len(holes) == len(fixture.slab.bores)
-    corner = 0.5e3 * fixture.slab.size[:2]
-    for row, bore in zip(holes, fixture.slab.bores, strict=True):
-        place = np.array([float(row["x[mm]"]), float(row["y[mm]"])]) - corner
-        assert np.allclose(place, 1e3 * bore.mouth[:2], atol=1e-4)
-    local = se3.inverse(made_plate.pose) @ made_plate.poses
-    for row, pose in zip(csv.DictReader(io.StringIO(blocks_csv(fixture))), local, strict=True):
-        tilt, turn = np.deg2rad([float(row["tilt[deg]"]), float(row["turn[deg]"])])
-        normal = [np.sin(tilt) * np.cos(turn), np.sin(tilt) * np.sin(turn), np.cos(tilt)]
-        assert np.allclose(normal, -pose[:3, 2], atol=3e-6)
 
 
 def test_a_machine_of_another_country(tmp_path):
@@ -92,17 +69,6 @@ def test_measured_targets_are_known_as_well_as_the_machine_knows_them(tmp_path):
     assert np.allclose(plate.known, [[UNCERTAINTY[0], 1e-3 / np.sqrt(3.0)]] * 10)
 
 
-def test_any_plate_option_takes_the_list_alone(tmp_path, made_plate):
-    found = load_plate(write(tmp_path, targets_csv(made_plate)))
-    assert np.allclose(found.poses, made_plate.poses, atol=1e-13)
-    assert found.region.contains(found.poses[:, :3, 3]).all()
-    assert "bounding box" in found.notes[0]
-    points = "target,x[mm],y[mm],z[mm]\n2,0,0,100\n1,50,0,100\n"
-    sockets = load_plate(write(tmp_path, points, "points.csv"))
-    assert [t.kind for t in sockets.targets] == [Kind.SOCKET] * 2
-    assert np.allclose(sockets.targets[0].xyz, [0.05, 0.0, 0.1])
-
-
 @pytest.mark.parametrize(
     ("text", "words"),
     [
@@ -120,3 +86,28 @@ def test_mistakes_are_named(text, words, tmp_path):
     with pytest.raises(WorkbenchError) as error:
         as_measured(load_toml("table2"), read_measured_targets(write(tmp_path, text)))
     assert all(word in str(error.value) for word in words), str(error.value)
+
+
+def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
+    """The nominal list, moved by 0.1 mm, is what the measuring machine says; every --plate takes it."""
+    status, out, _ = run("plate", "export", "table2", "--out", "made", "--formats", "csv,dxf")
+    assert status == 0
+    assert "plate and 10 blocks (5 × A, 5 × B)" in out
+    lines = (tmp_path / "made" / "targets.csv").read_text().splitlines()
+    moved = [line.split(",") for line in lines[1:]]
+    text = [",".join([n, str(float(x) + 0.1), *rest]) for n, x, *rest in moved]
+    (tmp_path / "cmm.csv").write_text("\n".join([lines[0], *text]))
+    status, out, _ = run("plate", "as-measured", "table2", "cmm.csv", "--out", "real.toml")
+    assert status == 0
+    assert "0.100 mm rms" in out
+    status, out, _ = run("plate", "compare", "real.toml", "cmm.csv", "--robot", "aria")
+    assert status == 0
+    words = ("simulate", "--robot", "aria", "--plate", "cmm.csv", "--branch", "auto", "--out", "rows.csv")
+    assert run(*words)[0] == 0
+
+
+@pytest.mark.parametrize(("words", "said"), [((), "none.csv"), (("--frame", "world"), "base or plate")])
+def test_bad_input(run, words, said):
+    status, _, err = run("plate", "as-measured", "table2", "none.csv", "--out", "real.toml", *words)
+    assert status != 0
+    assert said in err

@@ -1,0 +1,3 @@
+"""The plate of the core's tests."""
+
+from tests.plate.conftest import plate  # noqa: F401

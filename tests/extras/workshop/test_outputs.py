@@ -1,0 +1,70 @@
+"""What the workshop adds to the files of a plate; the sheet promises the accuracy of the plate as drawn."""
+
+from dataclasses import replace
+from html import unescape
+
+import numpy as np
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+
+from workbench.extras.workshop.drawings import figure_of, pdf_of
+from workbench.extras.workshop.sheet import PlateSheet
+from workbench.plate.parts.drawing_set import drawings_of
+from workbench.plate.parts.export import as_drawn, export_plate
+from workbench.plate.parts.fixture import fixture_of
+from workbench.plate.parts.stock import Stock
+from workbench.plate.plate import Target
+from workbench.plate.plate_toml import load_plate
+from workbench.plate.score import score_plate
+
+PARTS = ("plate", "block-A", "block-B", "probe", "bottom", "stand-off")
+FORMATS = ("pdf", "svg", "3mf", "step", "inspection", "sheet")
+
+
+def test_every_format_is_written(tmp_path, aria):
+    fixture, files, missing = export_plate(load_plate("table2"), tmp_path, formats=FORMATS, robot=aria)
+    assert {path.name for path in files} == {
+        *(f"{part}.{end}" for part in PARTS for end in ("svg", "step")),
+        *("fixture.3mf", "drawings.pdf", "sheet.html", "inspection.csv"),
+    }
+    assert not missing
+    page = (tmp_path / "sheet.html").read_text(encoding="utf-8")
+    assert page.count("<svg") == 1
+    score = score_plate(aria, as_drawn(load_plate("table2"), fixture, Stock()))
+    assert "made within ±0.05 mm, ±0.05°, seat play ±0.012 mm, ±0.08°" in page
+    assert f"{1e3 * score.measured.error.position_mean:.3f} mm" in page
+    assert "wrist flip" in page
+    assert (tmp_path / "drawings.pdf").read_bytes().count(b"/Type /Page ") == len(PARTS)
+
+
+def test_what_is_drawn_fills_its_page(plate):
+    """Ink from side to side, and not so much that anything is filled that should be open."""
+    sheet = drawings_of(fixture_of(plate))["plate"]
+    figure = figure_of(sheet)
+    (axes,) = figure.axes
+    assert np.ptp(axes.get_xlim()) > 1e3 * plate.size[0]
+    figure.set_dpi(100)
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    ink = 255 - np.asarray(canvas.buffer_rgba())[..., :3].min(axis=2)
+    columns = np.flatnonzero((ink > 100).any(axis=0))
+    assert np.ptp(columns) > 0.8 * ink.shape[1]
+    assert 0.005 < (ink > 100).mean() < 0.05
+    assert pdf_of([sheet, sheet]).count(b"/Type /Page ") == 2
+
+
+def test_every_shape_is_drawn(plate_of):
+    """Ten different blocks: all in the page, and the sheet says where the rest of the PDF's are."""
+    places = [
+        (0.1 * (i % 5) - 0.2, 0.1 * (i // 5) - 0.05, 0.05 + 0.003 * i, 0.3, 0.4, 0.1 * i) for i in range(10)
+    ]
+    fixture = fixture_of(plate_of(*places, size=(0.6, 0.3, 0.012)))
+    assert len(fixture.shapes) == 10
+    page = PlateSheet(fixture=fixture).html()
+    assert "--shapes 3" in page
+    assert len(drawings_of(fixture).keys() & {f"block-{s.letter}" for s in fixture.shapes}) == 10
+
+
+def test_a_target_out_of_reach_is_named(aria, plate):
+    away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])), *plate.targets))
+    page = PlateSheet(fixture=fixture_of(plate), score=score_plate(aria, away)).html()
+    assert "can't be measured (target 1 is out of reach" in " ".join(unescape(page).split())

@@ -1,0 +1,87 @@
+"""Weighed plates in a session: the command that searches them, what is kept, and opening one."""
+
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from workbench.base.errors import OptionError
+from workbench.extras.production.tradeoff import Choice, Tradeoff, weigh_choices
+from workbench.plate.readings import usual_sigma
+from workbench.session.command import AbstractChange, AbstractTask, computed
+from workbench.session.commands.target_placement import place_plate
+from workbench.session.state import AbstractPart, Session, Severity
+from workbench.session.target_steps import check_free
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class Weighed(AbstractPart):
+    """Plates that could be made, with their errors."""
+
+    found: Tradeoff
+
+
+def choices_of(session: Session) -> tuple[Choice, ...]:
+    """The plates weighed last."""
+    kept = session.part(Weighed)
+    return () if kept is None else kept.found.choices
+
+
+class WeighPlates(AbstractTask[Tradeoff]):
+    """Search plates of several sizes and manufacturing methods, and compare their errors.
+
+    Args:
+        numbers: Of targets.
+        places: Random blocks from which each search begins.
+        seed: Of the searches.
+    """
+
+    title = "Weigh plates"
+
+    numbers: tuple[int, ...] = (8, 12)
+    places: int = 150
+    seed: int = 0
+
+    def compute(self, session: Session) -> Tradeoff:
+        return weigh_choices(
+            session.robot, session.plate, numbers=self.numbers, places=self.places, seed=self.seed
+        )
+
+    def finish(self, session: Session, result: Tradeoff) -> Session:
+        words = f"{len(result.choices)} plates compared; {len(result.front)} are not beaten by another"
+        return session.with_part(Weighed(result)).tell(Severity.INFO, words)
+
+
+class OpenChoice(AbstractChange):
+    """Replace the current plate by one from the comparison; Undo restores the current one.
+
+    Args:
+        number: Of the choice, counted from 0, the least work first.
+    """
+
+    number: int
+
+    title = computed(lambda self: f"Open plate {self.number + 1} of those weighed")
+
+    def check(self, session: Session) -> None:
+        check_free(session)
+        count = len(choices_of(session))
+        if not 0 <= self.number < count:
+            raise OptionError(
+                f"the plate must be 1 to {count}, got {self.number + 1}"
+                if count
+                else "no plates have been compared yet; press Weigh plates first"
+            )
+
+    def apply(self, session: Session) -> Session:
+        choice = choices_of(session)[self.number]
+        plate = replace(choice.design.plate, name=choice.name, region=session.plate.region)
+        opened, weighed = place_plate(session, plate, selected=0), usual_sigma(plate)[0]
+        if np.isclose(weighed, opened.noise.position):
+            return opened
+        return opened.tell(
+            Severity.INFO,
+            f"this plate was weighed with an instrument of {1e3 * weighed:g} mm; predicted is with "
+            f"yours, {1e3 * opened.noise.position:g} mm: set its noise to see the same error",
+        )

@@ -1,0 +1,131 @@
+"""A page about a plate: its drawing, table of blocks and expected accuracy, as HTML."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from markupsafe import Markup
+
+from workbench.base.wording import capital
+from workbench.extras.workshop.drawings import svg_of
+from workbench.plate.parts.callouts import MM
+from workbench.plate.parts.drawing_set import slab_sheet
+from workbench.plate.parts.parts import Fixture
+from workbench.plate.readings import assumptions
+from workbench.plate.score import PlateScore
+from workbench.report.html import page_template
+from workbench.report.numbers import short
+
+HEADINGS = ("block", "x", "y", "height", "tilt", "turn", "branch")
+UNITS = ("", "", "mm", "mm", "mm", "°", "°", "")
+LISTED = 40
+"""Greatest number of blocks in the table; the rest is in the list of blocks."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlateSheet:
+    """Everything on the page.
+
+    Args:
+        score: What a calibration on the plate is worth; None if no robot was named.
+        notes: What else must be known.
+    """
+
+    fixture: Fixture
+    score: PlateScore | None = None
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def facts(self) -> tuple[str, ...]:
+        """Size and number of parts, in words."""
+        size = " × ".join(f"{MM * edge:.1f}" for edge in self.fixture.slab.size)
+        shapes = ", ".join(
+            f"{len(s.numbers)} × {s.letter} ({np.rad2deg(s.block.tilt):.3f}°)" for s in self.fixture.shapes
+        )
+        return (
+            f"Plate {size} mm, {len(self.fixture.slab.bores)} through holes; positions from the lower left "
+            "corner of its top face.",
+            f"Blocks of square bar {MM * self.fixture.blocks[0].side:.0f} mm, mitred: {shapes}. Every shape "
+            "has its own drawing.",
+            f"Drawn for {self.fixture.tolerances.note}; {self.making}",
+        )
+
+    @property
+    def making(self) -> str:
+        """What the shapes of the blocks mean for their price, in words."""
+        shapes, blocks = len(self.fixture.shapes), len(self.fixture.blocks)
+        if shapes <= max(3, blocks // 3):
+            return f"{shapes} shape{'s' * (shapes > 1)} for {blocks} blocks."
+        return (
+            f"{shapes} different shapes for {blocks} blocks: plate optimise --shapes 3 finds a plate that is "
+            "cheaper to make and says what that costs in accuracy."
+        )
+
+    @property
+    def expected(self) -> tuple[str, ...]:
+        """The accuracy to expect, in words; nothing if no robot was named."""
+        if self.score is None:
+            return ()
+        measured = self.score.measured
+        error = measured.error
+        turns = (
+            f" and {short(np.rad2deg(error.rotation_mean))}°"
+            if np.isfinite(error.rotation_mean)
+            else " (its orientation stays open)"
+        )
+        first = (
+            f"{self.score.robot.name}, each target measured once: in the region, in any branch, with "
+            "orientations within 60° of the targets', the calibrated arm is expected to miss by "
+            f"{short(MM * error.position_mean)} mm{turns} on average. "
+            f"This includes: {assumptions(self.score.plate, self.score.sigma)}; effects that the model lacks "
+            "come on top."
+        )
+        if self.score.left_out:
+            first += f" {capital(self.score.left_out)}."
+        second = (
+            f"The targets determine {measured.rank} of {measured.visible} combinations of constants that "
+            f"measurements can show; observability index O {measured.indices['O']:.3g} (ARIA eq. 17)."
+        )
+        return first, second
+
+    def rows(self) -> list[tuple[str, ...]]:
+        """One line a block, as in `HEADINGS`."""
+        lines = []
+        for i, block in enumerate(self.fixture.blocks[:LISTED]):
+            places = self.fixture.from_corner(block.pose[:3, 3])
+            angles = np.rad2deg([block.tilt, block.azimuth]) + 0.0
+            numbers = (
+                *(f"{v:z.3f}" for v in places),
+                f"{MM * block.height:.3f}",
+                *(f"{a:z.3f}" for a in angles),
+            )
+            branch = self.score.measured.branches[i] if self.score and self.branched else ""
+            lines.append((f"{block.number}", self.fixture.letter(block.number), *numbers, branch))
+        return lines
+
+    @property
+    def branched(self) -> bool:
+        """Whether the table says in which branch each block is met; the anchors of a ball-bar are not."""
+        return self.score is not None and not self.fixture.anchored
+
+    @property
+    def headings(self) -> tuple[str, ...]:
+        """Of the table's columns."""
+        first = "anchor" if self.fixture.anchored else "target"
+        return (first, *HEADINGS[: 7 if self.branched else 6])
+
+    @property
+    def unlisted(self) -> int:
+        """How many blocks the table leaves out."""
+        return max(len(self.fixture.blocks) - LISTED, 0)
+
+    def html(self) -> str:
+        """The page, which needs nothing else."""
+        heads = [
+            f"{name} [{unit}]" if unit else name for name, unit in zip(self.headings, UNITS, strict=False)
+        ]
+        return page_template("plate_sheet.html", package="workbench.extras.workshop").render(
+            sheet=self,
+            headings=heads,
+            rows=[row[: len(heads)] for row in self.rows()],
+            picture=Markup(svg_of(slab_sheet(self.fixture, self.fixture.slab), "plate")),
+        )
