@@ -6,7 +6,7 @@ left (Katana fig. 4.9). Poses of a good instrument also let both be fitted toget
     errors = compare_orders(robot, data, held_out, known=tilting.effects, joints=(1, 2, 3, 4), noise=noise)
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -83,9 +83,7 @@ def compare_orders(
     return Orders(*(1e3 * float(row_errors(model, held_out).position.mean()) for model in models))
 
 
-def order_study(
-    robot: Robot, *, arms: int, seed: int = 0, progress: Callable[[float], None] | None = None
-) -> tuple[Orders, ...]:
+def order_study(robot: Robot, *, arms: int, seed: int = 0) -> tuple[Orders, ...]:
     """Both orders over virtual arms: inclinometers read without added mass, then 118 poses by ISO 9283.
 
     Joints that gravity does not turn tip in their clearance alone: what friction would hold is left out.
@@ -94,7 +92,6 @@ def order_study(
         robot: Nominal arm with masses and limits.
         arms: How many, each with its own geometry, joints and noise.
         seed: Of arms, poses and noise.
-        progress: Called with the share of the work done.
     """
     rng = np.random.default_rng(seed)
     robot = with_centre_tolerance(robot.with_effects())
@@ -102,7 +99,7 @@ def order_study(
     meter, (sigma, turn) = INSTRUMENTS["inclinometer"], TRACKER.deviations
     noise = Noise(sigma, float(turn or 1.0))
     out = []
-    for k in range(arms):
+    for _ in range(arms):
         joints = draw_joints(observable_sizes(plan), rng)
         actual = virtual_arm(robot, rng=rng, length=LENGTH, angle=ANGLE)
         actual = actual.with_effects(*tilting_effects(joints))
@@ -121,6 +118,4 @@ def order_study(
                 noise=noise,
             )
         )
-        if progress is not None:
-            progress((k + 1) / arms)
     return tuple(out)

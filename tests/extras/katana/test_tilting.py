@@ -73,9 +73,9 @@ def test_the_model_tips_along_the_moment_whatever_the_frame():
     robot = load_robot("katana450")
     loose = robot.with_effects(*tilting_effects([JointTilting(4, clearance=ANGLE)]))
     q = np.random.default_rng(0).uniform(-1.5, 1.5, (30, 5))
-    bent = deflect(loose, Motion(q))
-    tilt = bent.shift[:, loose.chain.indices(["joint5.tilt_x", "joint5.tilt_y"])]
-    np.testing.assert_allclose(between(-bent.wrenches[:, 4, 3:5], tilt), 0.0, atol=1e-9)
+    deflected = deflect(loose, Motion(q))
+    tilt = deflected.shift[:, loose.chain.indices(["joint5.tilt_x", "joint5.tilt_y"])]
+    np.testing.assert_allclose(between(-deflected.wrenches[:, 4, 3:5], tilt), 0.0, atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(tilt, axis=1), ANGLE)
 
 

@@ -22,7 +22,7 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from workbench.arm.kinematics.observed_link import level_axes
+from workbench.arm.gravity import level_axes
 from workbench.arm.kinematics.skeleton import body_frames, link_paths
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot

@@ -21,13 +21,13 @@ from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.considered import Considered
 from workbench.identification.fit import Fit
-from workbench.identification.pixel_noise import Considered
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 
 KINDS = {str(kind.coefficient): kind for kind in (ClearanceTilt, Backlash, JointCompliance)}
 """The effects, by what their coefficients are called."""
-STEPS = 60
+MAX_STEPS = 60
 """Greatest number of steps of a fit."""
 
 
@@ -144,15 +144,17 @@ def fit_tilting(
     """
     effects = tilting_effects(asked)
     names = [name for effect in effects for name in effect.names]
-    bent = robot.with_effects(*robot.effects, *effects)
-    problem = Problem.build(bent, data, noise=noise, free=free, frames=frames, effects=names, inertia=inertia)
+    deflected = robot.with_effects(*robot.effects, *effects)
+    problem = Problem.build(
+        deflected, data, noise=noise, free=free, frames=frames, effects=names, inertia=inertia
+    )
     considered = None
     if known:
         constants = [n for n in known if n in robot.chain.index]
         wide = problem.again(free=constants)
         left = [0.0 if n in problem.names else known[n] for n in wide.names]
         considered = Considered(wide, np.array(left))
-    algorithm = Opt2(limit=STEPS)
+    algorithm = Opt2(limit=MAX_STEPS)
     fit = Fit.of(algorithm, problem, algorithm.search(problem), considered=considered)
     found = dict(zip(problem.names, zip(fit.x.tolist(), fit.std.tolist(), strict=True), strict=True))
     return Tilting(fit, tuple(_found(j.joint, found) for j in sorted(asked, key=lambda j: j.joint)))

@@ -25,7 +25,7 @@ ANGLE = float(np.deg2rad(0.1))
 """Greatest error of an angle [rad]."""
 CENTRE = 2e-3
 """Standard deviation of a link's centre of mass along each axis, as drawings or a balance give it [m]."""
-CLEAR = 4.0
+CLEAR_SIDE_SIGMAS = 4.0
 """Standard deviations of a moment that leave no doubt about its side."""
 
 
@@ -50,7 +50,7 @@ def has_certain_load_sides(
         known: Standard deviation of each of the arm's constants and masses.
     """
     moments, (about, across) = joint_moments(robot, motion), moment_errors(robot, motion, known)
-    return np.abs(moments.about) >= CLEAR * about, moments.tipping >= CLEAR * across
+    return np.abs(moments.about) >= CLEAR_SIDE_SIGMAS * about, moments.tipping >= CLEAR_SIDE_SIGMAS * across
 
 
 def moment_errors(robot: Robot, motion: Motion, known: Mapping[str, float]) -> tuple[JointRows, JointRows]:

@@ -10,8 +10,9 @@ from PIL import Image as Pictures
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_bytes
 from workbench.base.types import Poses

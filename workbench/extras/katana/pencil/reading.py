@@ -50,7 +50,7 @@ ROUGH = 0.04
 """Greatest distance of the print's dots from a circle, as a share of the radius."""
 MARKED = (0.085, 0.125)
 """Where the long mark alone is, outside the circle, as shares of the radius."""
-ROUNDS = 4
+OUTLIER_ROUNDS = 4
 """Rounds of every fit that leaves outliers out."""
 
 
@@ -217,7 +217,7 @@ def _rough(inked: np.ndarray, source: str) -> tuple[np.ndarray, float]:
             "and scan it in colour"
         )
     dots = np.stack([row, column, np.zeros(len(row))], 1).astype(float)[:: max(1, len(row) // 20_000)]
-    for _ in range(ROUNDS):
+    for _ in range(OUTLIER_ROUNDS):
         circle = fit_circle(dots)
         away = np.abs(circle.out)
         dots = dots[away <= max(3.0 * float(np.median(away)), 2.0)]
@@ -242,7 +242,7 @@ def _refined(
                 f"{source} shows no recognisable circle: the printed line is seen along "
                 f"{100 * seen.mean():.0f} % of it only; scan the whole sheet"
             )
-        for _ in range(ROUNDS):
+        for _ in range(OUTLIER_ROUNDS):
             line = np.linalg.lstsq(shape[seen], found[seen], rcond=None)[0]
             away = np.abs(found - shape @ line)
             seen &= away <= max(4.0 * float(np.median(away[seen])), 0.05)
