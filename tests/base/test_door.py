@@ -1,15 +1,17 @@
 """Arguments at the door: read where their meaning is plain, refused in one sentence elsewhere."""
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from inspect import signature
+from inspect import cleandoc, signature
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import workbench as wb
 from workbench.base.door import accept, admit, door
 from workbench.base.errors import OptionError
 
@@ -114,6 +116,13 @@ def test_a_record_reads_its_fields():
     assert Extras(share="10%", names="a") == Extras(share=0.1, names=("a",))
     with pytest.raises(OptionError, match="share"):
         Extras(share="x")
+
+
+def test_help_describes_every_choice_of_a_fit():
+    for function in (wb.identify, wb.diagnose):
+        described = set(re.findall(r"^    (\w+): ", cleandoc(function.__doc__), re.MULTILINE))
+        assert described >= set(signature(function).parameters)
+        assert function.__doc__.index("held_out: ") < function.__doc__.index("Raises:")
 
 
 def test_the_signature_shows_every_field_with_its_default():

@@ -11,6 +11,7 @@ import pytest
 
 from workbench.base import parallel
 from workbench.base.errors import OptionError
+from workbench.base.progress import cancelled, running
 
 ADDRESS = "tcp://127.0.0.1:1"
 
@@ -34,6 +35,12 @@ class Cluster:
 def test_little_work_starts_no_other_process():
     """Their start takes seconds, in which a plate is tried on a thousand arms."""
     assert parallel.spread(os.getpid, [()] * 8, workers=2) == [os.getpid()] * 8
+
+
+def test_work_ends_after_a_piece_that_is_whole():
+    """It would be another result than in a process of its own."""
+    with running(cancel=lambda: True):
+        assert parallel.spread(cancelled, [()] * 3, workers=1) == [False]
 
 
 def test_workers_with_our_versions_are_taken():
@@ -103,13 +110,11 @@ def test_a_scheduler_that_is_lost_is_said(cluster):
     import spread_work
 
     address, scheduler = cluster
-    with pytest.raises(OptionError, match="was lost, and no results were kept"):
-        parallel.spread(
-            spread_work.slowly,
-            [(k,) for k in range(20)],
-            scheduler=address,
-            progress=lambda _: scheduler.kill(),
-        )
+    with (
+        pytest.raises(OptionError, match="was lost, and no results were kept"),
+        running(lambda share, text: scheduler.kill()),
+    ):
+        parallel.spread(spread_work.slowly, [(k,) for k in range(20)], scheduler=address)
 
 
 @pytest.mark.slow
@@ -118,8 +123,9 @@ def test_a_piece_that_takes_all_memory_is_said_and_the_others_are_counted_once(c
 
     address, _ = cluster
     shares: list[float] = []
-    with pytest.raises(OptionError, match=r"ended 4 workers at tcp.*more memory \(--memory-limit\)"):
-        parallel.spread(
-            spread_work.hungrily, [(k,) for k in range(4)], scheduler=address, progress=shares.append
-        )
+    with (
+        pytest.raises(OptionError, match=r"ended 4 workers at tcp.*more memory \(--memory-limit\)"),
+        running(lambda share, text: shares.append(share)),
+    ):
+        parallel.spread(spread_work.hungrily, [(k,) for k in range(4)], scheduler=address)
     assert shares == [0.25, 0.5]

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from workbench.base.errors import WorkbenchError
-from workbench.base.progress import Cancel, Cancelled, never
+from workbench.base.progress import check_cancelled
 
 MEBIBYTE = 2**20
 _POLL = 0.05
@@ -41,7 +41,6 @@ def in_child(
     needs: str = "",
     seconds: float = 10.0,
     memory: int = 500 * MEBIBYTE,
-    cancel: Cancel = never,
 ) -> Any:
     """The result of a function, computed in a child process.
 
@@ -51,7 +50,6 @@ def in_child(
         needs: A module that it imports, which no bound counts.
         seconds: Time of the processor that it may take beyond its imports.
         memory: Memory that it may take beyond its imports [bytes].
-        cancel: Asked often; once it says so, the child ends.
 
     Raises:
         Cancelled: asked to stop.
@@ -67,7 +65,7 @@ def in_child(
             command, stdin=asked, stdout=answer, stderr=subprocess.DEVNULL, env=environment
         ) as child:
             try:
-                _wait(child, seconds * _PATIENCE, cancel)
+                _wait(child, seconds * _PATIENCE)
             finally:
                 child.kill()
         answer.seek(0)
@@ -81,14 +79,13 @@ def in_child(
     raise ChildError("its content crashes the reader")
 
 
-def _wait(child: subprocess.Popen, longest: float, cancel: Cancel) -> None:
+def _wait(child: subprocess.Popen, longest: float) -> None:
     """Wait for the end of a child."""
     for _ in range(int(longest / _POLL)):
         with contextlib.suppress(subprocess.TimeoutExpired):
             child.wait(_POLL)
             return
-        if cancel():
-            raise Cancelled
+        check_cancelled()
 
 
 def _serve() -> None:

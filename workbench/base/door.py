@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sized
 from dataclasses import fields
 from enum import Enum
 from functools import cache, wraps
-from inspect import Parameter, Signature, signature
+from inspect import Parameter, Signature, cleandoc, signature
 from numbers import Integral, Real
 from pathlib import Path
 from types import NoneType, UnionType
@@ -52,7 +52,7 @@ def door(record: type | None = None) -> Callable[[Callable[P, Result]], Callable
     """Decorator of a verb: its arguments are checked, or read, by their annotations.
 
     Args:
-        record: A dataclass whose fields the verb takes as `**fields`; its signature shows them one by one.
+        record: A dataclass whose fields the verb takes as `**fields`; help shows them one by one.
     """
 
     def decorate(verb: Callable[P, Result]) -> Callable[P, Result]:
@@ -68,6 +68,7 @@ def door(record: type | None = None) -> Callable[[Callable[P, Result]], Callable
             return verb(**admitted(hints, values))  # type: ignore[call-arg]
 
         call.__signature__ = shown  # type: ignore[attr-defined]
+        call.__doc__ = _documented(verb.__doc__, record)
         return call
 
     return decorate
@@ -93,6 +94,15 @@ def admitted(hints: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, A
         if found[name] is _REFUSED:
             raise OptionError(f"{name} must be {_text(hints[name])}, got {_shown(value)}")
     return found
+
+
+def _documented(text: str | None, record: type | None) -> str | None:
+    """A verb's docstring with the fields of a record among its arguments."""
+    if record is None or not text or not record.__doc__:
+        return text
+    lines = cleandoc(record.__doc__).partition("Args:\n")[2].splitlines()
+    own, raises, rest = text.partition("\n    Raises:")
+    return "\n".join([own.rstrip(), *(f"    {line}" for line in lines), raises + rest])
 
 
 def _expanded(own: Signature, record: type | None) -> Signature:

@@ -14,7 +14,7 @@ from typing import BinaryIO
 
 from workbench.base.errors import FileError
 
-LARGEST = 4 * 2**30
+MAX_FILE_BYTES = 4 * 2**30
 """Files beyond this size are refused [bytes]: a device without end is one of them."""
 CHUNK = 16 * 2**20
 STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1")
@@ -22,7 +22,7 @@ STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1")
 _WAITING: ContextVar[list[Callable[[], None]] | None] = ContextVar("waiting", default=None)
 
 
-def read_bytes(path: Path | str, *, wanted: str, most: int = LARGEST) -> bytes:
+def read_bytes(path: Path | str, *, wanted: str, most: int = MAX_FILE_BYTES) -> bytes:
     """Contents of a file.
 
     Args:

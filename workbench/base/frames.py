@@ -1,4 +1,4 @@
-"""Tables as pandas data frames; pandas is an extra, and imported when one is asked for."""
+"""Tables as data frames of pandas, or of polars where only that is installed; imported when one is needed."""
 
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
@@ -13,14 +13,22 @@ def data_frame(columns: Mapping[str, Any], *, index: str | None = None) -> "Data
     """Columns by heading as a data frame.
 
     Args:
-        index: The column that numbers or names the rows.
+        index: The column that numbers or names the rows; polars has no index and keeps it as a column.
 
     Raises:
-        MissingExtraError: pandas is not installed.
+        MissingExtraError: neither pandas nor polars is installed.
     """
     try:
         import pandas
     except ImportError:
-        raise MissingExtraError("a data frame", extra="pandas") from None
+        return _polars_frame(columns)
     frame = pandas.DataFrame(dict(columns))
     return frame if index is None else frame.set_index(index)
+
+
+def _polars_frame(columns: Mapping[str, Any]) -> Any:
+    try:
+        import polars
+    except ImportError:
+        raise MissingExtraError("a data frame", extra="pandas") from None
+    return polars.DataFrame(dict(columns))

@@ -16,7 +16,7 @@ from typing import Any
 
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.installed_package import package_version
-from workbench.base.progress import Cancel, Progress
+from workbench.base.progress import cancelled, progress, running
 from workbench.base.threads import one_thread
 
 CONNECTING = 5.0
@@ -35,8 +35,7 @@ def spread(
     *,
     workers: int | None = None,
     scheduler: str | None = None,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
+    text: str = "",
 ) -> list[Any]:
     """Results of the work on each piece; if it was cancelled, of those that were begun by then.
 
@@ -45,8 +44,7 @@ def spread(
         pieces: Its arguments.
         workers: Processes on this machine; as many as it has cores if None.
         scheduler: Address of a Dask scheduler, such as `tcp://host:8786`; this machine's cores if None.
-        progress: Called with the share of the pieces done.
-        cancel: Asked after each piece whether to stop.
+        text: What is being done, to be shown with the share of the pieces done.
 
     Raises:
         MissingExtraError: a scheduler is given, and Dask is not installed.
@@ -64,9 +62,8 @@ def spread(
     results: list[Any] = []
     for result in stream:
         results.append(result)
-        if progress is not None:
-            progress(len(results) / len(pieces))
-        if cancel is not None and cancel():
+        progress(len(results) / len(pieces), text)
+        if cancelled():
             stop.set()
     return results
 
@@ -81,7 +78,7 @@ def _here(
     done = 0
     for done, piece in enumerate(pieces, 1):
         begun = time.monotonic()
-        with one_thread():
+        with one_thread(), running():  # a piece is the same wherever it runs: it isn't cut short
             result = work(*piece)
         left = (len(pieces) - done) * (time.monotonic() - begun)
         yield result

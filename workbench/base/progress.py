@@ -1,11 +1,19 @@
-"""Callbacks by which long computations report progress and check whether to stop."""
+"""What a long computation reports, and whether it is asked to stop: known to everything that runs within it.
 
-from collections.abc import Callable
+    with running(show, stop.is_set):
+        identify(arm, data)
 
-Progress = Callable[[float], None]
-"""Is called with the share of the work done, 0 to 1."""
+The code in between calls `progress`, `cancelled` and `check_cancelled`; outside of `running` they do nothing.
+Other threads and processes don't inherit it: work that is handed to them is asked about between its pieces.
+"""
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from typing import NamedTuple
+
 Report = Callable[[float, str], None]
-"""Is called with the share of the work done, and with what is being done."""
+"""Is called with the share of the work done, 0 to 1, and with what is being done."""
 Cancel = Callable[[], bool]
 """Is asked whether to stop; the work then ends with the best that it has, or raises `Cancelled`."""
 
@@ -14,23 +22,63 @@ class Cancelled(Exception):
     """Work was stopped on request; not an error, so it need not be reported."""
 
 
-def checkpoint(progress: Report | None, cancel: Cancel | None) -> Report:
-    """Reports progress between the steps of some work, and raises `Cancelled` once that is asked for."""
-
-    def step(part: float, text: str) -> None:
-        if cancel is not None and cancel():
-            raise Cancelled
-        if progress is not None:
-            progress(part, text)
-
-    return step
+class _Run(NamedTuple):
+    show: Report
+    cancel: Cancel
 
 
-def part_of(report: Report, begin: float, share: float) -> Report:
-    """The progress of some work that is a share of the whole and begins at this share of it."""
-    return lambda part, text: report(begin + share * part, text)
+_UNSEEN = _Run(lambda share, text: None, lambda: False)
+_RUN = ContextVar[_Run]("_RUN")
 
 
-def never() -> bool:
-    """The default cancel callback: never stop."""
-    return False
+@contextmanager
+def running(show: Report = _UNSEEN.show, cancel: Cancel = _UNSEEN.cancel) -> Iterator[None]:
+    """Show the progress of the work within, and end it on request.
+
+    Args:
+        show: Called with the share of the work done and with what is being done; by default nothing
+            is shown, whatever the work around it shows.
+        cancel: Asked often; once it says True, the work ends with what it has or raises `Cancelled`.
+    """
+    token = _RUN.set(_Run(show, cancel))
+    try:
+        yield
+    finally:
+        _RUN.reset(token)
+
+
+@contextmanager
+def part_of(begin: float, share: float, text: str = "") -> Iterator[None]:
+    """Work that is a share of the whole and begins at a share of it; its text stands in place of the own."""
+    outer = _RUN.get(_UNSEEN)
+    with running(lambda done, own: outer.show(begin + share * done, text or own), outer.cancel):
+        yield
+
+
+@contextmanager
+def whole_or_nothing() -> Iterator[None]:
+    """Work that has nothing to give before its end: once it is asked to stop, its next report raises."""
+    outer = _RUN.get(_UNSEEN)
+
+    def show(share: float, text: str) -> None:
+        check_cancelled()
+        outer.show(share, text)
+
+    with running(show, outer.cancel):
+        yield
+
+
+def progress(share: float, text: str) -> None:
+    """Report the share of the work done, and what is being done."""
+    _RUN.get(_UNSEEN).show(share, text)
+
+
+def cancelled() -> bool:
+    """Whether the work is asked to stop."""
+    return _RUN.get(_UNSEEN).cancel()
+
+
+def check_cancelled() -> None:
+    """Raise `Cancelled` once the work is asked to stop."""
+    if cancelled():
+        raise Cancelled

@@ -19,7 +19,7 @@ LARGEST_FILE = 16 * 2**20
 """Files beyond this size are refused [bytes]."""
 MOST_TABLES = 1000
 """More tables of one name than this are refused: computing with them would take forever."""
-LARGEST = 1e100
+MAX_NUMBER = 1e100
 """Numbers beyond this overflow when they are squared."""
 
 
@@ -54,7 +54,7 @@ class AbstractTableReader(ABC):
 
     def number(self, value: Any, what: str) -> float:
         """A finite number."""
-        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < LARGEST:
+        if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < MAX_NUMBER:
             raise self.fail(f"{what} must be a finite number, not {value!r}")
         return float(value)
 

@@ -1,12 +1,12 @@
 """Lists and numbers in sentences."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-LONGEST, QUOTED = 300, 80
+MAX_SENTENCE, MAX_QUOTED = 300, 80
 """Characters of a sentence, and of a value that it quotes."""
 _OBEYED = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069]")
-_LONG = re.compile(rf"(?<!\w)'([^']{{{QUOTED},}})'")
+_LONG = re.compile(rf"(?<!\w)'([^']{{{MAX_QUOTED},}})'")
 
 
 def span(names: Sequence[str], *, longest: int = 4) -> str:
@@ -89,5 +89,11 @@ def _begins_formula(text: str) -> bool:
 def brief(sentence: str) -> str:
     """A sentence as one readable line: long quoted values are shortened, and so is its middle."""
     line = sentence if sentence.isprintable() else "".join(c if c.isprintable() else " " for c in sentence)
-    line = _LONG.sub(lambda found: f"'{found[1][: QUOTED - 20]} …'", line)
-    return line if len(line) <= LONGEST else f"{line[: LONGEST - 103]} … {line[-100:]}"
+    line = _LONG.sub(lambda found: f"'{found[1][: MAX_QUOTED - 20]} …'", line)
+    return line if len(line) <= MAX_SENTENCE else f"{line[: MAX_SENTENCE - 103]} … {line[-100:]}"
+
+
+def first_of(items: Iterable[object], number: int) -> str:
+    """The first few of a list, and whether there are more."""
+    named = [str(item) for item in items]
+    return ", ".join(named[:number]) + (" …" if len(named) > number else "")

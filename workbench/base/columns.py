@@ -1,0 +1,137 @@
+"""Columns of measurement files that hold one number, or one label, a row; or one number a joint.
+
+One entry is all that a new column needs: reading, writing, previews, mappings, trajectories, laws of effects,
+their plots and messages derive from it. From another package it is an entry point of `workbench.columns`, or
+stands in the `brings` of its observation. Coordinates in groups (x y z, markers, sigma …) are known to
+`data/readers/headings.py`.
+"""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import final
+
+from workbench.base.registry import Registry
+from workbench.base.units import Quantity
+
+
+class Per(Enum):
+    """What has one value of a column in every row."""
+
+    ROW = "row"
+    JOINT = "joint"
+
+
+@final
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Column:
+    """One column.
+
+    Args:
+        name: In formats.md, without its unit.
+        quantity: What it measures; None for labels.
+        also: Other names of it in files.
+        per: What has a value: joints have columns `name1`, `name2` …
+        driver: Whether laws of effects may depend on it.
+        observed: Whether a row that has it was observed.
+        kept: Whether measurements keep it; else a reader uses it up.
+        text: What it is, for messages; empty if the name says it.
+        shown: Unit for people, and what our own is multiplied by for it; our own if empty.
+        usual: Mean on virtual arms, and greatest deviation from it [our own unit].
+    """
+
+    name: str
+    quantity: Quantity | None = None
+    also: tuple[str, ...] = ()
+    per: Per = Per.ROW
+    driver: bool = False
+    observed: bool = False
+    kept: bool = True
+    text: str = ""
+    shown: tuple[str, float] = ("", 1.0)
+    usual: tuple[float, float] | None = None
+
+    @property
+    def is_label(self) -> bool:
+        """Whether it holds text."""
+        return self.quantity is None
+
+    def names(self, joints: int) -> list[str]:
+        """Its name, or one for each joint."""
+        return [self.name] if self.per is Per.ROW else [f"{self.name}{j}" for j in range(1, joints + 1)]
+
+    def headings(self, joints: int) -> list[str]:
+        """The same with units, as in files that we write."""
+        unit = "" if self.quantity in (None, Quantity.NUMBER) else f"[{self.quantity}]"
+        return [f"{name}{unit}" for name in self.names(joints)]
+
+    @property
+    def asked(self) -> str:
+        """How a message asks for it: `temperature[degC]`, or `torque1[N*m], torque2[N*m] …`."""
+        text = f" ({self.text})" if self.text else ""
+        return ", ".join(self.headings(2)) + (" …" if self.per is Per.JOINT else "") + text
+
+    @property
+    def unit(self) -> str:
+        """For people; empty for labels and plain numbers."""
+        return self.shown[0] or ("" if self.quantity in (None, Quantity.NUMBER) else str(self.quantity))
+
+    @property
+    def label(self) -> str:
+        """Name and unit at an axis: `temperature [°C]`."""
+        return f"{self.name} [{self.unit}]" if self.unit else self.name
+
+
+COLUMNS: Registry[Column] = Registry(
+    "column",
+    Column,
+    Column(
+        name="time",
+        quantity=Quantity.TIME,
+        also=("zeit", "timestamp", "t"),
+        driver=True,
+        shown=("min", 1.0 / 60.0),
+    ),
+    Column(
+        name="temperature",
+        quantity=Quantity.TEMPERATURE,
+        also=("temp", "temperatur", "measurement_temperature", "air_temperature"),
+        driver=True,
+        shown=("°C", 1.0),
+        usual=(24.0, 5.0),
+    ),
+    Column(name="payload", quantity=Quantity.MASS, also=("nutzlast", "traglast"), driver=True),
+    Column(
+        name="torque",
+        quantity=Quantity.TORQUE,
+        also=("tau", "effort", "drehmoment", "moment"),
+        per=Per.JOINT,
+        driver=True,
+        shown=("N·m", 1.0),
+    ),
+    Column(
+        name="direction",
+        quantity=Quantity.NUMBER,
+        also=("dir", "richtung"),
+        per=Per.JOINT,
+        driver=True,
+        text="sign of each joint's last motion",
+    ),
+    Column(name="distance", quantity=Quantity.LENGTH, also=("dist", "abstand", "entfernung"), observed=True),
+    Column(name="session", also=("sitzung", "placement", "aufstellung")),
+    Column(name="group", also=("gruppe",)),
+    Column(name="point", also=("socket", "punkt")),
+    Column(name="anchor", also=("anker",)),
+    Column(name="contact", also=("kontakt",)),
+    Column(name="exclude", also=("excluded", "ausschluss")),
+    Column(name="reason", also=("grund",)),
+    Column(name="pose_frame", kept=False),
+    *(Column(name=name, kept=False) for name in ("image", "camera", "id", "corner")),
+    *(Column(name=name, quantity=Quantity.PIXEL, kept=False) for name in "uv"),
+    group="workbench.columns",
+)
+"""All that is known, in the order in which they are written."""
+
+
+def row_drivers() -> dict[str, Column]:
+    """Those that may drive effects and have one number a row."""
+    return {name: c for name, c in COLUMNS.items() if c.driver and c.per is Per.ROW}
