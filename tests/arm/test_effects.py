@@ -11,10 +11,11 @@ from rigid_body import rigid_body
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
-from workbench.arm.identification_jacobian import linearise
+from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics import forward
+from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
-from workbench.arm.robot import FRAME_PARTS, Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import read_toml
 from workbench.arm.statics.deflection import deflect, shift_of
 from workbench.arm.statics.load_derivatives import wrench_derivative
@@ -23,7 +24,16 @@ from workbench.arm.urdf import read_urdf, write_urdf
 from workbench.base.errors import DataError, RobotError, ShapeError
 
 KNOTS = tuple(np.linspace(-3.2, 3.2, 7))
-SIZES = {"rad": 2e-3, "m": 1e-3, "rad/(N*m)": 2e-4, "m/N": 1e-5, "1": 1e-3, "1/K": 2e-5}
+SIZES = {
+    "rad": 2e-3,
+    "m": 1e-3,
+    "rad/(N*m)": 2e-4,
+    "m/N": 1e-5,
+    "1": 1e-3,
+    "1/K": 2e-5,
+    "rad/(N*m*m)": 1e-4,
+    "rad/m": 1e-3,
+}
 CATALOGUE = {
     "joint-compliance": EFFECTS["joint-compliance"]((1, 2)),
     "backlash": EFFECTS["backlash"]((1, 2)),
@@ -31,6 +41,8 @@ CATALOGUE = {
     "backlash by motion": EFFECTS["backlash"]((0, 3), by="motion"),
     "clearance-tilt": EFFECTS["clearance-tilt"]((2, 0)),
     "bearing-compliance": EFFECTS["bearing-compliance"]((1, 3)),
+    "extension-compliance": EFFECTS["extension-compliance"]((1, 3), retracted=-2.5),
+    "extension-clearance": EFFECTS["extension-clearance"]((3, 0), retracted=-2.5),
     "joint-harmonic": EFFECTS["joint-harmonic"]((0, 2), order=3),
     "encoder-scale": EFFECTS["encoder-scale"]((1, 2)),
     "joint-coupling": EFFECTS["joint-coupling"]((3, 2)),
@@ -40,6 +52,11 @@ CATALOGUE = {
     "gravity-sag": EFFECTS["gravity-sag"]((1,), terms="2x 3y payload", gravity=(0.6, 0.0, -0.8)),
     "local-joint-error": EFFECTS["local-joint-error"]((1,), knots=KNOTS),
     "local-joint-error periodic": EFFECTS["local-joint-error"]((2,), knots=KNOTS[1:-1], periodic=True),
+    "frame-step": EFFECTS["frame-step"](row=4),
+    "tool-step": EFFECTS["tool-step"](row=4, turns=True),
+    "zero-step": EFFECTS["zero-step"]((1, 2), row=2, time_s=20.0, is_timed=True),
+    "warm-up": EFFECTS["warm-up"]((1,), row=6, begin=1.0, pace=3.0),
+    "warm-up of the frame": EFFECTS["warm-up"](row=6, begin=1.0, pace=3.0),
 }
 ARMS = ("aria", "katana", "sliding", "urdf")
 
@@ -79,6 +96,7 @@ def motion_of(robot: Robot, rows: int = 9, seed: int = 0) -> Motion:
         temperature=rng.uniform(15.0, 35.0, rows),
         payload=rng.uniform(0.0, 2.0, rows),
         wrench=rng.uniform(-5.0, 5.0, (rows, 6)),
+        row=np.arange(rows),
     )
 
 
@@ -101,17 +119,19 @@ def test_the_catalogue_is_tried_whole():
 @pytest.mark.parametrize("name", CATALOGUE)
 def test_zero_coefficients_change_nothing(arms, arm, name):
     robot, effect = arms[arm], CATALOGUE[name]
-    motion, bent = motion_of(robot), robot.with_effects(effect)
+    motion, deflected = motion_of(robot), robot.with_effects(effect)
     assert not np.any(effect.coefficients)
     np.testing.assert_array_equal(
-        forward.tool_poses(bent, motion), forward.tool_poses(robot, Motion(motion.q))
+        forward.tool_poses(deflected, motion), forward.tool_poses(robot, Motion(motion.q))
     )
     np.testing.assert_array_equal(
-        forward.link_frames(bent, motion), forward.link_frames(robot, Motion(motion.q))
+        forward.link_frames(deflected, motion), forward.link_frames(robot, Motion(motion.q))
     )
-    np.testing.assert_allclose(joint_wrenches(bent, motion.q), joint_wrenches(robot, motion.q), atol=1e-12)
     np.testing.assert_allclose(
-        rigid_body(bent, massless=True).poses(motion.q),
+        joint_wrenches(deflected, motion.q), joint_wrenches(robot, motion.q), atol=1e-12
+    )
+    np.testing.assert_allclose(
+        rigid_body(deflected, massless=True).poses(motion.q),
         forward.tool_poses(robot, Motion(motion.q)),
         atol=1e-12,
     )
@@ -190,14 +210,16 @@ def test_the_fixed_point_is_one(arms):
     robot = arms["aria"]
     robot = robot.with_effects(*(sized(robot, CATALOGUE[n]) for n in ("joint-compliance", "link-flexure")))
     motion = motion_of(robot)
-    bent = deflect(robot, motion)
-    again = joint_wrenches(robot, motion.q, payload=motion.payload, wrench=motion.wrench, shift=bent.shift)
-    np.testing.assert_allclose(again, bent.wrenches, atol=1e-9)
-    shift = np.zeros_like(bent.shift)
+    deflected = deflect(robot, motion)
+    again = joint_wrenches(
+        robot, motion.q, payload=motion.payload, wrench=motion.wrench, shift=deflected.shift
+    )
+    np.testing.assert_allclose(again, deflected.wrenches, atol=1e-9)
+    shift = np.zeros_like(deflected.shift)
     for effect in robot.effects:
         law = effect.law(robot.chain, motion, again)
         shift[:, robot.chain.indices(effect.elements(robot.chain))] += law @ effect.coefficients
-    np.testing.assert_allclose(shift, bent.shift, atol=1e-12)
+    np.testing.assert_allclose(shift, deflected.shift, atol=1e-12)
 
 
 @pytest.mark.parametrize("arm", ["aria", "katana"])
@@ -209,13 +231,13 @@ def test_load_effects_bend_as_the_generator_does(arms, arm):
     c, b = np.zeros((virtual.dof, 3)), np.zeros((virtual.dof, 3))
     c[1], b[2] = (3e-6, 3e-6, 5e-6), (0.0, 0.0, 1e-5)
     expected = virtual.pose(q, virtual.sag(q, compliance=c, backlash=b, payload=1.5))
-    bent = robot.with_effects(
+    deflected = robot.with_effects(
         EFFECTS["joint-compliance"]((1,), (5e-6,)),
         EFFECTS["bearing-compliance"]((1,), (3e-6,)),
         EFFECTS["backlash"]((2,), (1e-5,)),
     )
     motion = Motion(q, payload=np.full(20, 1.5))
-    found = forward.tool_poses(bent, motion)
+    found = forward.tool_poses(deflected, motion)
     bend = np.abs(virtual.pose(q) - expected).max()
     np.testing.assert_allclose(found, expected, atol=2e-3 * bend)
 
@@ -223,10 +245,10 @@ def test_load_effects_bend_as_the_generator_does(arms, arm):
 def test_clearance_tips_by_its_angle_against_the_holding_moment(arms):
     robot = arms["aria"].with_effects(EFFECTS["clearance-tilt"]((1,), (1e-3,)))
     motion = motion_of(robot)
-    bent = deflect(robot, motion)
-    tilt = bent.shift[:, robot.chain.indices(["joint2.tilt_x", "joint2.tilt_y"])]
+    deflected = deflect(robot, motion)
+    tilt = deflected.shift[:, robot.chain.indices(["joint2.tilt_x", "joint2.tilt_y"])]
     np.testing.assert_allclose(np.linalg.norm(tilt, axis=1), 1e-3)
-    assert ((tilt * bent.wrenches[:, 1, 3:5]).sum(1) < 0).all()
+    assert ((tilt * deflected.wrenches[:, 1, 3:5]).sum(1) < 0).all()
 
 
 def test_thermal_growth_is_the_growth_of_the_arm(arms):
@@ -372,9 +394,9 @@ def test_a_urdf_has_the_geometry_that_is_best_without_effects(arms, tmp_path):
     path = write_urdf(robot, tmp_path / "arm.urdf")
     low, high = robot.search_limits.T
     at = Motion(np.random.default_rng(5).uniform(low, high, (300, robot.dof)))
-    bent = forward.tool_poses(robot, at)[:, :3, 3]
+    deflected = forward.tool_poses(robot, at)[:, :3, 3]
     missed = [
-        np.linalg.norm(forward.tool_poses(arm, at)[:, :3, 3] - bent, axis=1).mean()
+        np.linalg.norm(forward.tool_poses(arm, at)[:, :3, 3] - deflected, axis=1).mean()
         for arm in (load_robot(path), plain)
     ]
     assert missed[0] < 0.9 * missed[1]

@@ -8,6 +8,7 @@ from rigid_body import rigid_body
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.chain import Axis
+from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import (
     geometric_jacobian,
     joint_elements,
@@ -17,7 +18,6 @@ from workbench.arm.kinematics.forward import (
     tool_poses,
 )
 from workbench.arm.motion import Motion
-from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import ShapeError

@@ -76,15 +76,15 @@ def test_the_total_derivative(pair):
     robot = pair[1]
     rng, motion = np.random.default_rng(2), motion_of(robot, 6)
     sized = [replace(e, coefficients=tuple(rng.normal(0.0, 1e-3, len(e.names)))) for e in sags(robot)]
-    bent = robot.with_effects(*sized)
-    names = (*bent.default_free, *bent.coefficients, "base.x", "base.pitch", "tool.z", "tool.roll")
-    known = dict(zip(bent.chain.index, bent.chain.values, strict=True)) | bent.coefficients
+    deflected = robot.with_effects(*sized)
+    names = (*deflected.default_free, *deflected.coefficients, "base.x", "base.pitch", "tool.z", "tool.roll")
+    known = dict(zip(deflected.chain.index, deflected.chain.values, strict=True)) | deflected.coefficients
 
     def poses(x):
-        moved = bent.with_values(dict(zip(names, x.tolist(), strict=True)))
+        moved = deflected.with_values(dict(zip(names, x.tolist(), strict=True)))
         return forward.tool_poses(moved, motion)
 
-    _, twists = forward.sensitivity(bent, motion, names)
+    _, twists = forward.sensitivity(deflected, motion, names)
     x = np.array([known[n] for n in names])
     checks.check_jacobian(poses, twists, x, difference=checks.pose_change, tolerance=1e-6)
 

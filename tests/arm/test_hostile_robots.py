@@ -1,11 +1,13 @@
 """Robot files that would end in a bare exception or never: one sentence each."""
 
+from dataclasses import replace
+
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.urdf import read_urdf, write_urdf
 from workbench.base.errors import FileError
-from workbench.base.progress import Cancelled
+from workbench.base.progress import Cancelled, running
 from workbench.plate.plate_toml import load_plate
 from workbench.session.start import start
 
@@ -67,5 +69,5 @@ def test_too_many_links(tmp_path):
 
 
 def test_the_beginning_of_a_session_can_be_cancelled(aria):
-    with pytest.raises(Cancelled):
-        start(aria, load_plate("table2"), cancel=lambda: True)
+    with pytest.raises(Cancelled), running(cancel=lambda: True):
+        start(replace(aria), load_plate("table2"))  # not one that has been begun before

@@ -39,6 +39,6 @@ def test_a_mesh_of_too_many_triangles_is_not_even_read(urdf, name, content):
 
 
 def test_a_mesh_too_large_to_be_drawn(urdf, monkeypatch):
-    monkeypatch.setattr(meshes, "LARGEST", 4)
+    monkeypatch.setattr(meshes, "MAX_MESH_BYTES", 4)
     with pytest.raises(FileError, match="coarser mesh"):
         meshes.find_mesh("near.stl", urdf)

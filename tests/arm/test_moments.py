@@ -1,4 +1,4 @@
-"""Moments at the joints against pinocchio, in motion, under a wrench at the tool and on a bent arm."""
+"""Moments at the joints against pinocchio, in motion, under a wrench at the tool and on a deflected arm."""
 
 import generator
 import numpy as np
@@ -93,11 +93,11 @@ def test_the_arm_bends_under_its_motion(katana):
     soft = katana.with_effects(
         EFFECTS["joint-compliance"]((1, 2), (1e-3, 1e-3)), EFFECTS["clearance-tilt"]((2,), (1e-3,))
     )
-    bent = deflect(soft, motion)
+    deflected = deflect(soft, motion)
     about = joint_moments(soft, motion).about
     place = soft.chain.indices(["joint2.theta", "joint3.theta"])
-    np.testing.assert_allclose(bent.shift[:, place], -1e-3 * about[:, 1:3], atol=1e-12)
-    assert np.abs(bent.shift[:, place] - deflect(soft, Motion(motion.q)).shift[:, place]).max() > 1e-4
+    np.testing.assert_allclose(deflected.shift[:, place], -1e-3 * about[:, 1:3], atol=1e-12)
+    assert np.abs(deflected.shift[:, place] - deflect(soft, Motion(motion.q)).shift[:, place]).max() > 1e-4
 
 
 def test_a_wrench_of_other_rows_is_refused(katana):

@@ -9,13 +9,14 @@ from scipy.spatial.transform import Rotation
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.own_robot.check import read_joint_table
-from workbench.arm.own_robot.find_convention import Found, find_convention
-from workbench.arm.own_robot.readings import Reading, Typed, table_readings, typed_readings
+from workbench.arm.own_robot.find_convention import FoundConvention, find_convention
+from workbench.arm.own_robot.readings import TableReading, Typed, table_readings, typed_readings
 from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_to_table
 from workbench.arm.statics.moments import joint_moments
 from workbench.base import se3
@@ -59,7 +60,7 @@ def wrong_choice(rng: np.random.Generator, name: str):
     return arm, signs, offsets, table, np.column_stack(parts)
 
 
-def right(found: Found, arm: Robot, signs: np.ndarray, offsets: np.ndarray) -> bool:
+def right(found: FoundConvention, arm: Robot, signs: np.ndarray, offsets: np.ndarray) -> bool:
     """Whether the arm that was found goes where the pendant says, everywhere."""
     q = np.random.default_rng(0).uniform(-2.0, 2.0, (50, arm.dof))
     apart = tool_poses(found.robot, Motion(q)) - tool_poses(arm, Motion(signs * q + offsets))
@@ -99,7 +100,7 @@ def test_a_slip_in_one_pose_is_named_with_its_size():
     poses = tool_poses(arm, Motion(q)).copy()
     poses[2, 1, 3] += 0.040
     with pytest.raises(DataError, match="pose 3 alone is 40 mm"):
-        find_convention([Reading(arm, ("as given",))], [Typed(q, poses)])
+        find_convention([TableReading(arm, ("as given",))], [Typed(q, poses)])
 
 
 @pytest.mark.parametrize(("axes", "says"), [("zyz", "Doosan"), ("xyz", "Stäubli")])
@@ -111,7 +112,7 @@ def test_makers_angles_are_read(axes, says):
     poses = tool_poses(arm, Motion(q))
     angles = Rotation.from_matrix(poses[:, :3, :3]).as_euler(axes.upper(), degrees=True)
     numbers = np.column_stack([np.rad2deg(q), 1e3 * poses[:, :3, 3], angles])
-    found = find_convention([Reading(arm)], typed_readings(numbers, [False] * 6))
+    found = find_convention([TableReading(arm)], typed_readings(numbers, [False] * 6))
     assert says in found.words[-1]
     assert found.position < 1e-6
 
@@ -171,9 +172,9 @@ def test_descriptions_without_a_table_are_recounted_too(tmp_path):
     signs, offsets = np.array([1.0, -1, 1, -1, 1, 1]), np.array([0.0, 0.3, 0, 1, 0, 0])
     q = np.random.default_rng(7).uniform(-2.0, 2.0, (4, 6))
     typed = Typed(signs * (q - offsets), tool_poses(arm, Motion(q)))
-    found = find_convention([Reading(urdf)], [typed])
+    found = find_convention([TableReading(urdf)], [typed])
     assert right(found, arm, signs, offsets)
-    assert right(find_convention([Reading(urdf)], [Typed(q, typed.poses)]), arm, np.ones(6), np.zeros(6))
+    assert right(find_convention([TableReading(urdf)], [Typed(q, typed.poses)]), arm, np.ones(6), np.zeros(6))
 
 
 def test_tables_as_people_write_them(tmp_path):
@@ -232,26 +233,22 @@ def test_the_command(run, tmp_path):
     assert "6 joint positions" in error
 
 
-def test_a_controllers_own_file_is_read_in(run, tmp_path):
-    """The factory's calibration of a UR becomes the nominal arm of the next one."""
-    conf = tmp_path / "calibration.conf"
-    conf.write_text(
-        "delta_theta = [ 1e-3, 0, 0, 0, 0, 0]\ndelta_a = [ 0, 1e-3, 0, 0, 0, 0]\n"
-        "delta_d = [ 0, 0, 0, 0, 0, 0]\ndelta_alpha = [ 0, 0, 0, 0, 0, 0]\n"
-    )
-    out = tmp_path / "mine.toml"
-    code, _, error = run("new", "ur10", "--apply", conf, "--for", "ur-calibration", "--out", out)
+def test_a_table_from_elsewhere_is_read_in(run, tmp_path):
+    """The joint table of a calibration becomes the nominal arm of the next one."""
+    table, out = tmp_path / "table.csv", tmp_path / "mine.toml"
+    assert run("export", "ur10", "--for", "dh-csv", "--out", table)[0] == 0
+    table.write_text(table.read_text().replace("-0.612", "-0.611"))
+    words = ("new", "ur10", "--apply", table, "--for", "dh-csv", "--out")
+    code, _, error = run(*words, out)
     assert code == 0, error
     mine = load_robot(out)
     assert mine.chain.values[mine.chain.index["joint2.a"]] == pytest.approx(-0.611)
-    conf.write_text(conf.read_text().replace("delta_a = [ 0, 1e-3", "delta_a = [ 0.3, 0.2"))
-    code, _, error = run(
-        "new", "ur10", "--apply", conf, "--for", "ur-calibration", "--out", tmp_path / "no.toml"
-    )
+    table.write_text(table.read_text().replace("-0.611", "0.212"))
+    code, _, error = run(*words, tmp_path / "no.toml")
     assert code == 1  # no UR10 is made like that
     assert "UR10" in error
     assert not (tmp_path / "no.toml").exists()
-    code, _, error = run("new", "ur10", "--apply", conf, "--out", out)
+    code, _, error = run("new", "ur10", "--apply", table, "--out", out)
     assert code == 64
     assert "--for" in error
 

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import Frame
 from workbench.arm.own_robot.readings import table_readings
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import write_toml
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import DataError, FileError

@@ -9,9 +9,9 @@ from checks import holding, joint_wrenches
 from rigid_body import rigid_body
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.arm.statics import wrenches
 from workbench.arm.statics.load_derivatives import _derivatives, wrench_derivative
 from workbench.arm.statics.wrenches import _wrenches, inertia_regressor, masses, own_axis

@@ -10,9 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import Frame, SessionFrames
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, JointKind, Robot, SessionFrames
+from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import _Reader, read_toml, robot_from_table, write_toml
 from workbench.base import se3
 from workbench.base.assets import built_in_robots

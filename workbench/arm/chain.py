@@ -53,6 +53,8 @@ class Element:
         name: Name of its constant, such as `joint2.alpha`.
         value: The constant p [rad or m].
         joint: Column of q that drives it, or None.
+        follows: Column of q that it follows beside the element that this drives, or None …
+        ratio: … and by how much per unit of that joint.
         free: Whether its constant may be identified by default.
         link: Joint entry that it belongs to, counted from 0; -1 for the base, -2 for the tool.
         matrix: The transform of an `Axis.CONSTANT`, which has neither value nor driver.
@@ -65,6 +67,8 @@ class Element:
     free: bool = False
     link: int = -1
     matrix: Matrix4 | None = None
+    follows: int | None = None
+    ratio: float = 1.0
 
     @property
     def unit(self) -> str:
@@ -91,8 +95,22 @@ class Chain:
 
     @cached_property
     def drivers(self) -> Int[np.ndarray, " k"]:
-        """Column of q that drives each element; -1 for none."""
-        return frozen(np.array([-1 if e.joint is None else e.joint for e in self.elements], np.int64))
+        """Column of `positions` that drives each element; -1 for none."""
+        out = np.array([-1 if e.joint is None else e.joint for e in self.elements], np.int64)
+        out[self.followers] = self.dof + np.arange(len(self.followers))
+        return frozen(out)
+
+    @cached_property
+    def followers(self) -> Int[np.ndarray, " f"]:
+        """Elements that follow a joint beside the one that it drives."""
+        return frozen(np.array([i for i, e in enumerate(self.elements) if e.follows is not None], np.int64))
+
+    def positions(self, q: Float[np.ndarray, "_ n"]) -> Float[np.ndarray, "_ nf"]:
+        """Joint coordinates, and behind them what each follower makes of its joint's; rates likewise."""
+        if not len(self.followers) or not len(q):
+            return q
+        mine = [self.elements[i] for i in self.followers]
+        return np.concatenate([q, q[:, [e.follows for e in mine]] * [e.ratio for e in mine]], axis=1)
 
     @cached_property
     def driven(self) -> Int[np.ndarray, " n"]:
@@ -125,7 +143,10 @@ class Chain:
     def with_values(self, values: Float[np.ndarray, " k"]) -> "Chain":
         """The same chain with other constants in force; what does not depend on them is shared."""
         other = Chain(self.elements, self.dof)
-        shared = {name: getattr(self, name) for name in ("axes", "drivers", "driven", "constants", "index")}
+        shared = {
+            name: getattr(self, name)
+            for name in ("axes", "drivers", "driven", "followers", "constants", "index")
+        }
         other.__dict__.update(shared, values=frozen(values.copy()))
         return other
 
@@ -158,7 +179,7 @@ def poses(
         chain.drivers[part],
         frozen((chain.values if values is None else values)[part]),
         chain.constants[part],
-        frozen(q),
+        frozen(chain.positions(q)),
         frozen(shift[:, part]),
         out,
     )
@@ -177,7 +198,7 @@ def frames(
     out = np.empty((len(q), len(after), 4, 4))
     start = 0
     current = np.broadcast_to(np.eye(4), (len(q), 4, 4)).copy()
-    values, q = frozen(chain.values if values is None else values), frozen(q)
+    values, q = frozen(chain.values if values is None else values), frozen(chain.positions(q))
     for column, last in enumerate(after):
         step = np.empty((len(q), 4, 4))
         part = slice(start, last + 1)
@@ -224,12 +245,24 @@ def twists(
         frozen((chain.values if values is None else values)[part]),
         chain.constants[part],
         place[part],
-        frozen(q),
+        frozen(chain.positions(q)),
         frozen(shift[:, part]),
         pose_out,
         twist_out,
     )
     return pose_out, twist_out
+
+
+def joint_twists(
+    chain: Chain, q: Float[np.ndarray, "rows n"], *, part: slice = WHOLE
+) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 n"]]:
+    """Poses, and the twist of the tool per joint coordinate, followers included; arguments as of `twists`."""
+    found, columns = twists(chain, q, np.concatenate([chain.driven, chain.followers]), part=part)
+    out = columns[:, :, : chain.dof]
+    for k, place in enumerate(chain.followers, start=chain.dof):
+        element = chain.elements[place]
+        out[:, :, element.follows] += element.ratio * columns[:, :, k]
+    return found, out
 
 
 @njit(cache=True, inline="always")

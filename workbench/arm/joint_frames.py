@@ -18,15 +18,17 @@ import numpy as np
 from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Element
 from workbench.arm.conventions import CONSTANTS
+from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.inverse.reduced_arm import ONTO_Z
-from workbench.arm.robot import FRAME_PARTS, Joint, JointKind, Robot
+from workbench.arm.robot import Joint, JointKind, Robot
 from workbench.arm.urdf import CORRECTION_AXES, driven_elements
 from workbench.base import se3
+from workbench.base.errors import RobotError
 from workbench.base.types import Matrix4, Vector3, frozen
 
 PARALLEL = 3e-9
 """Sine of the angle below which two axes count as parallel, as their normal is lost in rounding."""
-SAME = 1e-15
+SAME_AXIS = 1e-15
 """Distance [m] and sine of the angle below which two axes are one."""
 Z = frozen(np.array([0.0, 0.0, 1.0]))
 
@@ -116,7 +118,17 @@ class JointFrames:
 
 
 def joint_frames(robot: Robot) -> JointFrames:
-    """The frames at an arm's joints, by its geometry alone, without base and tool."""
+    """The frames at an arm's joints, by its geometry alone, without base and tool.
+
+    Raises:
+        RobotError: a joint follows another.
+    """
+    if len(robot.chain.followers):
+        name = robot.chain.elements[robot.chain.followers[0]].name.split(".")[0]
+        raise RobotError(
+            f"{name} of robot '{robot.name}' follows another joint, which this form can't hold; use TOML or "
+            "URDF"
+        )
     return _of_urdf(robot) if robot.urdf is not None else _of_elements(robot)
 
 
@@ -204,7 +216,7 @@ def standard_dh(frames: JointFrames, thetas: Sequence[float] | None = None) -> S
     places = [*turned, frames.at_zero[-1]]
     near = [0.0, *([0.0] * len(turned) if thetas is None else thetas)]
     first = places[0]
-    same = max(np.hypot(*first[:2, 3]), np.hypot(*first[:2, 2])) < SAME and first[2, 2] > 0.0
+    same = max(np.hypot(*first[:2, 3]), np.hypot(*first[:2, 2])) < SAME_AXIS and first[2, 2] > 0.0
     here, table = np.eye(4), [np.zeros(4)] if same else []
     for line, theta in zip(places[len(table) :], near[len(table) :], strict=True):
         table.append(_row(se3.inverse(here) @ line, theta))

@@ -9,7 +9,7 @@ LIMIT_FACTOR = 3.0
 """Joint positions beyond this many times the limit are a mistake of units, not of a switch."""
 UNLIMITED = 4.0 * np.pi
 """Bound of arms of which no limit is known: two turns each way."""
-LEAST = 1e-6
+MIN_COEFFICIENT = 1e-6
 
 
 def implausible_joint(
@@ -20,7 +20,7 @@ def implausible_joint(
     bound = np.where(np.isfinite(limits).all(1), np.abs(limits).max(1), np.inf)
     if np.isinf(bound).all():
         bound = np.full(len(limits), UNLIMITED)
-    bound = np.maximum(bound, LEAST)
+    bound = np.maximum(bound, MIN_COEFFICIENT)
     beyond = largest > LIMIT_FACTOR * bound
     if not beyond.any():
         return None

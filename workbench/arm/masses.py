@@ -2,23 +2,28 @@
 
 Files that have one body per moving joint (URDF frames, `elementary` tables) need this form; links before
 the first moving joint are carried by the base and drop out.
+
+Where a file lacks a few masses, the link is assumed to weigh what its neighbours let expect, give or take as
+much: unknowns of a fit with a wide prior, rather than a reason to take all masses for unknown.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
-from workbench.arm.robot import JointKind, Robot
+from workbench.arm.robot import Joint, JointKind, Robot
 from workbench.base import se3
-from workbench.base.types import Vector3
+from workbench.base.types import Matrix4, Vector3, frozen
 
 
 def carried(robot: Robot) -> tuple[tuple[float | None, Vector3], ...]:
-    """Mass [kg] and centre [m] of the body after each moving joint, in the frame right after what it drives.
+    """Mass [kg] and centre [m] of the body after each element of `moved`, in the frame right after it.
 
     The mass is None where that of the moving link itself is unknown.
     """
-    driven = [i for i, e in enumerate(robot.elements) if e.joint is not None]
+    driven = moved(robot)
     bodies: list[list[tuple[float, Vector3]]] = [[] for _ in driven]
     unknown = set()
     for joint, end in zip(robot.joints, robot.link_ends, strict=True):
@@ -32,14 +37,99 @@ def carried(robot: Robot) -> tuple[tuple[float | None, Vector3], ...]:
         frame = chains.poses(Chain(part, 0), np.zeros((1, 0)))[0] if part else np.eye(4)
         bodies[number].append((joint.mass, se3.apply(frame, joint.com)))
     return tuple(
-        (None, np.zeros(3)) if number in unknown else _together(links) for number, links in enumerate(bodies)
+        (None, np.zeros(3)) if number in unknown else together(links) for number, links in enumerate(bodies)
     )
 
 
-def _together(links: list[tuple[float, Vector3]]) -> tuple[float, Vector3]:
+def moved(robot: Robot) -> list[int]:
+    """Elements of the arm that joints drive, or that follow them: each has a body of its own."""
+    return [i for i, e in enumerate(robot.elements) if e.joint is not None or e.follows is not None]
+
+
+def together(links: list[tuple[float, Vector3]]) -> tuple[float, Vector3]:
     """Sum of masses, and their common centre."""
     if len(links) == 1:
         return links[0]
     total = sum(mass for mass, _ in links)
     moment = sum((mass * centre for mass, centre in links), np.zeros(3))
     return total, moment / total if total > 0 else np.zeros(3)
+
+
+ASSUMED = 1.0
+"""Relative standard deviation of a mass that was assumed."""
+LEAST_LENGTH = 0.05
+"""An assumed centre of mass is known to half its link's length, and to half of this at least [m]."""
+
+
+def with_assumed_masses(robot: Robot) -> Robot:
+    """The robot with masses for the links that lack one, if at least half of the moving ones have theirs."""
+    known = [k for k, j in enumerate(robot.moving) if j.mass]
+    if robot.has_masses or 2 * len(known) < robot.dof:
+        return robot
+    logs = np.log([robot.moving[k].mass or 1.0 for k in known])
+    entries = [i for i, j in enumerate(robot.joints) if j.kind is not JointKind.FIXED]
+    joints = list(robot.joints)
+    for k, entry in enumerate(entries):
+        if joints[entry].mass is None:
+            mass = float(np.exp(np.interp(k, known, logs)))
+            joints[entry] = _assumed(robot, k, entry, mass)
+    return replace(robot, joints=tuple(joints))
+
+
+def _assumed(robot: Robot, moving: int, entry: int, mass: float) -> Joint:
+    """A link with some mass in the middle between its two joints (or its joint and the tool)."""
+    elements = robot.elements
+    driven = [i for i, e in enumerate(elements) if e.joint is not None]
+    last = driven[moving + 1] - 1 if moving + 1 < len(driven) else len(elements) - 1
+    still = chains.Chain(tuple(replace(e, joint=None, follows=None) for e in elements), 0)
+    places = np.array([driven[moving], robot.link_ends[entry], last])
+    order = np.argsort(places, kind="stable")
+    start, own, end = chains.frames(still, np.zeros((1, 0)), places[order])[0][
+        np.argsort(order, kind="stable")
+    ]
+    tip = end[:3, 3] if moving + 1 < len(driven) else end[:3] @ [*robot.tool.xyz, 1.0]
+    centre = se3.apply(se3.inverse(own), 0.5 * (start[:3, 3] + tip))
+    length = max(float(np.linalg.norm(tip - start[:3, 3])), LEAST_LENGTH)
+    return replace(
+        robot.joints[entry], mass=mass, com=frozen(centre), mass_tolerance=ASSUMED, com_tolerance=0.5 * length
+    )
+
+
+Body = tuple[float, Vector3]
+"""Mass [kg], and centre [m]."""
+
+
+def hanging(model, chain: list, notes: list[str]) -> dict[str, list[Body]]:
+    """Bodies beside the chain by the link of the chain that carries them, with all their joints at 0."""
+    children: dict[str, list] = {}
+    for joint in model.robot.joints:
+        children.setdefault(joint.parent, []).append(joint)
+    own = {j.name for j in chain}
+
+    def behind(link: str, pose: Matrix4) -> list[Body]:
+        bodies = []
+        for joint in children.get(link, []):
+            if joint.name not in own:
+                there = pose if joint.origin is None else pose @ joint.origin
+                inertial = model.link_map[joint.child].inertial if joint.child in model.link_map else None
+                if inertial is not None and inertial.mass:
+                    centre = np.zeros(3) if inertial.origin is None else inertial.origin[:3, 3]
+                    bodies.append((float(inertial.mass), se3.apply(there, np.array(centre, float))))
+                bodies += behind(joint.child, there)
+        return bodies
+
+    found = {j.child: bodies for j in chain if (bodies := behind(j.child, np.eye(4)))}
+    for link, bodies in found.items():
+        weight = sum(mass for mass, _ in bodies)
+        notes.append(
+            f"link '{link}' carries {weight:.3g} kg beside the chain, taken with all joints there at 0"
+        )
+    return found
+
+
+def with_bodies(joint: Joint, bodies: list[Body]) -> Joint:
+    """A joint's link together with what hangs on it."""
+    if not bodies:
+        return joint
+    mass, com = together([*([] if joint.mass is None else [(joint.mass, joint.com)]), *bodies])
+    return replace(joint, mass=mass, com=frozen(com))

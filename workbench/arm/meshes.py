@@ -20,7 +20,7 @@ from workbench.base.errors import FileError
 GREY = (200, 204, 210)
 MOST_FACES = 400_000
 """Heavier arms are drawn from their geometry instead."""
-LARGEST = 100 * 2**20
+MAX_MESH_BYTES = 100 * 2**20
 """A mesh file beyond this size is not read [bytes]."""
 SCHEME = "package://"
 
@@ -80,8 +80,10 @@ def find_mesh(name: str, urdf: Path) -> str:
         path = candidate.resolve()
         if path.is_relative_to(folder) and path.is_file():
             size = path.stat().st_size
-            if size > LARGEST:
-                raise FileError(f"is larger than {LARGEST // 2**20} MiB; give a coarser mesh", path=str(path))
+            if size > MAX_MESH_BYTES:
+                raise FileError(
+                    f"is larger than {MAX_MESH_BYTES // 2**20} MiB; give a coarser mesh", path=str(path)
+                )
             if _faces(path, size) > MOST_FACES:
                 raise FileError(f"has more than {MOST_FACES} triangles; give a coarser mesh", path=str(path))
             return str(path)

@@ -1,23 +1,15 @@
 """The state in which a robot is observed: what the laws of effects may depend on, one row per pose."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
+from workbench.base.columns import COLUMNS
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
-
-COLUMNS = {
-    "direction": "direction1, direction2 … (sign of each joint's last motion)",
-    "time": "time[s]",
-    "temperature": "temperature[degC]",
-    "payload": "payload[kg]",
-    "torque": "torque1[N*m], torque2[N*m] …",
-}
-"""What the columns of a measurement file that hold each driver are called."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +25,10 @@ class Motion:
             [N, N m]; none if None.
         velocity: Joint velocities [rad/s or m/s]; at rest if None.
         acceleration: Joint accelerations [rad/s² or m/s²]; none if None.
+        row: Number of each row in its file; None for poses that no file holds, or one of a later time.
+        flank: Sign of the load by which each joint rests in its play, where a fit holds it; NaN where the
+            load itself decides.
+        more: Drivers of other packages, by the name of their column.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -44,19 +40,27 @@ class Motion:
     wrench: Float[np.ndarray, "_ 6"] | None = None
     velocity: Float[np.ndarray, "_ _"] | None = None
     acceleration: Float[np.ndarray, "_ _"] | None = None
+    row: Int[np.ndarray, " _"] | None = None
+    flank: Float[np.ndarray, "_ _"] | None = None
+    more: Mapping[str, Float[np.ndarray, "_ ..."]] = field(default_factory=dict)
 
     def __post_init__(self):
-        for f in fields(self):
-            value = getattr(self, f.name)
-            if value is not None:
-                if len(value) != len(self.q):
-                    raise ShapeError(
-                        f"'{f.name}' has {len(value)} rows, the joint positions {len(self.q)}; "
-                        "give one for each",
-                        expected=len(self.q),
-                        found=len(value),
-                    )
-                object.__setattr__(self, f.name, frozen(value))
+        for name in ("q", *_OWN):
+            if (value := getattr(self, name)) is not None:
+                object.__setattr__(self, name, self._checked(name, value))
+        if self.more:
+            checked = {name: self._checked(name, values) for name, values in self.more.items()}
+            object.__setattr__(self, "more", checked)
+
+    def _checked(self, name: str, value: np.ndarray) -> np.ndarray:
+        """A driver with as many rows as there are joint positions."""
+        if len(value) != len(self.q):
+            raise ShapeError(
+                f"'{name}' has {len(value)} rows, the joint positions {len(self.q)}; give one for each",
+                expected=len(self.q),
+                found=len(value),
+            )
+        return frozen(value)
 
     def __len__(self) -> int:
         return len(self.q)
@@ -64,22 +68,30 @@ class Motion:
     @classmethod
     def of(cls, data: Any) -> "Motion":
         """The drivers of a table of measurements: its attributes of these names, as far as it has them."""
-        drivers: dict[str, Any] = {f.name: getattr(data, f.name, None) for f in fields(cls)}
-        return cls(**drivers)
+        own: dict[str, Any] = {name: getattr(data, name, None) for name in _OWN}
+        if getattr(data, "is_of_later", False):
+            own["row"] = None
+        more = getattr(data, "more", {})
+        return cls(data.q, **own, more={n: v for n, v in more.items() if n in COLUMNS and COLUMNS[n].driver})
 
     @classmethod
     def joined(cls, parts: Sequence["Motion"]) -> "Motion":
         """Rows of several tables, one after the other; a driver that one of them lacks is left out."""
-        columns = {f.name: [getattr(part, f.name) for part in parts] for f in fields(cls)}
-        return cls(**{
-            name: np.concatenate(values)
-            for name, values in columns.items()
-            if all(value is not None for value in values)
-        })  # fmt: skip
+        shared = set.intersection(*(set(part.drivers) for part in parts))
+        drivers = {n: np.concatenate([part.drivers[n] for part in parts]) for n in shared}
+        return cls.with_drivers(np.concatenate([part.q for part in parts]), drivers)
+
+    @classmethod
+    def with_drivers(cls, q: np.ndarray, drivers: Mapping[str, np.ndarray]) -> "Motion":
+        """Joint positions with drivers by name."""
+        own = {name: values for name, values in drivers.items() if name in _OWN}
+        return cls(q, **own, more={name: values for name, values in drivers.items() if name not in own})
 
     def take(self, rows: slice | np.ndarray) -> "Motion":
         """The chosen rows."""
-        return Motion(self.q[rows], **{name: values[rows] for name, values in self.drivers.items()})
+        return Motion.with_drivers(
+            self.q[rows], {name: values[rows] for name, values in self.drivers.items()}
+        )
 
     def at(self, q: Float[np.ndarray, "rows n"]) -> "Motion":
         """The same state at other joint positions."""
@@ -88,8 +100,8 @@ class Motion:
     @property
     def drivers(self) -> dict[str, np.ndarray]:
         """Whatever is known beside q, by name."""
-        found = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "q"}
-        return {name: values for name, values in found.items() if values is not None}
+        own = ((name, getattr(self, name)) for name in _OWN)
+        return {name: values for name, values in own if values is not None} | dict(self.more)
 
     def need(self, driver: str, effect: str) -> np.ndarray:
         """A driver that an effect can't do without, complete in every row.
@@ -97,14 +109,17 @@ class Motion:
         Raises:
             DataError: it is missing; names the effect and the column to add.
         """
-        values = getattr(self, driver)
+        values = self.drivers.get(driver)
+        asked = COLUMNS[driver].asked if driver in COLUMNS else driver
         if values is None:
-            raise DataError(
-                f"effect '{effect}' needs the {driver} of every row; add the column {COLUMNS[driver]}"
-            )
+            raise DataError(f"effect '{effect}' needs the {driver} of every row; add the column {asked}")
         if not (whole := np.isfinite(values if values.ndim == 1 else values.sum(1))).all():
             raise DataError(
                 f"effect '{effect}' needs the {driver} of every row, and row {int(np.argmin(whole))} has "
-                f"none; fill the column {COLUMNS[driver]} or exclude such rows"
+                f"none; fill the column {asked} or exclude such rows"
             )
         return values
+
+
+_OWN = tuple(f.name for f in fields(Motion) if f.name not in ("q", "more"))
+"""Drivers that have a field."""

@@ -11,9 +11,8 @@ MAX_ANGLE, MAX_LENGTH = 1.0, 0.1
 """Default bounds of a geometric constant about its nominal value [rad], [m]: wide enough for an arm whose
 joint was mounted 45° off, narrow enough to keep a bounded search on this side of its mirror images."""
 
-FRAMES = ("base", "tool")
-INSTRUMENT = ("anchor[", "contact[", "marker", "camera[", "target.", "target[")
-"""How the names of frames, and of an instrument's own unknowns, begin."""
+FRAMES = ("base", "tool", "gravity")
+"""How the names of frames, and of gravity in the base's, begin."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +26,9 @@ class Parameter:
         lower: Least value for bounded algorithms.
         upper: Greatest value for bounded algorithms.
         is_coefficient: Whether it is the size of an effect, in whatever unit that has.
-        is_inertia: Whether it is a link's mass, or a coordinate of its centre.
+        is_inertia: Whether it is a link's mass, a coordinate of its centre, or an angle of gravity that acts
+            through loads alone.
+        is_instrument: Whether it is an observation's own: the place of an anchor, a contact, a marker …
     """
 
     name: str
@@ -37,6 +38,7 @@ class Parameter:
     upper: float = np.inf
     is_coefficient: bool = False
     is_inertia: bool = False
+    is_instrument: bool = False
 
     @classmethod
     def bounded(
@@ -79,8 +81,3 @@ class Parameter:
     def is_plain(self) -> bool:
         """True for what is there without effects: constants of the arm, of frames and of the instrument."""
         return not (self.is_coefficient or self.is_inertia)
-
-    @property
-    def is_instrument(self) -> bool:
-        """True for the place of an anchor, a contact, a marker, a camera or its target."""
-        return self.name.startswith(INSTRUMENT)

@@ -11,7 +11,8 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.arm import chain as chains
-from workbench.arm.robot import Frame, Joint, JointKind, Robot
+from workbench.arm.frame import Frame
+from workbench.arm.robot import Joint, JointKind, Robot
 from workbench.base.errors import RobotError
 
 FARTHEST, FAR = 60.0, 15.0

@@ -1,14 +1,11 @@
 """A robot: the elements of its arm, its joint data, and its base and tool frames.
 
-The full chain is always T_b^0 · arm · T_n^e (ARIA eq. 6). A frame is written as a translation, a constant
-rotation, and three small rotations about its own axes (`roll`, `pitch`, `yaw`, zero until identified), so
-that no base or tool orientation is singular.
+The full chain is always T_b^0 · arm · T_n^e (ARIA eq. 6).
 """
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,13 +14,15 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.calibration_record import Calibration
-from workbench.arm.chain import Axis, Chain, Element
+from workbench.arm.chain import Chain, Element
 from workbench.arm.effects import AbstractEffect, extrapolation_notes
 from workbench.arm.effects.effect import flattened
-from workbench.arm.effects.law import drifting, with_insertions
-from workbench.base import se3
+from workbench.arm.effects.law import turned, with_insertions
+from workbench.arm.frame import BASE, FRAME_PARTS, TOOL, Frame, SessionFrames
+from workbench.arm.gravity import GRAVITY, TOLERANCE, tilted
+from workbench.arm.joint import Joint, JointKind
 from workbench.base.errors import RobotError, ShapeError
-from workbench.base.types import Freedom, Matrix3, Matrix4, Vector3, frozen
+from workbench.base.types import Vector3, frozen
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -32,98 +31,6 @@ if TYPE_CHECKING:
 
 MOST_JOINTS = 50
 """Joints that move beyond this number are refused: what is computed from them would never end."""
-BASE, TOOL = -1, -2
-"""Link numbers of the elements of the base and of the tool."""
-MASS_TOLERANCE, COM_TOLERANCE = 0.1, 0.015
-"""How well a file's masses (relative) and centres of mass [m] are known, where it does not say."""
-INERTIA = ("mass", "com_x", "com_y", "com_z")
-"""What is known of the weight of a link."""
-EXACT = 1e-6
-"""Least standard deviation of a mass [kg] or centre [m]."""
-FRAME_PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
-"""The six constants of a frame, in the order of the chain."""
-
-
-class JointKind(StrEnum):
-    """What a joint does."""
-
-    REVOLUTE = "revolute"
-    PRISMATIC = "prismatic"
-    FIXED = "fixed"
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class Joint:
-    """Data of one joint and the link after it, apart from the geometry.
-
-    Args:
-        name: `joint1` … for moving joints, `fixed1` … for the others.
-        kind: Revolute, prismatic or fixed.
-        limits: Least and greatest coordinate [rad or m]; infinite where there is none.
-        mass: Mass of the link [kg]; None if unknown.
-        com: Its centre of mass in the link frame [m].
-        mass_tolerance: Relative standard deviation of the mass.
-        com_tolerance: Standard deviation of the centre of mass, each axis [m].
-        max_moment: Greatest moment about the axis [N m].
-    """
-
-    name: str
-    kind: JointKind = JointKind.REVOLUTE
-    limits: tuple[float, float] = (-np.inf, np.inf)
-    mass: float | None = None
-    com: Vector3 = field(default_factory=lambda: np.zeros(3))
-    mass_tolerance: float = MASS_TOLERANCE
-    com_tolerance: float = COM_TOLERANCE
-    max_moment: float | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Frame:
-    """Pose of a frame, and whether it is to be identified.
-
-    Args:
-        xyz: Position [m].
-        rotation: Rotation matrix.
-        free: Fixed, free, or decided from the data.
-    """
-
-    xyz: Vector3 = field(default_factory=lambda: np.zeros(3))
-    rotation: Matrix3 = field(default_factory=lambda: np.eye(3))
-    free: Freedom = Freedom.FIXED
-
-    @classmethod
-    def from_pose(cls, pose: Matrix4, free: Freedom = Freedom.FIXED) -> "Frame":
-        """The frame at a 4×4 pose."""
-        return cls(frozen(pose[:3, 3].copy()), frozen(pose[:3, :3].copy()), free)
-
-    @cached_property
-    def pose(self) -> Matrix4:
-        """The 4×4 pose."""
-        return frozen(se3.pose(self.rotation, self.xyz))
-
-    @property
-    def rpy(self) -> Vector3:
-        """Roll, pitch, yaw [rad]."""
-        return se3.matrix_to_rpy(self.rotation)
-
-    def elements(self, name: str, link: int) -> tuple[Element, ...]:
-        """The frame as elements `name.x` … `name.yaw`."""
-        turn = se3.pose(self.rotation, np.zeros(3))
-        return (
-            *(
-                Element(Axis(Axis.TX + i), f"{name}.{part}", float(self.xyz[i]), link=link)
-                for i, part in enumerate(FRAME_PARTS[:3])
-            ),
-            Element(Axis.CONSTANT, f"{name}.rotation", link=link, matrix=frozen(turn)),
-            *(Element(Axis(i), f"{name}.{part}", link=link) for i, part in enumerate(FRAME_PARTS[3:])),
-        )
-
-    def moved(self, parts: Float[np.ndarray, "6"]) -> "Frame":
-        """The frame with position parts[:3] and turned by the small rotations parts[3:]."""
-        turn = np.eye(3)
-        for axis in range(3):
-            turn = turn @ se3.rotvec_to_matrix(np.eye(3)[axis] * parts[3 + axis])
-        return replace(self, xyz=frozen(np.array(parts[:3])), rotation=frozen(self.rotation @ turn))
 
 
 @dataclass(frozen=True)
@@ -143,15 +50,6 @@ class UrdfSource:
     tip: str
 
 
-@dataclass(frozen=True, eq=False)
-class SessionFrames:
-    """Base and tool of one session of measurements."""
-
-    name: str
-    base: Frame
-    tool: Frame
-
-
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Robot:
     """A serial arm: geometry, joints, base and tool.
@@ -166,6 +64,7 @@ class Robot:
         tool: Pose of the tool in the arm's last frame.
         sessions: Base and tool of single sessions, where they differ.
         gravity: Acceleration in the robot's base frame [m/s²].
+        gravity_tolerance: Standard deviation of its direction, about each axis across it [rad].
         urdf: The URDF file that it came from, if any.
         effects: What bends the arm beside its geometry; acts wherever poses are computed from a `Motion`.
         notes: Decisions that its reader took, one sentence each.
@@ -181,6 +80,7 @@ class Robot:
     tool: Frame = field(default_factory=Frame)
     sessions: tuple[SessionFrames, ...] = ()
     gravity: Vector3 = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    gravity_tolerance: float = TOLERANCE
     urdf: UrdfSource | None = None
     effects: tuple[AbstractEffect, ...] = ()
     notes: tuple[str, ...] = ()
@@ -245,12 +145,12 @@ class Robot:
         """Base, arm and tool as one chain, with the rotations of value 0 that effects turn."""
         base, tool = self.base.elements("base", BASE), self.tool.elements("tool", TOOL)
         arm = with_insertions(self.elements, self.dof, self.effects) if self.effects else self.elements
-        return Chain((*drifting(base, self.effects), *arm, *tool), self.dof)
+        return Chain((*turned(base, self.effects), *arm, *turned(tool, self.effects)), self.dof)
 
     @cached_property
     def base_size(self) -> int:
         """Number of elements of the base at the beginning of the full chain."""
-        return len(drifting(self.base.elements("base", BASE), self.effects))
+        return len(turned(self.base.elements("base", BASE), self.effects))
 
     @cached_property
     def chain_ends(self) -> tuple[int, ...]:
@@ -281,21 +181,12 @@ class Robot:
     @cached_property
     def inertia(self) -> dict[str, float]:
         """Mass [kg] and centre of mass [m] of every link that weighs: `joint3.mass`, `joint3.com_x` …"""
-        heavy = [j for j in self.joints if j.mass]
-        return {
-            f"{j.name}.{p}": float(v) for j in heavy for p, v in zip(INERTIA, (j.mass, *j.com), strict=True)
-        }
+        return {name: value for j in self.joints for name, value in j.inertia.items()}
 
     @cached_property
     def inertia_tolerance(self) -> dict[str, float]:
         """Their standard deviations, by the same names."""
-        heavy = [j for j in self.joints if j.mass]
-        sizes = [(j, (j.mass_tolerance * (j.mass or 0.0), *[j.com_tolerance] * 3)) for j in heavy]
-        return {
-            f"{j.name}.{p}": max(float(s), EXACT)
-            for j, each in sizes
-            for p, s in zip(INERTIA, each, strict=True)
-        }
+        return {name: size for j in self.joints for name, size in j.inertia_tolerance.items()}
 
     @cached_property
     def moving(self) -> tuple[Joint, ...]:
@@ -352,9 +243,13 @@ class Robot:
         return self.chain.values[self.chain.indices(names)]
 
     def with_values(self, values: Mapping[str, float]) -> "Robot":
-        """The same robot with other constants, coefficients or masses; `base.…`, `tool.…` move the frames."""
+        """The same robot with other constants, coefficients or masses.
+
+        `base.…`, `tool.…` move the frames, `gravity.x` and `.y` turn gravity (`arm/gravity.py`).
+        """
         chain = self.chain
-        if unknown := set(values) - set(chain.index) - set(self.coefficients) - set(self.inertia):
+        known = chain.index.keys() | self.coefficients.keys() | self.inertia.keys() | set(GRAVITY)
+        if unknown := values.keys() - known:
             raise RobotError(f"robot '{self.name}' has no constant '{sorted(unknown)[0]}'")
         elements = tuple(
             replace(e, value=float(values[e.name])) if e.name in values else e for e in self.elements
@@ -369,21 +264,13 @@ class Robot:
         effects = tuple(e.sized(values) for e in self.effects)
         return replace(
             self,
-            joints=self.joints if self.inertia.keys().isdisjoint(values) else self._reweighed(values),
+            joints=tuple(j.reweighed(values) for j in self.joints),
             elements=elements,
             base=moved(self.base, "base"),
             tool=moved(self.tool, "tool"),
+            gravity=tilted(self.gravity, np.array([values.get(name, 0.0) for name in GRAVITY])),
             effects=effects,
         )
-
-    def _reweighed(self, values: Mapping[str, float]) -> tuple[Joint, ...]:
-        """The joints with other masses and centres."""
-        out = []
-        for joint in self.joints:
-            own = [joint.mass, *joint.com]
-            mass, *com = (values.get(f"{joint.name}.{p}", v) for p, v in zip(INERTIA, own, strict=True))
-            out.append(replace(joint, mass=mass, com=frozen(np.array(com, float))))
-        return tuple(out)
 
     def with_effects(self, *effects: AbstractEffect | Sequence[AbstractEffect]) -> "Robot":
         """The same arm with these effects, one by one or in a list, instead of its own."""
@@ -402,9 +289,12 @@ class Robot:
         return SessionFrames(session, self.base, self.tool)
 
     def in_session(self, session: str) -> "Robot":
-        """The arm on the base and with the tool of a session."""
+        """The arm on the base and with the tool of a session, under its gravity."""
         frames = self.session_frames(session)
-        return self.with_frames(base=frames.base, tool=frames.tool)
+        placed = self.with_frames(base=frames.base, tool=frames.tool)
+        if frames.gravity is None or frames.gravity is self.gravity:
+            return placed
+        return replace(placed, gravity=frames.gravity)
 
     def predict(self, at: "ArrayLike | Motion") -> np.ndarray:
         """Pose of the tool in the measuring frame: (4, 4) at one pose, (rows, 4, 4) at several.

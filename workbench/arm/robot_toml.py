@@ -19,9 +19,12 @@ from workbench.arm.conventions import (
     joint_names,
 )
 from workbench.arm.effects import EFFECTS, AbstractEffect
-from workbench.arm.masses import carried
+from workbench.arm.frame import Frame, SessionFrames
+from workbench.arm.gravity import TOLERANCE
+from workbench.arm.joint import COM_TOLERANCE, MASS_TOLERANCE, Joint, JointKind
+from workbench.arm.masses import carried, moved
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
-from workbench.arm.robot import COM_TOLERANCE, MASS_TOLERANCE, Frame, Joint, JointKind, Robot, SessionFrames
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import RobotError
 from workbench.base.files import write_text
@@ -29,22 +32,12 @@ from workbench.base.toml import AbstractTableReader
 from workbench.base.types import Freedom, frozen
 
 CONVENTIONS = (*ORDERS, "three-rotation", "elementary")
-ROBOT_KEYS = {
-    "name",
-    "convention",
-    "gravity",
-    "joint",
-    "element",
-    "base",
-    "tool",
-    "session",
-    "effect",
-    "calibration",
-}
+PLACES = {"base", "tool", "session", "gravity", "gravity_tolerance"}
+ROBOT_KEYS = {"name", "convention", "joint", "element", "effect", "calibration", *PLACES}
 LINK_KEYS = {"mass", "com", "mass_tolerance", "com_tolerance", "max_moment"}
 JOINT_KEYS = {"type", "free", "limits", *LINK_KEYS, "order", "name", *CONSTANTS}
 ELEMENT_AXES = ("rx", "ry", "rz", "tx", "ty", "tz")
-ELEMENT_KEYS = {"axis", "value", "joint", "free", "name"}
+ELEMENT_KEYS = {"axis", "value", "joint", "follows", "ratio", "free", "name"}
 FACT_KEYS = {"type", "limits", *LINK_KEYS, "name"}
 FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
 
@@ -90,15 +83,16 @@ class _Reader(AbstractTableReader):
             limits=limits,
             mass=mass,
             com=com,
-            mass_tolerance=self._tolerance(table, name, "mass_tolerance", MASS_TOLERANCE),
-            com_tolerance=self._tolerance(table, name, "com_tolerance", COM_TOLERANCE),
+            mass_tolerance=self.tolerance(table, name, "mass_tolerance", MASS_TOLERANCE),
+            com_tolerance=self.tolerance(table, name, "com_tolerance", COM_TOLERANCE),
             max_moment=moment,
         )
 
-    def _tolerance(self, table: dict, name: str, key: str, default: float) -> float:
-        value = self.number(table.get(key, default), f"{name} {key}")
+    def tolerance(self, table: dict, name: str, key: str, default: float) -> float:
+        what = f"{name} {key}".strip()
+        value = self.number(table.get(key, default), what)
         if value < 0:
-            raise self.fail(f"{name} {key} is {value:g}; give a standard deviation, which can't be negative")
+            raise self.fail(f"{what} is {value:g}; give a standard deviation, which can't be negative")
         return value
 
     def kind(self, table: dict, name: str) -> JointKind:
@@ -190,6 +184,7 @@ def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
             base=base,
             tool=tool,
             gravity=frozen(reader.numbers(data.get("gravity", [0.0, 0.0, -9.81]), 3, "gravity")),
+            gravity_tolerance=reader.tolerance(data, "", "gravity_tolerance", TOLERANCE),
         )
         effects = [_effect(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
         robot = with_plausible_units(replace(robot, effects=tuple(effects)))
@@ -209,24 +204,31 @@ def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader
     elements: list[Element] = []
     ends: list[int] = []
     for i, table in enumerate(tables):
-        ends += [i] if "joint" in table else []
+        ends += [i] if "joint" in table or "follows" in table else []
         elements.append(_element(table, i, max(len(ends) - 1, 0), reader))
+    strange = [e.name for e in elements if e.follows is not None and not 0 <= e.follows < len(drivers)]
+    if strange:
+        raise reader.fail(f"{strange[0]} follows a joint that there is not; give one of 1 … {len(drivers)}")
     kinds = [JointKind.REVOLUTE if elements[i].axis.turns else JointKind.PRISMATIC for i in ends]
+    kinds = [
+        JointKind.FIXED if elements[i].follows is not None else k for i, k in zip(ends, kinds, strict=True)
+    ]
+    names = joint_names([JointEntry(k) for k in kinds])
     if not joints:
-        joints = tuple(Joint(name=f"joint{k + 1}", kind=kind) for k, kind in enumerate(kinds))
+        joints = tuple(Joint(name=name, kind=kind) for name, kind in zip(names, kinds, strict=True))
     if len(joints) != len(ends):
         raise reader.fail(
             f"{len(joints)} [[joint]] tables but {len(ends)} driven elements; give one for each"
         )
     for k, table in enumerate(facts):
-        reader.keys(table, FACT_KEYS, f"joint{k + 1} of an elementary robot")
+        reader.keys(table, FACT_KEYS, f"{names[k]} of an elementary robot")
         if table.get("type", kinds[k]) != kinds[k]:
             axis = elements[ends[k]].axis.name.lower()
-            raise reader.fail(f"joint{k + 1} is '{table['type']}' but drives {axis}; make it '{kinds[k]}'")
+            raise reader.fail(f"{names[k]} is '{table['type']}' but drives {axis}; make it '{kinds[k]}'")
     return (
         tuple(elements),
         tuple(ends),
-        tuple(replace(j, name=f"joint{k + 1}", kind=kinds[k]) for k, j in enumerate(joints)),
+        tuple(replace(j, name=names[k], kind=kinds[k]) for k, j in enumerate(joints)),
     )
 
 
@@ -245,14 +247,28 @@ def _element(table: dict, number: int, link: int, reader: _Reader) -> Element:
         raise reader.fail(f"{what} is called '{name}', a name that [base] and [tool] use; rename it")
     value = reader.number(table.get("value", 0.0), f"{what} value")
     joint = table["joint"] - 1 if "joint" in table else None
-    return Element(axis, name, value, joint=joint, free=free, link=link)
+    follows = table.get("follows")
+    if follows is not None and (type(follows) is not int or joint is not None):
+        raise reader.fail(
+            f"{what} follows must be a joint's number, and stand without joint, not {follows!r}"
+        )
+    return Element(
+        axis,
+        name,
+        value,
+        joint=joint,
+        free=free,
+        link=link,
+        follows=None if follows is None else follows - 1,
+        ratio=reader.number(table.get("ratio", 1.0), f"{what} ratio"),
+    )
 
 
 def _sessions(tables: list[dict], robot: Robot, reader: _Reader) -> tuple[SessionFrames, ...]:
     sessions: list[SessionFrames] = []
     for i, table in enumerate(tables):
         what = f"[[session]] {i + 1}"
-        reader.keys(table, {"name", "base", "tool"}, what)
+        reader.keys(table, {"name", "base", "tool", "gravity"}, what)
         if not isinstance(table.get("name"), str):
             raise reader.fail(f"{what} needs a name, as in the measurements' session column")
         if table["name"] in {s.name for s in sessions}:
@@ -262,6 +278,9 @@ def _sessions(tables: list[dict], robot: Robot, reader: _Reader) -> tuple[Sessio
                 table["name"],
                 reader.frame(table["base"], f"{what} base", Freedom.FIXED) if "base" in table else robot.base,
                 reader.frame(table["tool"], f"{what} tool", Freedom.FIXED) if "tool" in table else robot.tool,
+                frozen(reader.numbers(table["gravity"], 3, f"{what} gravity"))
+                if "gravity" in table
+                else None,
             )
         )
     return tuple(sessions)
@@ -327,16 +346,20 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
         "convention": robot.convention if family else "elementary",
         "gravity": robot.gravity.tolist(),
     }
+    if robot.gravity_tolerance != TOLERANCE:
+        table["gravity_tolerance"] = robot.gravity_tolerance
     if family:
         table["joint"] = _joint_tables(robot)
     else:
         table["element"] = _element_tables(robot)
-        bodies = zip(robot.moving, carried(robot), strict=True)
+        joints = [robot.joints[robot.elements[i].link] for i in moved(robot)]
+        bodies = zip(joints, carried(robot), strict=True)
         table["joint"] = [_joint_facts(replace(j, mass=mass, com=com)) for j, (mass, com) in bodies]
     table["base"], table["tool"] = _frame_table(robot.base), _frame_table(robot.tool)
     if robot.sessions:
         table["session"] = [
             {"name": s.name, "base": _frame_table(s.base, False), "tool": _frame_table(s.tool, False)}
+            | ({} if s.gravity is None else {"gravity": s.gravity.tolist()})
             for s in robot.sessions
         ]
     if robot.effects:
@@ -402,6 +425,8 @@ def _element_tables(robot: Robot) -> list[dict[str, Any]]:
             table: dict[str, Any] = {"axis": e.axis.name.lower(), "value": e.value, "name": e.name}
             if e.joint is not None:
                 table["joint"] = e.joint + 1
+            if e.follows is not None:
+                table |= {"follows": e.follows + 1, "ratio": e.ratio}
             if e.free:
                 table["free"] = True
             tables.append(table)

@@ -19,9 +19,11 @@ import numpy as np
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Axis, Element
-from workbench.arm.masses import carried
+from workbench.arm.frame import FRAME_PARTS, Frame
+from workbench.arm.joint import Joint, JointKind
+from workbench.arm.masses import carried, hanging, moved, with_bodies
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
-from workbench.arm.robot import FRAME_PARTS, Frame, Joint, JointKind, Robot, UrdfSource
+from workbench.arm.robot import Robot, UrdfSource
 from workbench.arm.usable import usable_arm
 from workbench.base import se3
 from workbench.base.errors import FileError, RobotError
@@ -31,12 +33,7 @@ from workbench.base.types import Freedom, Matrix4, Vector3, frozen
 if TYPE_CHECKING:
     import yourdfpy
 
-KINDS = {
-    "revolute": JointKind.REVOLUTE,
-    "continuous": JointKind.REVOLUTE,
-    "prismatic": JointKind.PRISMATIC,
-    "fixed": JointKind.FIXED,
-}
+KINDS = {kind.value: kind for kind in JointKind} | {"continuous": JointKind.REVOLUTE}
 LARGEST_FILE, MOST_PARTS = 16 * 2**20, 1000
 """Bytes, links and joints of a file that are read at most."""
 BASE_LINK, TOOL_LINK = "measuring_frame", "calibrated_tool"
@@ -58,11 +55,13 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
     ends: list[int] = []
     notes: list[str] = []
     moving = 0
+    names: list[str] = []
+    beside = hanging(model, joints, notes)
     for link, joint in enumerate(joints):
-        if joint.type not in KINDS or joint.mimic is not None:
-            kind = "a mimic joint" if joint.mimic is not None else f"of type '{joint.type}'"
+        if joint.type not in KINDS:
             raise FileError(
-                f"joint '{joint.name}' is {kind}, which a serial chain can't have; choose another tip",
+                f"joint '{joint.name}' is of type '{joint.type}', which a serial chain can't have; choose "
+                "another tip",
                 path=str(path),
             )
         if joint.child not in model.link_map:
@@ -72,20 +71,29 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
                 path=str(path),
             )
         kind = KINDS[joint.type]
+        turning = kind  # of the element itself: a follower has no coordinate, and counts as fixed
+        if joint.mimic is not None and kind is not JointKind.FIXED:
+            kind = JointKind.FIXED
         name = f"fixed{link + 1 - moving}" if kind is JointKind.FIXED else f"joint{moving + 1}"
         origin = np.eye(4) if joint.origin is None else np.array(joint.origin, float)
         if not np.isfinite(origin).all():
             raise FileError(f"joint '{joint.name}' has an <origin> that is no number", path=str(path))
         elements.append(Element(Axis.CONSTANT, f"{name}.origin", link=link, matrix=frozen(origin)))
-        if kind is not JointKind.FIXED:
+        if turning is not JointKind.FIXED:
             elements += [
                 Element(axis, f"{name}.{part}", free=True, link=link)
                 for axis, part in zip(CORRECTION_AXES, FRAME_PARTS, strict=True)
             ]
-            elements += driven_elements(name, kind, _unit_axis(joint, path), moving, link)
-            moving += 1
+            drive = driven_elements(name, turning, _unit_axis(joint, path), moving, link)
+            if kind is JointKind.FIXED:
+                drive = [_following(e, joint, names, path, notes) for e in drive]
+            else:
+                names.append(joint.name)
+                moving += 1
+            elements += drive
         ends.append(len(elements) - 1)
-        infos.append(_joint_info(joint, name, kind, model, path, notes))
+        info = _joint_info(joint, name, kind, model, path, notes)
+        infos.append(with_bodies(info, beside.get(joint.child, [])))
     robot = Robot(
         name=model.robot.name or path.stem,
         convention="urdf",
@@ -245,6 +253,25 @@ def driven_elements(name: str, kind: JointKind, axis: Vector3, joint: int, link:
     ]
 
 
+def _following(element: Element, joint, names: list[str], path: Path, notes: list[str]) -> Element:
+    """The driven element of a mimic joint, which follows a joint nearer to the root; others as they are."""
+    if element.joint is None:
+        return element
+    if joint.mimic.joint not in names:
+        raise FileError(
+            f"joint '{joint.name}' follows '{joint.mimic.joint}', which doesn't move before it in the chain; "
+            "choose another tip",
+            path=str(path),
+        )
+    ratio = 1.0 if joint.mimic.multiplier is None else float(joint.mimic.multiplier)
+    offset = 0.0 if joint.mimic.offset is None else float(joint.mimic.offset)
+    notes.append(
+        f"joint '{joint.name}' follows '{joint.mimic.joint}': {ratio:g} times its position {offset:+g}"
+    )
+    follows = names.index(joint.mimic.joint)
+    return replace(element, joint=None, follows=follows, ratio=ratio, value=offset)
+
+
 def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: list[str]) -> Joint:
     limits = (-np.inf, np.inf)
     if kind is not JointKind.FIXED and joint.type != "continuous":
@@ -311,26 +338,31 @@ def _keep_references(root: ET.Element, source: Path, copy: Path) -> None:
 
 def _segments(robot: Robot) -> list[Matrix4]:
     """Pose between driven elements, at q = 0: before joint 1, between 1 and 2, …, after the last."""
-    driven = [i for i, e in enumerate(robot.elements) if e.joint is not None]
-    undriven = chains.Chain(tuple(replace(e, joint=None) for e in robot.elements), 0)
+    driven = moved(robot)
+    still = [
+        replace(e, joint=None, follows=None, value=0.0 if e.follows is not None else e.value)
+        for e in robot.elements
+    ]
+    undriven = chains.Chain(tuple(still), 0)
     poses = chains.frames(undriven, np.zeros((1, 0)), np.array([*driven, len(robot.elements) - 1]))[0]
     return [poses[0], *(se3.inverse(a) @ b for a, b in pairwise(poses))]
 
 
 def _skeleton(robot: Robot) -> ET.Element:
     """A URDF of frames for an arm from a table; every driven element keeps its own axis."""
-    root = ET.Element("robot", name=robot.name)
-    driven = [e for e in robot.elements if e.joint is not None]
-    segments = _segments(robot)
-    ET.SubElement(root, "link", name="base_link")
-    parent = "base_link"
-    bodies = carried(robot)
-    for number, (element, joint, segment) in enumerate(
-        zip(driven, robot.moving, segments[:-1], strict=True), start=1
-    ):
+    root, parent = ET.Element("robot", name=robot.name), "base_link"
+    driven = [robot.elements[i] for i in moved(robot)]
+    segments, bodies, names = _segments(robot), carried(robot), {}
+    ET.SubElement(root, "link", name=parent)
+    for number, (element, segment) in enumerate(zip(driven, segments[:-1], strict=True), start=1):
+        joint = robot.joints[element.link]
+        limits = np.array(joint.limits)
+        if element.follows is not None:
+            limits = np.sort(element.value + element.ratio * robot.limits[element.follows])
         link = ET.SubElement(root, "link", name=f"link{number}")
-        kind = str(joint.kind) if np.isfinite(joint.limits).all() else "continuous"
-        if kind == "continuous" and joint.kind is JointKind.PRISMATIC:
+        is_limited = bool(np.isfinite(limits).all())
+        kind = "prismatic" if not element.axis.turns else "revolute" if is_limited else "continuous"
+        if kind == "prismatic" and not is_limited:
             raise RobotError(f"{joint.name} is prismatic without limits, which a URDF can't say; give limits")
         node = _joint_node(root, f"joint{number}", kind, parent, f"link{number}", segment)
         axis = np.eye(3)[element.axis % 3]
@@ -340,11 +372,16 @@ def _skeleton(robot: Robot) -> ET.Element:
             ET.SubElement(
                 node,
                 "limit",
-                lower=repr(float(joint.limits[0])),
-                upper=repr(float(joint.limits[1])),
+                lower=repr(float(limits[0])),
+                upper=repr(float(limits[1])),
                 effort=repr(float(effort)),
                 velocity="0",
             )
+        if element.follows is None:
+            names[element.joint] = f"joint{number}"
+        else:
+            factor, offset = repr(float(element.ratio)), repr(float(element.value))
+            ET.SubElement(node, "mimic", joint=names[element.follows], multiplier=factor, offset=offset)
         _inertial(link, *bodies[number - 1])
         parent = f"link{number}"
     ET.SubElement(root, "link", name="flange")
@@ -365,13 +402,13 @@ def _inertial(link: ET.Element, mass: float | None, com: Vector3) -> None:
 def _correct_origins(root: ET.Element, robot: Robot, names: tuple[str, ...]) -> None:
     """Multiply the identified corrections into the origins of the joints of the chain."""
     by_name = {node.get("name"): node for node in root.findall("joint")}
-    for link, (joint, original) in enumerate(zip(robot.joints, names, strict=True)):
+    for link, original in enumerate(names):
         mine = [
             e
             for e in robot.elements
-            if e.link == link and e.joint is None and not e.name.endswith(("align", "unalign"))
+            if e.link == link and e.joint is e.follows is None and not e.name.endswith(("align", "unalign"))
         ]
-        if joint.kind is JointKind.FIXED or not any(e.value for e in mine):
+        if not any(e.value for e in mine):
             continue
         pose = chains.poses(chains.Chain(tuple(mine), 0), np.zeros((1, 0)))[0]
         node = by_name[original]

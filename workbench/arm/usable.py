@@ -20,10 +20,11 @@ from jaxtyping import Float
 
 from workbench.arm.calibration_record import Calibration
 from workbench.arm.effects import AbstractEffect, Loads
+from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.observed import Expected
-from workbench.arm.robot import FRAME_PARTS, Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Matrix4, frozen
 from workbench.base.wording import in_mm
@@ -136,7 +137,7 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
         kept = robot if effects else robot.with_effects()
         kept, none = replace(kept, calibration=None), PoseErrors(0.0, 0.0, 0.0, 0.0)
         return Usable(robot=kept, left=none, calibrated=actual, free_frames=frames, q=q, notes=notes)
-    start = _nominal(actual, nominal)
+    start = nominal_arm(actual, nominal)
     begin = start or actual
     begin = begin if effects else begin.with_effects()
     trusted = (True, True) if start is None else seen
@@ -187,7 +188,7 @@ def unobserved_words(
     (sees_position, sees_rotation), why = _observed(robot)
     if sees_position and sees_rotation:
         return ()
-    if (start := _nominal(robot, nominal)) is None:
+    if (start := nominal_arm(robot, nominal)) is None:
         return (why, "its file does not hold the nominal arm, so nothing could be kept near that")
     seen = None if robot.calibration is None else robot.calibration.observed
     q, poses = (sampled(robot), "poses") if seen is None else (seen.q, "measured poses")
@@ -286,7 +287,7 @@ def _turned(found: Calibration) -> bool:
     return any(name.startswith("tool") and name.endswith(FRAME_PARTS[3:]) for name in found.std)
 
 
-def _nominal(robot: Robot, other: Robot | None) -> Robot | None:
+def nominal_arm(robot: Robot, other: Robot | None) -> Robot | None:
     """The arm with its constants as they were before the calibration; None if nobody says."""
     if (found := robot.calibration) is None:
         return robot

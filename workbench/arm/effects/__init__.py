@@ -6,6 +6,8 @@ from workbench.arm.effects.bearing_compliance import BearingCompliance
 from workbench.arm.effects.clearance_tilt import ClearanceTilt
 from workbench.arm.effects.effect import AbstractEffect, Candidate
 from workbench.arm.effects.encoder_scale import EncoderScale
+from workbench.arm.effects.events import FrameStep, ToolStep, WarmUp, ZeroStep
+from workbench.arm.effects.extension import ExtensionClearance, ExtensionCompliance
 from workbench.arm.effects.gravity_sag import GravitySag
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_coupling import JointCoupling
@@ -30,7 +32,13 @@ EFFECTS: Registry[type[AbstractEffect]] = Registry(
     BaseDrift,
     LinkFlexure,
     GravitySag,
+    ExtensionCompliance,
+    ExtensionClearance,
     LocalJointError,
+    FrameStep,
+    ToolStep,
+    ZeroStep,
+    WarmUp,
     group="workbench.effects",
     classes=True,
 )

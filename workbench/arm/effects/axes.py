@@ -16,13 +16,15 @@ BASE = -1
 class Insertion(IntEnum):
     """Where an effect needs rotations that the geometry does not have.
 
-    Two across a joint's axis, right before (tilt) or after (bend) what it drives; or three behind the base's.
+    Two across a joint's axis, right before (tilt) or after (bend) what it drives; or three behind the base's
+    (drift) or the tool's own (slip).
     """
 
     NONE = 0
     TILT = 1
     BEND = 2
     DRIFT = 3
+    SLIP = 4
 
     def element(self, joint: int, axis: int) -> str:
         """Name of the rotation of a joint's tilt or bend about one axis."""

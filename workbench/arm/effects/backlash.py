@@ -4,9 +4,9 @@
     Δv = −c direction,      by = "motion": the link lags behind the drive
 
 c is half the play [rad or m]; w is the moment over which the joint passes from one flank to the other, and
-tanh(τ/0) the sign. A diagnosis takes a small part of the moment's spread: where rows lie near the change, a
-cost that leaps has no slope to follow. With w = 0 a row in which the flanks hand over within the play itself
-has no steady answer; it keeps the side of the last round.
+tanh(τ/0) the sign. A diagnosis takes a small part of the moment's spread, and holds the flanks while it fits
+(`diagnosis/flanks.py`): a step has no derivative. With w = 0 a row in which the flanks hand over within the
+play itself has no steady answer; it keeps the side of the last round.
 """
 
 from dataclasses import dataclass, replace
@@ -64,13 +64,25 @@ class Backlash(AbstractEffect):
         if self.by == "motion":
             return diagonal(-np.sign(motion.need("direction", self.name)[:, list(self.joints)]))
         load = own(chain, self.joints, wrenches)
-        return diagonal(-np.tanh(load / self.width) if self.width else -np.sign(load))
+        side = np.tanh(load / self.width) if self.width else np.sign(load)
+        held = self._held(motion)
+        return diagonal(-side if held is None else -np.where(np.isnan(held), side, held))
 
     def slope(self, chain, motion, wrenches):
         if not self.width:
             return super().slope(chain, motion, wrenches)
         steep = np.cosh(np.clip(own(chain, self.joints, wrenches) / self.width, -300.0, 300.0)) ** -2.0
+        if (held := self._held(motion)) is not None:
+            steep = np.where(np.isnan(held), steep, 0.0)
         return diagonal(-steep * np.array(self.coefficients) / self.width)
+
+    def _held(self, motion):
+        """Flanks that a fit holds, of its joints."""
+        return None if motion.flank is None else motion.flank[:, list(self.joints)]
+
+    @property
+    def flanked(self):
+        return self.joints if self.by == "moment" else ()
 
     def softened(self, chain, wrenches):
         spread = float(np.std(own(chain, self.joints, wrenches))) if self.loads else 0.0

@@ -4,20 +4,48 @@
 
 for the base's position, along the axes of the measuring frame, and for three rotations behind its own, about
 the axes of the base; c [m/s] and [rad/s]. Gravity stays fixed to the arm: it is the instrument that drifts.
+Where no times are known t is the row in its file, c [m] and [rad] a row, and poses that no file holds don't
+drift.
 """
 
 from dataclasses import dataclass
 from typing import final
 
 import numpy as np
+from jaxtyping import Float
+from scipy.spatial import cKDTree
 
 from workbench.arm.effects.axes import Insertion
-from workbench.arm.effects.effect import AbstractEffect, offered
-from workbench.arm.effects.plots import DRIVERS, view_of_element
+from workbench.arm.effects.effect import AbstractEffect, Candidate, offered
+from workbench.arm.effects.plots import view_of_element
+from workbench.arm.motion import Motion
+from workbench.base.columns import COLUMNS
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 SECONDS = 3600.0
 """Of an hour."""
+SAME, LATER, RETURNS = 0.01, 0.2, 3
+"""Part of each joint's range within which a posture is the same again, part of the whole time after which it
+comes again later, and how many rows must, for time alone to differ."""
+MIXED = 0.5
+"""Share of rows whose nearest posture must come much earlier or later for their order to stand for time:
+where postures follow a path, what drifts with the rows is also an error of the geometry along that path."""
+
+
+def _returns(q: Float[np.ndarray, "rows n"], time: Float[np.ndarray, " rows"]) -> int:
+    """How many rows show the posture of an earlier one again, later."""
+    place = q / np.maximum(SAME * np.ptp(q, axis=0), 1e-9)
+    pairs = cKDTree(place).query_pairs(1.0, p=np.inf, output_type="ndarray")
+    later = np.abs(time[pairs[:, 0]] - time[pairs[:, 1]]) > LATER * np.ptp(time)
+    first, second = pairs[later].T
+    return len(np.unique(np.where(time[first] > time[second], first, second)))
+
+
+def _mixed(q: Float[np.ndarray, "rows n"], time: Float[np.ndarray, " rows"]) -> float:
+    """Share of the rows whose nearest posture comes much earlier or later: 0.64 in an order of chance."""
+    place = q / np.maximum(np.ptp(q, axis=0), 1e-9)
+    nearest = cKDTree(place).query(place, k=2)[1][:, 1] if len(q) > 1 else np.zeros(len(q), int)
+    return float((np.abs(time[nearest] - time) > LATER * np.ptp(time)).mean())
 
 
 @final
@@ -26,10 +54,12 @@ class BaseDrift(AbstractEffect):
     """Six coefficients.
 
     Args:
-        reference: Time t_ref at which the base is where it is said to be [s].
+        reference: Time t_ref at which the base is where it is said to be [s, or rows].
+        by_row: Whether rows in their file count in place of time.
     """
 
     reference: float = 0.0
+    by_row: bool = False
     name = "base-drift"
     insertion = Insertion.DRIFT
     needs = ("time",)
@@ -44,24 +74,52 @@ class BaseDrift(AbstractEffect):
         return tuple(f"drift.{part}" for part in PARTS)
 
     def units(self, chain):
-        return ("m/s",) * 3 + ("rad/s",) * 3
+        return ("m",) * 3 + ("rad",) * 3 if self.by_row else ("m/s",) * 3 + ("rad/s",) * 3
 
     def elements(self, chain):
         return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
 
     def law(self, chain, motion, wrenches):
-        return (motion.need("time", self.name) - self.reference)[:, None, None] * np.eye(len(PARTS))
+        return (self._clock(motion) - self.reference)[:, None, None] * np.eye(len(PARTS))
+
+    def _clock(self, motion: Motion) -> Float[np.ndarray, " rows"]:
+        """What drives it [s, or rows]."""
+        if not self.by_row:
+            return motion.need("time", self.name)
+        return np.full(len(motion), self.reference) if motion.row is None else motion.row.astype(float)
 
     def sentence(self, chain, motion):
+        if self.by_row:
+            rows = float(np.ptp(self._clock(motion)))
+            moved, turned = (
+                rows * float(np.linalg.norm(c)) for c in np.split(np.array(self.coefficients), 2)
+            )
+            return (
+                f"The measuring frame drifts from row to row: {1e3 * moved:.3g} mm and "
+                f"{np.rad2deg(turned):.2g}° over the {rows + 1:.0f} rows"
+            )
         speed, turning = np.linalg.norm(self.coefficients[:3]), np.linalg.norm(self.coefficients[3:])
         turned = np.rad2deg(SECONDS * turning)
         return f"The measuring frame drifts with time: {1e3 * SECONDS * speed:.3g} mm/h and {turned:.2g} °/h"
 
+    def doubt(self, motion):
+        """Only postures that come again later show time alone; elsewhere postures differ as well."""
+        if self.by_row:
+            return "the rows have no times, so their order in the file was taken for it"
+        if _returns(motion.q, self._clock(motion)) >= RETURNS:
+            return None
+        return "no posture was measured again later, which would show it without doubt"
+
     @classmethod
     def offers(cls, arm, motion):
-        """From the first row on."""
+        """From the first row on; by the rows where they have no times, if postures come in no order."""
         begin = 0.0 if motion.time is None else float(np.min(motion.time))
-        return offered([cls(reference=begin)], arm, motion)
+        found = list(offered([cls(reference=begin)], arm, motion))
+        yield from found
+        if any(isinstance(f, Candidate) for f in found) or motion.row is None:
+            return
+        if _mixed(motion.q, motion.row.astype(float)) > MIXED:
+            yield Candidate(cls(reference=float(np.min(motion.row)), by_row=True))
 
     @classmethod
     def example(cls, arm, joint, rng):
@@ -70,9 +128,10 @@ class BaseDrift(AbstractEffect):
         return cls((), tuple(v for d in directions for v in (d / np.linalg.norm(d)).tolist()))
 
     def views(self, state):
-        words, size = DRIVERS["time"]
-        x = size * (state.motion.need("time", self.name) - self.reference)
+        time = COLUMNS["time"]
+        driver, shown = ("row of the file", 1.0) if self.by_row else (time.label, time.shown[1])
+        x = shown * (self._clock(state.motion) - self.reference)
         labels = [f"drift of {part} [{'mm' if k < 3 else 'mrad'}]" for k, part in enumerate(PARTS)]
         return tuple(
-            view_of_element(self, state, k, what=label, driver=words, x=x) for k, label in enumerate(labels)
+            view_of_element(self, state, k, what=label, driver=driver, x=x) for k, label in enumerate(labels)
         )

@@ -34,10 +34,10 @@ class ClearanceTilt(AbstractEffect):
     """Half the clearance: 0.1 mm at both ends of a bushing of 10 mm. Ball bearings have 1 mrad."""
 
     def law(self, chain, motion, wrenches):
-        return paired(-_direction(across(chain, self.joints, wrenches))[0])
+        return paired(-direction_of(across(chain, self.joints, wrenches))[0])
 
     def slope(self, chain, motion, wrenches):
-        direction, size = _direction(across(chain, self.joints, wrenches))
+        direction, size = direction_of(across(chain, self.joints, wrenches))
         turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
         return blocks(-turning / size[..., None] * np.array(self.coefficients)[:, None, None])
 
@@ -47,7 +47,7 @@ class ClearanceTilt(AbstractEffect):
         return f"{self.where} has a loose bearing: it tilts by {self.size(chain)} in the load's direction"
 
 
-def _direction(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def direction_of(moment: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors (0 for none), and lengths (infinite for none)."""
     size = np.linalg.norm(moment, axis=-1, keepdims=True)
     size = np.where(size > 0.0, size, np.inf)

@@ -17,7 +17,7 @@ from jaxtyping import Float
 from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects.axes import Wrenches
 from workbench.arm.effects.law import NO_WRENCHES, AbstractLaw, Loads
-from workbench.arm.effects.plots import State, View, usual_views
+from workbench.arm.effects.plots import DeflectedRows, IncrementCurve, usual_views
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
 from workbench.base.wording import capital, joint_list
@@ -31,7 +31,7 @@ UNDRIVEN = 1e-9
 
 
 @runtime_checkable
-class Arm(Protocol):
+class EffectArm(Protocol):
     """What an effect may ask of the arm that carries it: a `Robot`, which stands above effects."""
 
     @property
@@ -61,6 +61,8 @@ class AbstractEffect(AbstractLaw):
 
     moves_arm: ClassVar[bool] = True
     """Whether it moves the arm rather than the instrument."""
+    is_event: ClassVar[bool] = False
+    """Whether it happened while rows were measured, and is over: the arm as it is now doesn't have it."""
     has_play: ClassVar[bool] = False
     """Whether it leaps by its coefficients [rad or m] where its cause changes sign."""
     handicap: ClassVar[float] = 0.0
@@ -79,13 +81,17 @@ class AbstractEffect(AbstractLaw):
     def sentence(self, chain: Chain, motion: Motion) -> str:
         """What it does with its coefficients, in plain English with readable units, without a full stop."""
 
+    def stated(self, chain: Chain, motion: Motion, std: Float[np.ndarray, " c"]) -> str:
+        """The sentence where standard errors of its coefficients [SI] are known, which it may state."""
+        return self.sentence(chain, motion)
+
     @property
     def variant(self) -> str:
         """What tells it from others of its name at its joints, such as `order 2`; nothing by default."""
         return ""
 
     @classmethod
-    def offers(cls, arm: Arm, motion: Motion) -> "Iterator[Candidate | str]":
+    def offers(cls, arm: EffectArm, motion: Motion) -> "Iterator[Candidate | str]":
         """What a diagnosis should try on an arm and its rows; sentences on what can't be tried, and why.
 
         By default the effect alone at every joint, or once for the whole arm, where its loads and drivers
@@ -103,7 +109,7 @@ class AbstractEffect(AbstractLaw):
         return min(1, dof - 1)
 
     @classmethod
-    def example(cls, arm: Arm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
+    def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
         """One to hide in a virtual arm, whose greatest coefficient is about 1; all are 1 by default.
 
         Args:
@@ -113,8 +119,8 @@ class AbstractEffect(AbstractLaw):
         return replace(one, coefficients=(1.0,) * len(one.names))
 
     @classmethod
-    def surprise(cls, arm: Arm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
-        """The example that "Surprise me" hides, if there is a `surprise_size`; the usual one by default."""
+    def surprise(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
+        """The example that a virtual arm hides, if there is a `surprise_size`; the usual one by default."""
         return cls.example(arm, joint, rng)
 
     def bounds(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[float, ...]:
@@ -129,13 +135,22 @@ class AbstractEffect(AbstractLaw):
         most = np.array(self.credible)[np.array(slides, int)]
         return tuple((most[:, None] / np.maximum(law, 1.0 if self.loads else UNDRIVEN)).min(0).tolist())
 
-    def views(self, state: State) -> tuple[View, ...]:
+    def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
         """Every increment over what drives it; by default over what `loads`, `needs` or its joints name."""
         return tuple(usual_views(self, state))
 
     def caveat(self, motion: Motion) -> str | None:
         """A caveat about the rows that it was learned from, one sentence; empty by default."""
         return None
+
+    def doubt(self, motion: Motion) -> str | None:
+        """Why no cause of these rows can be certain, as a clause; None, by default, if one can."""
+        return None
+
+    @property
+    def flanked(self) -> tuple[int, ...]:
+        """Joints in which it leaps by the sign of their own load, or by `Motion.flank`."""
+        return ()
 
     @property
     def label(self) -> str:
@@ -177,11 +192,13 @@ class Candidate:
             for a few free ones.
         alike: Whether that covariance follows from its laws' sizes over the rows: all joints are expected to
             give way about as far.
+        tries: How many places in time or order were searched for it.
     """
 
     effect: AbstractEffect
     covariance: Float[np.ndarray, "k k"] | None = None
     alike: bool = False
+    tries: int = 1
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -224,7 +241,7 @@ def separate_and_joint(effects: Iterable[AbstractEffect]) -> list[AbstractEffect
 
 
 def offered(
-    effects: Iterable[AbstractEffect | Candidate], arm: Arm, motion: Motion
+    effects: Iterable[AbstractEffect | Candidate], arm: EffectArm, motion: Motion
 ) -> "Iterator[Candidate | str]":
     """Those of some effects whose loads and drivers the rows know, and why the others can't be tried.
 
@@ -236,7 +253,7 @@ def offered(
             yield _trouble(candidate.effect, arm, motion) or candidate
 
 
-def _trouble(effect: AbstractEffect, arm: Arm, motion: Motion) -> str | None:
+def _trouble(effect: AbstractEffect, arm: EffectArm, motion: Motion) -> str | None:
     """Why an effect whose columns are there can't be tried, one sentence; None if it can."""
     for driver in effect.needs:
         values = motion.drivers[driver]

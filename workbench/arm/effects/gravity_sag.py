@@ -31,8 +31,8 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import BASE, across_axes, turns
 from workbench.arm.effects.effect import (
     AbstractEffect,
-    Arm,
     Candidate,
+    EffectArm,
     has_complete_payload,
     has_complete_torques,
 )
@@ -169,7 +169,7 @@ class GravitySag(AbstractEffect):
         return self.joints[0] <= link < chain.dof and (found[2] != "m" or not turns(chain, link))
 
 
-def sags(arm: Arm, motion: Motion) -> list[GravitySag]:
+def sags(arm: EffectArm, motion: Motion) -> list[GravitySag]:
     """A sag of every turning joint, by its links and by a payload that varies; none where nothing weighs."""
     if not np.any(arm.gravity):
         return []

@@ -30,7 +30,7 @@ LOW = 16.0
 """… beyond this order."""
 FULL_TURN = np.deg2rad(340.0)
 """A joint that turned this far was seen all round [rad]."""
-LARGEST = 3
+MAX_NAMED_ORDERS = 3
 """Orders of a band that its sentence names."""
 
 
@@ -108,7 +108,7 @@ class JointHarmonic(AbstractEffect):
             return {1: "once per turn", 2: "twice per turn"}.get(k, f"{k} times per turn")
         pairs = np.array(self.coefficients).reshape(len(self.joints), len(self.orders), 2)
         strength = np.hypot(pairs[..., 0], pairs[..., 1]).max(0)
-        largest = sorted(self.orders[i] for i in np.argsort(-strength)[:LARGEST])
+        largest = sorted(self.orders[i] for i in np.argsort(-strength)[:MAX_NAMED_ORDERS])
         return f"many times per turn, most at {', '.join(map(str, largest))}"
 
     def bounds(self, chain, motion, wrenches):

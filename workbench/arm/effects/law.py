@@ -236,15 +236,17 @@ def extrapolation_notes(
     return notes
 
 
-def drifting(base: tuple[Element, ...], effects: Iterable[AbstractLaw]) -> tuple[Element, ...]:
-    """The base's elements with three rotations of value 0 behind them where an effect turns the base.
+def turned(frame: tuple[Element, ...], effects: Iterable[AbstractLaw]) -> tuple[Element, ...]:
+    """The elements of base or tool with three rotations of value 0 behind them where an effect turns it so.
 
-    They are not the base's own, whose values a calibration folds into the constant rotation before them.
+    They are not the frame's own, whose values a calibration folds into the constant rotation before them.
     """
-    if not any(e.insertion is Insertion.DRIFT for e in effects):
-        return base
-    names = ("roll", "pitch", "yaw")
-    return (*base, *(Element(Axis(i), f"base.drift_{n}", link=base[0].link) for i, n in enumerate(names)))
+    owner = frame[0].name.partition(".")[0]
+    kind = Insertion.DRIFT if owner == "base" else Insertion.SLIP
+    if not any(e.insertion is kind for e in effects):
+        return frame
+    names = [f"{owner}.{kind.name.lower()}_{part}" for part in ("roll", "pitch", "yaw")]
+    return (*frame, *(Element(Axis(i), name, link=frame[0].link) for i, name in enumerate(names)))
 
 
 def with_insertions(

@@ -15,20 +15,15 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, Wrenches, across, own, turns
 from workbench.arm.effects.law import AbstractLaw
 from workbench.arm.motion import Motion
+from workbench.base.columns import COLUMNS, row_drivers
 
 GRID = 1500
 """Points of a curve over a joint's range."""
-DRIVERS = {
-    "temperature": ("temperature [°C]", 1.0),
-    "time": ("time [min]", 1.0 / 60.0),
-    "payload": ("payload [kg]", 1.0),
-}
-"""Name and scale of drivers that have one value a row."""
 
 
 @dataclass(frozen=True, eq=False)
-class State:
-    """Rows of a bent arm.
+class DeflectedRows:
+    """Rows of a deflected arm.
 
     Args:
         chain: With the rotations that its effects need.
@@ -41,7 +36,7 @@ class State:
 
 
 @dataclass(frozen=True, eq=False)
-class View:
+class IncrementCurve:
     """One increment of an effect over its driver.
 
     Args:
@@ -69,14 +64,14 @@ class View:
 
 def view_of_element(
     effect: AbstractLaw,
-    state: State,
+    state: DeflectedRows,
     place: int,
     *,
     what: str,
     driver: str,
     x: Float[np.ndarray, " rows"],
     scale: float = 1e3,
-) -> View:
+) -> IncrementCurve:
     """The increment of one of an effect's elements over any driver.
 
     Args:
@@ -89,7 +84,7 @@ def view_of_element(
     law = effect.increments(state.chain, state.motion, state.wrenches)
     direction = np.zeros_like(law)
     direction[:, place] = 1.0
-    return View(
+    return IncrementCurve(
         what=what,
         driver=driver,
         x=x,
@@ -109,13 +104,13 @@ def line_through(x: np.ndarray, law: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return np.insert(x, leap, np.nan), np.insert(law, leap, np.nan)
 
 
-def usual_views(effect: AbstractLaw, state: State) -> Iterator[View]:
+def usual_views(effect: AbstractLaw, state: DeflectedRows) -> Iterator[IncrementCurve]:
     """Every increment of an effect over the driver that its law asks for."""
     if effect.loads and effect.insertion is Insertion.TILT:
         yield from _over_moment_across(effect, state)
     elif len(effect.elements(state.chain)) == len(effect.joints) > 0:
         for place, joint in enumerate(effect.joints):
-            if not (effect.loads or {"direction", *DRIVERS} & set(effect.needs)):
+            if not (effect.loads or {"direction", *row_drivers()} & set(effect.needs)):
                 yield over_position(effect, state, place, joint)
                 continue
             words, x = _driver(effect, state, joint)
@@ -126,7 +121,7 @@ def usual_views(effect: AbstractLaw, state: State) -> Iterator[View]:
         yield _together(effect, state)
 
 
-def over_position(effect: AbstractLaw, state: State, place: int, over: int) -> View:
+def over_position(effect: AbstractLaw, state: DeflectedRows, place: int, over: int) -> IncrementCurve:
     """The error of a joint over a joint's position; an error of that joint alone is drawn over its range."""
     turning = turns(state.chain, over)
     wide = float(np.rad2deg(1.0)) if turning else 1e3
@@ -147,26 +142,25 @@ def over_position(effect: AbstractLaw, state: State, place: int, over: int) -> V
     return replace(view, curve=(wide * grid, effect.increments(state.chain, motion)[:, place]))
 
 
-def error_of(state: State, joint: int) -> str:
+def error_of(state: DeflectedRows, joint: int) -> str:
     """Label of a joint's error."""
     return f"error of joint {joint + 1} [{'mrad' if turns(state.chain, joint) else 'mm'}]"
 
 
-def _driver(effect: AbstractLaw, state: State, joint: int) -> tuple[str, np.ndarray]:
+def _driver(effect: AbstractLaw, state: DeflectedRows, joint: int) -> tuple[str, np.ndarray]:
     """What drives the error of a joint, with its unit, and its value in every row."""
     for name in effect.needs:
         if name == "direction":
             words = f"direction of the last motion of joint {joint + 1}"
             return words, state.motion.need(name, effect.name)[:, joint]
-        if name in DRIVERS:
-            words, size = DRIVERS[name]
-            return words, size * state.motion.need(name, effect.name)
+        if name in row_drivers():
+            return COLUMNS[name].label, COLUMNS[name].shown[1] * state.motion.need(name, effect.name)
     load, unit = ("moment about", "N·m") if turns(state.chain, joint) else ("force along", "N")
     words = f"{load} the axis of joint {joint + 1} [{unit}]"
     return words, own(state.chain, [joint], state.wrenches)[:, 0]
 
 
-def _over_moment_across(effect: AbstractLaw, state: State) -> Iterator[View]:
+def _over_moment_across(effect: AbstractLaw, state: DeflectedRows) -> Iterator[IncrementCurve]:
     """Tilts over the moment across the axis, along the direction in which it pushes."""
     law = effect.increments(state.chain, state.motion, state.wrenches)
     for place, joint in enumerate(effect.joints):
@@ -175,7 +169,7 @@ def _over_moment_across(effect: AbstractLaw, state: State) -> Iterator[View]:
         direction = np.zeros_like(law)
         direction[:, 2 * place : 2 * place + 2] = -moment / np.where(size > 0.0, size, 1.0)[:, None]
         along = (law * direction).sum(1)
-        yield View(
+        yield IncrementCurve(
             what=f"tilt of joint {joint + 1}, the way the load pushes [mrad]",
             driver=f"moment across the axis of joint {joint + 1} [N·m]",
             x=size,
@@ -187,14 +181,14 @@ def _over_moment_across(effect: AbstractLaw, state: State) -> Iterator[View]:
         )
 
 
-def _together(effect: AbstractLaw, state: State) -> View:
+def _together(effect: AbstractLaw, state: DeflectedRows) -> IncrementCurve:
     """All increments of a row as one, along the direction in which the effect moves them."""
     law = effect.increments(state.chain, state.motion, state.wrenches)
     size = np.linalg.norm(law, axis=1)
     driver, x = f"what {effect.name} adds [mrad or mm]", 1e3 * size
-    if DRIVERS.keys() & set(effect.needs):
+    if row_drivers().keys() & set(effect.needs):
         driver, x = _driver(effect, state, 0)
-    return View(
+    return IncrementCurve(
         what=f"{effect.name} [mrad or mm]",
         driver=driver,
         x=x,

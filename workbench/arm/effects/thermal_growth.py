@@ -14,7 +14,8 @@ import numpy as np
 from workbench.arm.chain import Axis, Chain
 from workbench.arm.effects.axes import BASE
 from workbench.arm.effects.effect import AbstractEffect
-from workbench.arm.effects.plots import DRIVERS, View, line_through
+from workbench.arm.effects.plots import IncrementCurve, line_through
+from workbench.base.columns import COLUMNS
 from workbench.report.numbers import readable
 
 
@@ -44,9 +45,10 @@ class ThermalGrowth(AbstractEffect):
     def law(self, chain, motion, wrenches):
         places = _lengths(chain)
         lengths = np.tile(chain.values[places] + _of_constants(chain)[places], (len(motion), 1))
+        positions = chain.positions(motion.q)
         for column, k in enumerate(places):
             if chain.drivers[k] >= 0:
-                lengths[:, column] += motion.q[:, chain.drivers[k]]
+                lengths[:, column] += positions[:, chain.drivers[k]]
         return (lengths * self._warmer(motion)[:, None])[..., None]
 
     def growth(self, chain, motion, wrenches, constants):
@@ -65,9 +67,9 @@ class ThermalGrowth(AbstractEffect):
         warmer = replace(state.motion, temperature=np.full(len(warm), self.reference + 1.0))
         law = self.coefficients[0] * (warm - self.reference)
         return (
-            View(
+            IncrementCurve(
                 what="growth of all lengths [µm/m]",
-                driver=DRIVERS["temperature"][0],
+                driver=COLUMNS["temperature"].label,
                 x=warm,
                 scale=1e6,
                 elements=self.elements(state.chain),

@@ -27,14 +27,14 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.inverse.reduced_arm import Arm
+from workbench.arm.inverse.reduced_arm import ReducedArm
 from workbench.base import se3
 
 STRUCTURE = 0.35
 """Sine or cosine up to which two axes count as nearly parallel or perpendicular (20°)."""
 
 
-def branch_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
+def branch_names(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> list[str]:
     """A name for every solution of one target, unique among them.
 
     Args:
@@ -52,7 +52,7 @@ def branch_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
     return names
 
 
-def plain_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
+def plain_names(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> list[str]:
     """A name for every configuration by its signs alone, whatever the others are called.
 
     Args:
@@ -69,7 +69,7 @@ def plain_names(arm: Arm, x: Float[np.ndarray, "rows n"]) -> list[str]:
     ]
 
 
-def _signs(arm: Arm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 3"] | None:
+def _signs(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 3"] | None:
     """Shoulder, elbow and wrist quantities, or None for an arm without that structure."""
     constant = _agreement(arm)
     if constant == 0.0:
@@ -79,7 +79,7 @@ def _signs(arm: Arm, x: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 
 
 
 @lru_cache(maxsize=256)
-def _agreement(arm: Arm) -> float:
+def _agreement(arm: ReducedArm) -> float:
     """The sign that makes both definitions of the wrist agree in most configurations; 0 without structure."""
     if arm.dof not in (5, 6) or arm.slides.any():
         return 0.0
@@ -94,7 +94,7 @@ def _agreement(arm: Arm) -> float:
     return 1.0 if np.sign(bend * flip * determinant).sum() >= 0 else -1.0
 
 
-def _quantities(arm: Arm, x: Float[np.ndarray, "rows n"]) -> tuple[Float[np.ndarray, " rows"], ...]:
+def _quantities(arm: ReducedArm, x: Float[np.ndarray, "rows n"]) -> tuple[Float[np.ndarray, " rows"], ...]:
     """Shoulder, elbow, simple wrist quantity and det J of every configuration."""
     tool, axes, points = arm.geometry(x)
     jacobian = arm.jacobian(x)

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 from numba import njit
 
-from workbench.arm.inverse.reduced_arm import Arm, forward
+from workbench.arm.inverse.reduced_arm import ReducedArm, forward
 from workbench.base.types import frozen
 
 
@@ -76,7 +76,7 @@ def unlimited(n: int) -> Float[np.ndarray, "n 2"]:
 
 
 def refine(
-    arm: Arm,
+    arm: ReducedArm,
     targets: Float[np.ndarray, "targets 4 4"],
     starts: Float[np.ndarray, "rows n"],
     *,

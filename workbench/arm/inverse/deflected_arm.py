@@ -1,7 +1,8 @@
 """Joint coordinates with which a deflecting arm reaches its targets.
 
-The target of the rigid arm T(q) is offset by the deflection of the bent one B(q): with D(q) = T(q) B(q)⁻¹ the
-bent arm is at the target T* exactly where the rigid one is at D(q) T*. From a solution for the rigid arm
+The target of the rigid arm T(q) is offset by the deflection of the deflected one B(q): with D(q) = T(q)
+B(q)⁻¹ the deflected arm is at the target T* exactly where the rigid one is at D(q) T*. From a solution for
+the rigid arm
 
     q ← q + s (T⁻¹(D(q) T*) − q)
 
@@ -23,15 +24,15 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 
-ROUNDS = 40
+MAX_ROUNDS = 40
 """Rounds at most."""
-SHORTEST = 2.0**-8
+MIN_STEP_SHARE = 2.0**-8
 """Share of a step below which a row is given up."""
 EXACT = 1e-12
 """Error [m] that counts as none."""
 
 
-def refine_bent(
+def refine_deflected(
     robot: Robot,
     poses: Float[np.ndarray, "rows 4 4"],
     q: Float[np.ndarray, "rows n"],
@@ -40,7 +41,7 @@ def refine_bent(
     limits: Float[np.ndarray, "n 2"],
     motion: Motion | None = None,
 ) -> Refined:
-    """Joint coordinates of the bent arm next to those of the rigid one.
+    """Joint coordinates of the deflected arm next to those of the rigid one.
 
     Args:
         poses: Tool poses in the measuring frame, one a row.
@@ -50,7 +51,7 @@ def refine_bent(
         motion: What drives the effects beside q; its own q is not looked at.
 
     Returns:
-        Where each row ended, in the chain's order, with the bent arm's errors.
+        Where each row ended, in the chain's order, with the deflected arm's errors.
 
     Raises:
         DataError: an effect misses what drives it.
@@ -62,7 +63,7 @@ def refine_bent(
     best, step = x.copy(), np.zeros_like(x)
     errors, cost = np.full((len(x), 2), np.inf), np.full(len(x), np.inf)
     share, steps, going = np.ones(len(x)), np.zeros(len(x), np.int64), np.arange(len(x))
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         if not len(going):
             break
         now = x[going][:, arm.places]
@@ -77,13 +78,13 @@ def refine_bent(
         step[lower], steps[lower] = there.x - x[lower], steps[lower] + there.steps
         share[going] = np.where(fell, 1.0, 0.5 * share[going])
         x[going] = best[going] + share[going][:, None] * step[going]
-        going = going[(cost[going] > EXACT**2) & (share[going] > SHORTEST)]
+        going = going[(cost[going] > EXACT**2) & (share[going] > MIN_STEP_SHARE)]
     return Refined(best, errors[:, 0], errors[:, 1], steps)
 
 
 def rigid_targets(
     robot: Robot, poses: Float[np.ndarray, "rows 4 4"], state: Motion
 ) -> Float[np.ndarray, "rows 4 4"]:
-    """Where the rigid arm must be for the bent one to be at the poses, if it bends as in this state."""
-    rigid, bent = chains.poses(robot.chain, state.q), tool_poses(robot, state)
-    return rigid @ se3.inverse(bent) @ poses
+    """Where the rigid arm must be for the deflected one to be at the poses, if it bends as in this state."""
+    rigid, deflected = chains.poses(robot.chain, state.q), tool_poses(robot, state)
+    return rigid @ se3.inverse(deflected) @ poses

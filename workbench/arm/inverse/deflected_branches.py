@@ -9,7 +9,7 @@ from jaxtyping import Float
 from workbench.arm.inverse import unreachable
 from workbench.arm.inverse.branch import LIMIT_SLACK, Branch, InverseResult, Nearest, margins, quality
 from workbench.arm.inverse.damped_newton import Refined, unlimited
-from workbench.arm.inverse.deflected_arm import refine_bent
+from workbench.arm.inverse.deflected_arm import refine_deflected
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -20,14 +20,14 @@ PROBE = 1e-6
 """How far the joints are moved to see which one jumps [rad or m]."""
 
 
-def bent_result(
+def deflected_result(
     robot: Robot,
     target: Float[np.ndarray, "4 4"],
     rigid: InverseResult,
     limits: Float[np.ndarray, "n 2"],
     motion: Motion | None,
 ) -> InverseResult:
-    """Every solution of a bent arm at a pose, from those of the rigid one.
+    """Every solution of a deflected arm at a pose, from those of the rigid one.
 
     Args:
         target: Tool pose in the measuring frame [m].
@@ -40,7 +40,7 @@ def bent_result(
     q = np.stack([b.q for b in rigid.branches])
     rows = np.zeros(len(rigid.branches), np.int64)
     state = None if motion is None else motion.take(rows)
-    found = refine_bent(
+    found = refine_deflected(
         robot, target[None][rows], q, task=rigid.task, limits=unlimited(robot.dof), motion=state
     )
     moved = found.x[:, compile_arm(robot).places]
@@ -77,7 +77,7 @@ def _at(branch: Branch, q: np.ndarray, limits: np.ndarray) -> Branch:
 
 
 def _nearest(best: Branch, branches: tuple[Branch, ...], found: Refined) -> Nearest:
-    """The best branch, with what the bent arm leaves there."""
+    """The best branch, with what the deflected arm leaves there."""
     row = [b.name for b in branches].index(best.name)
     return Nearest(best.q, float(found.position_error[row]), float(found.rotation_error[row]))
 

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from numpy.typing import ArrayLike
 
 from workbench.arm.inverse.damped_newton import Task, refine
-from workbench.arm.inverse.deflected_arm import refine_bent
+from workbench.arm.inverse.deflected_arm import refine_deflected
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -112,5 +112,5 @@ def follow_many(
     bounds = limits[arm.columns]
     r = refine(arm, poses, q_starts[:, arm.columns], task=task, limits=bounds, iterations=FOLLOW_STEPS)
     if robot.effects:
-        r = refine_bent(robot, poses, r.x[:, arm.places], task=task, limits=limits, motion=motion)
+        r = refine_deflected(robot, poses, r.x[:, arm.places], task=task, limits=limits, motion=motion)
     return FollowedMany(frozen(r.x[:, arm.places]), r.converged, r.position_error, r.rotation_error)

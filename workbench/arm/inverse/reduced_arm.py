@@ -28,7 +28,7 @@ ONTO_Z = tuple(frozen(se3.pose(np.roll(np.eye(3), -(axis + 1), axis=1), np.zeros
 
 
 @dataclass(frozen=True, eq=False)
-class Arm:
+class ReducedArm:
     """Constants between joints, in the order of the chain.
 
     Args:
@@ -77,10 +77,10 @@ class Arm:
         return np.swapaxes(np.concatenate([linear, np.where(slides, 0.0, axes)], -1), 1, 2)
 
 
-_ARMS: WeakKeyDictionary[Robot, Arm] = WeakKeyDictionary()
+_ARMS: WeakKeyDictionary[Robot, ReducedArm] = WeakKeyDictionary()
 
 
-def compile_arm(robot: Robot) -> Arm:
+def compile_arm(robot: Robot) -> ReducedArm:
     """The robot's arm, worked out once.
 
     Raises:
@@ -91,10 +91,12 @@ def compile_arm(robot: Robot) -> Arm:
     return _ARMS[robot]
 
 
-def _compile(robot: Robot) -> Arm:
+def _compile(robot: Robot) -> ReducedArm:
     constants, columns, slides = [], [], []
     current = np.eye(4)
     for element in robot.chain.elements:
+        if element.follows is not None:
+            columns.append(element.follows)
         if element.joint is not None:
             turn = ONTO_Z[element.axis % 3]
             constants.append(current @ turn)
@@ -111,7 +113,7 @@ def _compile(robot: Robot) -> Arm:
         )
     constants.append(current)
     order = np.array(columns, np.int64)
-    return Arm(
+    return ReducedArm(
         frozen(np.array(constants)),
         frozen(np.array(slides, bool)),
         frozen(order),

@@ -20,7 +20,7 @@ from numba import njit
 
 from workbench.arm.inverse.damped_newton import Task, refine
 from workbench.arm.inverse.elimination import closure_starts
-from workbench.arm.inverse.reduced_arm import Arm
+from workbench.arm.inverse.reduced_arm import ReducedArm
 
 ENTRIES = (0, 1, 2)
 """Joints at which the loop is entered."""
@@ -61,13 +61,13 @@ class Solutions:
     continuum: Bool[np.ndarray, " rows"]
 
 
-def is_algebraic(arm: Arm, task: Task) -> bool:
+def is_algebraic(arm: ReducedArm, task: Task) -> bool:
     """Whether `elimination` finds the solutions."""
     return not arm.slides.any() and (arm.dof, task) in ((6, Task.POSE), (5, Task.POSITION_AXIS))
 
 
 def all_solutions(
-    arm: Arm, targets: Float[np.ndarray, "rows 4 4"], *, task: Task, rng: np.random.Generator
+    arm: ReducedArm, targets: Float[np.ndarray, "rows 4 4"], *, task: Task, rng: np.random.Generator
 ) -> list[Solutions]:
     """Every solution of every target, for an arm with as many joints as conditions (or fewer)."""
     rows, n = len(targets), arm.dof
@@ -88,7 +88,7 @@ def all_solutions(
 
 
 def algebraic_starts(
-    arm: Arm, targets: Float[np.ndarray, "rows 4 4"], entries: Sequence[int]
+    arm: ReducedArm, targets: Float[np.ndarray, "rows 4 4"], entries: Sequence[int]
 ) -> Float[np.ndarray, "rows starts n"]:
     """16 starts per entry from the elimination."""
     constants = arm.constants
@@ -104,7 +104,7 @@ def algebraic_starts(
 
 
 def random_starts(
-    arm: Arm,
+    arm: ReducedArm,
     shape: tuple[int, ...],
     rng: np.random.Generator,
     *,
@@ -118,7 +118,9 @@ def random_starts(
     return rng.uniform(low, high, (*shape, arm.dof))
 
 
-def task_jacobian(arm: Arm, x: Float[np.ndarray, "rows n"], task: Task) -> Float[np.ndarray, "rows m n"]:
+def task_jacobian(
+    arm: ReducedArm, x: Float[np.ndarray, "rows n"], task: Task
+) -> Float[np.ndarray, "rows m n"]:
     """The rows of the Jacobian that the task asks for; rotations about the tool's z axis projected off."""
     jacobian = arm.jacobian(x)
     if task is Task.POSITION:
@@ -130,7 +132,7 @@ def task_jacobian(arm: Arm, x: Float[np.ndarray, "rows n"], task: Task) -> Float
 
 
 def _extend(
-    arm: Arm, targets: np.ndarray, found: list[np.ndarray], starts: np.ndarray, task: Task
+    arm: ReducedArm, targets: np.ndarray, found: list[np.ndarray], starts: np.ndarray, task: Task
 ) -> list[np.ndarray]:
     """Solutions so far, and the distinct new ones that starts (rows, k, n) lead to."""
     rows, k, n = starts.shape
@@ -139,7 +141,7 @@ def _extend(
     return [distinct(arm, np.concatenate([found[i], x[i, good[i]]])) for i in range(rows)]
 
 
-def _with_neighbours(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> np.ndarray:
+def _with_neighbours(arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: Task) -> np.ndarray:
     """Solutions, and those near the nearly singular ones."""
     checked = 0
     while checked < len(x):
@@ -154,7 +156,7 @@ def _with_neighbours(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) ->
     return x
 
 
-def _searched(arm: Arm, target: np.ndarray, task: Task, rng: np.random.Generator) -> np.ndarray:
+def _searched(arm: ReducedArm, target: np.ndarray, task: Task, rng: np.random.Generator) -> np.ndarray:
     """Solutions from random starts, in rounds until two bring nothing new."""
     x, idle = np.empty((0, arm.dof)), 0
     for _ in range(ROUNDS):
@@ -167,7 +169,7 @@ def _searched(arm: Arm, target: np.ndarray, task: Task, rng: np.random.Generator
     return x
 
 
-def _with_continua(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> Solutions:
+def _with_continua(arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: Task) -> Solutions:
     """Solutions with one representative for each continuum of them."""
     if len(x) == 0:
         return Solutions(x, np.empty(0), np.empty(0, bool))
@@ -183,14 +185,14 @@ def _with_continua(arm: Arm, target: np.ndarray, x: np.ndarray, task: Task) -> S
 
 
 def smallest_singular_value(
-    arm: Arm, x: Float[np.ndarray, "rows n"], task: Task
+    arm: ReducedArm, x: Float[np.ndarray, "rows n"], task: Task
 ) -> Float[np.ndarray, " rows"]:
     """Smallest singular value of the task's Jacobian, dimensionless."""
     return np.linalg.svd(task_jacobian(arm, x, task), compute_uv=False)[:, -1]
 
 
 def _slid(
-    arm: Arm, target: np.ndarray, x: np.ndarray, task: Task
+    arm: ReducedArm, target: np.ndarray, x: np.ndarray, task: Task
 ) -> tuple[Float[np.ndarray, "rows n"], Bool[np.ndarray, " rows"]]:
     """Slide singular solutions along their continuum until the last joint that can turn is at zero.
 
@@ -228,7 +230,7 @@ def _slid(
 
 
 def distinct(
-    arm: Arm, x: Float[np.ndarray, "rows n"], tolerance: float = DISTINCT
+    arm: ReducedArm, x: Float[np.ndarray, "rows n"], tolerance: float = DISTINCT
 ) -> Float[np.ndarray, "kept n"]:
     """The first of every group of solutions that agree up to full turns."""
     unit = np.where(arm.slides, arm.length, 1.0)

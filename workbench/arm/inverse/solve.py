@@ -5,8 +5,8 @@
 limits, for drags (`damped_newton`). Nothing here assumes a nominal structure, so a calibrated arm is solved
 exactly.
 
-An arm that bends (`Robot.effects`) has the branches of its geometry, each moved to where the bent arm reaches
-the target (`refine_bent`); reasons, and the nearest configuration to what is out of reach, are the
+An arm that bends (`Robot.effects`) has the branches of its geometry, each moved to where the deflected arm
+reaches the target (`refine_bent`); reasons, and the nearest configuration to what is out of reach, are the
 geometry's. A branch keeps its turn: with an effect that does not repeat every turn, `follow` from
 another one.
 """
@@ -32,9 +32,9 @@ from workbench.arm.inverse.branch import (
 )
 from workbench.arm.inverse.branch_names import branch_names
 from workbench.arm.inverse.damped_newton import Task, refine
-from workbench.arm.inverse.deflected_branches import bent_result
+from workbench.arm.inverse.deflected_branches import deflected_result
 from workbench.arm.inverse.follow import Followed, FollowedMany, as_pose, follow, follow_many
-from workbench.arm.inverse.reduced_arm import Arm, compile_arm
+from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.inverse.solutions import (
     Solutions,
     all_solutions,
@@ -116,7 +116,9 @@ def solve_many(
     if not robot.effects:
         return results
     states = [None if motion is None else motion.take(np.array([i])) for i in range(len(results))]
-    return [bent_result(robot, t, r, limits, s) for t, r, s in zip(targets, results, states, strict=True)]
+    return [
+        deflected_result(robot, t, r, limits, s) for t, r, s in zip(targets, results, states, strict=True)
+    ]
 
 
 def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows 4 4"]:
@@ -152,7 +154,7 @@ def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
 
 
 def _spread(
-    arm: Arm, target: np.ndarray, task: Task, limits: np.ndarray, rng: np.random.Generator
+    arm: ReducedArm, target: np.ndarray, task: Task, limits: np.ndarray, rng: np.random.Generator
 ) -> Solutions:
     """Representatives of endlessly many solutions within the limits, far apart from each other."""
     x = np.empty((0, arm.dof))
@@ -176,7 +178,7 @@ def _spread(
 
 
 def _result(
-    arm: Arm,
+    arm: ReducedArm,
     target: np.ndarray,
     solutions: Solutions,
     task: Task,
@@ -203,7 +205,7 @@ def _result(
 
 
 def _explain(
-    arm: Arm,
+    arm: ReducedArm,
     target: np.ndarray,
     x: np.ndarray,
     branches: tuple[Branch, ...],
@@ -231,7 +233,7 @@ def _explain(
 
 
 def _into_limits(
-    arm: Arm, target: np.ndarray, x: np.ndarray, solutions: Solutions, task: Task, limits: np.ndarray
+    arm: ReducedArm, target: np.ndarray, x: np.ndarray, solutions: Solutions, task: Task, limits: np.ndarray
 ) -> np.ndarray:
     """Slide the representatives of a continuum into the limits where that is possible."""
     outside = solutions.continuum & (margins(x, limits).min(1, initial=np.inf) < 0.0)
@@ -245,7 +247,7 @@ def _into_limits(
 
 
 def _branches(
-    arm: Arm, x: np.ndarray, solutions: Solutions, limits: np.ndarray, redundant: bool
+    arm: ReducedArm, x: np.ndarray, solutions: Solutions, limits: np.ndarray, redundant: bool
 ) -> tuple[Branch, ...]:
     names = [f"sample {i + 1}" for i in range(len(x))] if redundant else branch_names(arm, x)
     slides = frozen(arm.slides[arm.places])

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.branch_names import STRUCTURE, foot
 from workbench.arm.inverse.damped_newton import POSITION_TOLERANCE, WEIGHT, Refined, Task, refine, unlimited
-from workbench.arm.inverse.reduced_arm import Arm
+from workbench.arm.inverse.reduced_arm import ReducedArm
 from workbench.arm.inverse.solutions import random_starts
 from workbench.base.wording import in_mm
 
@@ -21,7 +21,7 @@ LIGHT = (0.02, 2e-4, 2e-6)
 
 
 def nearest(
-    arm: Arm,
+    arm: ReducedArm,
     target: Float[np.ndarray, "4 4"],
     *,
     task: Task,
@@ -56,7 +56,7 @@ def _best(result: Refined, weight: float) -> Refined:
 
 
 def nearest_orientation(
-    arm: Arm,
+    arm: ReducedArm,
     target: Float[np.ndarray, "4 4"],
     *,
     task: Task,
@@ -80,7 +80,7 @@ def nearest_orientation(
     return result
 
 
-def limits_reason(arm: Arm, x: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]) -> str:
+def limits_reason(arm: ReducedArm, x: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]) -> str:
     """Which limits keep the arm from the solutions that there are: those of the least violation.
 
     Args:
@@ -105,7 +105,7 @@ def limits_reason(arm: Arm, x: Float[np.ndarray, "rows n"], limits: Float[np.nda
 
 
 def geometry_reason(
-    arm: Arm,
+    arm: ReducedArm,
     target: Float[np.ndarray, "4 4"],
     *,
     task: Task,
@@ -135,7 +135,7 @@ def geometry_reason(
     return sentence
 
 
-def _distance_reason(arm: Arm, target: Float[np.ndarray, "4 4"], closest: Refined, gap: float) -> str:
+def _distance_reason(arm: ReducedArm, target: Float[np.ndarray, "4 4"], closest: Refined, gap: float) -> str:
     tool = arm.geometry(closest.x)[0]
     further = _from_shoulder(arm, target[:3, 3]) >= _from_shoulder(arm, tool[0, :, 3])
     if further:
@@ -143,7 +143,7 @@ def _distance_reason(arm: Arm, target: Float[np.ndarray, "4 4"], closest: Refine
     return f"the target is {in_mm(gap)} too close to the arm's base"
 
 
-def _from_shoulder(arm: Arm, point: Float[np.ndarray, "3"]) -> float:
+def _from_shoulder(arm: ReducedArm, point: Float[np.ndarray, "3"]) -> float:
     """Distance from the point of axis 1 nearest to axis 2; from axis 1 itself where the two are parallel."""
     _, axes, points = arm.geometry(np.zeros((1, arm.dof)))
     away = point - points[0, 0]

@@ -1,4 +1,4 @@
-"""Forward kinematics: where the tool and the links are, bent by the robot's effects if it has any."""
+"""Forward kinematics: where the tool and the links are, deflected by the robot's effects if it has any."""
 
 from collections.abc import Iterator
 
@@ -57,7 +57,7 @@ def sensitivity_blocks(
     if robot.effects:
         for start in range(0, size, block):
             rows = slice(start, min(start + block, size))
-            yield (rows, *_bent_sensitivity(robot, motion.take(rows), names))
+            yield (rows, *_deflected_sensitivity(robot, motion.take(rows), names))
         return
     columns = robot.chain.indices(names)
     block = min(block, max(size, 1))
@@ -83,17 +83,19 @@ def sensitivity(
     robot.check_joints(motion.q)
     names = robot.default_free if names is None else names
     if robot.effects:
-        return _bent_sensitivity(robot, motion, names)
+        return _deflected_sensitivity(robot, motion, names)
     return chains.twists(robot.chain, motion.q, robot.chain.indices(names))
 
 
 def geometric_jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 6 n"]:
     """Twist of the tool per joint coordinate, base axes at the tool's origin, of the geometry alone."""
     robot.check_joints(q)
-    return chains.twists(robot.chain, q, joint_elements(robot))[1]
+    return chains.joint_twists(robot.chain, q)[1]
 
 
-def _bent_sensitivity(robot: Robot, motion: Motion, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
+def _deflected_sensitivity(
+    robot: Robot, motion: Motion, names: tuple[str, ...]
+) -> tuple[np.ndarray, np.ndarray]:
     """Poses and twists of an arm with effects, columns in the order of the names."""
     elements = [n for n in names if n not in robot.coefficients]
     coefficients = [n for n in names if n in robot.coefficients]

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.kinematics.forward import sensitivity, tool_poses
+from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.types import frozen
@@ -86,18 +86,3 @@ def influence(
         for name, value in zip(names, deviated, strict=True)
     ]
     return Influence(names=names, distances=frozen(np.linalg.norm(np.stack(moved, axis=1), axis=-1)))
-
-
-def first_order_influence(robot: Robot, motion: Motion, *, names: tuple[str, ...] | None = None) -> Influence:
-    """`influence` with the standard deviations, to first order: all constants at once, for live views.
-
-    e_i = |J_v,i| δ_i with the linear part of the identification Jacobian; what it leaves out is of the
-    second order in δ.
-    """
-    names = robot.default_free if names is None else names
-    elements = robot.chain.elements
-    turns = np.array([elements[i].axis.turns for i in robot.chain.indices(names)], bool)
-    twists = sensitivity(robot, motion, names)[1]
-    return Influence(
-        names=names, distances=frozen(np.linalg.norm(twists[:, :3], axis=1) * np.where(turns, ANGLE, LENGTH))
-    )

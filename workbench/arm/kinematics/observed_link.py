@@ -11,6 +11,7 @@ from jaxtyping import Float
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import WHOLE
+from workbench.arm.gravity import level_axes
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import shift_of
@@ -45,7 +46,7 @@ TOOL = Watched()
 
 
 def watched(robot: Robot, link: int | None) -> Watched:
-    """What is watched on a moving link, counted from 1; the tool for None.
+    """What is watched on a moving link, counted from 1; on the base for 0, the tool for None.
 
     Raises:
         DataError: the arm has no such link; names it.
@@ -53,17 +54,17 @@ def watched(robot: Robot, link: int | None) -> Watched:
     if link is None:
         return TOOL
     moving = [i for i, joint in enumerate(robot.joints) if joint.kind != "fixed"]
-    if not 1 <= link <= len(moving):
+    if not 0 <= link <= len(moving):
         raise DataError(
-            f"the data have tilts of link {link}, and robot '{robot.name}' has links 1 to {len(moving)}; "
-            "correct the number in the columns tilt_x, tilt_y"
+            f"the data have tilts of link {link}, and robot '{robot.name}' has links 1 to {len(moving)}, and "
+            "0 for its base; correct the number in the columns tilt_x, tilt_y"
         )
-    end = robot.chain_ends[moving[link - 1]]
+    end = robot.chain_ends[moving[link - 1]] if link else robot.base_size - 1
     return Watched(slice(robot.base_size, end + 1), level_axes(robot.gravity))
 
 
 def watched_poses(robot: Robot, motion: Motion, link: int | None) -> Float[np.ndarray, "rows 4 4"]:
-    """Poses of what is watched on a link of the bent arm; of the tool in the measuring frame for None.
+    """Poses of what is watched on a link of the deflected arm; of the tool in the measuring frame for None.
 
     Raises:
         ShapeError: the rows have another number of joints than the robot.
@@ -73,16 +74,3 @@ def watched_poses(robot: Robot, motion: Motion, link: int | None) -> Float[np.nd
     view = watched(robot, link)
     poses = chains.poses(robot.chain, motion.q, shift=shift_of(robot, motion), part=view.part)
     return view.turned(poses, np.zeros((len(poses), 6, 0)))[0]
-
-
-def level_axes(gravity: Float[np.ndarray, "3"]) -> Float[np.ndarray, "3 3"]:
-    """The least turn that brings z upwards, against gravity; z is up where there is none."""
-    size = float(np.linalg.norm(gravity))
-    if size == 0.0:
-        return np.eye(3)
-    up = -np.asarray(gravity) / size
-    axis = np.cross(up, [0.0, 0.0, 1.0])
-    sine = float(np.linalg.norm(axis))
-    if sine == 0.0:
-        return np.eye(3) if up[2] > 0 else np.diag([1.0, -1.0, -1.0])
-    return se3.rotvec_to_matrix(axis / sine * np.arctan2(sine, up[2]))

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 
 from workbench.arm.inverse.branch import margins, representative
 from workbench.arm.inverse.damped_newton import WEIGHT, Task, refine
-from workbench.arm.inverse.reduced_arm import Arm, compile_arm
+from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.inverse.solutions import algebraic_starts, is_algebraic, random_starts
 from workbench.arm.inverse.solve import LIMIT_SLACK, check_poses
 from workbench.arm.robot import Robot
@@ -22,7 +22,7 @@ TABLE = 20_000
 """Configurations remembered per robot and task."""
 WAVES = ((0, 1), (1, 4), (4, 12))
 """Neighbours from which the targets that are still open are tried, wave by wave."""
-STEPS = 25
+NEWTON_STEPS = 25
 """Newton steps per try; what is not near by then is left to the next neighbour."""
 
 _TABLES: WeakKeyDictionary[Robot, dict[Task, tuple[np.ndarray, cKDTree]]] = WeakKeyDictionary()
@@ -56,7 +56,7 @@ def reachable(
     return mask, x[:, arm.places]
 
 
-def _table(robot: Robot, arm: Arm, task: Task) -> tuple[np.ndarray, cKDTree]:
+def _table(robot: Robot, arm: ReducedArm, task: Task) -> tuple[np.ndarray, cKDTree]:
     tables = _TABLES.setdefault(robot, {})
     if task not in tables:
         x = random_starts(arm, (TABLE,), np.random.default_rng(0), limits=arm.limits)
@@ -64,7 +64,7 @@ def _table(robot: Robot, arm: Arm, task: Task) -> tuple[np.ndarray, cKDTree]:
     return tables[task]
 
 
-def _features(poses: np.ndarray, arm: Arm, task: Task) -> np.ndarray:
+def _features(poses: np.ndarray, arm: ReducedArm, task: Task) -> np.ndarray:
     """Numbers whose distance measures how far apart two poses are."""
     scale = WEIGHT * arm.length
     parts = [poses[:, :3, 3]]
@@ -75,7 +75,7 @@ def _features(poses: np.ndarray, arm: Arm, task: Task) -> np.ndarray:
     return np.concatenate(parts, 1)
 
 
-def _try(arm: Arm, targets: np.ndarray, x: np.ndarray, starts: np.ndarray, task: Task) -> None:
+def _try(arm: ReducedArm, targets: np.ndarray, x: np.ndarray, starts: np.ndarray, task: Task) -> None:
     """Run the starts (rows, k, n) of the open targets within the limits, and keep what converges."""
     rows = np.flatnonzero(np.isnan(x[:, 0]))
     k = starts.shape[1]
@@ -86,14 +86,14 @@ def _try(arm: Arm, targets: np.ndarray, x: np.ndarray, starts: np.ndarray, task:
         task=task,
         target_of=np.repeat(rows, k),
         limits=arm.limits,
-        iterations=STEPS,
+        iterations=NEWTON_STEPS,
     )
     good = r.converged.reshape(-1, k)
     hit = good.any(1)
     x[rows[hit]] = r.x.reshape(-1, k, arm.dof)[hit, good[hit].argmax(1)]
 
 
-def _solve_rest(arm: Arm, targets: np.ndarray, x: np.ndarray, task: Task) -> None:
+def _solve_rest(arm: ReducedArm, targets: np.ndarray, x: np.ndarray, task: Task) -> None:
     """All solutions of the open targets; the one deepest within the limits is kept."""
     rows = np.flatnonzero(np.isnan(x[:, 0]))
     for part in np.array_split(rows, max(1, len(rows) // 256)):

@@ -13,7 +13,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Freedom
 
-SHORTEST = 1e-3
+MIN_LINK_PART = 1e-3
 """Parts of a link below this length are left out [m]."""
 
 
@@ -66,6 +66,6 @@ def _line(robot: Robot, first: int, last: int) -> Float[np.ndarray, "points 3"]:
     points = se3.apply(se3.inverse(frames[0]), frames[:, :3, 3])
     kept = [points[0]]
     for point in points[1:]:
-        if np.linalg.norm(point - kept[-1]) > SHORTEST:
+        if np.linalg.norm(point - kept[-1]) > MIN_LINK_PART:
             kept.append(point)
     return np.array(kept)

@@ -6,7 +6,7 @@ A table is CSV: Denavit–Hartenberg constants of a joint in each row, with unit
 import csv
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +15,13 @@ from jaxtyping import Float
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS, ORDERS
-from workbench.arm.own_robot.find_convention import Found, find_convention
-from workbench.arm.own_robot.readings import Reading, Typed, table_readings, typed_readings
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.frame import Frame
+from workbench.arm.own_robot.find_convention import FoundConvention, find_convention
+from workbench.arm.own_robot.readings import TableReading, Typed, table_readings, typed_readings
+from workbench.arm.robot import Robot
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import read_bytes
+from workbench.base.types import Freedom
 
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
 """Other headings of the constants."""
@@ -35,7 +37,8 @@ HEADING = re.compile(r"\s*([^\[\(]+?)\s*(?:[\[\(]\s*([^\]\)]*?)\s*[\]\)])?\s*")
 DRIVE = re.compile(r"^(?:q|theta|θ)_?\d*(?=[+-]|$)")
 """The joint itself before its offset, as in `q2-90`."""
 SHARE = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+)?(?:e[+-]?\d+)?)\*?(pi)?(?:/([1-9]\d*))?")
-LARGEST = 2**20
+MAX_FILE_BYTES = 2**20
+UNKNOWN = Frame(free=Freedom.AUTO)
 
 
 @dataclass(frozen=True)
@@ -61,7 +64,9 @@ def read_joint_table(path: Path | str) -> JointTable:
     Raises:
         FileError: no such table; names line and column.
     """
-    text = read_bytes(path, wanted="a joint table (.csv)", most=LARGEST).decode("utf-8-sig", errors="replace")
+    text = read_bytes(path, wanted="a joint table (.csv)", most=MAX_FILE_BYTES).decode(
+        "utf-8-sig", errors="replace"
+    )
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
     said = [m[1] for _, line in lines if (m := re.match(r"#.*convention\s*=\s*([\w-]+)", line))]
     lines = [(n, line) for n, line in lines if not line.startswith("#")]
@@ -137,8 +142,10 @@ TABLES = (".csv",)
 
 def check_robot(
     source: Path | str, poses: Sequence[str] | Typed, *, tip: str | None = None, name: str = ""
-) -> Found:
+) -> FoundConvention:
     """The reading of an arm or its table that gives the poses of the pendant.
+
+    Its base and tool are decided from the data: the pendant's are not those of a later measurement.
 
     Args:
         source: A joint table (.csv), a file of a robot, or a built-in arm by name.
@@ -155,17 +162,19 @@ def check_robot(
     readings = readings_of(source, tip=tip, name=name)
     robot = readings[0].robot
     if isinstance(poses, Typed):
-        return find_convention(readings, [poses])
-    slides = [not e.axis.turns for e in robot.elements if e.joint is not None]
-    return find_convention(readings, typed_readings(_numbers(poses, robot), slides))
+        found = find_convention(readings, [poses])
+    else:
+        slides = [not e.axis.turns for e in robot.elements if e.joint is not None]
+        found = find_convention(readings, typed_readings(_numbers(poses, robot), slides))
+    return replace(found, robot=found.robot.with_frames(base=UNKNOWN, tool=UNKNOWN))
 
 
-def readings_of(source: Path | str, *, tip: str | None = None, name: str = "") -> list[Reading]:
+def readings_of(source: Path | str, *, tip: str | None = None, name: str = "") -> list[TableReading]:
     """What a file or a built-in arm may mean: a table in several ways, everything else in one."""
     path = Path(source)
     if path.suffix.lower() not in TABLES:
         robot = load_robot(source, tip=tip)
-        return [Reading(robot.with_effects().with_frames(base=Frame(), tool=Frame()))]
+        return [TableReading(robot.with_effects().with_frames(base=Frame(), tool=Frame()))]
     table = read_joint_table(path)
     return table_readings(
         table.rows,
@@ -176,7 +185,7 @@ def readings_of(source: Path | str, *, tip: str | None = None, name: str = "") -
     )
 
 
-def convention_notes(found: Found) -> tuple[str, ...]:
+def convention_notes(found: FoundConvention) -> tuple[str, ...]:
     """What fits, what differs from the arm as it was given, and how well, one sentence each."""
     return (
         f"it fits: {', '.join(found.words) or 'as it was given'}",

@@ -17,8 +17,8 @@ from itertools import product
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.inverse.reduced_arm import Arm, compile_arm
-from workbench.arm.own_robot.readings import Reading, Typed
+from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
+from workbench.arm.own_robot.readings import TableReading, Typed
 from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -31,13 +31,13 @@ WEIGHT = 0.25
 """Length at which an angle counts, as a share of the arm's."""
 NEAR = (0.005, float(np.deg2rad(0.5)))
 """Greatest error of a reading that fits: position, as a share of the arm's length, and angle [rad]."""
-SAME = 0.01
+SAME_READING = 0.01
 """Two readings that differ by less than this share of the arm's length are one."""
 CLEARLY = 5.0
 """An accepted reading fits this many times better than any other, or others do not fit …"""
 ROUNDING = 2e-4
 """… where errors below this share of the arm's length are rounding of typed numbers."""
-STEPS = ((4, 60, 0.1), (4, 60, np.inf), (8, 400, np.inf))
+SEARCH_STAGES = ((4, 60, 0.1), (4, 60, np.inf), (8, 400, np.inf))
 """Offsets tried a turn, pairs refined, and how far apart (length and angle as in `_features`) these may be.
 
 Quarters that fit as they are first, then quarters and eighths from which the offsets are refined.
@@ -52,7 +52,7 @@ FIXED = 1e-9
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Found:
+class FoundConvention:
     """A reading that fits.
 
     Args:
@@ -89,7 +89,7 @@ class Found:
 
 @dataclass(frozen=True, eq=False)
 class _Fit:
-    reading: Reading
+    reading: TableReading
     typed: Typed
     signs: np.ndarray
     offsets: np.ndarray
@@ -111,7 +111,7 @@ class _Fit:
         return compile_arm(self.reading.robot).geometry(self.signs * q + self.offsets)[0]
 
 
-def find_convention(readings: Iterable[Reading], typed: Sequence[Typed]) -> Found:
+def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) -> FoundConvention:
     """The interpretation of a table that reproduces given poses.
 
     Args:
@@ -132,7 +132,7 @@ def find_convention(readings: Iterable[Reading], typed: Sequence[Typed]) -> Foun
             )
         readings[0].robot.check_joints(numbers.q, "the typed poses")
     fits: list[_Fit] = []
-    for steps, most, apart in STEPS:
+    for steps, most, apart in SEARCH_STAGES:
         for reading, numbers in product(readings, typed):
             fits += _fits(reading, numbers, steps, most, apart)
         if fits:
@@ -153,7 +153,7 @@ def find_convention(readings: Iterable[Reading], typed: Sequence[Typed]) -> Foun
         key=lambda f: f.changes,
         default=best,
     )
-    return Found(
+    return FoundConvention(
         robot=with_signs_and_offsets(chosen.reading.robot, chosen.signs, chosen.offsets),
         signs=frozen(chosen.signs),
         offsets=frozen(chosen.offsets),
@@ -164,14 +164,14 @@ def find_convention(readings: Iterable[Reading], typed: Sequence[Typed]) -> Foun
     )
 
 
-def _slip(readings: Sequence[Reading], typed: Sequence[Typed]) -> str:
+def _slip(readings: Sequence[TableReading], typed: Sequence[Typed]) -> str:
     """The one pose without which a reading fits, by how much it is off, and the reading; empty if none is."""
     found: list[tuple[_Fit, int, Typed]] = []
     for row in range(len(typed[0].q) if len(typed[0].q) > LEAST_POSES else 0):
         for reading, numbers in product(readings, typed):
             kept = np.arange(len(numbers.q)) != row
             others = replace(numbers, q=numbers.q[kept], poses=numbers.poses[kept])
-            found += [(fit, row, numbers) for fit in _fits(reading, others, *STEPS[0])]
+            found += [(fit, row, numbers) for fit in _fits(reading, others, *SEARCH_STAGES[0])]
     if not found:
         return ""
     best, row, numbers = min(found, key=lambda f: f[0].cost)
@@ -188,13 +188,13 @@ def _slip(readings: Sequence[Reading], typed: Sequence[Typed]) -> str:
     )
 
 
-def _steps(arm: Arm, count: int) -> list[list[tuple[float, float]]]:
+def _steps(arm: ReducedArm, count: int) -> list[list[tuple[float, float]]]:
     """Signs and offsets to try for every joint."""
     turns = [k * 2.0 * np.pi / count for k in range(count)]
     return [[(s, o) for s in (1.0, -1.0) for o in ([0.0] if slides else turns)] for slides in arm.slides]
 
 
-def _fits(reading: Reading, typed: Typed, count: int, most: int, apart: float) -> list[_Fit]:
+def _fits(reading: TableReading, typed: Typed, count: int, most: int, apart: float) -> list[_Fit]:
     """Signs and offsets with which a reading gives the poses."""
     arm = compile_arm(reading.robot)
     q, poses = typed.q[:, arm.columns], typed.poses
@@ -220,7 +220,7 @@ def _fits(reading: Reading, typed: Typed, count: int, most: int, apart: float) -
     ]
 
 
-def _products(arm: Arm, q: np.ndarray, joints: range, choices, start: np.ndarray) -> np.ndarray:
+def _products(arm: ReducedArm, q: np.ndarray, joints: range, choices, start: np.ndarray) -> np.ndarray:
     """Products over some joints for every choice (c, m, 4, 4), the first joint's choice varying slowest."""
     out = np.broadcast_to(start, (1, len(q), 4, 4))
     for k in joints:
@@ -229,7 +229,7 @@ def _products(arm: Arm, q: np.ndarray, joints: range, choices, start: np.ndarray
     return out
 
 
-def _moved(arm: Arm, joint: int, value: np.ndarray) -> np.ndarray:
+def _moved(arm: ReducedArm, joint: int, value: np.ndarray) -> np.ndarray:
     axis = np.array([0.0, 0.0, 1.0])
     if arm.slides[joint]:
         return se3.pose(np.eye(3), axis * value[:, None])
@@ -259,7 +259,7 @@ def _nearest(wanted: np.ndarray, offered: np.ndarray, most: int, farthest: float
     return np.column_stack([rows[order], columns[order]])
 
 
-def _refined(arm: Arm, q, poses, signs, offsets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _refined(arm: ReducedArm, q, poses, signs, offsets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Gauss–Newton in the offsets, all candidates at once; errors are the greatest of each (c, 2)."""
     weight = WEIGHT * arm.length
     count = len(signs)
@@ -335,7 +335,10 @@ def _same(a: _Fit, b: _Fit) -> bool:
     q = rng.uniform(low, high, (20, len(low)))
     length = compile_arm(b.reading.robot).length
     apart = a.at(q) - b.at(q)
-    return bool(np.abs(apart[..., 3]).max() < SAME * length and np.abs(apart[..., :3]).max() < SAME / WEIGHT)
+    return bool(
+        np.abs(apart[..., 3]).max() < SAME_READING * length
+        and np.abs(apart[..., :3]).max() < SAME_READING / WEIGHT
+    )
 
 
 def _snapped(fit: _Fit) -> _Fit:

@@ -7,7 +7,8 @@ from itertools import product
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.frame import Frame
+from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base import se3
 from workbench.base.errors import FileError
@@ -48,7 +49,7 @@ class Typed:
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class TableReading:
     """One way to read a table.
 
     Args:
@@ -68,7 +69,7 @@ def table_readings(
     angles: Sequence[str] = ("rad", "deg"),
     name: str = "robot",
     limits=None,
-) -> list[Reading]:
+) -> list[TableReading]:
     """What a joint table may mean.
 
     Args:
@@ -82,7 +83,7 @@ def table_readings(
     words = {"dh": "standard DH", "craig": "modified DH (Craig)"}
     lengths = possible(lengths, [float(r.get(c, 0.0)) for r in rows for c in ("d", "a")])
     angles = possible(angles, [float(r.get(c, 0.0)) for r in rows for c in ("theta", "alpha", "beta")])
-    out: list[Reading] = []
+    out: list[TableReading] = []
     refused: FileError | None = None
     for convention, length, angle in product(conventions, lengths, angles):
         scaled = [
@@ -98,7 +99,7 @@ def table_readings(
             refused = error
             continue
         said = (words.get(convention, convention), f"lengths in {length}", f"angles in {angle}")
-        out.append(Reading(robot.with_frames(base=Frame(), tool=Frame()), said))
+        out.append(TableReading(robot.with_frames(base=Frame(), tool=Frame()), said))
     if refused is not None and not out:
         raise refused
     return out

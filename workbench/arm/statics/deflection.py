@@ -1,8 +1,8 @@
 """The increments that a robot's effects add to its chain, and their derivative.
 
-    s = Σ_e c_e φ_e(state, W(p, s)),      W the wrenches through the joints of the arm as it is bent
+    s = Σ_e c_e φ_e(state, W(p, s)),      W the wrenches through the joints of the arm as it is deflected
 
-Wrenches depend on the bent pose, so that s is a fixed point; a joint deflects by milliradians, and each
+Wrenches depend on the deflected pose, so that s is a fixed point; a joint deflects by milliradians, and each
 round brings some three digits. With φ's slope in W, the total derivative of s is
 
     (1 − ∂s/∂v) ds = ∂s/∂p dp + φ dc
@@ -30,7 +30,7 @@ from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.load_derivatives import wrench_derivative
-from workbench.arm.statics.wrenches import Masses, inertia_regressor, motion_wrenches, own_axis
+from workbench.arm.statics.wrenches import Masses, load_regressor, motion_wrenches, own_axis
 from workbench.base.errors import DataError
 
 ROUNDS = 20
@@ -41,11 +41,11 @@ TOLERANCE = 1e-13
 
 @dataclass(frozen=True, eq=False)
 class Deflection:
-    """A bent arm.
+    """A deflected arm.
 
     Args:
         shift: What the effects add to each element of the chain [rad or m].
-        wrenches: Through every joint of the bent arm; empty where no effect asks for them.
+        wrenches: Through every joint of the deflected arm; empty where no effect asks for them.
     """
 
     shift: Float[np.ndarray, "rows k"]
@@ -99,16 +99,19 @@ def effect_columns(
     values: Float[np.ndarray, " k"] | None = None,
     effects: Sequence[AbstractEffect] | None = None,
     weights: Masses | None = None,
+    varying: Int[np.ndarray, " w"] | None = None,
     part: slice = WHOLE,
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 pcw"]]:
-    """Poses of the bent arm, and the tool's twist per constant, coefficient, mass: the total derivative.
+    """Poses of the deflected arm, and the tool's twist per constant, coefficient, mass: the total derivative.
 
     Args:
         columns: Elements of the full chain whose constants vary, P of them.
         coefficients: Names of the coefficients that vary, C of them.
         values: Constants of the chain to use instead of the robot's own.
         effects: The robot's effects with other coefficients, to use instead.
-        weights: Masses to use instead of the robot's own, which vary: W numbers, as in `Robot.inertia`.
+        weights: Masses and gravity to use instead of the robot's own.
+        varying: Which of them vary: places in `Robot.inertia`, and behind it the two angles of gravity; all
+            of the former if None.
         part: Elements between the first frame and the one that is watched in place of the tool, if not all.
 
     Returns:
@@ -117,23 +120,26 @@ def effect_columns(
     chain = robot.chain if values is None else robot.chain.with_values(values)
     effects = robot.effects if effects is None else effects
     laws = _laws(chain, motion, effects, loaded=False)
-    bent = _fixed_point(robot, chain, motion, effects, laws, weights)
-    laws |= _laws(chain, motion, effects, loaded=True, wrenches=bent.wrenches)
+    deflected = _fixed_point(robot, chain, motion, effects, laws, weights)
+    laws |= _laws(chain, motion, effects, loaded=True, wrenches=deflected.wrenches)
     places = [chain.indices(e.elements(chain)) for e in effects]
     moved = np.unique(np.concatenate(places))
     union, where = np.unique(np.concatenate([columns, moved]), return_inverse=True)
-    poses, twists = chains.twists(chain, motion.q, union, shift=bent.shift, part=part)
+    poses, twists = chains.twists(chain, motion.q, union, shift=deflected.shift, part=part)
     rows = [np.searchsorted(moved, p) for p in places]
-    gain, change = _loads(robot, chain, motion, bent, effects, union, rows, weights)
+    gain, change = _loads(robot, chain, motion, deflected, effects, union, rows, weights)
     own = _chosen(effects, laws, rows, coefficients)
     if weights is not None:
-        own = np.concatenate([own, _by_inertia(robot, chain, motion, bent, effects, gain, weights)], axis=2)
+        which = np.arange(4 * len(weights.mass)) if varying is None else varying
+        own = np.concatenate(
+            [own, _by_inertia(robot, chain, motion, deflected, effects, gain, weights, which)], axis=2
+        )
     out = np.empty((len(motion), 6, len(columns) + own.shape[2]))
     _total(
         twists,
         change,
         gain,
-        _growth(chain, motion, bent, effects, columns, rows),
+        _growth(chain, motion, deflected, effects, columns, rows),
         own,
         where[: len(columns)],
         where[len(columns) :],
@@ -146,13 +152,12 @@ def law_sizes(robot: Robot, motion: Motion, coefficients: Sequence[str]) -> dict
     """Largest change of any element over the rows per unit of some coefficients [rad or m per unit]."""
     laws = _laws(robot.chain, motion, robot.effects, loaded=False)
     if any(e.loads for e in robot.effects):
-        bent = deflect(robot, motion)
-        laws |= _laws(robot.chain, motion, robot.effects, loaded=True, wrenches=bent.wrenches)
-    sizes = {
-        name: float(np.abs(laws[i][:, :, k]).max(initial=0.0))
-        for i, effect in enumerate(robot.effects)
-        for k, name in enumerate(effect.names)
-    }
+        deflected = deflect(robot, motion)
+        laws |= _laws(robot.chain, motion, robot.effects, loaded=True, wrenches=deflected.wrenches)
+    sizes: dict[str, float] = {}
+    for i, effect in enumerate(robot.effects):
+        most = np.maximum(laws[i].max((0, 1), initial=0.0), -laws[i].min((0, 1), initial=0.0))
+        sizes |= dict(zip(effect.names, most.tolist(), strict=True))
     return {name: sizes[name] for name in coefficients}
 
 
@@ -177,20 +182,20 @@ def _fixed_point(
     laws: dict[int, np.ndarray],
     weights: Masses | None,
 ) -> Deflection:
-    """The bent arm, from the laws of the effects that need no wrenches."""
+    """The deflected arm, from the laws of the effects that need no wrenches."""
     robot.check_joints(motion.q)
     fixed = np.zeros((len(motion), len(chain.elements)))
     for i, law in laws.items():
         _add(fixed, chain.indices(effects[i].elements(chain)), effects[i], law)
-    bent = [e for e in effects if e.loads]
-    if not bent or not len(motion):
+    deflected = [e for e in effects if e.loads]
+    if not deflected or not len(motion):
         return Deflection(fixed, NO_WRENCHES)
-    _check_loads(robot, motion, bent)
+    _check_loads(robot, motion, deflected)
     if robot.has_masses:
-        return _deflected(robot, chain, motion, bent, fixed, weights)
+        return _deflected(robot, chain, motion, deflected, fixed, weights)
     measured = np.full((*motion.q.shape, 6), np.nan)
     measured[:, np.arange(robot.dof), own_axis(robot)] = motion.torque
-    for effect in bent:
+    for effect in deflected:
         places = chain.indices(effect.elements(chain))
         _add(fixed, places, effect, effect.law(chain, motion, measured))
     return Deflection(fixed, measured)
@@ -200,12 +205,12 @@ def _deflected(
     robot: Robot,
     chain: Chain,
     motion: Motion,
-    bent: Sequence[AbstractEffect],
+    deflected: Sequence[AbstractEffect],
     fixed: np.ndarray,
     weights: Masses | None,
 ) -> Deflection:
     """Rounds of the fixed point, each over the rows that the last one still moved."""
-    elements = [chain.indices(e.elements(chain)) for e in bent]
+    elements = [chain.indices(e.elements(chain)) for e in deflected]
     moved = np.unique(np.concatenate(elements))
     places = [np.searchsorted(moved, mine) for mine in elements]
     shift, wrenches = fixed.copy(), np.empty((*motion.q.shape, 6))
@@ -213,7 +218,7 @@ def _deflected(
     for _ in range(ROUNDS):
         loads = motion_wrenches(robot, motion, values=chain.values, shift=now, weights=weights)
         new = start.copy()
-        for effect, mine in zip(bent, places, strict=True):
+        for effect, mine in zip(deflected, places, strict=True):
             _add(new, mine, effect, effect.law(chain, motion, loads))
         open_rows = np.abs(new - now[:, moved]).max(1) >= TOLERANCE
         now[:, moved] = new
@@ -228,20 +233,20 @@ def _deflected(
     return Deflection(shift, wrenches)
 
 
-def _check_loads(robot: Robot, motion: Motion, bent: Sequence[AbstractEffect]) -> None:
+def _check_loads(robot: Robot, motion: Motion, deflected: Sequence[AbstractEffect]) -> None:
     """Refuse an arm whose moments can't be known."""
     if robot.has_masses:
         if motion.payload is not None:
-            motion.need("payload", bent[0].name)
+            motion.need("payload", deflected[0].name)
         return
     unknown = next(j.name for j in robot.moving if j.mass is None)
     remedy = f"{unknown} of robot '{robot.name}' has no mass; add 'mass' [kg] and 'com' [m] to its [[joint]]"
-    if all(e.loads is Loads.OWN for e in bent):
+    if all(e.loads is Loads.OWN for e in deflected):
         if motion.torque is not None:
-            motion.need("torque", bent[0].name)
+            motion.need("torque", deflected[0].name)
             return
         remedy += ", or the columns torque1[N*m], torque2[N*m] … to the data"
-    worst = max(bent, key=lambda e: e.loads)
+    worst = max(deflected, key=lambda e: e.loads)
     raise DataError(f"effect '{worst.name}' needs the moments of the joints, but {remedy}")
 
 
@@ -263,10 +268,10 @@ def _chosen(effects, laws, rows, coefficients) -> np.ndarray:
     return out
 
 
-def _growth(chain, motion, bent, effects, columns, rows) -> np.ndarray:
+def _growth(chain, motion, deflected, effects, columns, rows) -> np.ndarray:
     """Derivative of the moved elements' increments in P constants at given wrenches; no rows if all are 0."""
     size = 1 + max(int(r.max()) for r in rows)
-    parts = [e.growth(chain, motion, bent.wrenches, columns) for e in effects]
+    parts = [e.growth(chain, motion, deflected.wrenches, columns) for e in effects]
     out = np.zeros((0 if all(p is None for p in parts) else len(motion), size, len(columns)))
     for part, mine in zip(parts, rows, strict=True):
         if part is not None:
@@ -274,7 +279,7 @@ def _growth(chain, motion, bent, effects, columns, rows) -> np.ndarray:
     return out
 
 
-def _loads(robot, chain, motion, bent, effects, union, rows, weights) -> tuple[np.ndarray, np.ndarray]:
+def _loads(robot, chain, motion, deflected, effects, union, rows, weights) -> tuple[np.ndarray, np.ndarray]:
     """Derivative of the moved elements' increments in M wrench components, and of those in the union."""
     size = 1 + max(int(r.max()) for r in rows)
     asked = [e.components(chain) for e in effects]
@@ -285,7 +290,7 @@ def _loads(robot, chain, motion, bent, effects, union, rows, weights) -> tuple[n
     start = 0
     for effect, mine, own in zip(effects, rows, asked, strict=True):
         if len(own):
-            gain[:, mine, start : start + len(own)] = effect.slope(chain, motion, bent.wrenches)
+            gain[:, mine, start : start + len(own)] = effect.slope(chain, motion, deflected.wrenches)
             start += len(own)
     change = wrench_derivative(
         robot,
@@ -295,18 +300,18 @@ def _loads(robot, chain, motion, bent, effects, union, rows, weights) -> tuple[n
         payload=motion.payload,
         wrench=motion.wrench,
         values=chain.values,
-        shift=bent.shift,
+        shift=deflected.shift,
         weights=weights,
     )
     return gain, change
 
 
-def _by_inertia(robot, chain, motion, bent, effects, gain, weights) -> np.ndarray:
-    """Derivative of the moved elements' increments in the links' masses and centres, (rows, E, W)."""
+def _by_inertia(robot, chain, motion, deflected, effects, gain, weights, varying) -> np.ndarray:
+    """Derivative of the moved elements' increments in masses, centres, angles of gravity, (rows, E, W)."""
     components = np.concatenate([e.components(chain) for e in effects])
     if not gain.shape[2]:
-        return np.zeros((len(motion), gain.shape[1], 4 * len(weights.mass)))
-    known = inertia_regressor(robot, motion, weights, values=chain.values, shift=bent.shift)
+        return np.zeros((len(motion), gain.shape[1], len(varying)))
+    known = load_regressor(robot, motion, weights, varying, values=chain.values, shift=deflected.shift)
     return gain @ known[:, components[:, 0], components[:, 1]]
 
 

@@ -2,9 +2,9 @@
 
     η_i = (moment about the axis, moments about the two axes across it)
 
-of the wrenches through the bent arm's joints (`wrenches`, recursive Newton–Euler), in the axes of the frame
-right before each drive, which stand on the earlier link. They are what holds the later link: minus the loads
-of Katana eqs. (4.21) and (5.14). Links are point masses, so that N_i of (5.14) is nil.
+of the wrenches through the deflected arm's joints (`wrenches`, recursive Newton–Euler), in the axes of the
+frame right before each drive, which stand on the earlier link. They are what holds the later link: minus the
+loads of Katana eqs. (4.21) and (5.14). Links are point masses, so that N_i of (5.14) is nil.
 """
 
 from dataclasses import dataclass
@@ -40,7 +40,7 @@ class JointMoments:
 
 
 def joint_moments(robot: Robot, motion: Motion) -> JointMoments:
-    """Moments at every joint of an arm, bent by its effects.
+    """Moments at every joint of an arm, deflected by its effects.
 
     Args:
         motion: Joint positions; velocities, accelerations, payload and wrench at the tool where known.

@@ -11,9 +11,9 @@ component about (along) the joint's axis is the holding torque (force) of the dr
 load: minus the moment of Katana eq. (4.21), which the weight exerts.
 
 Written by hand beside pinocchio's `rnea`, which the tests compare it with, because a model there is a fixed
-tree of joints with rigid links between them. Here every element of the chain, joint or constant, may be bent
-by effects, differently in every row and anew in every step of a fit; and the wrenches are wanted at the mount
-before a loose bearing's tilts, for which pinocchio would need joints that the arm has not.
+tree of joints with rigid links between them. Here every element of the chain, joint or constant, may be
+deflected by effects, differently in every row and anew in every step of a fit; and the wrenches are wanted at
+the mount before a loose bearing's tilts, for which pinocchio would need joints that the arm has not.
 
 Links are point masses at their centres of mass; a payload is one in the tool frame. A wrench that pulls at
 the tool from outside adds its negative to every joint's.
@@ -29,6 +29,7 @@ from numba import njit
 
 from workbench.arm.chain import NO_SHIFT, _advance
 from workbench.arm.effects.axes import Insertion
+from workbench.arm.gravity import level_axes
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import RobotError
@@ -45,21 +46,23 @@ class Masses:
         after: Element of the full chain after which each link frame lies, never decreasing.
         mass: Mass of each link [kg].
         com: Centre of mass in its link frame [m].
+        gravity: What makes them weigh [m/s²], in the frame after the base.
     """
 
     after: Int[np.ndarray, " links"]
     mass: Float[np.ndarray, " links"]
     com: Float[np.ndarray, "links 3"]
+    gravity: Vector3
 
     def __post_init__(self) -> None:
         # one kind of array: the compiled loops are compiled once more for each
-        for name in ("after", "mass", "com"):
+        for name in ("after", "mass", "com", "gravity"):
             object.__setattr__(self, name, frozen(getattr(self, name)))
 
     def with_values(self, values: Float[np.ndarray, " links4"]) -> "Masses":
         """The same links with other masses and centres, in the order of `Robot.inertia`."""
         table = np.array(values, float).reshape(-1, 4)
-        return Masses(self.after, table[:, 0], table[:, 1:])
+        return replace(self, mass=table[:, 0], com=table[:, 1:])
 
 
 @lru_cache(maxsize=16)
@@ -77,7 +80,7 @@ def masses(robot: Robot) -> Masses:
             )
     ends = [a for a, joint in zip(robot.chain_ends, robot.joints, strict=True) if joint.mass]
     table = np.array([*robot.inertia.values()], float).reshape(-1, 4)
-    return Masses(np.array(ends, np.int64), table[:, 0], table[:, 1:])
+    return Masses(np.array(ends, np.int64), table[:, 0], table[:, 1:], np.array(robot.gravity, float))
 
 
 @lru_cache(maxsize=16)
@@ -141,7 +144,7 @@ def inertia_regressor(
     steps = np.concatenate([np.zeros((1, 3)), np.eye(3), -np.eye(3)])
     points = weights.com[:, None] + steps
     mass = np.concatenate([np.ones((len(points), 1)), np.tile(weights.mass[:, None], 6)], axis=1)
-    parts = Masses(np.repeat(weights.after, len(steps)), mass.ravel(), points.reshape(-1, 3))
+    parts = Masses(np.repeat(weights.after, len(steps)), mass.ravel(), points.reshape(-1, 3), weights.gravity)
     bare = replace(motion, payload=None, wrench=None)
     found = _summed(robot, bare, parts, apart=True, values=values, shift=shift)
     table = found.reshape(len(motion), len(points), len(steps), robot.dof, 6)
@@ -150,6 +153,51 @@ def inertia_regressor(
         len(motion), 4 * len(points), robot.dof, 6
     )
     return np.moveaxis(out, 1, 3)
+
+
+def load_regressor(
+    robot: Robot,
+    motion: Motion,
+    weights: Masses,
+    varying: Int[np.ndarray, " w"],
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+) -> Float[np.ndarray, "rows n 6 w"]:
+    """Derivative of `motion_wrenches` in masses and centres, and in the angles of gravity.
+
+    Args:
+        varying: Which columns are wanted, in increasing order: places in `Robot.inertia`, and the two behind.
+    """
+    size = 4 * len(weights.mass)
+    parts = [np.zeros((len(motion), robot.dof, 6, 0))]
+    if (varying < size).any():
+        known = inertia_regressor(robot, motion, weights, values=values, shift=shift)
+        parts.append(known[..., varying[varying < size]])
+    if (varying >= size).any():
+        turned = gravity_regressor(robot, motion, weights, values=values, shift=shift)
+        parts.append(turned[..., varying[varying >= size] - size])
+    return np.concatenate(parts, axis=3)
+
+
+def gravity_regressor(
+    robot: Robot,
+    motion: Motion,
+    weights: Masses,
+    *,
+    values: Float[np.ndarray, " k"] | None = None,
+    shift: Float[np.ndarray, "_ _"] = NO_SHIFT,
+) -> Float[np.ndarray, "rows n 6 2"]:
+    """Derivative of `motion_wrenches` in the two angles of gravity (`arm/gravity.py`): it is linear in g."""
+    still = replace(motion, wrench=None, velocity=None, acceleration=None)
+    axes = level_axes(weights.gravity)[:2]
+    parts = [
+        _summed(
+            robot, still, replace(weights, gravity=np.cross(a, weights.gravity)), values=values, shift=shift
+        )
+        for a in axes
+    ]
+    return np.stack([p[:, 0] for p in parts], axis=-1)
 
 
 def _summed(
@@ -168,7 +216,7 @@ def _summed(
     for rows, source in ((velocity, "joint velocities"), (acceleration, "joint accelerations")):
         if rows is not None:
             robot.check_joints(rows, source)
-    if np.count_nonzero(robot.chain.drivers >= 0) != robot.dof:
+    if np.count_nonzero(robot.chain.drivers >= 0) - len(robot.chain.followers) != robot.dof:
         raise RobotError(f"a joint of robot '{robot.name}' drives several elements; let each drive one")
     moving = velocity is not None or acceleration is not None
     zeros = np.zeros(q.shape) if moving else NO_SHIFT
@@ -184,10 +232,15 @@ def _summed(
         apart,
         weights.mass,
         weights.com,
-        np.array(robot.gravity, float),
-        frozen(np.asarray(q, float)),
-        frozen(zeros if velocity is None else np.asarray(velocity, float)),
-        frozen(zeros if acceleration is None else np.asarray(acceleration, float)),
+        weights.gravity,
+        *(
+            frozen(robot.chain.positions(np.asarray(rows, float)))
+            for rows in (
+                q,
+                zeros if velocity is None else velocity,
+                zeros if acceleration is None else acceleration,
+            )
+        ),
         frozen(np.zeros(0) if motion.payload is None else np.asarray(motion.payload, float)),
         frozen(np.zeros(3) if payload_com is None else np.asarray(payload_com, float)),
         frozen(NO_PULL if motion.wrench is None else np.asarray(motion.wrench, float)),
@@ -285,7 +338,7 @@ def _wrenches(
 ):  # fmt: skip
     moving = velocity.shape[0] > 0
     shifted = shift.shape[0] > 0
-    n = q.shape[1]
+    n = mount.shape[0]
     mounted = np.full(axes.shape[0], -1)
     for joint in range(n):
         mounted[mount[joint]] = joint

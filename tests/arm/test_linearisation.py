@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.identification_jacobian import Linearisation, linearise
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError, ShapeError
 

@@ -1,0 +1,166 @@
+"""Mimic joints of a URDF: poses, derivatives, loads, files and fits against plain matrices."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from checks import check_jacobian, pose_change
+from generator import move, turn
+
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.joint_frames import joint_frames
+from workbench.arm.kinematics.forward import geometric_jacobian, sensitivity, tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.arm.statics.wrenches import motion_wrenches, own_axis
+from workbench.arm.urdf import read_urdf, write_urdf
+from workbench.base.errors import FileError, RobotError
+from workbench.base.types import Freedom
+from workbench.data.dataset import Dataset
+from workbench.identification.identify import identify
+
+LINK = '<link name="{}"><inertial><origin xyz="0.1 0.02 0.03"/><mass value="{}"/></inertial></link>'
+JOINT = (
+    '<joint name="{}" type="revolute"><parent link="{}"/><child link="{}"/><origin xyz="{}"/>'
+    '<axis xyz="{}"/><limit lower="-2" upper="2" effort="9" velocity="1"/>{}</joint>'
+)
+RATIO, OFFSET = -0.7, 0.2
+MIMIC = f'<mimic joint="lower" multiplier="{RATIO}" offset="{OFFSET}"/>'
+TEXT = f"""<robot name="linkage"><link name="root"/>
+{LINK.format("a", 4)}{LINK.format("b", 3)}{LINK.format("c", 2)}{LINK.format("d", 1)}
+{JOINT.format("turn", "root", "a", "0 0 0.3", "0 0 1", "")}
+{JOINT.format("lower", "a", "b", "0.1 0 0.2", "0 1 0", "")}
+{JOINT.format("parallel", "b", "c", "0.4 0 0", "0 1 0", MIMIC)}
+{JOINT.format("upper", "c", "d", "0.05 0 0.1", "0 1 0", "")}
+<link name="tool"/><joint name="t" type="fixed"><parent link="d"/><child link="tool"/>
+<origin xyz="0.3 0.02 0"/></joint></robot>"""
+Q = np.random.default_rng(3).uniform(-1.5, 1.5, (40, 3))
+
+
+@pytest.fixture
+def robot(tmp_path):
+    path = tmp_path / "linkage.urdf"
+    path.write_text(TEXT, encoding="utf-8")
+    return read_urdf(path)
+
+
+def frames(q):
+    """Frames of the links a, b, c, d and the tool, by matrices of their own."""
+    lower = q[1]
+    steps = [
+        move("z", 0.3) @ turn("z", q[0]),
+        move("x", 0.1) @ move("z", 0.2) @ turn("y", lower),
+        move("x", 0.4) @ turn("y", RATIO * lower + OFFSET),
+        move("x", 0.05) @ move("z", 0.1) @ turn("y", q[2]),
+        move("x", 0.3) @ move("y", 0.02),
+    ]
+    out = [steps[0]]
+    for step in steps[1:]:
+        out.append(out[-1] @ step)
+    return out
+
+
+def test_a_follower_moves_with_its_joint(robot):
+    assert robot.dof == 3
+    np.testing.assert_allclose(tool_poses(robot, Motion(Q)), [frames(q)[-1] for q in Q], atol=1e-14)
+    assert any("follows 'lower'" in note for note in robot.notes)
+
+
+def test_derivatives_by_joints_and_constants(robot):
+    q = Q[0]
+    check_jacobian(
+        lambda x: tool_poses(robot, Motion(x[None]))[0],
+        geometric_jacobian(robot, q[None])[0],
+        q,
+        difference=pose_change,
+    )
+    names = robot.default_free
+    assert "mimic1.pitch" in names or any(n.startswith("fixed1.") for n in names)
+    check_jacobian(
+        lambda x: tool_poses(robot.with_values(dict(zip(names, x.tolist(), strict=True))), Motion(q[None]))[
+            0
+        ],
+        sensitivity(robot, Motion(q[None]))[1][0],
+        np.zeros(len(names)),
+        difference=pose_change,
+    )
+
+
+def test_holding_moments_carry_the_bodies_behind_a_follower(robot):
+    """Moments about the joints' axes against sums over point masses."""
+    found = np.take_along_axis(
+        motion_wrenches(robot, Motion(Q)), np.tile(own_axis(robot)[None, :, None], (len(Q), 1, 1)), axis=2
+    )[..., 0]
+    for q, moments in zip(Q, found, strict=True):
+        at = frames(q)
+        centres = [f[:3] @ [0.1, 0.02, 0.03, 1.0] for f in at[:4]]
+        for joint, (frame, axis) in enumerate(((0, 2), (1, 1), (3, 1))):
+            total = sum(
+                np.cross(c - at[frame][:3, 3], [0, 0, 9.81 * m])
+                for c, m in list(zip(centres, (4, 3, 2, 1), strict=True))[frame:]
+            )
+            assert moments[joint] == pytest.approx(total @ at[frame][:3, axis], abs=1e-11)
+
+
+def test_deflections_of_such_an_arm_have_the_right_derivative(robot):
+    soft = robot.with_effects(JointCompliance((1, 2), (2e-4, 5e-4)))
+    names = (*robot.default_free, *soft.coefficients)
+    start = np.array([*np.zeros(len(robot.default_free)), *soft.coefficients.values()])
+    check_jacobian(
+        lambda x: tool_poses(soft.with_values(dict(zip(names, x.tolist(), strict=True))), Motion(Q[:3])),
+        sensitivity(soft, Motion(Q[:3]), names)[1],
+        start,
+        difference=pose_change,
+        tolerance=1e-6,
+    )
+
+
+@pytest.mark.parametrize("ending", ["toml", "urdf"])
+def test_files_keep_the_follower(robot, ending, tmp_path):
+    moved = robot.with_values({"fixed1.pitch": 0.01, "joint2.x": 0.002})
+    path = tmp_path / f"copy.{ending}"
+    (write_toml if ending == "toml" else write_urdf)(moved, path)
+    back = (read_toml if ending == "toml" else read_urdf)(path)
+    np.testing.assert_allclose(tool_poses(back, Motion(Q)), tool_poses(moved, Motion(Q)), atol=1e-12)
+    np.testing.assert_allclose(motion_wrenches(back, Motion(Q)), motion_wrenches(moved, Motion(Q)), atol=1e-9)
+    if ending == "toml":
+        write_urdf(back, tmp_path / "frames.urdf")
+        plain = read_urdf(tmp_path / "frames.urdf")
+        np.testing.assert_allclose(tool_poses(plain, Motion(Q)), tool_poses(moved, Motion(Q)), atol=1e-12)
+
+
+def test_such_an_arm_is_calibrated(robot):
+    rng = np.random.default_rng(8)
+    q = rng.uniform(-1.8, 1.8, (120, 3))
+    names = robot.default_free
+    actual = robot.with_values(dict(zip(names, rng.normal(0.0, 1e-3, len(names)).tolist(), strict=True)))
+    position = tool_poses(actual, Motion(q))[:, :3, 3] + rng.normal(0.0, 2e-5, (len(q), 3))
+    known = replace(robot, base=replace(robot.base, free=Freedom.FIXED))
+    found = identify(known, Dataset(q=q, position=position))
+    assert found.best.held_out.position_mm.mean < 0.06
+
+
+def test_what_a_follower_follows_must_move_before_it(tmp_path):
+    path = tmp_path / "strange.urdf"
+    path.write_text(TEXT.replace('mimic joint="lower"', 'mimic joint="upper"'), encoding="utf-8")
+    with pytest.raises(FileError):
+        read_urdf(path)
+
+
+def test_forms_without_followers_refuse_them(robot):
+    with pytest.raises(RobotError):
+        joint_frames(robot)
+
+
+def test_bodies_beside_the_chain_weigh(tmp_path):
+    """Two tools on one flange: the chain ends there, and their masses hang on the last link."""
+    hand = LINK.format("hand", 0.5) + (
+        '<joint name="h" type="fixed"><parent link="d"/><child link="hand"/><origin xyz="0 0 0.1"/></joint>'
+    )
+    path = tmp_path / "tools.urdf"
+    path.write_text(TEXT.replace("</robot>", hand + "</robot>"), encoding="utf-8")
+    robot = read_urdf(path)
+    last = robot.moving[-1]
+    assert last.mass == pytest.approx(1.5)
+    np.testing.assert_allclose(last.com, np.array([0.15, 0.03, 0.045 + 0.05]) / 1.5)
+    assert any("0.5 kg" in note for note in robot.notes)

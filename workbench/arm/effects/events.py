@@ -1,0 +1,301 @@
+"""Events: what happened while the rows were measured, such as a knock at the tripod or a joint that warms up.
+
+    Δv = −c w(t),      w = 1 before a step and 0 from it on; e^(−(t − t₀)/τ) of a warm-up
+
+for elements of the base (the measuring frame), of the tool, or of a joint's drive; t is the time, or the
+row in its file where no times are known, and c [rad, m] by how much the value changed in the end. Constants
+are those of the arm afterwards: an arm that is saved needs no events, and poses that no file holds have none.
+"""
+
+from abc import abstractmethod
+from dataclasses import dataclass, replace
+from typing import ClassVar, final
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.arm.chain import Chain
+from workbench.arm.effects.axes import Insertion, driven_names, turns
+from workbench.arm.effects.effect import AbstractEffect
+from workbench.arm.effects.plots import view_of_element
+from workbench.arm.motion import Motion
+from workbench.base.columns import COLUMNS
+from workbench.base.wording import plural
+from workbench.report.numbers import readable, with_error
+
+PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
+OVER = 3.0
+"""Time constants after which an arm counts as warm."""
+NEVER = 2**62
+"""Row of an event that never happened: all rows lie before it."""
+EXAMPLE = 30
+"""Rows before an event that a virtual arm is given."""
+
+
+@dataclass(frozen=True)
+class AbstractEvent(AbstractEffect):
+    """An event.
+
+    Args:
+        row: Data row of the file that is the first one after it.
+        time_s: Time of that row [s].
+        is_timed: Whether times decide which rows lie before it, rather than their order in the file.
+    """
+
+    row: int = 0
+    time_s: float = 0.0
+    is_timed: bool = False
+    is_event = True
+    moves_arm = False
+    is_step: ClassVar[bool] = False
+    credible = (0.05, 0.05)
+    """A tripod or a tool that moved farther than 50 mm or 50 mrad was set up anew."""
+
+    @classmethod
+    def offers(cls, arm, motion):
+        """None: where to try events, a search over the rows finds out."""
+        return iter(())
+
+    @classmethod
+    def example(cls, arm, joint, rng):
+        """Behind the first `EXAMPLE` rows, along and about directions that chance chooses."""
+        one = cls(() if cls.whole_arm else (joint,), row=EXAMPLE)
+        size = rng.normal(size=len(one.names))
+        return replace(one, coefficients=tuple((size / np.abs(size).max()).tolist()))
+
+    def clock(self, motion: Motion) -> Float[np.ndarray, " rows"] | None:
+        """What it counts rows by [s, or rows]; None where that is unknown."""
+        known = motion.time if self.is_timed and motion.row is not None else motion.row
+        return None if known is None else np.asarray(known, float)
+
+    @property
+    def moment(self) -> float:
+        """When it happened, by that clock."""
+        return self.time_s if self.is_timed else float(self.row)
+
+    def is_over(self, motion: Motion) -> Bool[np.ndarray, " rows"]:
+        """Rows from it on; all of them where nothing says when they were measured."""
+        clock = self.clock(motion)
+        return np.ones(len(motion), bool) if clock is None else clock >= self.moment
+
+    @abstractmethod
+    def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
+        """How much of the change was still to come at some readings of that clock."""
+
+    @abstractmethod
+    def when(self, motion: Motion) -> str:
+        """Between which rows it happened, or how fast."""
+
+    @abstractmethod
+    def remedy(self, motion: Motion) -> str:
+        """What to do about it."""
+
+    @property
+    def mark(self) -> str:
+        """What it is and where, in a picture: `tool-step at row 60`."""
+        return f"{self.label} {'at' if self.is_step else 'until'} row {self.row}"
+
+    @property
+    @abstractmethod
+    def what(self) -> str:
+        """Subject and verb of its sentence."""
+
+    def law(self, chain, motion, wrenches):
+        clock, size = self.clock(motion), len(self.elements(chain))
+        weight = np.zeros(len(motion)) if clock is None else self.weight(clock)
+        return -weight[:, None, None] * np.eye(size)
+
+    def stated(self, chain: Chain, motion: Motion, std: Float[np.ndarray, " c"]) -> str:
+        """Its sentence with the standard errors of its coefficients [SI]."""
+        size = " and ".join(self._sizes(chain, std))
+        return f"{self.what} by {size} {self.when(motion)}; {self.remedy(motion)}"
+
+    def sentence(self, chain, motion):
+        return self.stated(chain, motion, np.full(len(self.names), np.nan))
+
+    def _sizes(self, chain: Chain, std: np.ndarray) -> list[str]:
+        """Lengths of its translation and of its rotation, with standard errors."""
+        values, units = np.array(self.coefficients), np.array(self.units(chain))
+        out = []
+        for unit in ("m", "rad"):
+            mine = units == unit
+            size = float(np.linalg.norm(values[mine]))
+            if mine.any() and size > 0.0:
+                error = float(np.sqrt(((values[mine] / size * std[mine]) ** 2).sum()))
+                if not size < error:
+                    out.append(f"{with_error(1e3 * size, 1e3 * error)} {'mm' if unit == 'm' else 'mrad'}")
+        return out or [readable(float(np.abs(values).max()), str(units[0]))]
+
+    def views(self, state):
+        clock = self.clock(state.motion)
+        time = COLUMNS["time"]
+        words, size = (time.label, time.shown[1]) if self.is_timed else ("row of the file", 1.0)
+        x = np.zeros(len(state.motion)) if clock is None else size * clock
+        units = self.units(state.chain)
+        return tuple(
+            view_of_element(
+                self, state, k, what=f"{name} [{'mm' if units[k] == 'm' else 'mrad'}]", driver=words, x=x
+            )
+            for k, name in enumerate(self.names)
+        )
+
+
+def _rows(rows: np.ndarray) -> str:
+    """`rows 62–119`, or how many and from which one on where they don't follow each other in the file."""
+    low, high = (int(rows.min()), int(rows.max())) if len(rows) else (0, 0)
+    if low == high:
+        return f"row {low}"
+    spread = high - low + 1
+    if spread <= 2 * len(rows):
+        return f"rows {low}–{high}"
+    return f"the {plural(len(rows), 'row')} measured from row {rows[0]} to row {rows[-1]}"
+
+
+@dataclass(frozen=True)
+class AbstractStep(AbstractEvent):
+    """An event between two rows."""
+
+    is_step = True
+
+    def weight(self, clock):
+        return (clock < self.moment).astype(float)
+
+    def when(self, motion):
+        before, after = self._sides(motion)
+        if not len(before) or not len(after):
+            return f"at row {self.row}"
+        at = f" (at {self.time_s / 60.0:.3g} min)" if self.is_timed else ""
+        return f"between rows {before[-1]} and {after[0]}{at}"
+
+    def _sides(self, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+        """Numbers of the rows before and after it, in the order in which they were measured."""
+        clock = self.clock(motion)
+        if clock is None or motion.row is None:
+            return np.zeros(0, np.int64), np.zeros(0, np.int64)
+        order = np.argsort(clock, kind="stable")
+        is_after = clock[order] >= self.moment
+        return motion.row[order][~is_after], motion.row[order][is_after]
+
+    def remedy(self, motion):
+        before, after = self._sides(motion)
+        if self.joints:  # no session has a joint of its own
+            return f"re-measure {_rows(before)}, or leave them out"
+        return f"re-measure {_rows(after)}, or fit them as a second session"
+
+
+@final
+@dataclass(frozen=True)
+class FrameStep(AbstractStep):
+    """The measuring frame, seen from the arm's base, moved once: six coefficients."""
+
+    name = "frame-step"
+    insertion = Insertion.DRIFT
+    whole_arm = True
+    what = "The instrument or the base was knocked, the measuring frame stepped"
+
+    @property
+    def names(self):
+        return tuple(f"frame_step{self.row}.{part}" for part in PARTS)
+
+    def units(self, chain):
+        return ("m",) * 3 + ("rad",) * 3
+
+    def elements(self, chain):
+        return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
+
+
+@final
+@dataclass(frozen=True)
+class ToolStep(AbstractStep):
+    """The tool, or the reflector on it, slipped once.
+
+    Args:
+        turns: Whether its orientation was seen too: six coefficients in place of three.
+    """
+
+    turns: bool = False
+    name = "tool-step"
+    insertion = Insertion.SLIP
+    whole_arm = True
+    what = "The tool or the reflector slipped"
+
+    @property
+    def names(self):
+        return tuple(f"tool_step{self.row}.{part}" for part in PARTS[: 6 if self.turns else 3])
+
+    def units(self, chain):
+        return (("m",) * 3 + ("rad",) * 3)[: len(self.names)]
+
+    def elements(self, chain):
+        return tuple(
+            f"tool.{part if k < 3 else 'slip_' + part}" for k, part in enumerate(PARTS[: len(self.names)])
+        )
+
+
+@final
+@dataclass(frozen=True)
+class ZeroStep(AbstractStep):
+    """The zero of a joint stepped: one coefficient."""
+
+    name = "zero-step"
+
+    @property
+    def names(self):
+        return tuple(f"joint{j + 1}.zero_step{self.row}" for j in self.joints)
+
+    @property
+    def what(self):
+        return f"The zero of {self.where.lower()} stepped"
+
+
+@final
+@dataclass(frozen=True)
+class WarmUp(AbstractEvent):
+    """A joint's zero, or the measuring frame where no joint is named, moves until it is warm.
+
+    Args:
+        row: The first row when it was warm, after three time constants.
+        begin: When it was cold, by its clock [s, or rows].
+        pace: Time constant τ [s, or rows].
+    """
+
+    begin: float = 0.0
+    pace: float = 600.0
+    name = "warm-up"
+    insertion = Insertion.DRIFT
+
+    @property
+    def names(self):
+        tail = f"{self.pace:.4g}".replace(".", "_").replace("+", "")
+        if not self.joints:
+            return tuple(f"warm_up{tail}.{part}" for part in PARTS)
+        return tuple(f"joint{j + 1}.warm_up{tail}" for j in self.joints)
+
+    def units(self, chain):
+        if not self.joints:
+            return ("m",) * 3 + ("rad",) * 3
+        return tuple("rad" if turns(chain, j) else "m" for j in self.joints)
+
+    def elements(self, chain):
+        if self.joints:
+            return driven_names(chain, self.joints)
+        return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
+
+    def weight(self, clock):
+        return np.exp(-np.maximum(clock - self.begin, 0.0) / self.pace)
+
+    def when(self, motion):
+        if self.is_timed:
+            return f"with a time constant of {self.pace / 60.0:.2g} min"
+        return f"with a time constant of {self.pace:.2g} rows"
+
+    def remedy(self, motion):
+        return f"measure when it is warm, or leave out the rows before row {self.row}"
+
+    @property
+    def what(self):
+        return (
+            f"{self.where} warmed up, its zero moved"
+            if self.joints
+            else "The measuring frame moved as it warmed up,"
+        )

@@ -1,0 +1,107 @@
+"""A slide that is softer, and looser, the farther it is extended: a lift, a telescope, a linear axis.
+
+    (Δv_1, Δv_2) = −c s (τ_1, τ_2)                       compliance, c [rad/(N m m)]
+    (Δv_1, Δv_2) = −c s (τ_1, τ_2) / |(τ_1, τ_2)|        play, c half of its angle per length [rad/m]
+
+about the two axes across the slide, right behind what it drives; s = q − q_0 is its extension, q_0 where it
+is retracted, and τ the moment that holds what it carries. A column of length s bends by s M/(E I) under a
+moment M, and guides with less overlap let go by more. What does not grow is `link-flexure`,
+`bearing-compliance` and `clearance-tilt`.
+"""
+
+from dataclasses import dataclass
+from typing import final
+
+import numpy as np
+
+from workbench.arm.effects.axes import Insertion, across, blocks, paired, turns
+from workbench.arm.effects.clearance_tilt import direction_of
+from workbench.arm.effects.effect import AbstractEffect, moved_joints, offered
+from workbench.arm.effects.law import Loads
+from workbench.arm.motion import Motion
+
+
+def extension(joints: tuple[int, ...], retracted: float, motion: Motion) -> np.ndarray:
+    """How far joints are extended, (rows, joints) [m]."""
+    return motion.q[:, list(joints)] - retracted
+
+
+def sliding_joints(arm, motion: Motion) -> list[tuple[int, float]]:
+    """Joints that slide and moved, with where they are retracted [m]."""
+    low = arm.search_limits[:, 0]
+    return [(j, float(low[j])) for j in moved_joints(motion) if not turns(arm.chain, j)]
+
+
+@final
+@dataclass(frozen=True)
+class ExtensionCompliance(AbstractEffect):
+    """One coefficient a joint.
+
+    Args:
+        retracted: Position q_0 at which it does not give way [m].
+    """
+
+    retracted: float = 0.0
+    name = "extension-compliance"
+    loads = Loads.ALL
+    insertion = Insertion.BEND
+    credible = (0.02, 0.0)
+    """At the largest moment and extension of the rows, as of a bearing."""
+
+    def units(self, chain):
+        return ("rad/(N*m*m)",) * len(self.joints)
+
+    def law(self, chain, motion, wrenches):
+        reach = extension(self.joints, self.retracted, motion)[..., None]
+        return paired(-reach * across(chain, self.joints, wrenches))
+
+    def slope(self, chain, motion, wrenches):
+        soft = np.repeat(extension(self.joints, self.retracted, motion) * self.coefficients, 2, axis=1)
+        return -soft[:, :, None] * np.eye(soft.shape[1])
+
+    def sentence(self, chain, motion):
+        size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad/(N·m)"
+        return f"{self.where} tips by {size} under what it carries for every metre that it extends"
+
+    @classmethod
+    def offers(cls, arm, motion):
+        return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)
+
+
+@final
+@dataclass(frozen=True)
+class ExtensionClearance(AbstractEffect):
+    """One coefficient a joint.
+
+    Args:
+        retracted: Position q_0 at which it has no play [m].
+    """
+
+    retracted: float = 0.0
+    name = "extension-clearance"
+    loads = Loads.ALL
+    insertion = Insertion.BEND
+    has_play = True
+    credible = (0.02, 0.0)
+    """At the largest extension of the rows, as of a bearing."""
+
+    def units(self, chain):
+        return ("rad/m",) * len(self.joints)
+
+    def law(self, chain, motion, wrenches):
+        reach = extension(self.joints, self.retracted, motion)[..., None]
+        return paired(-reach * direction_of(across(chain, self.joints, wrenches))[0])
+
+    def slope(self, chain, motion, wrenches):
+        direction, size = direction_of(across(chain, self.joints, wrenches))
+        turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
+        loose = extension(self.joints, self.retracted, motion) * self.coefficients
+        return blocks(-turning * (loose[..., None] / size)[..., None])
+
+    def sentence(self, chain, motion):
+        size = f"{1e3 * max(map(abs, self.coefficients)):.3g} mrad"
+        return f"{self.where} has play of {size} to either side for every metre that it extends"
+
+    @classmethod
+    def offers(cls, arm, motion):
+        return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)

@@ -1,0 +1,79 @@
+"""Base and tool frames: constants of the chain that are singular nowhere.
+
+A frame is written as a translation, a constant rotation, and three small rotations about its own axes
+(`roll`, `pitch`, `yaw`, zero until identified).
+"""
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.chain import Axis, Element
+from workbench.base import se3
+from workbench.base.types import Freedom, Matrix3, Matrix4, Vector3, frozen
+
+BASE, TOOL = -1, -2
+"""Link numbers of the elements of the base and of the tool."""
+FRAME_PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
+"""The six constants of a frame, in the order of the chain."""
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """Pose of a frame, and whether it is to be identified.
+
+    Args:
+        xyz: Position [m].
+        rotation: Rotation matrix.
+        free: Fixed, free, or decided from the data.
+    """
+
+    xyz: Vector3 = field(default_factory=lambda: np.zeros(3))
+    rotation: Matrix3 = field(default_factory=lambda: np.eye(3))
+    free: Freedom = Freedom.FIXED
+
+    @classmethod
+    def from_pose(cls, pose: Matrix4, free: Freedom = Freedom.FIXED) -> "Frame":
+        """The frame at a 4×4 pose."""
+        return cls(frozen(pose[:3, 3].copy()), frozen(pose[:3, :3].copy()), free)
+
+    @cached_property
+    def pose(self) -> Matrix4:
+        """The 4×4 pose."""
+        return frozen(se3.pose(self.rotation, self.xyz))
+
+    @property
+    def rpy(self) -> Vector3:
+        """Roll, pitch, yaw [rad]."""
+        return se3.matrix_to_rpy(self.rotation)
+
+    def elements(self, name: str, link: int) -> tuple[Element, ...]:
+        """The frame as elements `name.x` … `name.yaw`."""
+        turn = se3.pose(self.rotation, np.zeros(3))
+        return (
+            *(
+                Element(Axis(Axis.TX + i), f"{name}.{part}", float(self.xyz[i]), link=link)
+                for i, part in enumerate(FRAME_PARTS[:3])
+            ),
+            Element(Axis.CONSTANT, f"{name}.rotation", link=link, matrix=frozen(turn)),
+            *(Element(Axis(i), f"{name}.{part}", link=link) for i, part in enumerate(FRAME_PARTS[3:])),
+        )
+
+    def moved(self, parts: Float[np.ndarray, "6"]) -> "Frame":
+        """The frame with position parts[:3] and turned by the small rotations parts[3:]."""
+        turn = np.eye(3)
+        for axis in range(3):
+            turn = turn @ se3.rotvec_to_matrix(np.eye(3)[axis] * parts[3 + axis])
+        return replace(self, xyz=frozen(np.array(parts[:3])), rotation=frozen(self.rotation @ turn))
+
+
+@dataclass(frozen=True, eq=False)
+class SessionFrames:
+    """Base and tool of one session of measurements, and gravity in its base if it stands in its own way."""
+
+    name: str
+    base: Frame
+    tool: Frame
+    gravity: Vector3 | None = None

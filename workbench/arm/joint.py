@@ -1,0 +1,73 @@
+"""A joint of an arm and the link after it: what is known of them apart from the geometry."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+
+import numpy as np
+
+from workbench.base.types import Vector3, frozen
+
+MASS_TOLERANCE, COM_TOLERANCE = 0.1, 0.015
+"""How well a file's masses (relative) and centres of mass [m] are known, where it does not say."""
+
+INERTIA = ("mass", "com_x", "com_y", "com_z")
+"""What is known of the weight of a link."""
+EXACT = 1e-6
+"""Least standard deviation of a mass [kg] or centre [m]."""
+
+
+class JointKind(StrEnum):
+    """What a joint does."""
+
+    REVOLUTE = "revolute"
+    PRISMATIC = "prismatic"
+    FIXED = "fixed"
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Joint:
+    """Data of one joint and the link after it, apart from the geometry.
+
+    Args:
+        name: `joint1` … for moving joints, `fixed1` … for the others.
+        kind: Revolute, prismatic or fixed.
+        limits: Least and greatest coordinate [rad or m]; infinite where there is none.
+        mass: Mass of the link [kg]; None if unknown.
+        com: Its centre of mass in the link frame [m].
+        mass_tolerance: Relative standard deviation of the mass.
+        com_tolerance: Standard deviation of the centre of mass, each axis [m].
+        max_moment: Greatest moment about the axis [N m].
+    """
+
+    name: str
+    kind: JointKind = JointKind.REVOLUTE
+    limits: tuple[float, float] = (-np.inf, np.inf)
+    mass: float | None = None
+    com: Vector3 = field(default_factory=lambda: np.zeros(3))
+    mass_tolerance: float = MASS_TOLERANCE
+    com_tolerance: float = COM_TOLERANCE
+    max_moment: float | None = None
+
+    @property
+    def inertia(self) -> dict[str, float]:
+        """Mass [kg] and centre of mass [m] of its link by name: `joint3.mass`, `joint3.com_x` …"""
+        return self._by_name(self.mass, *self.com) if self.mass else {}
+
+    @property
+    def inertia_tolerance(self) -> dict[str, float]:
+        """Their standard deviations, by the same names."""
+        if not self.mass:
+            return {}
+        sizes = (self.mass_tolerance * self.mass, *[self.com_tolerance] * 3)
+        return self._by_name(*(max(float(size), EXACT) for size in sizes))
+
+    def reweighed(self, values: Mapping[str, float]) -> "Joint":
+        """With other mass and centre where `values` name them; itself where not."""
+        if self.inertia.keys().isdisjoint(values):
+            return self
+        mass, *com = (self.inertia | {n: v for n, v in values.items() if n in self.inertia}).values()
+        return replace(self, mass=mass, com=frozen(np.array(com, float)))
+
+    def _by_name(self, *values: float) -> dict[str, float]:
+        return {f"{self.name}.{part}": float(v) for part, v in zip(INERTIA, values, strict=True)}
