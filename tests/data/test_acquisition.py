@@ -15,7 +15,7 @@ from workbench.data.live.acquisition import ArmState, PoseSource, StandstillDete
 from workbench.data.live.connection import connect, first_listener, send_samples
 from workbench.data.live.sample import Sample, format_sample, parse_sample
 from workbench.data.readers import read_measurements
-from workbench.data.simulation.driver import Pace, drive
+from workbench.data.simulation.driver import DrivePace, drive
 from workbench.data.simulation.instruments import instrument_named
 from workbench.plate.guided_measurement import capture, plate_acquisition
 from workbench.plate.plate_toml import load_plate
@@ -24,7 +24,7 @@ from workbench.session.start import start
 
 ARM, PLATE = load_robot("aria"), load_plate("table2")
 POSTURES = [state.q for state in start(ARM, PLATE).states]
-QUICK = Pace(rate=20.0, dwell=0.8)
+QUICK = DrivePace(rate=20.0, dwell=0.8)
 
 
 def still(k: int, *, start: float, q=None, pose: bool = True, flag: bool = False, count: int = 40):
@@ -321,7 +321,7 @@ def test_the_driver_is_the_same_for_a_seed_and_reads_back():
 
 
 def test_the_driver_moves_smoothly_and_within_its_speed():
-    pace = Pace(rate=100.0, turning=0.5, joint_noise=0.0)
+    pace = DrivePace(rate=100.0, turning=0.5, joint_noise=0.0)
     targets = np.array([[0.5, 0.2, 0.0, -1.0, 0.3, 0.1], [0.0, 0.4, 0.1, 1.0, 0.3, 0.1]])
     samples = list(drive(ARM, targets, rng=np.random.default_rng(0), pace=pace))
     q = np.stack([sample.q for sample in samples])
@@ -339,7 +339,7 @@ def test_what_the_driver_does_not_take():
     with pytest.raises(ShapeError):
         drive(ARM, np.zeros((1, 5)), rng=rng)
     with pytest.raises(OptionError):
-        Pace(rate=0.0)
+        DrivePace(rate=0.0)
     with pytest.raises(OptionError):
         drive_plate(ARM, replace(PLATE, targets=()))
     with pytest.raises(OptionError):

@@ -161,14 +161,11 @@ def test_goals_are_no_observation(file):
 def test_missing_file_and_folder(tmp_path):
     refusal(tmp_path / "none.csv")
     refusal(tmp_path)
-    refusal(tmp_path / "none", layout="mukca")
-    refusal(tmp_path, layout="mukca")
 
 
 def test_unreadable_options(file):
     path = file(HEAD + ROWS)
     refusal(path, OptionError, layout="nonsense")
-    refusal(path, OptionError, layout="ipa-grid")
     refusal(path, OptionError, sheet="Data")
     for columns in (
         "q1[rad]",

@@ -287,13 +287,6 @@ def test_grad_is_said(read):
     assert any("360 to a turn" in note for note in data.notes)
 
 
-def test_plain_layout_can_be_forced(read):
-    text = "step_order,x_t,y_t,z_t,x_dif,y_dif,z_dif,joint_1\n0,1,2,3,1,1,1,90\n"
-    assert read(text).position[0].tolist() == [0.002, 0.003, 0.004]
-    with pytest.raises(Exception, match="unit is missing"):
-        read(text, layout="plain")
-
-
 @pytest.mark.parametrize("label", ["pick;place", "a\tb", "7;8", '"a, b;c"'])
 def test_another_separator_in_every_label(read, label):
     rows = "".join(f"{k},500,1,2,{k},{label}\n" for k in (1, 2, 3))

@@ -157,7 +157,7 @@ def test_inclinometers_read_where_up_is(katana):
 )
 def test_an_arm_is_found_with_each(katana, name, within_mm, tmp_path):
     """Measured, written, read and identified: held-out rows are met to about the instrument's noise."""
-    _, rows = measure_poses(katana, 160, instrument=name, seed=2)
+    _, rows = measure_poses(katana, 160, instrument=name, errors=(5e-3, np.deg2rad(5.0)), seed=2)
     back = read_measurements(write_measurements(rows, tmp_path / "rows.csv"), joints=katana.dof)
     assert np.array_equal(back.included, rows.included)
     run = identify(katana, back, algorithms=("opt2",), held_out=0.2)

@@ -5,9 +5,9 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
+from workbench.arm.frame import Frame, SessionFrames
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, SessionFrames
 from workbench.base import se3
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict, row_components
@@ -70,17 +70,17 @@ def test_distances_have_no_components(robot):
 def test_what_drives_the_effects_is_taken_from_every_row(robot):
     """A payload bends the arm row by row; errors stand on the same prediction."""
     rng = np.random.default_rng(5)
-    bent = robot.with_effects(EFFECTS["joint-compliance"]((1,), (3e-4,)))
+    deflected = robot.with_effects(EFFECTS["joint-compliance"]((1,), (3e-4,)))
     q, payload = rng.uniform(-1.0, 1.0, (6, 6)), np.array([0.0, 1.0, 2.0, 0.0, 1.0, 2.0])
-    poses = tool_poses(bent, Motion(q, payload=payload))
+    poses = tool_poses(deflected, Motion(q, payload=payload))
     names = np.array(["a", "b"] * 3)
     data = Dataset(q=q, row=np.arange(6), position=poses[:, :3, 3], payload=payload, session=names)
-    assert predict(bent, data) == pytest.approx(poses, abs=1e-15)
-    assert row_errors(bent, data).position == pytest.approx(np.zeros(6), abs=1e-12)
-    assert row_errors(bent, replace(data, payload=None)).position[payload == 0] == pytest.approx(
+    assert predict(deflected, data) == pytest.approx(poses, abs=1e-15)
+    assert row_errors(deflected, data).position == pytest.approx(np.zeros(6), abs=1e-12)
+    assert row_errors(deflected, replace(data, payload=None)).position[payload == 0] == pytest.approx(
         0.0, abs=1e-12
     )
-    assert (row_errors(bent, replace(data, payload=None)).position[payload > 0] > 1e-5).all()
+    assert (row_errors(deflected, replace(data, payload=None)).position[payload > 0] > 1e-5).all()
 
 
 def test_joined_rows_keep_every_column_of_both(robot):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from workbench.base import se3
-from workbench.base.errors import DataError, FileError, OptionError, ShapeError, WorkbenchError
-from workbench.data.readers import preview, read_measurements
+from workbench.base.errors import FileError, OptionError, WorkbenchError
+from workbench.data.readers import read_measurements
 
 pytestmark = [pytest.mark.data, pytest.mark.usefixtures("read_here")]
 
@@ -19,98 +19,9 @@ def ur10(shared_data):
     return read_measurements(shared_data / "ur10_ipa" / "measurements.csv", joints=6)
 
 
-def test_ur10_grid_series(shared_data, ur10):
-    original = read_measurements(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv", joints=6)
-    assert len(original) == len(ur10) == 11911
-    np.testing.assert_allclose(original.q, ur10.q, atol=1e-12)
-    np.testing.assert_allclose(original.position, ur10.position, atol=6e-8)
-    assert angles_between(original.rotation, ur10.rotation).max() < 2e-8
-    np.testing.assert_allclose(original.time, ur10.time, atol=0.51)
-    np.testing.assert_allclose(original.temperature, ur10.temperature, atol=6e-5)
-    assert original.group.tolist() == ur10.group.tolist()
-    assert any("goal columns are commanded" in note for note in original.notes)
-
-
 def test_the_plain_reading_of_the_grid_series_asks_for_units(shared_data):
     with pytest.raises(WorkbenchError, match="unit is missing"):
         read_measurements(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv", layout="plain")
-
-
-@pytest.mark.parametrize(("arm", "folder"), [("UR5", "ur5_jacobi"), ("WAM", "wam_jacobi")])
-def test_targets_with_deviations(shared_data, arm, folder):
-    parts = [
-        read_measurements(shared_data / folder / "original" / f"3D_{arm}_uncalibrated_{part}_cleaned.csv")
-        for part in ("grid", "random")
-    ]
-    converted = read_measurements(shared_data / folder / "measurements.csv")
-    np.testing.assert_allclose(np.vstack([part.q for part in parts]), converted.q, atol=6e-11)
-    np.testing.assert_allclose(np.vstack([part.position for part in parts]), converted.position, atol=6e-8)
-    assert parts[0].rotation is None
-    assert any("target + deviation" in note for note in parts[0].notes)
-
-
-PANDAS = [f"panda_{n}" for n in ("1", "2", "2_clean", "3", "3_bis", "4", "4_clean", "6", "7")]
-
-
-@pytest.mark.parametrize("robot", ["kuka_14", *PANDAS])
-def test_ball_in_two_sockets(shared_data, robot):
-    folder = read_measurements(shared_data / "mukca" / "original" / robot)
-    converted = read_measurements(shared_data / "mukca" / robot / "measurements.csv", joints=7)
-    assert sorted(folder.sessions) == sorted(converted.sessions)
-    for session in folder.sessions:
-        ours, theirs = (data.take(data.session == session) for data in (folder, converted))
-        np.testing.assert_allclose(ours.q, theirs.q, atol=6e-10)
-        np.testing.assert_allclose(ours.position, theirs.position, atol=1e-12)
-        assert ours.point.tolist() == theirs.point.tolist()
-
-
-def test_one_socket_file_needs_its_layout_or_columns(shared_data):
-    file = shared_data / "mukca" / "original" / "panda_3" / "backcenter" / "hole_1.csv"
-    with pytest.raises(FileError, match="no header"):
-        read_measurements(file)
-    with pytest.raises(DataError, match="nothing was observed"):
-        read_measurements(file, columns="q1[rad],…,q7[rad]")
-    data = read_measurements(file, layout="mukca")
-    assert data.sessions == ("backcenter",)
-    assert set(data.point) == {"socket1"}
-
-
-def test_kinova_arms_have_six_joints(shared_data):
-    folder = shared_data / "mukca" / "original" / "dinova_2"
-    assert read_measurements(folder).joints == 6
-    with pytest.raises(ShapeError) as caught:
-        read_measurements(folder, joints=7)
-    assert (caught.value.expected, caught.value.found) == (7, 6)
-
-
-@pytest.mark.parametrize("columns", [None, "x[m],y[m],z[m],qx,qy,qz,qw"])
-def test_computed_poses_are_no_measurements(shared_data, columns):
-    file = shared_data / "mukca" / "original" / "panda_3" / "backcenter" / "hole_0_pose.csv"
-    with pytest.raises(FileError, match="own forward kinematics, not measurements"):
-        read_measurements(file, columns=columns)
-
-
-def test_every_original_file_is_read_or_refused(shared_data):
-    files = [p for p in shared_data.glob("*/original/**/*") if p.is_file()]
-    assert len(files) > 100
-    for file in files[::5]:
-        shown = preview(file)
-        if file.name.startswith("hole") and "pose" not in file.name:
-            assert "no header" in shown.problems[0]
-        elif "pose" in file.name or "Trafo" in file.name:
-            assert "not measurements" in shown.problems[0] or "transform" in shown.problems[0]
-        else:
-            assert shown.ok
-
-
-def test_preview_of_a_layout_says_which_columns_count(shared_data):
-    shown = preview(shared_data / "ur10_ipa" / "original" / "measurements_grid.csv")
-    columns = {column.heading: column for column in shown.columns}
-    assert (shown.layout, shown.rows, shown.groups) == ("ipa-grid", 11911, 619)
-    assert (columns["measurement_x"].key, columns["measurement_x"].unit) == ("x", "mm")
-    assert (columns["measurement_rx"].unit, columns["measurement_rx"].si) == ("deg", "rad")
-    assert columns["Goal x"].key is None
-    assert len(columns) == len(shown.columns)
 
 
 @pytest.mark.parametrize("name", ["LICENSE", "SOURCE.md", "robot.toml", ""])

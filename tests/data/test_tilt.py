@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
+from workbench.arm.frame import Frame
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
@@ -97,13 +97,13 @@ def loose():
     effects = [EFFECTS["clearance-tilt"]((2,), (4e-4,)), EFFECTS["joint-compliance"]((1, 2), (1e-4, 2e-4))]
     rng = np.random.default_rng(2)
     motion = Motion(rng.uniform(-1.5, 1.5, (15, 5)), payload=rng.uniform(0.0, 3.0, 15))
-    bent = robot.with_effects(*effects)
-    return (robot, bent, simulate(bent, motion, instrument=INSTRUMENTS["inclinometer"], rng=rng))
+    deflected = robot.with_effects(*effects)
+    return (robot, deflected, simulate(deflected, motion, instrument=INSTRUMENTS["inclinometer"], rng=rng))
 
 
 def test_the_derivative_through_a_bent_arm(loose):
-    _, bent, rows = loose
-    problem = Problem.build(bent, rows, effects=tuple(bent.coefficients))
+    _, deflected, rows = loose
+    problem = Problem.build(deflected, rows, effects=tuple(deflected.coefficients))
     x, unit = problem.start, 1e-6 * problem.units
     jacobian = problem.jacobian(x)
     for column, step in enumerate(np.diag(unit)):
@@ -114,14 +114,14 @@ def test_the_derivative_through_a_bent_arm(loose):
 
 def test_candidates_of_a_diagnosis_are_seen_from_the_links(loose):
     """Their columns are those of a model that carries them, to first order."""
-    robot, bent, rows = loose
+    robot, deflected, rows = loose
     problem = Problem.build(robot, rows)
-    wide = Problem.build(robot.with_effects(*(replace(e, coefficients=()) for e in bent.effects)), rows,
-                         effects=tuple(bent.coefficients))  # fmt: skip
-    whole = wide.jacobian(wide.start)[:, [wide.names.index(n) for n in bent.coefficients]]
-    parts = [part for _, part in candidate_columns(problem, problem.start, bent.effects)]
-    order = [n for e in bent.effects for n in e.names]
-    found = np.concatenate(parts)[:, [order.index(n) for n in bent.coefficients]]
+    wide = Problem.build(robot.with_effects(*(replace(e, coefficients=()) for e in deflected.effects)), rows,
+                         effects=tuple(deflected.coefficients))  # fmt: skip
+    whole = wide.jacobian(wide.start)[:, [wide.names.index(n) for n in deflected.coefficients]]
+    parts = [part for _, part in candidate_columns(problem, problem.start, deflected.effects)]
+    order = [n for e in deflected.effects for n in e.names]
+    found = np.concatenate(parts)[:, [order.index(n) for n in deflected.coefficients]]
     np.testing.assert_allclose(found, whole, atol=1e-9 * np.abs(whole).max())
 
 

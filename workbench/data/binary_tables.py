@@ -17,7 +17,6 @@ import numpy as np
 
 from workbench.base.bounded_process import MEBIBYTE, ChildError, in_child
 from workbench.base.errors import FileError, MissingExtraError
-from workbench.base.progress import Cancel, never
 from workbench.data.matlab_elements import check_matlab
 
 MOST_ROWS, MOST_COLUMNS = 2**20, 1000
@@ -32,7 +31,7 @@ Cells = tuple[list[list[str]], list[int]]
 """Cells of the rows that hold something, and the number of each row from 1."""
 
 
-def read_workbook(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[str, Cells]:
+def read_workbook(data: bytes, path: Path) -> dict[str, Cells]:
     """Cells of each sheet by its name."""
     what, instead = "this workbook", "save it again as .xlsx, or as CSV"
     most = min(max(AT_LEAST, RATIO * len(data)), AT_MOST)
@@ -44,10 +43,10 @@ def read_workbook(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[st
     if unpacked > most:
         why = f"it unpacks to {unpacked / MEBIBYTE:.0f} MiB, and at most {most / MEBIBYTE:.0f} are read"
         raise _refusal(what, why, "save the measurements alone, or as CSV", path)
-    return _read(workbook_cells, "openpyxl", data, path, what=what, instead=instead, cancel=cancel)
+    return _read(workbook_cells, "openpyxl", data, path, what=what, instead=instead)
 
 
-def read_columns(data: bytes, path: Path, *, cancel: Cancel = never) -> tuple[list[str], list[list[str]]]:
+def read_columns(data: bytes, path: Path) -> tuple[list[str], list[list[str]]]:
     """Names of a parquet file's columns, and the cells of each."""
     what, instead = "this parquet file", "write it again, or save it as CSV"
     try:
@@ -56,15 +55,15 @@ def read_columns(data: bytes, path: Path, *, cancel: Cancel = never) -> tuple[li
         raise MissingExtraError("reading parquet files", extra="parquet") from None
     if len(data) < 12 or not data.endswith(b"PAR1"):
         raise _refusal(what, "its end is missing", instead, path)
-    return _read(parquet_columns, "pyarrow.parquet", data, path, what=what, instead=instead, cancel=cancel)
+    return _read(parquet_columns, "pyarrow.parquet", data, path, what=what, instead=instead)
 
 
-def read_arrays(data: bytes, path: Path, *, cancel: Cancel = never) -> dict[str, np.ndarray]:
+def read_arrays(data: bytes, path: Path) -> dict[str, np.ndarray]:
     """Arrays of a MATLAB file by name, fields of structs as 'struct.field'."""
     what, instead = "this MATLAB file", "save it with -v7, or as CSV"
     if len(data) < 136 or 0 in data[:4] or data[124:128] not in (b"\0\1IM", b"\1\0MI"):
         raise _refusal(what, "it has no header of version 5 to 7", instead, path)
-    return _read(matlab_arrays, "scipy.io", data, path, what=what, instead=instead, cancel=cancel)
+    return _read(matlab_arrays, "scipy.io", data, path, what=what, instead=instead)
 
 
 def _read(function: Callable[[bytes], Any], library: str, data: bytes, path: Path, **words: Any) -> Any:

@@ -4,7 +4,7 @@ A `Dataset` is plain SI data: joint positions and what an instrument saw, one ro
 that a file does not have are None; single values that a row lacks are NaN (numbers) or "" (labels).
 """
 
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -12,22 +12,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from workbench.base.columns import COLUMNS
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.frames import data_frame
 from workbench.base.types import frozen
-from workbench.data.camera.rig import Rig
+from workbench.data.columns import known_columns
+from workbench.data.readings import AbstractReadings
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
 Labels = np.ndarray  # one string a row
-LABELS = {"anchor", "contact", "point", "session", "group", "reason", "image"}
-NOT_PER_ROW = {"tilt", "rig", "source", "notes"}
-SHOWN = (
-    *("position", "rotation", "markers", "distance", "contact", "point", "tilt", "pixels"),
-    *("session", "time", "temperature", "payload", "torque", "direction", "wrench", "sigma"),
-)
-"""Columns that are named where a table is printed."""
+NOT_PER_ROW = {"tilt", "more", "readings", "source", "notes", "is_of_later"}
+UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "source", "notes", "is_of_later"}
+"""What is not named where a table is printed."""
 UNNUMBERED = frozen(np.zeros(0, np.int64))
 """Stands for row numbers that nobody gave."""
 
@@ -51,21 +49,20 @@ class Dataset:
         session: Rows of one placement of robot or instrument; base and tool may differ between sessions.
         group: Rows that are held out together.
         time: Time [s].
-        temperature: Temperature [K above 0 degC, that is degC].
+        temperature: Temperature [°C].
         payload: Mass at the tool [kg].
         torque: Measured joint torques [N m].
         direction: Sign of each joint's last motion (-1, 0, +1).
         sigma: Standard deviation per row of position (first three, m) and rotation (last three, rad).
         tilt: Inclinometer readings about x and y of a link [rad], by link number counted from 1.
         wrench: [f; τ] that pulls at the tool from outside, in the axes of the robot's gravity [N, N m].
-        pixels: Where each camera saw each point of its target [px]; NaN where it did not.
-        sight: Pose of each board in each camera, from that camera's pixels alone; NaN where unknown.
-        image: Name of the row's picture.
-        rig: The cameras and their target.
+        more: Columns of other packages, by name (`base/columns.py`).
+        readings: What an instrument of another package saw.
         exclude: Rows that the file keeps out.
         reason: Why, for such rows.
         source: Where the rows came from, for messages.
         notes: Each decision that the reader took, in one sentence.
+        is_of_later: Whether they were measured after all that happened while others were, which then is over.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -88,34 +85,40 @@ class Dataset:
     sigma: Float[np.ndarray, "rows 6"] | None = None
     tilt: dict[int, Float[np.ndarray, "rows 2"]] | None = None
     wrench: Float[np.ndarray, "rows 6"] | None = None
-    pixels: Float[np.ndarray, "rows cameras points 2"] | None = None
-    sight: Float[np.ndarray, "rows cameras boards 4 4"] | None = None
-    image: Labels | None = None
-    rig: Rig | None = None
+    more: Mapping[str, np.ndarray] = field(default_factory=dict)
+    readings: AbstractReadings | None = None
     exclude: Bool[np.ndarray, " rows"] | None = None
     reason: Labels | None = None
     source: str = "data"
     notes: tuple[str, ...] = field(default=())
+    is_of_later: bool = False
 
     def __post_init__(self):
         for f in fields(self):
             value = getattr(self, f.name)
-            if value is None or f.name in NOT_PER_ROW:
-                continue
-            array = self._array(f.name, value)
-            if len(array) != len(self.q):
-                raise ShapeError(
-                    f"{self.source}: '{f.name}' has {len(array)} rows, the joint positions {len(self.q)}",
-                    expected=len(self.q),
-                    found=len(array),
-                )
-            object.__setattr__(self, f.name, frozen(array))
+            if value is not None and f.name not in NOT_PER_ROW:
+                object.__setattr__(self, f.name, self._checked(f.name, value))
+        for name in self.more.keys() - known_columns().keys() if self.more else ():
+            raise DataError(f"{self.source}: there is no column '{name}'; register it in COLUMNS")
+        more = {name: self._checked(name, values) for name, values in self.more.items()}
+        object.__setattr__(self, "more", more)
+
+    def _checked(self, name: str, value: Any) -> np.ndarray:
+        """A column with as many rows as there are joint positions."""
+        array = self._array(name, value)
+        if len(array) != len(self.q):
+            raise ShapeError(
+                f"{self.source}: '{name}' has {len(array)} rows, the joint positions {len(self.q)}",
+                expected=len(self.q),
+                found=len(array),
+            )
+        return frozen(array)
 
     def _array(self, name: str, value: Any) -> np.ndarray:
         """A column as the array that it is meant to be."""
         if name == "row" and value is UNNUMBERED:
             return np.arange(len(self.q))
-        if name in LABELS or name in ("row", "exclude"):
+        if name == "row" or (name in COLUMNS and COLUMNS[name].is_label):
             return np.asarray(value)
         try:
             array = np.asarray(value, float)
@@ -132,11 +135,16 @@ class Dataset:
         return array
 
     def __repr__(self) -> str:
-        seen = [name for name in SHOWN if getattr(self, name) is not None]
+        named = (f.name for f in fields(self) if f.name not in UNSHOWN)
+        seen = [*(name for name in named if getattr(self, name) is not None), *self.more]
         return f"<Dataset {self.source}: {len(self)} rows of {self.joints} joints; {', '.join(seen)}>"
 
     def __len__(self) -> int:
         return len(self.q)
+
+    def column(self, name: str) -> np.ndarray | None:
+        """A column by its name; None where there is none."""
+        return getattr(self, name) if name in self.__dataclass_fields__ else self.more.get(name)
 
     @property
     def joints(self) -> int:
@@ -160,7 +168,7 @@ class Dataset:
         return np.ones(len(self), bool) if self.session is None else self.session == name
 
     def to_frame(self, *, prismatic: Collection[int] = ()) -> "DataFrame":
-        """A pandas frame with headings as in a file (`q1[rad]`, `x[m]` …), which reads back as the same rows.
+        """A data frame with headings as in a file (`q1[rad]`, `x[m]` …), which reads back as the same rows.
 
         Args:
             prismatic: Joints, counted from 0, whose positions are lengths [m].
@@ -178,6 +186,9 @@ class Dataset:
                 changes[f.name] = value[rows]
         if self.tilt is not None:
             changes["tilt"] = {link: values[rows] for link, values in self.tilt.items()}
+        changes["more"] = {name: values[rows] for name, values in self.more.items()}
+        if self.readings is not None:
+            changes["readings"] = self.readings.take(rows)
         return replace(self, **changes)
 
     def joined(self, other: "Dataset") -> "Dataset":
@@ -192,10 +203,18 @@ class Dataset:
             if any(isinstance(value, np.ndarray) for value in pair):
                 columns[f.name] = _stacked(pair, (len(self), len(other)))
         columns["row"] = np.concatenate([self.row, other.row + 1 + self.row.max(initial=-1)])
-        links = sorted({*(self.tilt or {}), *(other.tilt or {})})
         sizes = len(self), len(other)
-        tilt = {k: _stacked(((self.tilt or {}).get(k), (other.tilt or {}).get(k)), sizes) for k in links}
-        return replace(self, **columns, tilt=tilt or None)
+        tilt = _stacked_by_name(self.tilt or {}, other.tilt or {}, sizes)
+        return replace(
+            self, **columns, tilt=tilt or None, more=_stacked_by_name(self.more, other.more, sizes)
+        )
+
+
+def _stacked_by_name(
+    first: Mapping[Any, np.ndarray], second: Mapping[Any, np.ndarray], sizes: tuple[int, int]
+) -> dict[Any, np.ndarray]:
+    """Columns of two tables, those of one of them filled up."""
+    return {k: _stacked((first.get(k), second.get(k)), sizes) for k in sorted({*first, *second})}
 
 
 def _stacked(pair: tuple[np.ndarray | None, np.ndarray | None], sizes: tuple[int, int]) -> np.ndarray:

@@ -12,7 +12,7 @@ from typing import BinaryIO
 
 from workbench.base.bounded_process import MEBIBYTE, ChildError
 
-LARGEST = 512 * MEBIBYTE
+MAX_UNPACKED_BYTES = 512 * MEBIBYTE
 """What one variable may unpack to [bytes]."""
 DEEPEST = 64
 """Structs in structs."""
@@ -67,7 +67,11 @@ class _Variable:
         shape = self._integers(self._element(INTEGERS)[1])
         self._element(NAMES)
         count = math.prod(shape)
-        if not 0 < len(shape) <= 32 or max(shape) >= 2**31 or (count > LARGEST and mclass != SPARSE):
+        if (
+            not 0 < len(shape) <= 32
+            or max(shape) >= 2**31
+            or (count > MAX_UNPACKED_BYTES and mclass != SPARSE)
+        ):
             raise _DamagedError
         if mclass in NUMERIC:
             for _ in range(1 + is_complex):
@@ -157,8 +161,10 @@ def _check_variable(file: io.BytesIO, order: str, kind: int, size: int) -> None:
     if kind == COMPRESSED:
         stream = io.BufferedReader(_Inflated(io.BytesIO(file.read(size))))
         kind, size = struct.unpack(f"{order}II", stream.read(8))
-        if size > LARGEST:
-            raise ChildError(f"a variable unpacks to {size >> 20} MiB, and at most {LARGEST >> 20} are read")
+        if size > MAX_UNPACKED_BYTES:
+            raise ChildError(
+                f"a variable unpacks to {size >> 20} MiB, and at most {MAX_UNPACKED_BYTES >> 20} are read"
+            )
     if kind != MATRIX or not size:
         raise _DamagedError
     _Variable(stream, order, size).array()

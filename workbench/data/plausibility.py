@@ -14,7 +14,7 @@ REACH_FACTOR = 20.0
 """Points farther than this many times the reach from the session's median are a mistake of units."""
 BEYOND = 0.05
 """How far beyond a limit a joint may be without a note [rad or m]."""
-ALIKE = 1e-6
+NO_DIFFERENCE = 1e-6
 """Angles [rad] and lengths [m] below this are no difference."""
 
 
@@ -48,7 +48,7 @@ def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: f
 def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
     """Pairs (first, again) of rows with equal joints, observation, session and point, in order."""
     arrays = [dataset.q, dataset.position, dataset.rotation, dataset.markers, dataset.distance]
-    arrays.append(dataset.pixels)
+    arrays.append(None if dataset.readings is None else dataset.readings.numbers)
     numbers = np.hstack([a.reshape(len(dataset), -1) for a in arrays if a is not None])
     numbers = np.ascontiguousarray(numbers + 0.0)  # -0.0 and 0.0 are alike
     labels = [
@@ -128,7 +128,7 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
                 f"joint {joint + 1} is outside its limits ({low:.4g} … {high:.4g}) in {len(outside)} row(s), "
                 f"first in data row {dataset.row[outside[0]]}"
             )
-    still = [joint + 1 for joint in range(q.shape[1]) if np.ptp(q[:, joint]) < ALIKE]
+    still = [joint + 1 for joint in range(q.shape[1]) if np.ptp(q[:, joint]) < NO_DIFFERENCE]
     if len(q) > 1 and still:
         names = ", ".join(str(joint) for joint in still)
         notes.append(f"joint(s) {names} never move: their errors can't be told from their neighbours'")
@@ -143,7 +143,7 @@ def _observation_notes(dataset: Dataset, reach: float) -> list[str]:
     q_moves = len(dataset) > 4 and np.ptp(dataset.q[dataset.included], axis=0).max() > 0.5
     for points, _ in _clouds(dataset):
         extent = np.linalg.norm(np.ptp(points, axis=0))
-        if q_moves and len(points) > 4 and ALIKE < extent < reach / 300.0 and dataset.point is None:
+        if q_moves and len(points) > 4 and NO_DIFFERENCE < extent < reach / 300.0 and dataset.point is None:
             notes.append(f"all points lie within {1e3 * extent:.3g} mm: is this m labelled mm?")
             break
     if dataset.rotation is not None:

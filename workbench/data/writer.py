@@ -12,6 +12,7 @@ from workbench.base import se3
 from workbench.base.errors import FileError
 from workbench.base.files import write_text
 from workbench.base.wording import as_cell
+from workbench.data.columns import known_columns
 from workbench.data.dataset import Dataset
 
 
@@ -37,7 +38,6 @@ _FORMS: dict[RotationForm, tuple[tuple[str, ...], Callable[[np.ndarray], np.ndar
 """Columns of each form, and what makes them of matrices."""
 _SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
 _WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
-_LABELS = ("session", "group", "point", "anchor", "contact")
 
 Column = tuple[str, np.ndarray]
 
@@ -101,21 +101,17 @@ def _columns(data: Dataset, form: RotationForm, prismatic: Collection[int]) -> I
     ]
     if data.rotation is not None:
         found.append(_written(data.rotation, form))
-    found += [
-        (["time[s]"], data.time),
-        (["temperature[degC]"], data.temperature),
-        (["payload[kg]"], data.payload),
-        ([f"torque{j}[N*m]" for j in joints], data.torque),
-        ([f"direction{j}" for j in joints], data.direction),
-        (_SIGMA, data.sigma),
-    ]
+    table = [column for column in known_columns().values() if column.kept]
+    found += [(c.headings(data.joints), data.column(c.name)) for c in table if c.driver]
+    found.append((_SIGMA, data.sigma))
     if (markers := data.markers) is not None:
         names = [f"m{m + 1}{axis}[m]" for m in range(markers.shape[1]) for axis in "xyz"]
         found.append((names, markers.reshape(len(data), len(names))))
-    found.append((["distance[m]"], data.distance))
+    others = (c for c in table if not (c.driver or c.is_label))
+    found += [(c.headings(data.joints), data.column(c.name)) for c in others]
     found += [((f"tilt_x{k}[rad]", f"tilt_y{k}[rad]"), values) for k, values in (data.tilt or {}).items()]
     found.append((_WRENCH, data.wrench))
-    found += [([name], getattr(data, name)) for name in (*_LABELS, "exclude", "reason")]
+    found += [([c.name], data.column(c.name)) for c in table if c.is_label]
     for headings, values in found:
         if values is not None:
             yield from zip(headings, np.atleast_2d(values.T), strict=True)

@@ -29,7 +29,7 @@ POSITION_STILL = 1e-3
 """Greatest range of positions that a noisy instrument measures of an arm that stands still [m]."""
 ORIENTATION_STILL = float(np.deg2rad(0.2))
 """Likewise of orientations [rad]; the joints decide more sharply."""
-FAR, TURNED = 0.03, float(np.deg2rad(5.0))
+MAX_DISTANCE, MAX_ANGLE = 0.03, float(np.deg2rad(5.0))
 """A tool further than this from its target [m], [rad] is at none, or at another one."""
 NEAR, ALIGNED = 5e-3, float(np.deg2rad(1.0))
 """A tool nearer than this is shown in green [m], [rad]."""
@@ -75,12 +75,17 @@ class StandstillDetector:
         A step back in time (the source was restarted), another number of joints, or a pose that comes or
         goes begins a new window.
         """
-        if self._seen and not _continues(self._seen[-1], sample):
+        if self._seen and not continues(self._seen[-1], sample):
             self._seen.clear()
         self._seen.append(sample)
         while len(self._seen) > 1 and sample.time - self._seen[1].time >= self.window:
             self._seen.popleft()
         return sample.time - self._seen[0].time >= self.window and self._alike()
+
+    @property
+    def seen(self) -> tuple[Sample, ...]:
+        """The samples of the last window."""
+        return tuple(self._seen)
 
     def copy(self) -> "StandstillDetector":
         """One with the same tolerances and the same memory, which goes on by itself."""
@@ -102,7 +107,7 @@ class StandstillDetector:
         return bool(np.linalg.norm(away, axis=-1).max() <= self.orientation)
 
 
-def _continues(last: Sample, sample: Sample) -> bool:
+def continues(last: Sample, sample: Sample) -> bool:
     """Whether a sample follows the last one in the same stream."""
     return (
         sample.time > last.time
@@ -136,12 +141,12 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Place:
+class TargetPlace:
     """Where the tool stands among the targets.
 
     Args:
-        off: Distance from the current target, in multiples of what it may be off (`FAR`, `TURNED`); NaN where
-            the target is no pose, or nothing tells.
+        off: Distance from the current target, as a multiple of `MAX_DISTANCE` or `MAX_ANGLE`; NaN where the
+            target is no pose, or nothing tells.
         looks_like: Index of the target at which it stands instead, if it clearly does.
         is_known: Whether a row may be stored for the current target.
         text: How far it is off, where it is more than it may; else empty.
@@ -180,7 +185,7 @@ class Status:
     pose: Matrix4 | None
     position: Vector3 | None
     rotation: Vector3 | None
-    place: Place
+    place: TargetPlace
     measured: bool
     arm_state: ArmState | None
     source: PoseSource
@@ -239,6 +244,11 @@ class Acquisition:
         return PoseSource.MEASURED if self._seen else PoseSource.REFERENCE
 
     @property
+    def judged(self) -> tuple[Sample, ...]:
+        """The samples by which standstill is judged at present."""
+        return self._detector.seen
+
+    @property
     def rows(self) -> int:
         """Number of rows stored."""
         return len(self._order)
@@ -294,7 +304,7 @@ class Acquisition:
             self.capture = before
         return event
 
-    def place(self) -> Place:
+    def place(self) -> TargetPlace:
         """Where the tool stands among the targets.
 
         The measured pose decides wherever it is at a target. Where it is at none, as with an instrument in a
@@ -303,7 +313,7 @@ class Acquisition:
         """
         sample, current = self.latest, self.capture.current
         if sample is None or self.capture.target.pose is None:
-            return Place()
+            return TargetPlace()
         pose, _, turned, measured = self._where()
         expected = tool_poses(self._robot, Motion(sample.q[None]))[0]
         by_joints = self._distances(expected, turned=True)
@@ -322,22 +332,25 @@ class Acquisition:
 
     def _place(
         self, off: float, pose: Matrix4, turned: bool, is_known: bool, looks_like: int | None
-    ) -> Place:
+    ) -> TargetPlace:
         if off <= 1.0:
-            return Place(off=float(off))
+            return TargetPlace(off=float(off))
         target = self.capture.target
         assert target.pose is not None
         error = se3.pose_error(pose, target.pose)
         angle = f" and {np.rad2deg(np.linalg.norm(error[3:])):.1f}°" if turned else ""
         text = f"{1e3 * np.linalg.norm(error[:3]):.1f} mm{angle} from {target.name}"
-        return Place(float(off), looks_like, is_known, text)
+        return TargetPlace(float(off), looks_like, is_known, text)
 
     def _distances(self, pose: Matrix4, *, turned: bool) -> np.ndarray:
         """From a pose to every target, in multiples of what it may be off; infinite to one without pose."""
         nowhere = se3.pose(np.eye(3), np.full(3, np.inf))
         poses = np.stack([nowhere if t.pose is None else t.pose for t in self.capture.targets])
         error = se3.pose_error(np.broadcast_to(pose, poses.shape), poses)
-        shares = np.linalg.norm(error[:, :3], axis=1) / FAR, np.linalg.norm(error[:, 3:], axis=1) / TURNED
+        shares = (
+            np.linalg.norm(error[:, :3], axis=1) / MAX_DISTANCE,
+            np.linalg.norm(error[:, 3:], axis=1) / MAX_ANGLE,
+        )
         return np.where(turned & np.array(self._oriented), np.maximum(*shares), shares[0])
 
     def _refusal(self, sample: Sample, force: bool) -> str | None:

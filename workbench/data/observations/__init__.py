@@ -4,8 +4,7 @@ from workbench.base.registry import Registry
 from workbench.data.observations.contact import ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
 from workbench.data.observations.markers import MarkerObservation
-from workbench.data.observations.observation import AbstractObservation, Channel, Seen, Unknown
-from workbench.data.observations.pixels import PixelObservation
+from workbench.data.observations.observation import AbstractObservation, Channel, OwnErrors, Seen, Unknown
 from workbench.data.observations.point import PointObservation
 from workbench.data.observations.pose import PoseObservation
 from workbench.data.observations.tilt import TiltObservation
@@ -20,7 +19,6 @@ OBSERVATIONS: Registry[type[AbstractObservation]] = Registry(
     PlaneObservation,
     ContactObservation,
     TiltObservation,
-    PixelObservation,
     group="workbench.observations",
     classes=True,
 )
@@ -33,7 +31,7 @@ __all__ = [
     "ContactObservation",
     "DistanceObservation",
     "MarkerObservation",
-    "PixelObservation",
+    "OwnErrors",
     "PlaneObservation",
     "PointObservation",
     "PoseObservation",

@@ -14,6 +14,7 @@ from typing import ClassVar, NamedTuple, dataclass_transform
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from workbench.base.columns import Column
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 
@@ -23,7 +24,9 @@ class Channel(StrEnum):
 
     POSITION = "position"
     ROTATION = "rotation"
-    PIXEL = "pixel"
+    OWN = "own"
+    """In a unit of the observation's own, such as px."""
+    TILT = "tilt"
 
 
 class Unknown(NamedTuple):
@@ -44,7 +47,7 @@ class Seen(NamedTuple):
     """Residuals and derivatives of some rows.
 
     Args:
-        residual: Measured minus predicted [m, rad or px].
+        residual: Measured minus predicted [m, rad or its own unit].
         by_twist: Change of the prediction per twist [v; w] of the tool, base axes.
         by_unknown: Change of the prediction per unknown of the observation.
     """
@@ -54,12 +57,32 @@ class Seen(NamedTuple):
     by_unknown: Float[np.ndarray, "rows m u"]
 
 
+class OwnErrors(NamedTuple):
+    """Errors of rows that were measured in a unit of the observation's own.
+
+    Args:
+        name: What `size` is of, and its unit: "pixel[px]".
+        size: Root mean square of each row's readings, in that unit.
+        number: How many readings each row has.
+        position: What they lead one to expect at the tool [m].
+        rotation: The same of its orientation [rad].
+    """
+
+    name: str
+    size: Float[np.ndarray, " rows"]
+    number: Float[np.ndarray, " rows"]
+    position: Float[np.ndarray, " rows"]
+    rotation: Float[np.ndarray, " rows"]
+
+
 @dataclass_transform(frozen_default=True, eq_default=False)
 class AbstractObservation(ABC):
     """Rows that were observed in one way; every class of this kind is a frozen dataclass."""
 
     columns: ClassVar[tuple[str, ...]] = ()
     """Columns of numbers that a row must have whole, unless `applies` says otherwise."""
+    brings: ClassVar[tuple[Column, ...]] = ()
+    """Columns of files that nobody else knows: they are read into `Dataset.more`."""
     sees_base: bool = True
     """Whether the base frame can be seen at all (contacts between unknown points can't)."""
     sees_tool: bool = True
@@ -80,8 +103,8 @@ class AbstractObservation(ABC):
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
         """Rows that carry this observation."""
-        values = [getattr(data, name) for name in cls.columns]
-        if any(v is None for v in values):
+        values = [v for name in cls.columns if (v := data.column(name)) is not None]
+        if len(values) < len(cls.columns):
             return np.zeros(len(data), bool)
         return np.all([np.isfinite(v).all(axis=tuple(range(1, v.ndim))) for v in values], axis=0)
 
@@ -103,7 +126,7 @@ class AbstractObservation(ABC):
     @property
     def is_rotation(self) -> Bool[np.ndarray, " m"]:
         """Which components are of orientation."""
-        return np.array([channel is Channel.ROTATION for channel in self.channels])
+        return np.array([channel in (Channel.ROTATION, Channel.TILT) for channel in self.channels])
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
@@ -127,6 +150,10 @@ class AbstractObservation(ABC):
     @abstractmethod
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
         """Residuals and derivatives at predicted tool poses."""
+
+    def own_errors(self, seen: Seen) -> OwnErrors | None:
+        """Errors of the rows, where these are neither positions nor orientations."""
+        return None
 
 
 class AbstractPlaceObservation(AbstractObservation):

@@ -7,9 +7,13 @@ With û = R̂ᵀ e_z the upward direction in the link's axes, R̂ from the link 
 to first order the two angles between them. A file holds u as turns of the link about its own axes, those of
 roll and pitch: u = (−sin y, cos y sin x, cos y cos x), x = tilt_x, y = tilt_y.
 
+Beside positions, which show the arm's geometry better, the inclinometer of a link may be mounted askew: û is
+turned by small unknown angles m, û − m × û. One on the base shows how the arm stands.
+
 Source: derived here; inclinometers on links in Katana figs. 4.6 and 5.4.
 """
 
+from dataclasses import replace
 from typing import final
 
 import numpy as np
@@ -18,8 +22,10 @@ from jaxtyping import Bool, Float
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations.observation import AbstractObservation, Channel, Seen
+from workbench.data.observations.observation import AbstractObservation, Channel, Seen, Unknown
 
+ASKEW = float(np.deg2rad(1.0))
+"""How far an inclinometer may be mounted askew, one standard deviation [rad]."""
 UP = frozen(np.array([0.0, 0.0, 1.0]))
 
 
@@ -46,17 +52,31 @@ class TiltObservation(AbstractObservation):
 
     Args:
         measured: Upward unit vectors in the link's axes.
-        link: The moving link that carries it, counted from 1.
+        link: The moving link that carries it, counted from 1; 0 for the base.
+        beside: Whether its rows carry another observation too.
     """
 
     measured: Float[np.ndarray, "rows 3"]
     link: int = 1
+    beside: bool = False
     sees_base = False
     sees_tool = False
 
-    unused_words = "tilts of links"
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        return (Channel.TILT if self.beside else Channel.ROTATION,) * 2
 
-    channels = (Channel.ROTATION,) * 2
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        mounted = self.beside and self.link > 0
+        return tuple(f"tilt[{self.link}].{axis}" for axis in "xyz") if mounted else ()
+
+    @property
+    def known(self) -> dict[str, Unknown]:
+        return dict.fromkeys(self.unknowns, Unknown("rad", 1.0, ASKEW))
+
+    def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
+        return np.zeros(len(self.unknowns))
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
@@ -75,6 +95,11 @@ class TiltObservation(AbstractObservation):
     def each(cls, data: Dataset) -> tuple["TiltObservation", ...]:
         return tuple(cls(frozen(upward(t)), link) for link, t in sorted((data.tilt or {}).items()))
 
+    @classmethod
+    def each_beside(cls, data: Dataset) -> tuple["TiltObservation", ...]:
+        """The inclinometers of rows that carry another observation, as far as they show anything."""
+        return tuple(replace(o, beside=True) for o in cls.each(data) if o.seen.any())
+
     @property
     def _across(self) -> Float[np.ndarray, "rows 2 3"]:
         """Two unit vectors across every reading: the axes that are turned least from the link's own."""
@@ -86,9 +111,12 @@ class TiltObservation(AbstractObservation):
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
         rotation, across = poses[:, :3, :3], self._across
-        prediction = (across @ seen_from(rotation)[..., None])[..., 0]
+        askew = np.eye(3) - se3.skew(unknown) if len(unknown) else np.eye(3)
+        up = seen_from(rotation)
+        prediction = (across @ (up @ askew.T)[..., None])[..., 0]
         residual = np.where(self.seen, -prediction, 0.0)
-        by_turn = across @ np.swapaxes(rotation, 1, 2) @ se3.skew(UP)
+        by_turn = across @ askew @ np.swapaxes(rotation, 1, 2) @ se3.skew(UP)
         by_turn = np.where(self.seen[..., None], by_turn, 0.0)
         by_twist = np.concatenate([np.zeros_like(by_turn), by_turn], axis=2)
-        return Seen(residual, by_twist, np.zeros((len(poses), 2, 0)))
+        mounted = np.where(self.seen[..., None], across @ se3.skew(up), 0.0)[..., : len(unknown)]
+        return Seen(residual, by_twist, mounted)

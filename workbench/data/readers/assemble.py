@@ -12,16 +12,19 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
+from workbench.base.columns import Per, row_drivers
 from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.base.types import Matrix4
 from workbench.base.wording import plural
+from workbench.data.columns import known_columns
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import repeated_rows
 from workbench.data.readers.fields import Fields, in_base
+from workbench.data.readers.headings import column_of
 from workbench.data.readers.orientation import read_orientation
 
-_LABELS = ("anchor", "contact", "point", "session", "group")
-_NUMBERS = ("time", "temperature", "payload")
+_CHECKED = {"distance", "direction", "exclude", "reason"}
+"""Columns that are read by a function of their own."""
 _XYZ = ("x", "y", "z")
 _SIGMA = tuple(f"sigma_{axis}" for axis in ("x", "y", "z", "rx", "ry", "rz"))
 _WRENCH = tuple(f"{kind}_{axis}" for kind in ("force", "moment") for axis in "xyz")
@@ -66,7 +69,6 @@ def assemble(
         rotation=rotation,
         markers=markers,
         distance=_distance(fields),
-        torque=_per_joint(fields, "torque", q.shape[1]),
         direction=_signs(fields, q.shape[1]),
         sigma=sigma,
         tilt=tilt,
@@ -80,7 +82,7 @@ def assemble(
         + moved
         + _excluded_notes(fields, excluded, found, reasons)
         + _label_notes(fields),
-        **_plain(fields),
+        **_plain(fields, q.shape[1]),
     )
     return replace(dataset, notes=dataset.notes + _repeats(dataset, fields))
 
@@ -134,6 +136,7 @@ def _observations(fields: Fields, position, rotation, markers, tilt, beside) -> 
     if "distance" in fields.values:
         observed["distance"] = fields.values["distance"][:, None]
     observed |= {f"tilt {link}": values for link, values in (tilt or {}).items()}
+    observed |= {n: v.reshape(fields.rows, -1) for n, v in fields.values.items() if _is_observed(n)}
     if not observed and "contact" not in fields.values and "point" not in fields.values:
         raise DataError(
             f"{fields.source}: nothing was observed: "
@@ -202,12 +205,27 @@ def _sigma(fields: Fields) -> tuple[np.ndarray | None, tuple[str, ...]]:
     return sigma, tuple(notes)
 
 
-def _plain(fields: Fields) -> dict[str, Any]:
-    """Labels and single numbers, which are taken as they are."""
-    plain = {key: fields.values[key] for key in (*_LABELS, *_NUMBERS) if key in fields.values}
+def _is_observed(key: str) -> bool:
+    """Whether a column of another package is what was observed."""
+    column = column_of(key)
+    return column is not None and column.observed and column.name not in _CHECKED
+
+
+def _plain(fields: Fields, joints: int) -> dict[str, Any]:
+    """Labels and numbers, which are taken as they are; those of other packages together."""
+    found = {
+        column.name: _per_joint(fields, column.name, joints)
+        if column.per is Per.JOINT
+        else fields.values.get(column.name)
+        for column in known_columns().values()
+        if column.kept and column.name not in _CHECKED
+    }
+    plain = {name: values for name, values in found.items() if values is not None}
     if "distance" in fields.values and "anchor" not in plain:
         plain["anchor"] = np.full(fields.rows, "anchor")
-    return plain
+    own = plain.keys() & Dataset.__dataclass_fields__.keys()
+    more = {name: values for name, values in plain.items() if name not in own}
+    return {name: plain[name] for name in own} | {"more": more}
 
 
 def _excluded_by_file(fields: Fields) -> Mask:
@@ -304,7 +322,7 @@ def _label_notes(fields: Fields) -> tuple[str, ...]:
                 notes.append(f"rows without a {key} name are taken as one {key}")
     if "distance" in fields.values and "anchor" not in fields.values:
         notes.append("there is no 'anchor' column: all distances are taken from one anchor")
-    for key in _NUMBERS:
+    for key in row_drivers():
         if key in fields.values and (missing := int(np.isnan(fields.values[key]).sum())):
             notes.append(f"{plural(missing, 'row')} without {key}")
     return tuple(notes)

@@ -4,9 +4,11 @@ import re
 from collections import Counter
 from dataclasses import dataclass, replace
 
+from workbench.base.columns import Per
 from workbench.base.errors import FileError, UnitError, WorkbenchError
 from workbench.base.units import EXAMPLES, REMARKS, Conversion, conversion, parse_heading
 from workbench.base.wording import listed, span
+from workbench.data.columns import known_columns
 from workbench.data.readers.headings import is_commanded, meaning, quantities_of, split_ending
 from workbench.data.readers.table import Table
 
@@ -16,7 +18,7 @@ _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Column:
+class TableColumn:
     """One column of a table, as understood.
 
     Args:
@@ -38,13 +40,13 @@ class Column:
     problem: WorkbenchError | None = None
 
 
-def interpret_columns(table: Table) -> tuple[Column, ...]:
+def interpret_columns(table: Table) -> tuple[TableColumn, ...]:
     """What each column of a table holds; problems are kept in the columns, not raised."""
     columns = _counted_from_one([_column(table, index) for index in range(len(table.headings))])
     return _without_duplicates(columns, table)
 
 
-def _column(table: Table, index: int) -> Column:
+def _column(table: Table, index: int) -> TableColumn:
     """One column by its heading, its units row, or its unit ending ('x_mm')."""
     text = table.headings[index]
     name, unit = parse_heading(text)
@@ -56,14 +58,14 @@ def _column(table: Table, index: int) -> Column:
         remark = f"the unit of '{text}' is taken from its name"
     if found is None or is_commanded(name):
         goal = f"'{text}' is a goal, not a measurement, and is left out" if is_commanded(name) else None
-        return Column(index=index, heading=text, remark=goal)
+        return TableColumn(index=index, heading=text, remark=goal)
     if not found.own and remark is None:
         remark = f"'{text}' is read as {found.key}"
-    column = Column(index=index, heading=text, key=found.key, remark=remark)
+    column = TableColumn(index=index, heading=text, key=found.key, remark=remark)
     return _with_unit(column, table, unit if unit is not None else table.units[index] or None)
 
 
-def _with_unit(column: Column, table: Table, unit: str | None) -> Column:
+def _with_unit(column: TableColumn, table: Table, unit: str | None) -> TableColumn:
     """The column with its conversion to SI, or with the problem that it has none."""
     assert column.key is not None
     quantities = quantities_of(column.key)
@@ -97,9 +99,9 @@ def place(table: Table, heading: str) -> str:
     return f"{table.source}{line}, column '{heading}'"
 
 
-def _counted_from_one(columns: list[Column]) -> list[Column]:
+def _counted_from_one(columns: list[TableColumn]) -> list[TableColumn]:
     """Joints, torques and directions that a file counts from 0 (joint_0 …) are counted from 1."""
-    for stem in ("q", "torque", "direction"):
+    for stem in ("q", *(c.name for c in known_columns().values() if c.per is Per.JOINT)):
         pattern = re.compile(rf"{stem}(\d+)")
         if not any(column.key == f"{stem}0" for column in columns):
             continue
@@ -111,9 +113,9 @@ def _counted_from_one(columns: list[Column]) -> list[Column]:
     return columns
 
 
-def _without_duplicates(columns: list[Column], table: Table) -> tuple[Column, ...]:
+def _without_duplicates(columns: list[TableColumn], table: Table) -> tuple[TableColumn, ...]:
     """Columns, where two of the same meaning are each other's problem."""
-    seen: dict[str, Column] = {}
+    seen: dict[str, TableColumn] = {}
     for i, column in enumerate(columns):
         if column.key is None:
             continue
@@ -129,7 +131,7 @@ def _without_duplicates(columns: list[Column], table: Table) -> tuple[Column, ..
     return tuple(columns)
 
 
-def problems(columns: tuple[Column, ...]) -> list[WorkbenchError]:
+def problems(columns: tuple[TableColumn, ...]) -> list[WorkbenchError]:
     """What stands against reading the columns; equal sentences about several columns are joined."""
     found = [(column, column.problem) for column in columns if column.problem is not None]
     missing = [column for column, problem in found if isinstance(problem, UnitError) and not problem.unit]
@@ -143,7 +145,7 @@ def problems(columns: tuple[Column, ...]) -> list[WorkbenchError]:
     return result
 
 
-def decisions(columns: tuple[Column, ...]) -> tuple[str, ...]:
+def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     """Everything decided about the columns, in few sentences."""
     notes: list[str] = []
     renamed = [

@@ -43,7 +43,7 @@ _DOTS = ("…", "...", "..")
 
 
 @dataclass(frozen=True)
-class Item:
+class NamedUnit:
     """One side of an entry: a name with what stood in its brackets."""
 
     name: str
@@ -59,8 +59,8 @@ class Item:
 class Pair:
     """Two names that mean the same; which is the file's is found by looking into the file."""
 
-    left: Item
-    right: tuple[Item, ...]
+    left: NamedUnit
+    right: tuple[NamedUnit, ...]
 
 
 @dataclass(frozen=True)
@@ -68,14 +68,14 @@ class Naming:
     """The `columns` option, parsed: a list in order, or pairs; or a mapping, the file's names on the left."""
 
     text: str
-    items: tuple[Item, ...] = ()
+    items: tuple[NamedUnit, ...] = ()
     pairs: tuple[Pair, ...] = ()
     is_mapping: bool = False
 
 
 def parse_columns(text: str) -> Naming:
     """Parse the `columns` option."""
-    items: list[Item] = []
+    items: list[NamedUnit] = []
     pairs: list[Pair] = []
     for part in _parts(text):
         left, equals, right = part.partition("=")
@@ -103,7 +103,7 @@ def _parts(text: str) -> list[str]:
     return [part.strip() for part in parts if part.strip()]
 
 
-def _item(text: str, whole: str) -> Item:
+def _item(text: str, whole: str) -> NamedUnit:
     """A name with its brackets: [unit], [row] or [unit|column]."""
     match = _ITEM.fullmatch(text.strip())
     if match is None or not match["name"].strip():
@@ -117,12 +117,12 @@ def _item(text: str, whole: str) -> Item:
             unit = token
         else:
             raise OptionError(f"columns='{whole}': '{text}' has two units, '{unit}' and '{token}'")
-    return Item(match["name"].strip(), unit, orientation)
+    return NamedUnit(match["name"].strip(), unit, orientation)
 
 
-def _counted_on(items: tuple[Item, ...], whole: str) -> tuple[Item, ...]:
+def _counted_on(items: tuple[NamedUnit, ...], whole: str) -> tuple[NamedUnit, ...]:
     """Items with 'q1, …, q6' written out."""
-    result: list[Item] = []
+    result: list[NamedUnit] = []
     for i, item in enumerate(items):
         if item.name not in _DOTS:
             result.append(item)
@@ -134,10 +134,10 @@ def _counted_on(items: tuple[Item, ...], whole: str) -> tuple[Item, ...]:
                 f"columns='{whole}': '…' must stand between numbered names, as in q1[deg],…,q6[deg]"
             )
         unit = result[-1].unit if result[-1].unit is not None else items[i + 1].unit
-        result[-1] = Item(result[-1].name, unit)
-        result += [Item(f"{first[1]}{n}", unit) for n in range(int(first[2]) + 1, int(last[2]))]
+        result[-1] = NamedUnit(result[-1].name, unit)
+        result += [NamedUnit(f"{first[1]}{n}", unit) for n in range(int(first[2]) + 1, int(last[2]))]
         if items[i + 1].unit is None:
-            items = (*items[: i + 1], Item(items[i + 1].name, unit), *items[i + 2 :])
+            items = (*items[: i + 1], NamedUnit(items[i + 1].name, unit), *items[i + 2 :])
     return tuple(result)
 
 
@@ -172,10 +172,10 @@ def headings_in_order(naming: Naming, width: int) -> tuple[str, ...]:
     return tuple(headings)
 
 
-def _group_heading(item: Item, key: str) -> str:
+def _group_heading(item: NamedUnit, key: str) -> str:
     """Heading of one column of a group; the numbers of rotations and quaternions carry no unit."""
     return key if re.fullmatch(r"r\d\d|q[wxyz]", key) else item.heading(key)
 
 
-def _width(item: Item) -> int:
+def _width(item: NamedUnit) -> int:
     return len(group_keys(item.name) or "1")

@@ -15,7 +15,7 @@ from jaxtyping import Float, Int
 
 from workbench.base.errors import DataError, FileError
 from workbench.base.wording import of_cell
-from workbench.data.readers.columns import Column, decisions, interpret_columns, problems
+from workbench.data.readers.columns import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.table import Table
 
 MISSING = frozenset({"", "nan", "na", "n/a", "#n/a", "null", "none", "-", "--", "?", "missing"})
@@ -106,7 +106,7 @@ def fields_of(table: Table) -> Fields:
     return convert(table, columns)
 
 
-def convert(table: Table, columns: tuple[Column, ...]) -> Fields:
+def convert(table: Table, columns: tuple[TableColumn, ...]) -> Fields:
     """The understood columns in SI."""
     if not table.rows:
         raise DataError(f"{table.source}: there is a header but no data row: at least one is needed")
@@ -125,7 +125,7 @@ def convert(table: Table, columns: tuple[Column, ...]) -> Fields:
     )
 
 
-def _values(table: Table, column: Column, decimal: Decimal) -> np.ndarray:
+def _values(table: Table, column: TableColumn, decimal: Decimal) -> np.ndarray:
     if column.key == "time" and column.conversion is None:
         return _seconds(table, column)
     if column.conversion is None:
@@ -133,7 +133,7 @@ def _values(table: Table, column: Column, decimal: Decimal) -> np.ndarray:
     return column.conversion.to_si(to_numbers(table, column.index, decimal))
 
 
-def _seconds(table: Table, column: Column) -> np.ndarray:
+def _seconds(table: Table, column: TableColumn) -> np.ndarray:
     """Dates as seconds from the first row."""
     dates = []
     for row, cell in enumerate(table.columns[column.index]):

@@ -7,7 +7,7 @@ from workbench.base import files
 from workbench.base.errors import FileError
 
 
-class Kind(StrEnum):
+class FileKind(StrEnum):
     """The kinds of files that are read."""
 
     TEXT = "text table"
@@ -46,24 +46,24 @@ def read_bytes(path: Path) -> bytes:
     return data
 
 
-def kind_of(data: bytes, path: Path) -> Kind:
+def kind_of(data: bytes, path: Path) -> FileKind:
     """The kind of file that these bytes are."""
     if data.startswith(b"PK\x03\x04"):
         return _zip_kind(data, path)
     if data.startswith(b"PAR1"):
-        return Kind.PARQUET
+        return FileKind.PARQUET
     for magic, sentence in _REFUSED:
         if data.startswith(magic):
             raise FileError(f"{sentence}; {TABLE}" if "not a table" in sentence else sentence, path=str(path))
     if data.startswith(b"MATLAB 5.0 MAT-file") or path.suffix.lower() == ".mat":
-        return Kind.MATLAB
-    return Kind.TEXT
+        return FileKind.MATLAB
+    return FileKind.TEXT
 
 
-def _zip_kind(data: bytes, path: Path) -> Kind:
+def _zip_kind(data: bytes, path: Path) -> FileKind:
     """An xlsx is a zip archive with a workbook in it."""
     if b"xl/" in data and b"[Content_Types].xml" in data:
-        return Kind.EXCEL
+        return FileKind.EXCEL
     if b"opendocument.spreadsheet" in data[:200]:
         raise FileError("this is an OpenDocument table (.ods): save it as .xlsx or CSV", path=str(path))
     raise FileError(f"this is a zip archive: unpack it first; {TABLE}", path=str(path))

@@ -1,22 +1,21 @@
 """Meanings of headings: our own names, and synonyms used by controllers and people.
 
-A key is the name of formats.md ('q1', 'x', 'qw', 'm2y', 'tilt_x3', …). A heading of another spelling is
-recognised only where it can't mean anything else; commanded values are never taken for measured ones.
+A key is the name of formats.md ('q1', 'x', 'qw', 'm2y', 'tilt_x3', …); those with one value a row or a joint
+stand in the table of columns. A heading of another spelling is recognised only where it can't mean anything
+else; commanded values are never taken for measured ones.
 """
 
 import re
 from functools import lru_cache
 from typing import NamedTuple
 
+from workbench.base.columns import Column, Per
 from workbench.base.errors import UnitError
 from workbench.base.units import Quantity, conversion, parse_heading
+from workbench.data.columns import known_columns
 
 JOINT = (Quantity.ANGLE, Quantity.LENGTH)
 PIXEL_LABELS = ("image", "camera", "id", "corner")
-LABELS = (
-    *("session", "group", "point", "anchor", "contact", "pose_frame", "reason", "exclude"),
-    *PIXEL_LABELS,
-)
 
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
 _JOINT_WORDS = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
@@ -38,8 +37,6 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"q([wxyz])", "q{0}"),
         (r"r([xyz])", "r{0}"),
         (r"r_?([123])_?([123])", "r{0}{1}"),
-        (r"torque(\d+)", "torque{0}"),
-        (r"direction(\d+)", "direction{0}"),
         (r"m(\d+)([xyz])", "m{0}{1}"),
         (r"sigma_(x|y|z|rx|ry|rz)", "sigma_{0}"),
         (r"tilt_([xy])(\d+)", "tilt_{0}{1}"),
@@ -55,32 +52,13 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"rollwinkel", "roll"),
         (r"(?:q|quat|quaternion|orientation)_([wxyz])|quat([wxyz])", "q{0}"),
         (r"(?:rotvec|rotation_vector|rv)_?([xyz])", "r{0}"),
-        (r"(?:torque|tau|effort|drehmoment|moment)_?(\d+)", "torque{0}"),
-        (r"(?:direction|dir|richtung)_?(\d+)", "direction{0}"),
         (r"(?:m|marker)_?(\d+)_?([xyz])", "m{0}{1}"),
         (r"(?:sigma|std)_?(x|y|z|rx|ry|rz)", "sigma_{0}"),
         (r"(?:sigma|std)_?(roll|pitch|yaw)", "sigma_{0}"),
         (r"tilt_?([xy])_?(\d+)", "tilt_{0}{1}"),
     )
 )
-_WORDS = {
-    "time": ("zeit", "timestamp", "t"),
-    "temperature": ("temp", "temperatur", "measurement_temperature", "air_temperature"),
-    "payload": ("nutzlast", "traglast"),
-    "distance": ("dist", "abstand", "entfernung"),
-    "anchor": ("anker",),
-    "contact": ("kontakt",),
-    "session": ("sitzung", "placement", "aufstellung"),
-    "group": ("gruppe",),
-    "point": ("socket", "punkt"),
-    "pose_frame": (),
-    **dict.fromkeys(PIXEL_LABELS, ()),
-    **dict.fromkeys(("u", "v"), ()),
-    "exclude": ("excluded", "ausschluss"),
-    "reason": ("grund",),
-}
-_SYNONYMS = {word: key for key, words in _WORDS.items() for word in (key, *words)}
-_SYNONYMS |= {f"{name}{end}": f"q{i}" for i, name in enumerate(_UR_JOINTS, 1) for end in ("", "_joint")}
+_UR = {f"{name}{end}": f"q{i}" for i, name in enumerate(_UR_JOINTS, 1) for end in ("", "_joint")}
 _ANGLES = {"sigma_roll": "sigma_rx", "sigma_pitch": "sigma_ry", "sigma_yaw": "sigma_rz"}
 _UNIT_ENDINGS = (
     *("mm", "cm", "um", "µm", "m", "in", "deg", "°", "rad", "mrad"),
@@ -105,12 +83,25 @@ def normalised(name: str) -> str:
     return re.sub(r"[\s\-./_]+", "_", name.strip().lower()).strip("_")
 
 
-@lru_cache
 def meaning(name: str) -> Meaning | None:
     """What a column of this name (without its unit) holds, or None."""
+    return _meaning(name, tuple(known_columns().values()))
+
+
+@lru_cache(maxsize=1000)
+def _meaning(name: str, table: tuple[Column, ...]) -> Meaning | None:
     plain = normalised(name)
-    if plain in _SYNONYMS and name.strip() != "T":  # T may be time, temperature or torque
-        return Meaning(_SYNONYMS[plain], plain == _SYNONYMS[plain])
+    if name.strip() != "T":  # T may be time, temperature or torque
+        if plain in _UR:
+            return Meaning(_UR[plain], False)
+        numbered = re.fullmatch(r"(.+?)_?(\d{1,9})", plain, re.ASCII)
+        for column in table:
+            names = (column.name, *column.also)
+            if column.per is Per.ROW and plain in names:
+                return Meaning(column.name, plain == column.name)
+            if column.per is Per.JOINT and numbered is not None and numbered[1] in names:
+                key = f"{column.name}{numbered[2].lstrip('0') or '0'}"
+                return Meaning(key, plain == key)
     for pattern, template in _PATTERNS:
         if match := pattern.fullmatch(plain):
             key = template.format(
@@ -128,21 +119,24 @@ def is_commanded(name: str) -> bool:
 
 _QUANTITIES = (
     (r"q\d+", JOINT),
-    (r"(sigma_)?[xyz]|m\d+[xyz]|distance", (Quantity.LENGTH,)),
+    (r"(sigma_)?[xyz]|m\d+[xyz]", (Quantity.LENGTH,)),
     (r"roll|pitch|yaw|zxz_(phi|theta|psi)|(sigma_)?r[xyz]|tilt_[xy]\d+", (Quantity.ANGLE,)),
-    (r"(torque|moment_).*", (Quantity.TORQUE,)),
+    (r"moment_.*", (Quantity.TORQUE,)),
     (r"force_.*", (Quantity.FORCE,)),
-    (r"time", (Quantity.TIME,)),
-    (r"temperature", (Quantity.TEMPERATURE,)),
-    (r"payload", (Quantity.MASS,)),
-    (r"[uv]", (Quantity.PIXEL,)),
 )
+
+
+def column_of(key: str) -> Column | None:
+    """The entry of the table that a column of this name belongs to."""
+    table = known_columns()
+    of_joints = table.get(key.rstrip("0123456789"))
+    return of_joints if of_joints is not None and of_joints.per is Per.JOINT else table.get(key)
 
 
 def quantities_of(key: str) -> tuple[Quantity, ...]:
     """What the column measures; empty for labels."""
-    if key in LABELS:
-        return ()
+    if (column := column_of(key)) is not None:
+        return () if column.quantity is None else (column.quantity,)
     return next((found for pattern, found in _QUANTITIES if re.fullmatch(pattern, key)), (Quantity.NUMBER,))
 
 

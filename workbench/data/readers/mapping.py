@@ -19,7 +19,8 @@ import tomli_w
 from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.base.units import EXAMPLES, Quantity, parse_heading
-from workbench.data.readers.columns_option import Item, Naming, Pair
+from workbench.data.columns import known_columns
+from workbench.data.readers.columns_option import NamedUnit, Naming, Pair
 from workbench.data.readers.headings import meaning, quantities_of
 from workbench.data.readers.preview import Preview, PreviewColumn
 
@@ -60,7 +61,7 @@ class _Reader(AbstractTableReader):
                 raise self.fail(
                     f'[{key}] "{heading}" = "{ours}": there is no such column; write e.g. q1[deg]'
                 )
-            pairs.append(Pair(Item(heading), (Item(name, unit),)))
+            pairs.append(Pair(NamedUnit(heading), (NamedUnit(name, unit),)))
         return Naming(f"{self.path} [{key}]", (), tuple(pairs), is_mapping=True) if pairs else None
 
 
@@ -133,8 +134,10 @@ def meanings(joints: int) -> tuple[str, ...]:
     keys = [f"q{k + 1}" for k in range(joints)]
     keys += ["x", "y", "z", "roll", "pitch", "yaw", "rx", "ry", "rz", "qw", "qx", "qy", "qz"]
     keys += [f"r{i}{j}" for i in "123" for j in "123"]
-    keys += ["time", "temperature", "payload", "distance", "session", "group", "point", "anchor", "contact"]
-    keys += ["sigma_x", "sigma_y", "sigma_z", *(f"torque{k + 1}" for k in range(joints)), "exclude", "reason"]
+    for column in known_columns().values():
+        if column.kept:
+            keys += column.names(joints)
+    keys += ["sigma_x", "sigma_y", "sigma_z"]
     usual = {q: words.split(" or ") for q, words in EXAMPLES.items() if words != EXAMPLES[Quantity.NUMBER]}
     found = [LEFT_OUT]
     for key in keys:

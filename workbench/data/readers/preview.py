@@ -6,11 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from workbench.base.errors import WorkbenchError
-from workbench.base.progress import Cancel, never
 from workbench.base.types import Matrix4
 from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
-from workbench.data.readers.columns import Column, decisions, interpret_columns, problems
+from workbench.data.readers.columns import TableColumn, decisions, interpret_columns, problems
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Fields, convert
 from workbench.data.readers.headings import quantities_of
@@ -73,12 +72,11 @@ def preview(
     layout: str | None = None,
     sheet: str | None = None,
     base: Matrix4 | None = None,
-    cancel: Cancel = never,
 ) -> Preview:
     """What `read_measurements` would make of a file; problems are listed, never raised."""
     path = Path(path)
     try:
-        fields, name, table = read_by_layout(path, columns=columns, layout=layout, sheet=sheet, cancel=cancel)
+        fields, name, table = read_by_layout(path, columns=columns, layout=layout, sheet=sheet)
     except WorkbenchError as error:
         return Preview(path=str(path), problems=(str(error),))
     if fields is None:
@@ -144,7 +142,7 @@ def _of_fields(
     )
 
 
-def _shown(column: Column, table: Table) -> PreviewColumn:
+def _shown(column: TableColumn, table: Table) -> PreviewColumn:
     si = str(column.conversion.quantity) if column.conversion is not None and column.unit else None
     cells = table.columns[column.index]
     heading = table.own[column.index] if table.own else column.heading

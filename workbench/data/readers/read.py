@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.errors import FileError, OptionError
-from workbench.base.progress import Cancel, never
 from workbench.base.types import Matrix4
 from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
@@ -17,8 +16,8 @@ from workbench.data.readers import layouts
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.columns_option import Naming, headings_in_order, parse_columns
 from workbench.data.readers.fields import Fields, fields_of
-from workbench.data.readers.file_kind import Kind, kind_of, read_bytes
-from workbench.data.readers.joint_logs import join
+from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
+from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
 from workbench.data.readers.table import Grid, Table, with_headings, with_names, with_pairs
 from workbench.data.readers.text import read_text
@@ -35,7 +34,6 @@ def read_measurements(
     base: Matrix4 | None = None,
     joint_table: str | PathLike | None = None,
     joint_columns: Naming | None = None,
-    cancel: Cancel = never,
 ) -> Dataset:
     """Measurements of a file or a data frame in SI, with every decision in `notes`.
 
@@ -49,9 +47,8 @@ def read_measurements(
         base: Pose of the robot's base in the measuring frame, for files whose column `pose_frame` says that
             their poses are in the robot's base, as those of `workbench path` are.
         joint_table: File with the joints of measurements that have none of their own, such as a robot's log;
-            joined by name, time or row (`standstills`).
+            joined by name, by an installed way such as time, or row by row.
         joint_columns: What its columns are, where its headings do not say.
-        cancel: Asked while a file is unpacked; once it says so, reading ends.
 
     Raises:
         FileError: The file can't be read; carries line and column.
@@ -61,24 +58,19 @@ def read_measurements(
         OptionError: An option does not fit the file.
         MissingExtraError: An optional library is needed.
     """
-    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, cancel=cancel)
+    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet)
     if joint_table is not None:
         if "q1" in fields.values:
             raise OptionError(f"{fields.source} has joints of its own; leave out the table of joints")
-        fields = join(fields, read_fields(joint_table, columns=joint_columns, cancel=cancel))
+        fields = join(fields, read_fields(joint_table, columns=joint_columns))
     return assemble(fields, joints=joints, base=base)
 
 
 def read_fields(
-    source: Any,
-    *,
-    columns: str | Naming | None = None,
-    layout: str | None = None,
-    sheet: str | None = None,
-    cancel: Cancel = never,
+    source: Any, *, columns: str | Naming | None = None, layout: str | None = None, sheet: str | None = None
 ) -> Fields:
     """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
-    found, _, table = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, cancel=cancel)
+    found, _, table = read_by_layout(source, columns=columns, layout=layout, sheet=sheet)
     if found is None:
         assert table is not None, "what has no layout of its own is a table"
         return fields_of(table)
@@ -86,7 +78,7 @@ def read_fields(
 
 
 def read_by_layout(
-    source: Any, *, columns: str | Naming | None, layout: str | None, sheet: str | None, cancel: Cancel
+    source: Any, *, columns: str | Naming | None, layout: str | None, sheet: str | None
 ) -> tuple[Fields | None, str, Table | None]:
     """A source by its layout: the columns in SI, the layout's name, and the table if it is one.
 
@@ -100,8 +92,8 @@ def read_by_layout(
             known = listed((layouts.PLAIN, *layouts.LAYOUTS), longest=100)
             raise OptionError(f"there is no layout '{layout}': there are {known}")
         if (whole := _file_layout(path, layout)) is not None:
-            return whole.read(path, naming_of(columns), cancel), whole.name, None
-        table = read_table(path, columns=columns, sheet=sheet, cancel=cancel)
+            return whole.read(path, naming_of(columns)), whole.name, None
+        table = read_table(path, columns=columns, sheet=sheet)
     special = _table_layout(table, columns, layout)
     return (None, "", table) if special is None else (special.read(table), special.name, table)
 
@@ -145,21 +137,19 @@ def _table_layout(
     return None
 
 
-def read_table(
-    path: Path, *, columns: str | Naming | None, sheet: str | None, cancel: Cancel = never
-) -> Table:
+def read_table(path: Path, *, columns: str | Naming | None, sheet: str | None) -> Table:
     """The file as named columns of text."""
     data = read_bytes(path)
     kind = kind_of(data, path)
     naming = naming_of(columns)
-    if sheet is not None and kind is not Kind.EXCEL:
+    if sheet is not None and kind is not FileKind.EXCEL:
         raise OptionError(f"{path}: this is no workbook, so it has no sheet '{sheet}': leave 'sheet' out")
-    if kind is Kind.MATLAB:
-        return with_headings(read_matlab(data, path, naming=naming, cancel=cancel))
-    if kind is Kind.EXCEL:
-        grid = read_excel(data, path, sheet=sheet, cancel=cancel)
-    elif kind is Kind.PARQUET:
-        grid = read_parquet(data, path, cancel=cancel)
+    if kind is FileKind.MATLAB:
+        return with_headings(read_matlab(data, path, naming=naming))
+    if kind is FileKind.EXCEL:
+        grid = read_excel(data, path, sheet=sheet)
+    elif kind is FileKind.PARQUET:
+        grid = read_parquet(data, path)
     else:
         grid = read_text(data, path)
     _refuse_transform(grid)

@@ -7,7 +7,7 @@ from enum import StrEnum
 from workbench.base.errors import FileError, OptionError
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
-from workbench.data.readers.columns_option import Item, Naming, Pair
+from workbench.data.readers.columns_option import NamedUnit, Naming, Pair
 from workbench.data.readers.headings import is_known, meaning
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
@@ -293,7 +293,7 @@ def _mapped(rows: list[list[str]], naming: Naming, source: str) -> tuple[str, ..
             name, own = parse_heading(cell)
             item = places[i, j].right[0] if (i, j) in places else None
             if item is not None and item.name != "-":
-                row[j] = Item(item.name, own if item.unit is None else item.unit).heading()
+                row[j] = NamedUnit(item.name, own if item.unit is None else item.unit).heading()
                 notes += (f"the caller reads '{cell}' as {row[j]}",) if row[j] != cell else ()
             elif cell and (item is not None or (meaning(name) is not None and meaning(name) in taken)):
                 row[j] = f"{cell} (not used)"
@@ -313,10 +313,10 @@ def _places(row: list[str], name: str) -> list[int]:
     return [j for j, cell in enumerate(row) if cell and name in (cell, parse_heading(cell).name)]
 
 
-def _rename(row: list[str], place: int, item: Item) -> None:
+def _rename(row: list[str], place: int, item: NamedUnit) -> None:
     """Put the item's heading at a place; its own unit wins over the one that stood there."""
     unit = parse_heading(row[place]).unit if item.unit is None else item.unit
     for j, cell in enumerate(row):
         if j != place and cell and meaning(parse_heading(cell).name) == meaning(item.name):
             row[j] = f"{cell} (not used)"
-    row[place] = Item(item.name, unit).heading()
+    row[place] = NamedUnit(item.name, unit).heading()

@@ -1,11 +1,13 @@
 """Trajectories and lists of poses: the same columns as measurements, with joints or poses or both."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base.columns import row_drivers
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.data.readers.assemble import joint_columns
@@ -23,8 +25,7 @@ class Trajectory:
         q: Joint positions [rad or m]; None when the file has none.
         position: Positions of the tool [m].
         rotation: Orientations of the tool.
-        payload: Mass at the tool [kg]; None when the file has none.
-        temperature: Temperature [degC]; None when the file has none.
+        drivers: What else may drive effects, one number a row by the column's name, such as `payload` [kg].
         source: Path, for messages.
         notes: Each decision that the reader took.
     """
@@ -35,8 +36,7 @@ class Trajectory:
     rotation: Float[np.ndarray, "rows 3 3"] | None
     source: str
     notes: tuple[str, ...]
-    payload: Float[np.ndarray, " rows"] | None = None
-    temperature: Float[np.ndarray, " rows"] | None = None
+    drivers: Mapping[str, Float[np.ndarray, " rows"]] = field(default_factory=dict)
 
 
 def read_trajectory(
@@ -77,5 +77,5 @@ def read_trajectory(
         rotation=None if rotation is None else frozen(rotation),
         source=fields.source,
         notes=fields.notes + notes,
-        **{name: frozen(fields.values[name]) for name in ("payload", "temperature") if name in fields.values},
+        drivers={n: frozen(fields.values[n]) for n in row_drivers() if n in fields.values and n != "time"},
     )

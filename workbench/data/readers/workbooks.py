@@ -8,15 +8,14 @@ from typing import Any
 import numpy as np
 
 from workbench.base.errors import FileError, OptionError
-from workbench.base.progress import Cancel, never
 from workbench.base.wording import listed
 from workbench.data.binary_tables import read_arrays, read_columns, read_workbook, text_of
-from workbench.data.readers.columns_option import Item, Naming, Pair, group_keys
+from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys
 from workbench.data.readers.headings import meaning
 from workbench.data.readers.table import Grid, recognised_headings
 
 
-def read_excel(data: bytes, path: Path, *, sheet: str | None, cancel: Cancel = never) -> Grid:
+def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
     """Cells of the sheet that holds the measurements.
 
     Args:
@@ -26,7 +25,7 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None, cancel: Cancel = n
     """
     grids = {
         name: Grid(source=str(path), rows=rows, lines=lines)
-        for name, (rows, lines) in read_workbook(data, path, cancel=cancel).items()
+        for name, (rows, lines) in read_workbook(data, path).items()
     }
     if sheet is not None:
         if sheet not in grids:
@@ -50,9 +49,9 @@ def _named(grids: dict[str, Grid], name: str) -> Grid:
     return replace(grids[name], notes=(note,))
 
 
-def read_parquet(data: bytes, path: Path, *, cancel: Cancel = never) -> Grid:
+def read_parquet(data: bytes, path: Path) -> Grid:
     """Columns of a parquet file as cells of text, under a row of headings."""
-    names, columns = read_columns(data, path, cancel=cancel)
+    names, columns = read_columns(data, path)
     return _under_names(names, columns, source=str(path))
 
 
@@ -77,9 +76,9 @@ def _under_names(names: list[str], columns: list[list[str]], *, source: str) -> 
 _LABELS = ("U", "O", "S")
 
 
-def read_matlab(data: bytes, path: Path, *, naming: Naming | None, cancel: Cancel = never) -> Grid:
+def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     """Matrices of a MATLAB file as cells of text, under headings made from the `columns` option."""
-    variables = read_arrays(data, path, cancel=cancel)
+    variables = read_arrays(data, path)
     if not variables:
         raise FileError("there are no matrices in this MATLAB file", path=str(path))
     if naming is None or not naming.pairs:
@@ -110,7 +109,7 @@ def _contents(variables: dict[str, np.ndarray]) -> str:
 
 def _file_side(
     pair: Pair, variables: dict[str, np.ndarray], path: Path
-) -> tuple[str, Item, tuple[Item, ...]]:
+) -> tuple[str, NamedUnit, tuple[NamedUnit, ...]]:
     """The name in the file, the item that carries it, and what it means."""
     if len(pair.right) == 1 and pair.right[0].name in variables:
         side, item = pair.right[0], pair.left
@@ -125,7 +124,7 @@ def _file_side(
 
 
 def _one_row_each(
-    array: np.ndarray, name: str, side: Item, wanted: tuple[Item, ...], path: Path
+    array: np.ndarray, name: str, side: NamedUnit, wanted: tuple[NamedUnit, ...], path: Path
 ) -> tuple[np.ndarray, str]:
     """The matrix with one measurement a row, and how it stood in the file."""
     if array.ndim == 3 and array.shape[:2] in ((3, 3), (4, 4)):
@@ -154,7 +153,7 @@ def _from_stack(array: np.ndarray) -> np.ndarray:
     return rotation if array.shape[0] == 3 else np.hstack([array[:3, 3, :].T, rotation])
 
 
-def _keys(wanted: tuple[Item, ...]) -> tuple[str, ...] | None:
+def _keys(wanted: tuple[NamedUnit, ...]) -> tuple[str, ...] | None:
     """Keys that the items name; None when the number of joints is open."""
     keys: list[str] = []
     for item in wanted:
@@ -164,12 +163,12 @@ def _keys(wanted: tuple[Item, ...]) -> tuple[str, ...] | None:
     return tuple(keys)
 
 
-def _count(wanted: tuple[Item, ...]) -> int | None:
+def _count(wanted: tuple[NamedUnit, ...]) -> int | None:
     keys = _keys(wanted)
     return len(keys) if keys is not None else None
 
 
-def _headings(wanted: tuple[Item, ...], width: int, name: str, path: Path) -> list[str]:
+def _headings(wanted: tuple[NamedUnit, ...], width: int, name: str, path: Path) -> list[str]:
     """Headings of the matrix's columns, with the unit of the item."""
     headings: list[str] = []
     for item in wanted:

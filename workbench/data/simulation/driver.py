@@ -27,12 +27,12 @@ from workbench.data.simulation.instruments import Instrument, Observes
 
 PEAK = 15.0 / 8.0
 """Peak speed of the minimum-jerk curve over its mean speed."""
-SHORTEST = 0.3
+MIN_MOTION_TIME = 0.3
 """Least time of any motion [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pace:
+class DrivePace:
     """How the arm moves and how often it is sampled.
 
     Args:
@@ -66,7 +66,7 @@ def drive(
     *,
     rng: np.random.Generator,
     instrument: Instrument | None = None,
-    pace: Pace | None = None,
+    pace: DrivePace | None = None,
     start: Float[np.ndarray, " n"] | None = None,
     clock: float = 0.0,
 ) -> Iterator[Sample]:
@@ -89,7 +89,7 @@ def drive(
         OptionError: an instrument that sees neither a pose nor a point.
         ShapeError: the targets have another number of joints than the arm.
     """
-    pace = pace or Pace()
+    pace = pace or DrivePace()
     actual.check_joints(targets, "targets")
     if instrument is not None and instrument.observes not in (Observes.POSE, Observes.POINT):
         raise OptionError(
@@ -118,11 +118,11 @@ def _samples(actual, targets, rng, instrument, pace, here, clock) -> Iterator[Sa
         here = target
 
 
-def _approach(actual: Robot, start: np.ndarray, end: np.ndarray, pace: Pace) -> np.ndarray:
+def _approach(actual: Robot, start: np.ndarray, end: np.ndarray, pace: DrivePace) -> np.ndarray:
     fastest = np.array(
         [pace.sliding if j.kind is JointKind.PRISMATIC else pace.turning for j in actual.moving]
     )
-    lasts = max(PEAK * float((np.abs(end - start) / fastest).max()), SHORTEST)
+    lasts = max(PEAK * float((np.abs(end - start) / fastest).max()), MIN_MOTION_TIME)
     s = np.arange(1, int(np.ceil(lasts * pace.rate)) + 1) / np.ceil(lasts * pace.rate)
     return start + (end - start) * (s**3 * (10.0 - 15.0 * s + 6.0 * s**2))[:, None]
 

@@ -18,20 +18,17 @@ from workbench.arm.effects.axes import turns
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import shift_of
+from workbench.base.columns import COLUMNS
 from workbench.base.errors import OptionError
 
 BEND = 1e-3
 """Largest bend of an element where no size is given [rad or m]."""
 SAMPLES = 120
 """Random joint positions at which the largest bend is sought."""
-LEAST = 1e-6
+MIN_LAW = 1e-6
 """Largest law (a moment, an angle …) below which an effect can't be seen."""
 PAUSE = 30.0
 """Time from one row to the next [s]."""
-WARM = 24.0
-"""Mean temperature [degC]."""
-SWING = 5.0
-"""Its greatest deviation [degC]."""
 PAYLOADS = (0.0, 0.05, 0.1)
 """Payloads, as shares of the arm's own mass."""
 
@@ -94,14 +91,15 @@ def varied_state(robot: Robot, q: Float[np.ndarray, "rows n"], *, rng: np.random
         if effect.loads and robot.has_masses:
             mass = sum(joint.mass or 0.0 for joint in robot.joints)
             drivers["payload"] = np.round(rng.choice(PAYLOADS, rows) * mass, 2)
-        if "temperature" in effect.needs:
-            turns = rng.uniform(1.3, 1.7) * np.arange(rows) / max(rows, 1) + rng.uniform()
-            drivers["temperature"] = WARM + SWING * np.sin(2.0 * np.pi * turns)
+        for name in effect.needs:
+            if name in COLUMNS and (usual := COLUMNS[name].usual) is not None:
+                turns = rng.uniform(1.3, 1.7) * np.arange(rows) / max(rows, 1) + rng.uniform()
+                drivers[name] = usual[0] + usual[1] * np.sin(2.0 * np.pi * turns)
         if "time" in effect.needs:
             drivers["time"] = PAUSE * np.arange(rows) + rng.uniform(0.0, 0.1 * PAUSE, rows)
         if "direction" in effect.needs:
             drivers["direction"] = rng.choice([-1.0, 1.0], q.shape)
-    return Motion(q, **drivers)
+    return Motion.with_drivers(q, {"row": np.arange(rows), **drivers})
 
 
 def _from_words(robot: Robot, words: str, rng: np.random.Generator) -> AbstractEffect:
@@ -133,7 +131,7 @@ def _joint(robot: Robot, name: str, text: str, words: str) -> int:
 def _size(robot: Robot, effect: AbstractEffect, text: str, words: str, rng: np.random.Generator) -> float:
     """Factor of the coefficients."""
     bend = 1e6 * _bend(robot, _scaled(effect, 1e-6), rng)
-    if bend < LEAST:
+    if bend < MIN_LAW:
         raise OptionError(f"effect '{words}': nothing drives it at that joint, so it would not show")
     if not text:
         return effect.typical_size or BEND / bend

@@ -16,10 +16,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from workbench.arm.gravity import level_axes
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.solve import Task
 from workbench.arm.kinematics.forward import link_frames, tool_poses
-from workbench.arm.kinematics.observed_link import level_axes
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3

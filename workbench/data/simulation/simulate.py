@@ -26,10 +26,11 @@ from workbench.data.simulation.instruments import Instrument, Observes
 from workbench.data.simulation.readings import read, three_anchors, touch, unseen
 
 AUTO, MIXED = "auto", "mixed"
-LENGTH_ERROR = 5e-3
-"""Greatest manufacturing error of a length [m]."""
-ANGLE_ERROR = float(np.deg2rad(5.0))
-"""Greatest manufacturing error of an angle [rad]."""
+LENGTH_ERROR = 1e-3
+"""Greatest manufacturing error of a length, as of a good industrial arm [m]."""
+ANGLE_ERROR = float(np.deg2rad(0.3))
+"""The same of an angle [rad]."""
+LIKELY_ERRORS = LENGTH_ERROR, ANGLE_ERROR
 
 
 def virtual_arm(
@@ -187,7 +188,9 @@ def _dataset(actual, motion, instrument, rng, joint_noise, poses, seen, notes=()
 
 def _columns(motion: Motion) -> dict[str, Any]:
     """What of the state a table of measurements holds; poses are taken at rest."""
-    return {name: values for name, values in motion.drivers.items() if name in Dataset.__dataclass_fields__}
+    columns = Dataset.__dataclass_fields__.keys() - {"row"}
+    own = {name: values for name, values in motion.drivers.items() if name in columns}
+    return {**own, "more": motion.more}
 
 
 def without(rows: Dataset, reasons: np.ndarray) -> Dataset:

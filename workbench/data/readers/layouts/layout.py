@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from workbench.base.errors import FileError
-from workbench.base.progress import Cancel
 from workbench.base.units import Quantity, to_si
 from workbench.data.readers.columns_option import Naming
 from workbench.data.readers.fields import Decimal, Fields, decimal_of, to_numbers
@@ -38,7 +37,7 @@ class AbstractFileLayout(ABC):
         """Whether a file that begins with these bytes, or a folder (which has none), is of this layout."""
 
     @abstractmethod
-    def read(self, path: Path, naming: Naming | None, cancel: Cancel) -> Fields:
+    def read(self, path: Path, naming: Naming | None) -> Fields:
         """What is in it, in SI; `naming` chooses what of it, and may name its joints."""
 
 

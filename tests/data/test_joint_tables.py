@@ -1,0 +1,50 @@
+"""Measurements whose joints stand in a table of their own."""
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.base.errors import DataError, OptionError
+
+Q = np.random.default_rng(3).uniform(-1.0, 1.0, (8, 6))
+PLACES = np.random.default_rng(4).uniform(-1.0, 1.0, (8, 3))
+
+
+def points(folder, names=None):
+    """A tracker's list of points."""
+    lines = [("point;" if names else "") + "x[mm];y[mm];z[mm]"]
+    for k, place in enumerate(PLACES):
+        lines.append(";".join([*(names[k : k + 1] if names else ()), *(f"{1e3 * v:.9g}" for v in place)]))
+    (folder / "points.csv").write_text("\n".join(lines))
+    return folder / "points.csv"
+
+
+def joints(folder, rows, names=None):
+    lines = [("point," if names else "") + ",".join(f"q{k}[rad]" for k in range(1, 7))]
+    lines += [",".join([*(names[k : k + 1] if names else ()), *map(repr, Q[k].tolist())]) for k in rows]
+    (folder / "q.csv").write_text("\n".join(lines))
+    return folder / "q.csv"
+
+
+def test_by_name_in_any_order(tmp_path):
+    names = [f"P{k}" for k in range(8)]
+    order = (5, 2, 7, 0, 1, 6, 4)  # one is missing
+    data = wb.read_measurements(points(tmp_path, names), joint_table=joints(tmp_path, order, names))
+    kept = [0, 1, 2, 4, 5, 6, 7]
+    np.testing.assert_allclose(data.q, Q[kept])
+    np.testing.assert_allclose(data.position, PLACES[kept], atol=1e-9)
+    assert "left out: 'P3'" in " ".join(data.notes)
+    with pytest.raises(DataError, match="'P5' twice"):
+        wb.read_measurements(points(tmp_path, names), joint_table=joints(tmp_path, (*order, 5), names))
+
+
+def test_by_row(tmp_path):
+    data = wb.read_measurements(points(tmp_path), joint_table=joints(tmp_path, range(8)))
+    np.testing.assert_allclose(data.q, Q)
+    with pytest.raises(DataError, match=r"8 rows, .*q\.csv 7"):
+        wb.read_measurements(points(tmp_path), joint_table=joints(tmp_path, range(7)))
+
+
+def test_joints_twice_are_one_too_many(tmp_path):
+    with pytest.raises(OptionError, match="has joints of its own"):
+        wb.read_measurements(joints(tmp_path, range(8)), joint_table=joints(tmp_path, range(8)))

@@ -1,0 +1,60 @@
+"""Column mappings: stored, used again, refused."""
+
+import numpy as np
+import pytest
+
+import workbench as wb
+from workbench.base.errors import WorkbenchError
+from workbench.data.readers.mapping import mapping_text, read_mapping, with_column, write_mapping
+from workbench.data.readers.preview import preview
+
+
+def test_a_mapping_is_stored_and_used_again(tmp_path, run):
+    (tmp_path / "a.csv").write_text(
+        "Achse 1 [deg],Unbekannt,y[mm],z[mm],Halle,temp[degC]\n90,1,2,3,4,20\n45,1,2,4,5,21\n"
+    )
+    write_mapping(preview(tmp_path / "a.csv"), tmp_path / "m.toml")
+    text = (tmp_path / "m.toml").read_text()
+    assert '"Achse 1 [deg]" = "q1[deg]"' in text
+    assert 'Unbekannt = "-"' in text
+    text = text.replace('Unbekannt = "-"', 'Unbekannt = "x[cm]"').replace(
+        '"temp[degC]" = "temperature[degC]"', '"temp[degC]" = "-"'
+    )
+    (tmp_path / "m.toml").write_text(text)
+    mapping = read_mapping(tmp_path / "m.toml")
+    data = wb.read_measurements(tmp_path / "a.csv", columns=mapping.columns)
+    np.testing.assert_allclose(data.q[:, 0], np.deg2rad([90, 45]))
+    np.testing.assert_allclose(data.position, [[1e-2, 2e-3, 3e-3], [1e-2, 2e-3, 4e-3]])
+    assert data.temperature is None
+    status, out, _ = run("preview", "a.csv", "--save-mapping", "n.toml")
+    assert status == 1  # there is no x
+    assert "Achse 1" in out
+    assert 'Halle = "-"' in (tmp_path / "n.toml").read_text()
+    assert run("preview", "a.csv", "--mapping", "m.toml")[0] == 0
+
+
+def test_choices_one_after_the_other_name_the_files_own_headings(tmp_path):
+    """The second is made on what the first was read as, and what is stored serves the next file."""
+    (tmp_path / "a.csv").write_text("A1,X,Y,Z,hall\n90,1,2,3,4\n45,1,2,4,5\n")
+    found = preview(tmp_path / "a.csv")
+    for heading, meaning in (("A1", "q1[deg]"), ("X", "x[mm]"), ("hall", "temperature[degC]")):
+        (tmp_path / "m.toml").write_text(with_column(mapping_text(found), heading, meaning))
+        found = preview(tmp_path / "a.csv", columns=read_mapping(tmp_path / "m.toml").columns)
+        assert [c.heading for c in found.columns] == ["A1", "X", "Y", "Z", "hall"]
+    np.testing.assert_allclose(found.dataset.position, 1e-3 * np.array([[1, 2, 3], [1, 2, 4]]))
+    assert found.dataset.temperature.tolist() == [4.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[columns]\na = "nothing[m]"\n', "there is no such column"),
+        ("[columns]\na = 3\n", "must be a name"),
+        ("[other]\n", "unknown key 'other'"),
+        ("layout = 3\n", "layout must be a name"),
+    ],
+)
+def test_bad_mappings_are_refused(text, words, tmp_path):
+    (tmp_path / "m.toml").write_text(text)
+    with pytest.raises(WorkbenchError, match=words):
+        read_mapping(tmp_path / "m.toml")

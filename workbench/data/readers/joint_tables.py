@@ -1,0 +1,83 @@
+"""Measurements joined with joints from another table: by name, else by an installed way, else row by row."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.base.errors import DataError
+from workbench.base.registry import Registry
+from workbench.base.wording import listed, plural
+from workbench.data.readers.fields import Fields
+
+LABELS = ("point", "group", "image")
+"""Columns by which rows are joined, the first that both have."""
+
+
+class AbstractJoin(ABC):
+    """One way of finding the joints of each measurement, where rows of both tables have no common names."""
+
+    name: str
+
+    @abstractmethod
+    def applies(self, measured: Fields, joints: Fields) -> bool:
+        """Whether these two tables are joined this way."""
+
+    @abstractmethod
+    def join(self, measured: Fields, joints: Fields) -> Fields:
+        """The measurements with their joints."""
+
+
+JOINS: Registry[AbstractJoin] = Registry("join", AbstractJoin, group="workbench.joins")
+"""Tried in their order, before rows are counted."""
+
+
+def join(measured: Fields, joints: Fields) -> Fields:
+    """Measurements with joints from another table."""
+    for key in LABELS:
+        if key in measured.values and key in joints.values:
+            return _by_label(measured, joints, key)
+    known = next((known for known in JOINS.values() if known.applies(measured, joints)), None)
+    return by_row(measured, joints) if known is None else known.join(measured, joints)
+
+
+def _by_label(measured: Fields, joints: Fields, key: str) -> Fields:
+    names, known = measured.values[key].tolist(), joints.values[key].tolist()
+    if len(set(known)) < len(known):
+        again = next(name for name in known if known.count(name) > 1)
+        raise DataError(f"{joints.source} names {key} '{again}' twice: give one row of joints a name")
+    place = {name: k for k, name in enumerate(known)}
+    rows = np.array([i for i, name in enumerate(names) if name in place], int)
+    if not len(rows):
+        raise DataError(
+            f"no {key} of {measured.source} ({listed(names, longest=3)}) is among those of {joints.source} "
+            f"({listed(known, longest=3)})"
+        )
+    notes = [f"joints are those of {joints.source}, by '{key}'"]
+    if lost := sorted(set(names) - set(known)):
+        notes.append(f"{key} without joints, left out: {listed(lost)}")
+    at = np.array([place[names[i]] for i in rows])
+    return merged(measured.take(rows), {k: v[at] for k, v in joints.values.items()}, joints, notes)
+
+
+def by_row(measured: Fields, joints: Fields) -> Fields:
+    """Tables of one row of joints a measurement."""
+    if measured.rows != joints.rows:
+        raise DataError(
+            f"{measured.source} has {plural(measured.rows, 'row')}, {joints.source} {joints.rows}: name the "
+            "rows in both (column 'point'), give both a column time[s], or one row of joints a measurement"
+        )
+    note = f"joints are those of {joints.source}, row by row: both have {joints.rows}"
+    return merged(measured, joints.values, joints, (note,))
+
+
+def merged(measured: Fields, more: Mapping[str, np.ndarray], joints: Fields, notes: Sequence[str]) -> Fields:
+    """Measurements with the columns of the joints' table that they lack."""
+    return replace(
+        measured,
+        values={**more, **measured.values},
+        headings={**joints.headings, **measured.headings},
+        units={**joints.units, **measured.units},
+        notes=(*measured.notes, *(n for n in joints.notes if n not in measured.notes), *notes),
+    )
