@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom

@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.base import se3
 from workbench.base.errors import OptionError
+from workbench.base.progress import running
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.identification.evaluate import evaluate
@@ -250,7 +251,8 @@ def test_wrong_frames_are_suspected(arm):
 
 
 def test_cancel_ends_the_run_with_what_it_has(arm):
-    run = identify(load_robot("aria"), poses(arm, np.random.default_rng(19), 60), cancel=lambda: True)
+    with running(cancel=lambda: True):
+        run = identify(load_robot("aria"), poses(arm, np.random.default_rng(19), 60))
     assert len(run.runs) == 1
     assert not run.best.fit.outcome.ok
 

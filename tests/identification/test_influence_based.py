@@ -8,6 +8,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.kinematics.influence_of_constants import ANGLE, LENGTH, influence
 from workbench.arm.motion import Motion
+from workbench.base.progress import running
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.identifier import AbstractIdentifier
@@ -124,7 +125,9 @@ def test_few_noisy_poses_are_where_it_helps(katana):
 def test_the_end_is_honest(katana):
     _, problem = problem_of(katana, 60)
     assert InfluenceBased(limit=2).search(problem).outcome is Outcome.ITERATION_LIMIT
-    stopped = InfluenceBased().search(problem, on_step=lambda i, cost: i == 1)
+    answers = iter([False, True])
+    with running(cancel=lambda: next(answers)):
+        stopped = InfluenceBased().search(problem)
     assert stopped.outcome is Outcome.CANCELLED
     assert stopped.iterations == 1
     assert issubclass(InfluenceBased, AbstractIdentifier)

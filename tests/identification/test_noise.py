@@ -116,7 +116,7 @@ def test_a_channel_that_gets_worse_than_nominal_is_warned_of(rows):
         w.startswith("orientations of the held-out rows are worse than the nom") for w in told.warnings
     )
     assert (
-        "Beware: orientations of the held-out rows"
+        "Warning: orientations of the held-out rows"
         in diagnose(load_robot("aria"), claims.take(np.arange(90))).message
     )
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import FRAME_PARTS
 from workbench.arm.robot_toml import read_toml
 from workbench.base import se3
 from workbench.base.types import Freedom, Outcome

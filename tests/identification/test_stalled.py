@@ -9,7 +9,7 @@ import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.base.types import Outcome
 from workbench.identification.algorithms import ALGORITHMS
-from workbench.identification.algorithms.identifier import AbstractIdentifier, Search
+from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 
@@ -57,7 +57,7 @@ def test_a_fit_that_did_not_converge_says_so_on_standard_error(command, run, mea
 
         def stalled(self, problem, *, search=search, **options):
             found = search(self, problem, **options)
-            return Search(found.x, Outcome.STALLED, found.history)
+            return SearchOutcome(found.x, Outcome.STALLED, found.history)
 
         monkeypatch.setattr(kind, "search", stalled)
     status, out, err = run(command[0], measured, "--robot", "aria", *command[1:])
@@ -72,8 +72,8 @@ def test_an_algorithm_from_elsewhere_is_chosen_by_name(run, measured):
     class Mine(AbstractIdentifier):
         name, title, summary = "mine", "Mine", "Ordinary least squares under another name."
 
-        def search(self, problem, *, on_step=None):
-            return Ols().search(problem, on_step=on_step)
+        def search(self, problem):
+            return Ols().search(problem)
 
     ALGORITHMS.register(Mine())
     try:
@@ -96,7 +96,7 @@ def test_choices_are_one_record_or_keywords(measured):
     fit = wb.identify(arm, data, choices, algorithms=("ols",), seed=5)
     assert fit.excluded == ((3, "a bump"),)
     assert len(fit.train_rows) == 29
-    assert {"held_out", "frames", "algorithms", "cancel"} <= set(signature(wb.identify).parameters)
+    assert {"held_out", "frames", "algorithms", "bounds"} <= set(signature(wb.identify).parameters)
     with pytest.raises(TypeError, match="'held'"):
         wb.diagnose(arm, data, held=0.3)
     with pytest.raises(OptionError, match="auto"):

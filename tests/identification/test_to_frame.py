@@ -1,4 +1,4 @@
-"""Data, parameters and errors as pandas frames."""
+"""Data, parameters, errors and residuals as data frames."""
 
 import sys
 
@@ -51,8 +51,43 @@ def test_errors_row_by_row():
     np.testing.assert_allclose(alone["position[m]"], off, atol=1e-12)
 
 
-def test_without_pandas_the_extra_is_named(monkeypatch):
+def test_parameters_and_residuals_of_a_fit():
+    pytest.importorskip("pandas")
+    assert FIT.parameters().equals(FIT.best.fit.to_frame())
+    frame = FIT.residuals()
+    assert frame["held_out"].sum() == len(FIT.held_out_data)
+    poses = wb.tool_poses(FIT.robot, ROWS.q)
+    signed = frame.sort_index()
+    np.testing.assert_allclose(signed[["x[m]", "y[m]", "z[m]"]], ROWS.position - poses[:, :3, 3], atol=1e-12)
+    angles = np.linalg.norm(signed[["rx[rad]", "ry[rad]", "rz[rad]"]], axis=1)
+    np.testing.assert_allclose(angles, FIT.to_frame()["calibrated rotation[rad]"].sort_index(), atol=1e-6)
+    alone = wb.evaluate(FIT.robot, ROWS).residuals()
+    np.testing.assert_allclose(alone["z[m]"], signed["z[m]"], atol=1e-12)
+
+
+def test_a_diagnosis_has_the_same_frames():
+    pytest.importorskip("pandas")
+    found = wb.diagnose(ARM, ROWS)
+    assert list(found.parameters().index) == list(found.final_fit.problem.names)
+    for frame in (found.residuals(), found.to_frame()):
+        assert frame["held_out"].sum() == len(found.held_out_data)
+    size = np.linalg.norm(found.residuals()[["x[m]", "y[m]", "z[m]"]], axis=1)
+    np.testing.assert_allclose(size, found.to_frame()["calibrated position[m]"], atol=1e-9)
+
+
+def test_polars_where_pandas_is_missing(monkeypatch):
+    polars = pytest.importorskip("polars")
     monkeypatch.setitem(sys.modules, "pandas", None)
+    frame = FIT.residuals()
+    assert isinstance(frame, polars.DataFrame)
+    assert frame.columns[:3] == ["row", "held_out", "x[m]"]
+    assert FIT.parameters()["name"].to_list() == list(FIT.best.fit.problem.names)
+    np.testing.assert_array_equal(wb.read_measurements(ROWS.to_frame()).q, ROWS.q)
+
+
+def test_without_either_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    monkeypatch.setitem(sys.modules, "polars", None)
     with pytest.raises(MissingExtraError) as refused:
         ROWS.to_frame()
     assert refused.value.extra == "pandas"

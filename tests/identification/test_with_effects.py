@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from workbench.arm.effects import EFFECTS
+from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.motion import Motion
-from workbench.arm.robot import FRAME_PARTS
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.deflection import shift_of
 from workbench.base.errors import DataError, OptionError

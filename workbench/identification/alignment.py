@@ -12,7 +12,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm import chain as chains
-from workbench.arm.robot import Frame, Robot, SessionFrames
+from workbench.arm.frame import Frame, SessionFrames
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
 from workbench.data.dataset import Dataset
@@ -55,14 +56,20 @@ def align(
         if some.sessions == data.sessions:
             rough = align(robot, some, freedom, noise=noise, known=known, limit=limit)
             problem = Problem.build(rough, data, free=(), frames=freedom, noise=noise, known=known)
-            return problem.robot_at(Opt2(limit=limit).search(problem).x)
+            return _standing_as(robot, problem.robot_at(Opt2(limit=limit).search(problem).x))
     best, least = robot, np.inf
     for start in starts(robot, data, freedom):
         problem = Problem.build(start, data, free=(), frames=freedom, noise=noise, known=known)
         search = Opt2(limit=limit).search(problem)
         if search.history[-1] < least:
             best, least = problem.robot_at(search.x), search.history[-1]
-    return best
+    return _standing_as(robot, best)
+
+
+def _standing_as(given: Robot, found: Robot) -> Robot:
+    """The robot that was found under the gravity of the given one, which only frames were to be fitted of."""
+    sessions = tuple(replace(s, gravity=given.session_frames(s.name).gravity) for s in found.sessions)
+    return replace(found, gravity=given.gravity, sessions=sessions)
 
 
 def spread_rows(data: Dataset, count: int) -> np.ndarray:
@@ -138,7 +145,9 @@ def _with_frames(robot: Robot, data: Dataset, freedom: FrameFreedom, bases, tool
     robot = robot.with_frames(base=Frame.from_pose(bases[0], robot.base.free), tool=new_tool)
     if freedom.base_per_session:
         sessions = [
-            SessionFrames(name, Frame.from_pose(base, robot.base.free), new_tool)
+            SessionFrames(
+                name, Frame.from_pose(base, robot.base.free), new_tool, robot.session_frames(name).gravity
+            )
             for name, base in zip(data.sessions, bases, strict=True)
         ]
         robot = replace(robot, sessions=tuple(sessions))

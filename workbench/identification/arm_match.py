@@ -12,9 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.wording import in_mm
@@ -24,7 +25,7 @@ from workbench.identification.alignment import spread_rows
 from workbench.identification.frames import visible_parts
 from workbench.identification.likely_mistakes import (
     BETTER,
-    STEPS,
+    FRAME_STEPS,
     aligned,
     explained,
     median_error,
@@ -34,7 +35,7 @@ from workbench.identification.problem import FrameFreedom, Problem
 
 LOOKED_AT = 60
 """Rows that are looked at, and …"""
-FEWEST = 10
+MIN_ROWS = 10
 """… how many with a measured point tell anything."""
 SOME, MUCH = 0.045, 0.12
 """Shares of the reach: from the first on other arms are tried, beyond the second the rows are not its own."""
@@ -44,7 +45,7 @@ OUTSIDE = 0.2
 """Share of rows outside the joint limits from which on half as much is too much."""
 SLACK = 0.05
 """How far beyond a limit a joint may be [rad or m]."""
-ALIKE = 1e-3
+SAME_GEOMETRY = 1e-3
 """Relative difference of what two arms of the same geometry leave."""
 CLOSE = 0.004
 """Share of the reach from which on other arms are tried for a calibrated arm, which has no noise."""
@@ -187,7 +188,7 @@ def _some(data: Dataset) -> Dataset | None:
     has_point = data.included & np.isfinite(data.position).all(1)
     session = max(data.sessions, key=lambda name: int((has_point & data.in_session(name)).sum()))
     rows = np.flatnonzero(has_point & data.in_session(session))
-    if len(rows) < FEWEST:
+    if len(rows) < MIN_ROWS:
         return None
     return data.take(rows[spread_rows(data.take(rows), LOOKED_AT)])
 
@@ -209,9 +210,9 @@ def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:
             continue
         if rough_error(_bare(rival), seen) > found.error:
             continue
-        error = median_error(aligned(_bare(rival), seen, STEPS), seen)
+        error = median_error(aligned(_bare(rival), seen, FRAME_STEPS), seen)
         outside = _outside(rival, data)
-        is_alike = np.isclose(error, found.rival_error, rtol=ALIKE)
+        is_alike = np.isclose(error, found.rival_error, rtol=SAME_GEOMETRY)
         is_better = outside < beyond if is_alike else not error >= found.rival_error
         if error < found.error / BETTER and is_better:
             beyond = outside

@@ -20,11 +20,11 @@ from workbench.base.threads import one_thread
 from workbench.base.types import Vector3, frozen
 from workbench.data.dataset import Dataset
 
-LEAST = 5
+MIN_CIRCLE_POINTS = 5
 """Points of a circle at least."""
 STILL = 1e-9
 """Joints that differ by less have not moved [rad]."""
-SMALLEST = 1e-3
+MIN_RADIUS = 1e-3
 """Radius below which the point lies on the axis and there is no circle to fit [m]."""
 
 
@@ -72,8 +72,8 @@ def circle_axes(robot: Robot, data: Dataset) -> tuple[CircleAxis, ...]:
     )
     if not found:
         raise DataError(
-            f"{data.source}: no joint was moved alone through {LEAST} poses or more; measure circle points "
-            "(workbench simulate --index circle-points shows how)"
+            f"{data.source}: no joint was moved alone through {MIN_CIRCLE_POINTS} poses or more; measure "
+            "circle points (workbench simulate --index circle-points shows how)"
         )
     return found
 
@@ -87,17 +87,17 @@ def _turned_alone(data: Dataset, joint: int) -> Int[np.ndarray, " k"]:
     _, group = np.unique(others, axis=0, return_inverse=True)
     group = group.ravel()
     rows = usable[group == np.argmax(np.bincount(group))] if len(usable) else usable
-    return rows if len(np.unique(np.round(data.q[rows, joint] / STILL))) >= LEAST else rows[:0]
+    return rows if len(np.unique(np.round(data.q[rows, joint] / STILL))) >= MIN_CIRCLE_POINTS else rows[:0]
 
 
 def _axis(robot: Robot, data: Dataset, joint: int, rows: np.ndarray) -> CircleAxis | None:
     """The circle of some rows against the model; None where there is none."""
-    if len(rows) < LEAST:
+    if len(rows) < MIN_CIRCLE_POINTS:
         return None
     rows = rows[np.argsort(data.q[rows, joint], kind="stable")]
     points = np.asarray(data.position)[rows]
     circle = fit_circle(points)
-    if circle.radius < SMALLEST:
+    if circle.radius < MIN_RADIUS:
         return None
     arms = points - circle.centre
     normal = circle.axes[2] * np.sign(circle.axes[2] @ np.cross(arms[:-1], arms[1:]).sum(axis=0))

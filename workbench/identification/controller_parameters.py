@@ -22,9 +22,10 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import joint_elements, sensitivity, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import FRAME_PARTS, Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.arm.usable import (
     CLOSE,
     LEVER,
@@ -52,7 +53,7 @@ REPEATS = 1e-8
 """A number whose effect is this close to what earlier ones can do (relative length) stays as it is."""
 
 
-class Part(StrEnum):
+class ControllerPart(StrEnum):
     """The parts that a controller accepts."""
 
     OFFSETS = "offsets"
@@ -79,7 +80,7 @@ class ControllerNumbers:
         notes: What was not observed, one sentence each.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[ControllerPart, ...]
     offsets: Float[np.ndarray, " n"]
     tool: Frame
     base: Frame
@@ -105,7 +106,7 @@ def controller_numbers(
     nominal: Robot,
     *,
     q: Float[np.ndarray, "rows n"] | None = None,
-    parts: Sequence[Part | str] = tuple(Part),
+    parts: Sequence[ControllerPart | str] = tuple(ControllerPart),
     session: str = "",
     lever: float = LEVER,
     rng: np.random.Generator | None = None,
@@ -179,22 +180,22 @@ def controller_numbers(
     )
 
 
-def _parts(parts: Sequence[Part | str]) -> tuple[Part, ...]:
+def _parts(parts: Sequence[ControllerPart | str]) -> tuple[ControllerPart, ...]:
     try:
-        given = {Part(p) for p in parts}
+        given = {ControllerPart(p) for p in parts}
     except ValueError as error:
-        raise OptionError(f"{error}; a controller takes {', '.join(Part)}") from None
+        raise OptionError(f"{error}; a controller takes {', '.join(ControllerPart)}") from None
     if not given:
-        raise OptionError(f"at least one part is needed; choose from {', '.join(Part)}")
-    return tuple(p for p in Part if p in given)
+        raise OptionError(f"at least one part is needed; choose from {', '.join(ControllerPart)}")
+    return tuple(p for p in ControllerPart if p in given)
 
 
-def _names(arm: Robot, parts: tuple[Part, ...]) -> tuple[str, ...]:
+def _names(arm: Robot, parts: tuple[ControllerPart, ...]) -> tuple[str, ...]:
     """Constants to search, in the order in which they are preferred."""
     names: list[str] = []
-    if Part.OFFSETS in parts:
+    if ControllerPart.OFFSETS in parts:
         names += [arm.chain.elements[i].name for i in joint_elements(arm)]
-    for part in (Part.TOOL, Part.BASE):
+    for part in (ControllerPart.TOOL, ControllerPart.BASE):
         if part in parts:
             names += [f"{part}.{piece}" for piece in FRAME_PARTS]
     return tuple(names)

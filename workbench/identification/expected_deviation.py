@@ -25,7 +25,6 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.errors import OptionError
-from workbench.base.progress import Cancel
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.problem import Problem
@@ -33,22 +32,19 @@ from workbench.identification.undetermined_combinations import RANK_TOLERANCE, F
 
 AUTO: Final = "auto"
 """The expected deviation that makes the rows most likely."""
-SMALLEST, LARGEST = 1e-4, 0.1
+MIN_DEVIATION, MAX_DEVIATION = 1e-4, 0.1
 """Range of expected deviations [rad, m]: better than arms are made, and as bad as one assembled by hand."""
 TRIED = 60
 """Expected deviations that are compared between these, evenly in their logarithm."""
 
 
-def with_expected_deviation(
-    problem: Problem, deviation: float | str = AUTO, *, cancel: Cancel | None = None
-) -> Problem:
+def with_expected_deviation(problem: Problem, deviation: float | str = AUTO) -> Problem:
     """A problem whose constants are expected near nominal.
 
     Args:
         problem: Whitened rows; the arm's constants among its unknowns.
         deviation: Standard deviation of the constants about nominal [rad, m]; `auto`: found from the rows;
             infinite: nothing is expected.
-        cancel: Asked after every step of the first fit.
 
     Raises:
         OptionError: a deviation that is no positive length or angle.
@@ -63,9 +59,8 @@ def with_expected_deviation(
         return problem
     if deviation != AUTO:
         return problem.with_deviation(float(deviation))
-    begin = problem.with_deviation(LARGEST)
-    on_step = None if cancel is None else lambda iteration, cost: cancel()
-    x = Opt2(limit=60).search(begin, on_step=on_step).x
+    begin = problem.with_deviation(MAX_DEVIATION)
+    x = Opt2(limit=60).search(begin).x
     factor = factor_at(problem, x)
     spread = _noise_ratio(problem, factor)
     return problem.with_deviation(most_likely(problem, x, factor, spread) / spread)
@@ -88,7 +83,7 @@ def most_likely(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor, sp
     own, nominal = (table - frames @ (frames.T @ table) for table in (own, nominal))
     left, singular, _ = np.linalg.svd(own, full_matrices=False)
     along = (left.T @ nominal) ** 2
-    tried = np.geomspace(SMALLEST, LARGEST, TRIED)
+    tried = np.geomspace(MIN_DEVIATION, MAX_DEVIATION, TRIED)
     growth = 1.0 + (tried[:, None] * singular) ** 2
     return float(tried[np.argmin((along / growth + np.log(growth)).sum(1))])
 

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.observed import Expected
-from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.identification.fit import Fit
 
 ELSEWHERE = 400

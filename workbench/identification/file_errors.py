@@ -17,7 +17,7 @@ def file_errors(found: Identification, run: Run) -> dict[str, Errors]:
     A format is left out where its error is not known: held-out sessions that no fitted row has.
     """
     rows = found.held_out_data if len(found.held_out_data) else found.data.take(found.train_rows)
-    return _errors(found, run, run.judged or run.fit.calibrated, rows)
+    return _errors(found, run, run.as_measured, rows)
 
 
 def refitted_errors(found: Identification, run: Run) -> dict[str, Errors]:

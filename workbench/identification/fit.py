@@ -18,10 +18,11 @@ from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
 from workbench.base.frames import data_frame
 from workbench.base.types import Outcome
-from workbench.identification.algorithms.identifier import AbstractIdentifier, Search
+from workbench.base.wording import first_of
+from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome
+from workbench.identification.considered import Considered, covariance
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.observed import idle_constants, observed_by
-from workbench.identification.pixel_noise import Considered, covariance
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor
 from workbench.report.result_display import AbstractShown
@@ -35,6 +36,8 @@ ONLY_EXPECTED = 0.8
 """Standard error, as a part of what was expected beforehand, from which on the rows told nothing."""
 POOR_ANGLE, POOR_LENGTH = np.deg2rad(1.0), 5e-3
 """Standard errors above which a seen parameter is called poorly determined [rad], [m]."""
+MAX_NAMED_ROWS = 10
+"""Most rows that are named in one sentence."""
 
 
 @final
@@ -50,7 +53,7 @@ class Fit(AbstractShown):
         history: Cost after every iteration.
         seconds: Time of the search.
         warnings: What a user should know, one sentence each.
-        actual: How corners in pictures scatter, where all were weighed alike.
+        actual: How readings scatter, where all were weighed alike.
         considered: Constants that stay nominal though they are uncertain.
     """
 
@@ -70,7 +73,7 @@ class Fit(AbstractShown):
         cls,
         algorithm: AbstractIdentifier,
         problem: Problem,
-        search: Search,
+        search: SearchOutcome,
         *,
         seconds: float = 0.0,
         considered: Considered | None = None,
@@ -91,7 +94,7 @@ class Fit(AbstractShown):
         return parameters_tables(self)
 
     def to_frame(self) -> "DataFrame":
-        """The parameters by name as a pandas frame: unit, nominal, identified, standard error; SI."""
+        """The parameters by name as a data frame: unit, nominal, identified, standard error; SI."""
         columns: dict[str, Any] = {
             name: [getattr(p, name) for p in self.parameters] for name in ("name", "unit", "nominal")
         }
@@ -227,6 +230,22 @@ class Fit(AbstractShown):
         beyond = (self.x < lower - 1e-12) | (self.x > upper + 1e-12)
         given = self.problem.bounded
         return tuple(p.words for p, b in zip(self.parameters, beyond, strict=True) if b and p.name in given)
+
+    @property
+    def cautions(self) -> tuple[str, ...]:
+        """What the rows left open, the same for all algorithms."""
+        found = []
+        if self.spare < 1.0:
+            found.append("there are no spare measurements, so errors can't be assessed; measure more poses")
+        if self.hardly_seen:
+            hidden = "; ".join(c.words for c in self.hardly_seen)
+            found.append(f"barely observable, kept near nominal: {hidden}")
+        if uncertain := [words for words in self.poorly_determined if words not in self.idle]:
+            found.append(f"uncertain by more than 1° or 5 mm: {', '.join(uncertain)}")
+        if len(self.suspicious):
+            shown = first_of(self.problem.data.row[self.suspicious], MAX_NAMED_ROWS)
+            found.append(f"rows that stand out from the others, to be looked at: {shown}")
+        return tuple(found)
 
     @cached_property
     def row_residuals(self) -> Float[np.ndarray, " rows"]:

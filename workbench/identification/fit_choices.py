@@ -64,6 +64,8 @@ class FitChoices:
         exclude: Rows to keep out, with the reason.
         region: Keep only rows whose nominal tool position lies in this cuboid of the robot's base frame.
         noise: Standard deviations [m], [rad]; from repeats or the fit if None.
+        levelled: Whether the z axis of the measuring frame points upwards, so that the base's orientation in
+            it tells how the arm stands.
         known: Known places of anchors or contacts [m], such as `anchor[A].x`.
         seed: Chooses the held-out rows (and the folds of a diagnosis).
     """
@@ -74,6 +76,7 @@ class FitChoices:
     exclude: Excluded = field(default_factory=dict)
     region: Region | None = None
     noise: Noise | None = None
+    levelled: bool = False
     known: Mapping[str, float] = field(default_factory=dict)
     seed: int = 0
 
@@ -95,6 +98,7 @@ class ChoiceFields(TypedDict, total=False):
     exclude: Mapping[int, str] | Sequence[int]
     region: Region | Plate | str | None
     noise: Noise | tuple[float, float] | float | str | None
+    levelled: bool
     known: Mapping[str, float]
     seed: int
 

@@ -13,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy import special
 
-from workbench.arm.robot import FRAME_PARTS, Robot
+from workbench.arm.frame import FRAME_PARTS
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.base.progress import Cancel
+from workbench.base.progress import cancelled
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, AbstractObservation
@@ -32,7 +33,7 @@ STRANGE_ANGLE, STRANGE_LENGTH = np.deg2rad(10.0), 0.02
 """Corrections of an arm beyond these are hardly its own: rather the tool is another than the file says."""
 FAR_OFF = 10.0
 """A base that is declared known but leaves this many times the error of a free one is refused …"""
-FAR = 0.05
+CLEAR_SHARE_OF_REACH = 0.05
 """… if that error is more than this part of the arm's reach."""
 
 
@@ -69,7 +70,6 @@ def choose_frames(
     known: Mapping[str, float] | None = None,
     effects: tuple[str, ...] = (),
     prior: Prior | None = None,
-    cancel: Cancel | None = None,
 ) -> FrameChoice:
     """Decide what of base and tool is identified, and align the nominal arm.
 
@@ -91,7 +91,7 @@ def choose_frames(
     trial = data.take(spread_rows(data, ENOUGH_ROWS))
     (chosen, words), aligned = candidates[0], None
     if len(candidates) > 1:
-        taken = _decide(robot, trial, candidates, noise, free, effects, prior, known, cancel)
+        taken = _decide(robot, trial, candidates, noise, free, effects, prior, known)
         chosen, words = taken.freedom, f"{taken.words} (decided from the data)"
         aligned = taken.aligned if len(trial) == len(data) else None
     aligned = aligned or align(robot, data, chosen, noise=noise, known=known)
@@ -185,10 +185,10 @@ class _Trial(NamedTuple):
         return bool(special.fdtrc(gained, left, ratio) < SIGNIFICANCE)
 
 
-def _decide(robot, data, candidates, noise, free, effects, prior, known, cancel) -> _Trial:
+def _decide(robot, data, candidates, noise, free, effects, prior, known) -> _Trial:
     taken: _Trial | None = None
     for freedom, words in candidates:
-        if taken is not None and cancel is not None and cancel():
+        if taken is not None and cancelled():
             break
         trial = _trial(robot, data, freedom, words, noise, free, effects, prior, known)
         if taken is None or trial.beats(taken):
@@ -226,7 +226,7 @@ def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: M
         problem = Problem.build(arm, data, free=(), known=known)
         components = problem.physical(problem.residual(problem.start))[~problem.component_channels]
         found.append(float(np.sqrt(3.0 * (components**2).mean())))
-    if found[0] > max(FAR_OFF * found[1], FAR * robot.reach):
+    if found[0] > max(FAR_OFF * found[1], CLEAR_SHARE_OF_REACH * robot.reach):
         where = "; ".join(_where_the_base_is(robot, aligned)) or "elsewhere"
         raise DataError(
             f"{data.source}: the nominal arm is off by {1e3 * found[0]:.0f} mm with the base as given, by "

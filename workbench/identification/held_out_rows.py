@@ -5,9 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Int
 
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.observations import OBSERVATIONS, ContactObservation, PlaneObservation

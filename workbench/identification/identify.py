@@ -10,17 +10,17 @@ import numpy as np
 from workbench.arm.posed_arm import posed_arm
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
-from workbench.base.progress import Cancel, Report
+from workbench.base.progress import cancelled, part_of, progress
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms import ALGORITHMS, USUAL, AbstractIdentifier
 from workbench.identification.algorithms.robust import Loss, row_weights
-from workbench.identification.camera_model_selection import Seek
-from workbench.identification.expected_deviation import AUTO, LARGEST, with_expected_deviation
+from workbench.identification.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, option
-from workbench.identification.preparation import Prepared, on_step, prepare
+from workbench.identification.own_preparation import Seek
+from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import Problem
 from workbench.identification.result import Identification, Outlier, Run, Validation
@@ -46,15 +46,13 @@ def identify(
     prior: Prior | None = None,
     effects: Sequence[str] = (),
     seek: Seek | None = None,
-    progress: Report | None = None,
-    cancel: Cancel | None = None,
     **fields: Unpack[ChoiceFields],
 ) -> Identification:
     """Identify the arm's constants, and its frames where they are unknown.
 
     Args:
         robot: Nominal arm; its frames say whether they are fixed, free, or decided from the data. None
-            will do for pictures that come with poses of the tool.
+            will do for readings that come with poses of the tool, such as pictures.
         data: Measurements.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
         algorithms: Names from `ALGORITHMS`.
@@ -64,51 +62,40 @@ def identify(
             rows; infinite: not at all, so that only what no row shows stays nominal.
         prior: What an older calibration knows of the arm's constants.
         effects: Coefficients of the robot's effects to identify with the rest; the others stay as they are.
-        seek: Finds effects that pictures may show beside the geometry; None ends with the geometry.
-        progress: Called with the part done and what is being done.
-        cancel: Asked often; True ends the run with what it has.
+        seek: Finds effects beside the geometry, where the readings decide; None ends with the geometry.
 
     Raises:
         DataError: too few rows, or data that contradict the robot beyond doubt.
         OptionError: an unknown algorithm, constant or option.
     """
-    report = progress or (lambda part, text: None)
-    if data.rig is not None and data.rig.tool_poses:
+    if data.readings is not None and data.readings.has_tool_poses:
         robot = posed_arm()
     if robot is None:
-        raise OptionError("only pictures that come with poses of the tool need no robot; give one")
+        raise OptionError(
+            "only rows that come with poses of the tool in place of joints need no robot; give one"
+        )
     chosen = [_algorithm(name) for name in algorithms]
     loss = option(Loss, loss, "loss")
     choices = FitChoices.of(choices, **fields)
     sound = prepare_without_outliers if loss is Loss.SET_APART else _all_rows
-    ready, apart = sound(
-        robot,
-        data,
-        choices,
-        bounds=bounds,
-        prior=prior,
-        effects=effects,
-        seek=seek,
-        progress=lambda part, text: report(0.4 * part, text),
-        cancel=cancel,
-    )
+    with part_of(0.0, 0.4):
+        ready, apart = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects, seek=seek)
     problem = ready.problem
-    if ready.gate is None:
-        problem = with_expected_deviation(problem, deviation, cancel=cancel)
+    if ready.identifiability is None:
+        problem = with_expected_deviation(problem, deviation)
     runs: dict[str, Run] = {}
     for k, algorithm in enumerate(chosen):
-        if runs and cancel is not None and cancel():
+        if runs and cancelled():
             break
-        report(0.4 + 0.5 * k / len(chosen), f"{algorithm.title}: fitting {len(problem.names)} parameters")
-        fit = _fit(problem, algorithm, loss, cancel)
-        if (gate := ready.gate) is not None:
-            fit = replace(fit, actual=gate.actual, considered=gate.considered)
+        progress(0.4 + 0.5 * k / len(chosen), f"{algorithm.title}: fitting {len(problem.names)} parameters")
+        fit = _fit(problem, algorithm, loss)
+        if (identifiability := ready.identifiability) is not None:
+            fit = replace(fit, actual=identifiability.actual, considered=identifiability.considered)
         train, held = ready.errors(fit.calibrated, fit.problem.instrument(fit.x))
-        if ready.gate is not None:
-            step = ready.gate.step
-            train, held = (errors.widened(step.uncertainty, step.turned) for errors in (train, held))
+        if ready.identifiability is not None:
+            train, held = (errors.widened(*ready.identifiability.uncertainty) for errors in (train, held))
         runs[algorithm.name] = Run(fit, Errors.of(train), held.summary, train, held)
-    report(0.95, "validating")
+    progress(0.95, "validating")
     nominal = ready.nominal_rows
     found = Identification(
         nominal_robot=robot,
@@ -124,11 +111,11 @@ def identify(
         nominal=Validation(Errors.of(nominal[0]), nominal[1].summary),
         nominal_rows=nominal,
         runs=runs,
-        gate=ready.gate,
+        identifiability=ready.identifiability,
     )
     best = found.best
-    suspect = () if ready.gate is not None else suspects(ready, best.fit)
-    report(1.0, "done")
+    suspect = np.zeros(0, int) if ready.identifiability is not None else suspects(ready, best.fit)
+    progress(1.0, "done")
     return replace(
         found, outliers=_errors_of(ready, apart, best.fit), suspects=tuple(ready.held.row[suspect].tolist())
     )
@@ -136,7 +123,7 @@ def identify(
 
 def _expected(problem: Problem, deviation: float | str) -> tuple[str, ...]:
     """What was expected of the constants."""
-    if problem.deviation is None or problem.deviation > LARGEST:
+    if problem.deviation is None or problem.deviation > MAX_DEVIATION:
         return ()
     found = "from the rows" if deviation == AUTO else "as given"
     size = 1e3 * problem.deviation
@@ -165,9 +152,9 @@ def _algorithm(name: str) -> AbstractIdentifier:
     return ALGORITHMS[name]
 
 
-def _fit(problem, algorithm, loss, cancel) -> Fit:
+def _fit(problem, algorithm, loss) -> Fit:
     began = perf_counter()
-    search = algorithm.search(problem, on_step=on_step(cancel))
+    search = algorithm.search(problem)
     weights = np.ones(len(problem.data))
     for _ in range(REWEIGHTINGS if loss in (Loss.HUBER, Loss.TUKEY) else 0):
         fit = Fit.of(algorithm, problem.with_row_weights(None), search)
@@ -176,7 +163,7 @@ def _fit(problem, algorithm, loss, cancel) -> Fit:
             break
         weights = new
         problem = problem.with_row_weights(weights)
-        search = algorithm.search(problem, on_step=on_step(cancel))
+        search = algorithm.search(problem)
     fit = Fit.of(algorithm, problem, search, seconds=perf_counter() - began)
     return replace(fit, warnings=_warnings(fit))
 

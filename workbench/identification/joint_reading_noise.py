@@ -37,17 +37,17 @@ MARGIN = 3.0
 """Log likelihood by which noise of joint readings must be better, beyond what its variances are charged."""
 MOST_ROWS = 2000
 """Rows from which the variances are told, evenly spread; more would hardly change them."""
-LEAST = 1e-4
+MIN_VARIANCE_SHARE = 1e-4
 """Least variance of a channel, as part of what is left, where rows state none …"""
-NOTHING = 1e-3
+MIN_READING_VARIANCE = 1e-3
 """… and that of a joint below which its readings count as exact."""
 ALONE = 3.0
 """Times the scatter of most other joints from which on a joint is said to scatter alone."""
-LARGEST = 0.01
+WORST_READING = 0.01
 """Joints that would have to be read as badly as this [rad or m] to make what is left count as exact."""
 SMOOTH = 3.0
 """Standard deviations by which errors at neighbouring angles of a joint must agree to be no noise."""
-STEPS, HALVINGS, TOLERANCE = 30, 6, 3e-3
+MAX_SCORING_STEPS, HALVINGS, TOLERANCE = 30, 6, 3e-3
 """Most steps of scoring, halvings of each, and the gain of log likelihood that ends them."""
 
 
@@ -129,7 +129,7 @@ def with_joint_readings(
     """
     tables = _tables(problem, residual)
     scale = _scale(tables)
-    joints = np.flatnonzero((scale[2:] > 0.0) & (scale[2:] < LARGEST**2))
+    joints = np.flatnonzero((scale[2:] > 0.0) & (scale[2:] < WORST_READING**2))
     turning = np.array([turns(problem.blocks[0].chain, j) for j in range(len(scale) - 2)])
     found = _likeliest(tables, scale, joints, turning, stated)
     if found is None:
@@ -138,13 +138,13 @@ def with_joint_readings(
     if any(_is_smooth(tables, found.variances, j) for j in noisy):
         return white
     variances = found.variances
-    variances = np.where(variances > NOTHING * scale, variances, 0.0)
+    variances = np.where(variances > MIN_READING_VARIANCE * scale, variances, 0.0)
     if not stated:  # what is left is as large as it is, heavy tails or not
         sizes = [_whitened(t, variances)[2] ** 2 for t in tables]
         variances = variances * (sum(s.sum() for s in sizes) / sum(t.live.sum() for t in tables))
     there = scale[:2] > 0.0
     channels = np.where(there, np.sqrt(variances[:2]), white[:2]).tolist()
-    return Noise(channels[0], channels[1], tuple(np.sqrt(variances[2:]).tolist()))
+    return Noise(channels[0], channels[1], tuple(np.sqrt(variances[2:]).tolist()), tilt=white.tilt)
 
 
 def _likeliest(
@@ -158,10 +158,15 @@ def _likeliest(
     alike = _members(scale, [joints[kinds == kind] for kind in (True, False) if (kinds == kind).any()])
     found = _fit(tables, alike, np.append(plain.size, np.full(alike.shape[1] - 2, 0.1)), stated)
     single = _members(scale, joints[:, None])
-    begin = np.append(found.size[:2], np.maximum(found.variances[2 + joints] / scale[2 + joints], NOTHING))
+    begin = np.append(
+        found.size[:2], np.maximum(found.variances[2 + joints] / scale[2 + joints], MIN_READING_VARIANCE)
+    )
     each = _fit(tables, single, begin, stated)
     charge = 0.5 * np.log(sum(len(t.residual) for t in tables))
-    gains = [plain.cost - a.cost - charge * (a.size[2:] > NOTHING).sum() - MARGIN for a in (found, each)]
+    gains = [
+        plain.cost - a.cost - charge * (a.size[2:] > MIN_READING_VARIANCE).sum() - MARGIN
+        for a in (found, each)
+    ]
     return (found, each)[int(np.argmax(gains))] if max(gains) > 0.0 else None
 
 
@@ -182,6 +187,8 @@ def _tables(problem: Problem, residual: np.ndarray) -> list[_Table]:
     every = slice(None, None, max(1, -(-len(problem.data) // MOST_ROWS)))
     alike: dict[tuple[Channel, ...], list[_Table]] = {}
     for block in problem.blocks:
+        if Channel.TILT in block.observation.channels:
+            continue
         live = (block.inverse_sigma > 0.0)[every]
         own, left = (
             values[block.start : block.stop].reshape(block.inverse_sigma.shape)[every] * live
@@ -225,10 +232,10 @@ def _members(scale: np.ndarray, groups: Sequence[np.ndarray] | np.ndarray) -> Fl
 
 def _fit(tables: Sequence[_Table], members: np.ndarray, size: np.ndarray, stated: bool) -> _Answer:
     """The most likely sizes ≥ 0 by Fisher's scoring: each step is a non-negative least-squares problem."""
-    least = np.append(np.zeros(2) if stated else np.full(2, LEAST), np.zeros(len(size) - 2))
+    least = np.append(np.zeros(2) if stated else np.full(2, MIN_VARIANCE_SHARE), np.zeros(len(size) - 2))
     size = np.maximum(size, least)
     cost, slope, information = _cost(tables, members @ size)
-    for _ in range(STEPS):
+    for _ in range(MAX_SCORING_STEPS):
         down, curved = members.T @ slope, members.T @ information @ members
         curved[np.diag_indices(len(size))] += 1e-9 * max(float(np.trace(curved)), 1e-300)
         root = np.linalg.cholesky(curved).T

@@ -18,13 +18,13 @@ from workbench.identification.alignment import align, starts
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import FrameFreedom
 
-STEPS = 10
+FRAME_STEPS = 10
 """Steps to the frames from closed forms, which leave little where arm and rows belong together."""
 BETTER = 5.0
 """What explains rows leaves so many times less than they have as they are, …"""
 ALONE = 2.0
 """… and so many times less than any other explanation."""
-SAME = 1.2
+NO_GAIN = 1.2
 """Joints whose sign is not seen improve nothing by this."""
 REFINED, MOST = 6, 3
 """Readings that are looked at closely, and that are named where they explain the rows alike."""
@@ -32,7 +32,7 @@ LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
 
 
 @dataclass(frozen=True, eq=False)
-class Reading:
+class CorrectedRows:
     """Rows as they would be without a mistake.
 
     Args:
@@ -55,7 +55,7 @@ class Reading:
         return self.error * self.shrunk
 
 
-def explained(robot: Robot, seen: Dataset, error: float, *, most: float) -> Reading | None:
+def explained(robot: Robot, seen: Dataset, error: float, *, most: float) -> CorrectedRows | None:
     """The mistake that explains why rows miss their arm, or two or three that do alike; None if nothing does.
 
     Args:
@@ -66,7 +66,7 @@ def explained(robot: Robot, seen: Dataset, error: float, *, most: float) -> Read
     """
     rough = [replace(r, error=rough_error(robot, r.rows)) for r in _readings(robot, seen)]
     nearest = sorted(rough, key=lambda r: r.cost)[:REFINED]
-    close = [replace(r, error=median_error(aligned(robot, r.rows, STEPS), r.rows)) for r in nearest]
+    close = [replace(r, error=median_error(aligned(robot, r.rows, FRAME_STEPS), r.rows)) for r in nearest]
     found = sorted((r for r in close if r.error < most and r.cost < error / BETTER), key=lambda r: r.cost)
     alike = [r for r in found if r.cost < ALONE * found[0].cost]
     likely = [r for r in alike if not any(_is_part(other, r) for other in alike)]
@@ -75,9 +75,9 @@ def explained(robot: Robot, seen: Dataset, error: float, *, most: float) -> Read
     return replace(likely[0], words=", or ".join(r.words for r in likely))
 
 
-def _is_part(one: Reading, other: Reading) -> bool:
+def _is_part(one: CorrectedRows, other: CorrectedRows) -> bool:
     """Whether a reading inverts some of another's joints and explains as much."""
-    return bool(one.inverted) and one.inverted < other.inverted and one.error < SAME * other.error
+    return bool(one.inverted) and one.inverted < other.inverted and one.error < NO_GAIN * other.error
 
 
 def aligned(robot: Robot, seen: Dataset, limit: int = 100) -> Robot:
@@ -96,28 +96,28 @@ def median_error(robot: Robot, seen: Dataset) -> float:
     return float(np.median(np.linalg.norm(predict(robot, seen)[:, :3, 3] - seen.position, axis=1)))
 
 
-def _readings(robot: Robot, seen: Dataset) -> Iterator[Reading]:
+def _readings(robot: Robot, seen: Dataset) -> Iterator[CorrectedRows]:
     """The rows without each of the usual mistakes."""
     yield from _joints_read_otherwise(robot, seen)
     yield from _points_read_otherwise(robot, seen)
 
 
-def _joints_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[Reading]:
+def _joints_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRows]:
     n, slides = seen.joints, sliding(robot)
     for i, j in combinations(range(n), 2):
         if slides[i] == slides[j]:
             order = np.arange(n)
             order[[i, j]] = j, i
-            yield Reading(f"q{i + 1} and q{j + 1} look exchanged", replace(seen, q=seen.q[:, order]))
+            yield CorrectedRows(f"q{i + 1} and q{j + 1} look exchanged", replace(seen, q=seen.q[:, order]))
     for order, words in ((np.arange(n)[::-1], "reversed"), (np.roll(np.arange(n), 1), "shifted by one"),
                          (np.roll(np.arange(n), -1), "shifted by one")):  # fmt: skip
         if n > 2 and (slides[order] == slides).all():
-            yield Reading(f"the order of the joints looks {words}", replace(seen, q=seen.q[:, order]))
+            yield CorrectedRows(f"the order of the joints looks {words}", replace(seen, q=seen.q[:, order]))
     for joints in (*combinations(range(n), 1), *combinations(range(n), 2)):
         signs = np.where(np.isin(np.arange(n), joints), -1.0, 1.0)
         names = " and ".join(f"q{k + 1}" for k in joints)
         words = f"{names} {'seems' if len(joints) == 1 else 'seem'} to have the opposite sign"
-        yield Reading(words, replace(seen, q=seen.q * signs), frozenset(joints))
+        yield CorrectedRows(words, replace(seen, q=seen.q * signs), frozenset(joints))
     degree = np.pi / 180.0
     turning = ((degree, "the joints look like degrees labelled rad"),
                (1.0 / degree, "the joints look like rad labelled degrees"))  # fmt: skip
@@ -125,29 +125,29 @@ def _joints_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[Reading]:
     for scaled, guesses in ((~slides, turning), (slides, lengths)):
         for factor, words in guesses if scaled.any() else ():
             q = seen.q * np.where(scaled, factor, 1.0)
-            yield Reading(words, replace(seen, q=q), shrunk=max(1.0, 1.0 / factor))
+            yield CorrectedRows(words, replace(seen, q=q), shrunk=max(1.0, 1.0 / factor))
 
 
-def _points_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[Reading]:
+def _points_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRows]:
     points = np.asarray(seen.position)
     for words, factor in _units():
-        yield Reading(
+        yield CorrectedRows(
             f"the positions look like {words}",
             replace(seen, position=points * factor),
             shrunk=max(1.0, 1.0 / factor),
         )
     if seen.rotation is None:
         mirrored = replace(seen, position=points * [1.0, 1.0, -1.0])
-        yield Reading("two of x, y, z look exchanged, or one has the opposite sign", mirrored)
+        yield CorrectedRows("two of x, y, z look exchanged, or one has the opposite sign", mirrored)
         return
     for k, name in enumerate("xyz"):
         signs = np.where(np.arange(3) == k, -1.0, 1.0)
-        yield Reading(f"{name} seems to have the opposite sign", replace(seen, position=points * signs))
+        yield CorrectedRows(f"{name} seems to have the opposite sign", replace(seen, position=points * signs))
     for i, j in combinations(range(3), 2):
         order = np.arange(3)
         order[[i, j]] = j, i
         words = f"{'xyz'[i]} and {'xyz'[j]} look exchanged"
-        yield Reading(words, replace(seen, position=points[:, order]))
+        yield CorrectedRows(words, replace(seen, position=points[:, order]))
 
 
 def _units() -> Iterator[tuple[str, float]]:

@@ -24,7 +24,7 @@ from workbench.base import se3
 from workbench.data.dataset import Dataset
 from workbench.identification.joint_reading_noise import FREEDOM, consistent, with_joint_readings
 from workbench.identification.problem import Noise, Problem
-from workbench.identification.undetermined_combinations import Factor, factorise_pieces
+from workbench.identification.undetermined_combinations import Factor, factorise_pieces, factorise_products
 
 SAME_JOINTS = 1e-7
 """Rows whose joints agree within this [rad or m] are repeats."""
@@ -32,13 +32,15 @@ ENOUGH_REPEATS = 8
 """Degrees of freedom that repeats must have to be believed."""
 ENOUGH_SPARE = 10.0
 """Degrees of freedom below which noise of joint readings is not separated from that of the instrument."""
+HEAVY = 1e9
+"""Products of a Jacobian's columns from which on its factorisation takes long."""
 LEAST_PART = 1e-3
 """Part of what is left below which s counts as 0 where all rows state their own."""
-SMALLEST = Noise(1e-8, 1e-8)
+ROUNDING_NOISE = Noise(1e-8, 1e-8)
 """Below this a fit leaves only rounding, and the stated values are kept."""
 
 
-class Given(Enum):
+class StatedNoise(Enum):
     """How much of the noise the rows bring themselves."""
 
     NONE = 0
@@ -46,10 +48,11 @@ class Given(Enum):
     ALL = 2
 
 
-def given_by_rows(problem: Problem) -> Given:
+def given_by_rows(problem: Problem) -> StatedNoise:
     """Whether every component that was measured has its own standard deviation."""
-    told, live = problem.own_sigma > 0.0, problem.inverse_sigma > 0.0
-    return Given.ALL if told[live].all() else Given.SOME if told.any() else Given.NONE
+    live = (problem.inverse_sigma > 0.0) & ~problem.tilted_components
+    told = problem.own_sigma > 0.0
+    return StatedNoise.ALL if told[live].all() else StatedNoise.SOME if told.any() else StatedNoise.NONE
 
 
 def stated(problem: Problem) -> Noise | None:
@@ -57,10 +60,10 @@ def stated(problem: Problem) -> Noise | None:
 
     NaN for rotations that nobody measured; None where a component brings none, or no positions were measured.
     """
-    live, turned = problem.inverse_sigma > 0.0, problem.component_channels
-    if given_by_rows(problem) is not Given.ALL or not (live & ~turned).any():
+    straight, turned, _ = _channels(problem)
+    if given_by_rows(problem) is not StatedNoise.ALL or not straight.any():
         return None
-    straight, angles = (problem.own_sigma[live & mine] for mine in (~turned, turned))
+    straight, angles = problem.own_sigma[straight], problem.own_sigma[turned]
     rotation = np.sqrt((angles**2).mean()) if len(angles) else np.nan
     return Noise(float(np.sqrt((straight**2).mean())), float(rotation))
 
@@ -102,12 +105,17 @@ def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | N
     if share is None:
         return None
     components = problem.physical(problem.residual(x))
-    straight, turned = _channels(problem)
+    straight, turned, tilts = _channels(problem)
     position = np.sqrt((components[straight] ** 2).mean() / share) if straight.any() else np.nan
     rotation = np.sqrt((components[turned] ** 2).mean() / share) if turned.any() else problem.noise.rotation
-    if position < SMALLEST.position or rotation < SMALLEST.rotation:
+    tilt = np.sqrt((components[tilts] ** 2).mean() / share) if tilts.any() else problem.noise.tilt
+    if (
+        position < ROUNDING_NOISE.position
+        or rotation < ROUNDING_NOISE.rotation
+        or tilt < ROUNDING_NOISE.rotation
+    ):
         return None
-    return Noise(float(position), float(rotation))
+    return Noise(float(position), float(rotation), tilt=float(tilt))
 
 
 def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
@@ -123,9 +131,9 @@ def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor |
     square = problem.physical(problem.residual(x)) ** 2 / share
     found = [
         _most_likely(square[mine], problem.own_sigma[mine] ** 2) if mine.any() else old
-        for mine, old in zip(_channels(problem), problem.noise[:2], strict=True)
+        for mine, old in zip(_channels(problem), (*problem.noise[:2], problem.noise.tilt), strict=True)
     ]
-    return Noise(found[0], found[1])
+    return Noise(found[0], found[1], tilt=found[2])
 
 
 def components(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | None = None) -> Noise | None:
@@ -155,10 +163,10 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
     return float(np.exp(optimize.minimize_scalar(cost, bounds=(low, high), method="bounded").x))
 
 
-def _channels(problem: Problem) -> tuple[np.ndarray, np.ndarray]:
-    """Components of position and of rotation that were measured."""
-    live, turned = problem.inverse_sigma > 0.0, problem.component_channels
-    return live & ~turned, live & turned
+def _channels(problem: Problem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Components of position, of rotation, and of tilts beside them that were measured."""
+    live, turned, tilts = problem.inverse_sigma > 0.0, problem.component_channels, problem.tilted_components
+    return live & ~turned, live & turned & ~tilts, live & tilts
 
 
 def _spare_share(problem: Problem, x: np.ndarray, factor: Factor | None) -> float | None:
@@ -169,6 +177,11 @@ def _spare_share(problem: Problem, x: np.ndarray, factor: Factor | None) -> floa
 
 def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
     """Factorisation of a problem's Jacobian, the prior's rows included, block by block."""
+    is_held = problem.deviation is not None  # else some constants are likely to do the same
+    if is_held and problem.size * len(problem.names) ** 2 > HEAVY:
+        found = factorise_products((piece for _, piece in problem.pieces(x)), problem.units)
+        if found is not None:
+            return found
     return factorise_pieces((piece for _, piece in problem.pieces(x)), problem.units)
 
 

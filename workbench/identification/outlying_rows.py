@@ -1,8 +1,8 @@
 """Rows that no model of the arm explains: mis-seated targets, mistyped numbers. They are excluded and named.
 
-Positions and rotations are judged apart, each compared with what the typical row leaves (the median, so that
-up to half may be wrong), leverage taken into account: a row that was fitted leaves less than it was off, one
-that was not leaves more.
+Positions, rotations, and tilts beside them are judged apart, each compared with what the typical row leaves
+(the median, so that up to half may be wrong), leverage taken into account: a row that was fitted leaves less
+than it was off, one that was not leaves more.
 """
 
 import numpy as np
@@ -16,13 +16,13 @@ from workbench.identification.undetermined_combinations import Factor
 
 LEVEL = 0.01
 """Chance of calling any row of clean normal data an outlier."""
-LEAST = 4.0
+MIN_OUTLIER_RATIO = 4.0
 """… and it must be off by this many times the typical row, at least,"""
 BEYOND = 3.0
 """… and by this many times what nine rows in ten keep: real errors have longer tails than normal ones."""
 TOLERANCE = 0.05
 """Change of the weights that ends a robust fit."""
-ROUNDS = 8
+ROBUST_ROUNDS = 8
 """Rounds of the robust fit with which the search for outliers begins."""
 
 
@@ -34,7 +34,7 @@ def robust_fit(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray
         x: Least-squares fit.
     """
     old = np.ones(len(problem.data))
-    for _ in range(ROUNDS):
+    for _ in range(ROBUST_ROUNDS):
         residual = problem.residual(x)[: problem.size]
         sizes = _sizes(problem, residual, np.ones(problem.size))
         weights = row_weights((sizes / _typical(sizes)).max(1), Loss.TUKEY)
@@ -70,8 +70,8 @@ def row_sizes(
     fitted: Bool[np.ndarray, " rows"],
     *,
     root: Float[np.ndarray, "p r"] | None = None,
-) -> Float[np.ndarray, "rows 2"]:
-    """What every row leaves in positions and rotations, in stated standard deviations; 0 where not measured.
+) -> Float[np.ndarray, "rows 3"]:
+    """What every row leaves in its channels, in stated standard deviations; 0 where not measured.
 
     Args:
         x: A fit to some of them.
@@ -91,11 +91,11 @@ def row_sizes(
     return _sizes(problem, residual, room)
 
 
-def limits(sizes: Float[np.ndarray, "rows 2"]) -> Float[np.ndarray, " 2"]:
+def limits(sizes: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, " 3"]:
     """Sizes beyond which a row stands out from these ones."""
     tail = BEYOND * np.quantile(sizes, 0.9, axis=0)
     chance = np.sqrt(special.chdtri(3, LEVEL / len(sizes)) / special.chdtri(3, 0.5))
-    return np.maximum(tail, max(chance, LEAST) * _typical(sizes))
+    return np.maximum(tail, max(chance, MIN_OUTLIER_RATIO) * _typical(sizes))
 
 
 def _typical(sizes: np.ndarray) -> np.ndarray:
@@ -103,12 +103,13 @@ def _typical(sizes: np.ndarray) -> np.ndarray:
     return np.array([max(np.median(s[s > 0.0]), 1e-300) if (s > 0.0).any() else 1e-300 for s in sizes.T])
 
 
-def _sizes(problem: Problem, residual: np.ndarray, room: np.ndarray) -> Float[np.ndarray, "rows 2"]:
-    """Root mean square of every row's positions and rotations; 0 where not measured."""
+def _sizes(problem: Problem, residual: np.ndarray, room: np.ndarray) -> Float[np.ndarray, "rows 3"]:
+    """Root mean square of every row's positions, rotations and tilts; 0 where not measured."""
     rows, live = problem.component_rows, problem.inverse_sigma > 0.0
-    out = np.zeros((len(problem.data), 2))
-    for channel in (0, 1):
-        mine = live & (problem.component_channels == bool(channel))
+    turned, tilts = problem.component_channels, problem.tilted_components
+    out = np.zeros((len(problem.data), 3))
+    for channel, kind in enumerate((~turned, turned & ~tilts, tilts)):
+        mine = live & kind
         count = np.bincount(rows[mine], minlength=len(out))
         square = np.bincount(rows[mine], residual[mine] ** 2 / room[mine], len(out))
         out[:, channel] = np.sqrt(square / np.maximum(count, 1))

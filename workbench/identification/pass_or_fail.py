@@ -54,5 +54,5 @@ def judge(result: Identification, wanted: Wanted, *, run: Run | None = None) -> 
     run = result.best if run is None else run
     held_out = len(result.held_out_data) > 0
     rows = result.held_out_data if held_out else result.data.take(result.train_rows)
-    check = wanted.check(row_components(run.judged or run.calibrated, rows))
+    check = wanted.check(row_components(run.as_measured, rows))
     return Judged(check=check, rows=rows.row, held_out=held_out)

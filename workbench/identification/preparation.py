@@ -3,24 +3,23 @@
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
+from typing import NamedTuple
 
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import Cancel, Report
+from workbench.base.errors import OptionError
+from workbench.base.progress import progress
 from workbench.base.wording import plural
-from workbench.data.camera.resection import with_boards, with_boards_in_view
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.data.misread import checked
+from workbench.data.order import beside
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
-from workbench.identification.camera_checks import mismatched_pictures
-from workbench.identification.camera_model_selection import Seek, select_camera_step
-from workbench.identification.camera_selection_steps import Gate
 from workbench.identification.fit_choices import FitChoices
+from workbench.identification.frame_freedom import on_level
 from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
 from workbench.identification.held_out_rows import (
     check_enough,
@@ -30,16 +29,19 @@ from workbench.identification.held_out_rows import (
     scale_fixing_length,
     unused_observations,
 )
+from workbench.identification.own_preparation import (
+    AbstractIdentifiability,
+    AbstractPreparation,
+    Seek,
+    preparation_of,
+)
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.row_errors import RowErrors, instrument_places, row_errors
 from workbench.plate.region import Region
 
-ENOUGH = 6
+MIN_HELD_OUT_PER_PLACE = 6
 """Held-out rows of an anchor or contact that show its place and the arm's error: twice its three unknowns."""
-
-FEWEST_PICTURES = 4
-"""Pictures below which camera and target are not found."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -54,7 +56,7 @@ class Prepared:
         aligned: The nominal arm with the best base and tool wherever those are free.
         problem: Of the rows to fit, whitened.
         new_sessions: Held-out sessions that no fitted row has; their base is found from their own rows.
-        gate: What of the arm pictures may identify; None for other instruments.
+        identifiability: What of the arm the rows may identify; None where their readings don't decide it.
     """
 
     data: Dataset
@@ -66,7 +68,7 @@ class Prepared:
     problem: Problem
     new_sessions: tuple[str, ...]
     notes: tuple[str, ...]
-    gate: Gate | None = None
+    identifiability: AbstractIdentifiability | None = None
 
     def errors(self, robot: Robot, instrument: Mapping[str, float]) -> tuple[RowErrors, RowErrors]:
         """Errors of a model on the fitted and on the held-out rows.
@@ -123,9 +125,7 @@ def prepare(
     prior: Prior | None = None,
     effects: Sequence[str] = (),
     seek: Seek | None = None,
-    progress: Report | None = None,
     held_rows: Collection[int] | None = None,
-    cancel: Cancel | None = None,
 ) -> Prepared:
     """Everything before the first search; arguments are those of `identify`.
 
@@ -136,117 +136,154 @@ def prepare(
         DataError: too few rows, or data that contradict the robot beyond doubt.
         OptionError: an unknown constant or option.
     """
-    report = progress or (lambda part, text: None)
     robot.check_joints(data.q, data.source)
-    held_out, noise, places = choices.held_out, choices.noise, dict(choices.known)
-    sessions = Sessions(choices.frames)
-    report(0.0, "checking the rows")
-    data = with_drivers(robot, checked(robot, data))
-    notes = [*data.notes, *unused_observations(data)]
-    rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
-    used = data.take(rows)
-    notes += robot.extrapolation_warnings(used.q, used.row)
-    train, held = divide(used, held_out, choices.seed) if held_rows is None else _divided(used, held_rows)
-    fitted, held_data = used.take(train), used.take(held)
-    if isinstance(held_out, Dataset):
-        held_data = _other_rows(robot, held_out, choices.region)
-    names = tuple(robot.default_free if choices.free is None else choices.free)
-    if (length := scale_fixing_length(robot, fitted, names, places)) is not None:
-        names = tuple(name for name in names if name != length)
-        notes.append(f"contacts show no scale: {length} is held at its nominal value")
-    told = () if prior is None else prior.names
-    check_enough(robot, fitted, [name for name in (*names, *effects) if name not in told])
-    if fitted.rig is not None:
-        fitted, train, lost = _suited(robot, fitted, train)
-        excluded += lost
-        notes += [note for note in fitted.notes if note not in notes]
-    report(0.25, "deciding about base and tool")
-    choice = choose_frames(
+    places, sessions = dict(choices.known), Sessions(choices.frames)
+    progress(0.0, "checking the rows")
+    complete = with_drivers(robot, checked(robot, data))
+    chosen = _chosen(robot, complete, choices, held_rows)
+    free, scale_notes = _free(robot, chosen.fitted, choices, places)
+    names_with_prior = () if prior is None else prior.names
+    check_enough(robot, chosen.fitted, [n for n in (*free, *effects) if n not in names_with_prior])
+    own = preparation_of(chosen.fitted)
+    rows = chosen if own is None else _suited(robot, chosen, own)
+    progress(0.25, "deciding about base and tool")
+    frames = choose_frames(
         robot,
-        fitted,
+        rows.fitted,
         sessions=sessions,
-        noise=noise,
-        free=names,
+        noise=choices.noise,
+        free=free,
         effects=tuple(effects),
         prior=prior,
         known=places,
-        cancel=cancel,
     )
+    choice = _levelled(frames, rows.fitted) if choices.levelled else frames
     build = partial(Problem.build, frames=choice.freedom, bounds=bounds, known=places, effects=effects)
-    gate = None
-    if fitted.rig is None:
-        problem = build(choice.robot, fitted, free=names, noise=noise)
+    if own is None:
+        built, identifiability = build(choice.robot, rows.fitted, free=free, noise=choices.noise), None
     else:
-        report(0.5, "weighing what pictures may identify")
-        problem, gate = select_camera_step(choice.robot, fitted, free=choices.free, build=build, seek=seek)
-    if not problem.names:
+        progress(0.5, f"weighing what {own.name} may identify")
+        built, identifiability = own.decide(choice.robot, rows.fitted, free=free, build=build, seek=seek)
+    if not built.names:
         raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
-    if prior is not None:
-        problem, shared = prior.on(problem), sum(name in problem.names for name in prior.names)
-        notes.append(f"prior knowledge of {shared} constants from an older calibration")
-    report(0.75, "estimating the noise")
-    if gate is None:
-        problem, noise_note = _with_noise(problem, noise, cancel)
-        notes += [*choice.notes, noise_note]
+    informed, prior_notes = _informed(built, prior)
+    progress(0.75, "estimating the noise")
+    if identifiability is None:
+        problem, *decisions = _with_noise(informed, choices.noise)
     else:
-        notes += [*gate.notes, f"noise from the pictures: {_picture_words(gate.noise)}"]
-    if fitted.rig is not None and held_data.rig is not None:
-        held_data = with_boards(held_data, [target.owner for target in fitted.rig.targets])
-        held_data, held, lost = _in_use(held_data, held)
-        if lost and isinstance(held_out, Dataset):
-            notes.append(f"{plural(len(lost), 'held-out picture')} left out: no board of the pictures fitted")
-        else:
-            excluded += lost
-    held_data, placing = _placeable(held_data, {**places, **dict.fromkeys(problem.names, 0.0)})
-    notes += placing
-    new_sessions = _new_sessions(held_data, fitted, choice, sessions)
+        problem, decisions = informed, [*identifiability.notes]
+    judging, judging_notes = _judging(rows, own, is_same_file=not isinstance(choices.held_out, Dataset))
+    held, placing = _placeable(judging.held, {**places, **dict.fromkeys(problem.names, 0.0)})
+    new_sessions = _new_sessions(held, rows.fitted, choice, sessions)
+    notes = [*rows.notes, *scale_notes, *prior_notes, *choice.notes, *decisions, *judging_notes, *placing]
     if new_sessions:
         notes.append(
             f"held-out session {', '.join(new_sessions)}: where base stands was found from its own rows, "
             "the arm from the others"
         )
     return Prepared(
-        data=data,
-        train_rows=rows[train],
-        held_out_rows=rows[held],
-        held=held_data,
-        excluded=tuple(excluded),
+        data=complete,
+        train_rows=rows.train_rows,
+        held_out_rows=judging.held_out_rows,
+        held=held,
+        excluded=judging.excluded,
         aligned=choice.robot,
         problem=problem,
         new_sessions=new_sessions,
         notes=tuple(notes),
-        gate=gate,
+        identifiability=identifiability,
     )
+
+
+class _Rows(NamedTuple):
+    """Rows that were chosen, and which they are of the data.
+
+    Args:
+        held: Held-out ones, which may come from another file; then they have no place in the data.
+        excluded: Rows that are kept out altogether, with the reason.
+    """
+
+    fitted: Dataset
+    train_rows: np.ndarray
+    held: Dataset
+    held_out_rows: np.ndarray
+    excluded: tuple[tuple[int, str], ...]
+    notes: tuple[str, ...]
+
+
+def _chosen(robot: Robot, data: Dataset, choices: FitChoices, held_rows: Collection[int] | None) -> _Rows:
+    """The rows that the choices leave, divided."""
+    rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
+    used, other = data.take(rows), choices.held_out
+    train, held = divide(used, other, choices.seed) if held_rows is None else _divided(used, held_rows)
+    return _Rows(
+        fitted=used.take(train),
+        train_rows=rows[train],
+        held=beside(_other_rows(robot, other, choices.region), used)
+        if isinstance(other, Dataset)
+        else used.take(held),
+        held_out_rows=rows[held],
+        excluded=tuple(excluded),
+        notes=(*data.notes, *unused_observations(data), *robot.extrapolation_warnings(used.q, used.row)),
+    )
+
+
+def _free(
+    robot: Robot, fitted: Dataset, choices: FitChoices, places: Mapping[str, float]
+) -> tuple[tuple[str, ...], list[str]]:
+    """Constants of the arm to identify, without a length that the rows can't show, and a note on that."""
+    free = tuple(robot.default_free if choices.free is None else choices.free)
+    length = scale_fixing_length(robot, fitted, free, places)
+    if length is None:
+        return free, []
+    note = f"contacts show no scale: {length} is held at its nominal value"
+    return tuple(name for name in free if name != length), [note]
+
+
+def _suited(robot: Robot, rows: _Rows, own: AbstractPreparation) -> _Rows:
+    """The rows to fit that suit their readings; the others are kept out."""
+    suited = own.suited(robot, rows.fitted)
+    fitted, train_rows, lost = _in_use(suited, rows.train_rows)
+    return rows._replace(
+        fitted=fitted,
+        train_rows=train_rows,
+        excluded=(*rows.excluded, *lost),
+        notes=(*rows.notes, *(note for note in suited.notes if note not in rows.notes)),
+    )
+
+
+def _judging(rows: _Rows, own: AbstractPreparation | None, *, is_same_file: bool) -> tuple[_Rows, list[str]]:
+    """Held-out rows that can be compared with the fitted ones, and notes on them."""
+    if own is None or preparation_of(rows.held) is not own:
+        return rows, []
+    comparable = own.comparable(rows.held, rows.fitted)
+    notes = [*comparable.notes[len(rows.held.notes) :]]
+    held, held_out_rows, lost = _in_use(comparable, rows.held_out_rows)
+    judging = rows._replace(held=held, held_out_rows=held_out_rows)
+    if is_same_file:
+        return judging._replace(excluded=(*rows.excluded, *lost)), notes
+    if lost:
+        notes.append(f"{plural(len(lost), 'held-out row')} left out: {lost[0][1]}")
+    return judging, notes
+
+
+def _levelled(choice: FrameChoice, fitted: Dataset) -> FrameChoice:
+    """The choice with a base that is known to be level."""
+    level = replace(choice.freedom, levelled=True)
+    return replace(choice, robot=on_level(choice.robot, fitted.sessions, level), freedom=level)
+
+
+def _informed(problem: Problem, prior: Prior | None) -> tuple[Problem, list[str]]:
+    """The problem with what an older calibration knows, and a note on that."""
+    if prior is None:
+        return problem, []
+    shared = sum(name in problem.names for name in prior.names)
+    return prior.on(problem), [f"prior knowledge of {shared} constants from an older calibration"]
 
 
 def _divided(used: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
     held = np.isin(used.row, list(held_rows))
     return np.flatnonzero(~held), np.flatnonzero(held)
-
-
-def _suited(robot: Robot, fitted: Dataset, train: np.ndarray):
-    """Pictures that suit their joints and show a board that is used, their places, and the others with the
-    reason."""
-    _check_pictures(fitted)
-    lost = mismatched_pictures(robot, fitted)
-    keep = ~np.isin(np.arange(len(fitted)), list(lost))
-    names = fitted.row if fitted.image is None else fitted.image
-    said = [
-        (int(fitted.row[i]), f"image {names[i]} does not suit its joints: {1e3 * off:.1f} mm off")
-        for i, off in lost.items()
-    ]
-    if not keep.all():
-        fitted, train = fitted.take(keep), train[keep]
-    fitted, train, empty = _in_use(with_boards_in_view(fitted, fitted=True), train)
-    _check_pictures(fitted)
-    return fitted, train, said + empty
-
-
-def _check_pictures(fitted: Dataset) -> None:
-    if len(fitted) < FEWEST_PICTURES:
-        raise DataError(
-            f"{fitted.source}: {len(fitted)} pictures are left to fit; give at least {FEWEST_PICTURES}"
-        )
 
 
 def _in_use(data: Dataset, places: np.ndarray) -> tuple[Dataset, np.ndarray, list[tuple[int, str]]]:
@@ -275,14 +312,14 @@ def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list
     other = np.flatnonzero(~keep)
     columns = [np.asarray(c)[other].astype(str) for c in (held.anchor, held.contact) if c is not None]
     _, label, count = np.unique(np.array(columns), axis=1, return_inverse=True, return_counts=True)
-    enough = count[label.ravel()] >= ENOUGH
+    enough = count[label.ravel()] >= MIN_HELD_OUT_PER_PLACE
     keep[other[enough]] = True
     strange = "held-out rows name anchors or contacts that no fitted row has"
     if enough.any():
         where = "their places were found from these rows, the arm from the others"
         notes.append(f"{int(enough.sum())} {strange}: {where}")
     if not enough.all():
-        notes.append(f"{int((~enough).sum())} {strange}, fewer than {ENOUGH} each; left out")
+        notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; left out")
     return held.take(keep), notes
 
 
@@ -293,45 +330,46 @@ def _new_sessions(held: Dataset, fitted: Dataset, choice: FrameChoice, sessions:
     return tuple(s for s in held.sessions if s not in fitted.sessions)
 
 
-def _with_noise(problem: Problem, noise: Noise | None, cancel: Cancel | None) -> tuple[Problem, str]:
+def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
     """The problem whitened by the noise that was given, that repeats show, or that a fit leaves."""
     own = noises.given_by_rows(problem)
-    turned = bool(problem.component_channels.any())
-    on_top = ", on top of what rows state" if own is not noises.Given.NONE else ""
+    turned = problem.sees_rotation
+    on_top = ", on top of what rows state" if own is not noises.StatedNoise.NONE else ""
     if noise is not None:
-        return problem.with_noise(noise), f"noise as given: {_noise_words(noise, turned)}{on_top}"
-    repeats = noises.from_repeats(problem.data) if own is noises.Given.NONE else None
+        return _with_tilts(problem, noise), f"noise as given: {_noise_words(noise, turned)}{on_top}"
+    repeats = noises.from_repeats(problem.data) if own is noises.StatedNoise.NONE else None
     if repeats is not None:
-        return problem.with_noise(repeats), f"noise from repeated poses: {_noise_words(repeats, turned)}"
-    for _ in range(2 if own is noises.Given.NONE else 5):
-        search = Opt2(limit=60).search(problem, on_step=on_step(cancel))
+        return _with_tilts(problem, repeats), f"noise from repeated poses: {_noise_words(repeats, turned)}"
+    for _ in range(2 if own is noises.StatedNoise.NONE else 5):
+        search = Opt2(limit=60).search(problem)
         left = noises.beyond_stated(problem, search.x)
         if left is None:
             words = _noise_words(problem.noise, turned)
             return problem, f"the fit leaves no residual to estimate the noise from; assuming {words}{on_top}"
-        converged = np.allclose(left[:2], problem.noise[:2], rtol=0.2, atol=0.0)
+        pairs = zip((*left[:2], left.tilt), (*problem.noise[:2], problem.noise.tilt), strict=True)
+        converged = all(np.isclose(new, old, rtol=0.2, atol=0.0) for new, old in pairs)
         problem = problem.with_noise(left)
         if converged:
             break
-    if own is noises.Given.ALL and problem.noise == Noise(0.0, 0.0 if turned else problem.noise.rotation):
+    nothing_more = (0.0, 0.0 if turned else problem.noise.rotation)
+    if own is noises.StatedNoise.ALL and problem.noise[:2] == nothing_more:
         return problem, "noise as the file states it row by row"
     words = _noise_words(problem.noise, turned)
-    if own is noises.Given.NONE:
+    if own is noises.StatedNoise.NONE:
         return problem, f"the rows are weighted by the residuals of the geometry alone: {words}"
     floor = noises.stated(problem)
     said = f" ({_noise_words(floor, turned)})" if floor is not None else ""
     return problem, f"noise as the file states it row by row{said}, and {words} more that the fit leaves"
 
 
-def _picture_words(noise: Noise) -> str:
-    lack = f"{1e3 * noise.position:.2g} mm, {np.rad2deg(noise.rotation):.2g}°"
-    return f"corners {noise.pixel:.2f} px; what the model lacks of the tool's pose {lack} about each axis"
+def _with_tilts(problem: Problem, noise: Noise) -> Problem:
+    """The problem with a known noise, that of tilts beside other observations found by a fit."""
+    problem = problem.with_noise(noise)
+    if not problem.tilted_components.any():
+        return problem
+    left = noises.beyond_stated(problem, Opt2(limit=60).search(problem).x)
+    return problem if left is None else problem.with_noise(noise._replace(tilt=left.tilt))
 
 
 def _noise_words(noise: Noise, turned: bool) -> str:
     return (noise if turned else noise._replace(rotation=np.nan)).words
-
-
-def on_step(cancel: Cancel | None):
-    """What a search asks after every step."""
-    return None if cancel is None else lambda iteration, cost: cancel()

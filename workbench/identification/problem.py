@@ -14,32 +14,39 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.joint import EXACT
 from workbench.arm.parameters import Parameter
-from workbench.arm.robot import Robot, SessionFrames
+from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.errors import OptionError
 from workbench.base.threads import in_order
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations import Unknown
+from workbench.data.observations import Channel, Unknown
+from workbench.identification.arm_parameters import arm_parameters, inertia_parameters
+from workbench.identification.frame_freedom import (
+    FrameFreedom,
+    frame_parameters,
+    gravity_names,
+    level_wall,
+    moved_robot,
+)
 from workbench.identification.problem_blocks import (
     Block,
-    FrameFreedom,
     Noise,
     add_products,
     build_blocks,
-    frame_parameters,
     instrument_start,
-    moved_frame,
     observed_kinds,
     own_sigma_of,
+    tilts_beside,
 )
 
 WELL_KNOWN = 10.0
 """Standard deviations of prior knowledge that count as one natural unit, so that it is always seen."""
 
 
-class Evaluation(NamedTuple):
+class LinearisedProblem(NamedTuple):
     """A problem at one x.
 
     Args:
@@ -119,52 +126,43 @@ class Problem:
         frames = frames or FrameFreedom()
         noise, known = noise or Noise(), dict(known or {})
         names = tuple(robot.default_free if free is None else free)
-        arm = {e.name: e for e in robot.elements}
-        if missing := [n for n in names if n not in arm]:
-            raise OptionError(
-                f"robot '{robot.name}' has no constant '{missing[0]}' to free; it has "
-                f"{', '.join(n for n in arm if arm[n].matrix is None)}"
-            )
-        if missing := [n for n in effects if n not in robot.coefficients]:
-            raise OptionError(
-                f"robot '{robot.name}' has no effect with the coefficient '{missing[0]}' to free; it has "
-                f"{', '.join(robot.coefficients) or 'no effects'}"
-            )
         kinds = observed_kinds(data)
-        parameters = [Parameter.bounded(n, arm[n].unit, arm[n].value, bounds) for n in names]
-        units, sizes = robot.coefficient_units, robot.coefficients
-        parameters += [Parameter.bounded(n, units[n], sizes[n], bounds, is_coefficient=True) for n in effects]
+        parameters = arm_parameters(robot, names, effects, bounds)
         weighing = tuple(robot.inertia) if inertia else ()
-        parameters += [
-            Parameter(n, "kg" if n.endswith(".mass") else "m", robot.inertia[n], is_inertia=True)
-            for n in weighing
-        ]
+        parameters += inertia_parameters(robot, weighing)
+        watching = next(tilts_beside(data, kinds), None) is not None
+        bending = any(  # play asks for the load's side alone
+            e.loads and not e.has_play for e in robot.effects
+        )
+        standing = ((bool(weighing) and bending) or watching) and np.any(robot.gravity)
+        angles = dict.fromkeys(n for s in data.sessions for n in gravity_names(s, frames)) if standing else {}
+        parameters += [Parameter(n, "rad", 0.0, is_inertia=not watching) for n in angles]
         parameters += frame_parameters(robot, data.sessions, frames, bounds)
         unknown_start, facts = instrument_start(robot, data, kinds, frames)
         parameters += [
-            Parameter.bounded(n, facts[n].unit, v, bounds) for n, v in unknown_start.items() if n not in known
+            Parameter.bounded(n, facts[n].unit, v, bounds, is_instrument=True)
+            for n, v in unknown_start.items()
+            if n not in known
         ]
         if bounds and (stray := set(bounds) - {p.name for p in parameters}):
             raise OptionError(f"bounds name '{sorted(stray)[0]}', which is not identified here")
         index = {p.name: i for i, p in enumerate(parameters)}
-        values = unknown_start | known
-        blocks = build_blocks(robot, data, kinds, names, effects, weighing, frames, noise, index, values)
-        problem = cls(
-            robot=robot,
-            data=data,
-            parameters=tuple(parameters),
-            noise=noise,
-            frames=frames,
-            blocks=blocks,
-            bounded=frozenset(bounds or ()),
-            facts=facts,
-            known=known,
-        )
+        shared = (frames, noise, index, unknown_start | known)
+        blocks = build_blocks(robot, data, kinds, names, effects, weighing, standing, *shared)
+        own: dict[str, Any] = {"robot": robot, "data": data, "noise": noise, "frames": frames, "facts": facts}
+        fixed = frozenset(bounds or ())
+        problem = cls(**own, parameters=tuple(parameters), blocks=blocks, bounded=fixed, known=known)
         spread = {n: robot.inertia_tolerance[n] for n in weighing}
+        if not frames.levelled:
+            spread |= dict.fromkeys(angles, max(robot.gravity_tolerance, EXACT))
         spread |= {p.name: s for p in parameters if (s := facts.get(p.name, Unknown()).sigma)}
-        centre = np.array([(robot.inertia | unknown_start)[n] for n in spread])
+        centre = np.array([(robot.inertia | unknown_start).get(n, 0.0) for n in spread])
         width = np.diag(1.0 / np.array(list(spread.values())))
-        return problem.with_prior(tuple(spread), centre, width) if spread else problem
+        problem = problem.with_prior(tuple(spread), centre, width) if spread else problem
+        level = level_wall(robot, data.sessions, frames, problem.names) if angles and frames.levelled else ()
+        for turning, wall in level:
+            problem = problem.with_prior(turning, np.zeros(len(turning)), wall)
+        return problem
 
     def again(self, *, robot: Robot | None = None, data: Dataset | None = None, **choices: Any) -> "Problem":
         """The same unknowns for another arm or other rows, or with other arguments of `build`.
@@ -177,7 +175,7 @@ class Problem:
             "noise": self.noise,
             "known": self.known,
             "effects": [p.name for p in self.parameters if p.is_coefficient],
-            "inertia": any(p.is_inertia for p in self.parameters),
+            "inertia": any(p.is_inertia and p.unit == "kg" for p in self.parameters),
         }
         rows = self.data if data is None else data
         return Problem.build(robot or self.robot, rows, **own | choices)
@@ -205,7 +203,7 @@ class Problem:
         return dict(zip(self.names, x.tolist(), strict=True))
 
     def instrument(self, x: Float[np.ndarray, " p"]) -> dict[str, float]:
-        """The places of anchors, contacts, markers or cameras at x by name."""
+        """The places of anchors, contacts or markers at x by name."""
         values = self.named(x)
         return {p.name: values[p.name] for p in self.parameters if p.is_instrument}
 
@@ -219,8 +217,8 @@ class Problem:
         reciprocal of its law's largest value over the rows [unit of the unknown]. Of masses, which are known
         beforehand, it is `WELL_KNOWN` of their standard deviations."""
         largest: dict[str, float] = {}
-        for bent in (b.bent for b in self.blocks if b.bent is not None):
-            for name, size in law_sizes(bent.robot, bent.motion, bent.names).items():
+        for deflected in (b.deflected for b in self.blocks if b.deflected is not None):
+            for name, size in law_sizes(deflected.robot, deflected.motion, deflected.names).items():
                 largest[name] = max(size, largest.get(name, 0.0))
         known = {n: WELL_KNOWN * s for n, s in self.robot.inertia_tolerance.items()}
         known |= {
@@ -229,6 +227,12 @@ class Problem:
         return frozen(
             np.array([known.get(p.name) or 1.0 / (largest.get(p.name) or 1.0) for p in self.parameters])
         )
+
+    @cached_property
+    def inertia_tolerance(self) -> dict[str, float]:
+        """Standard deviations of what acts through loads alone: masses, centres, angles of gravity."""
+        angle, known = max(self.robot.gravity_tolerance, EXACT), self.robot.inertia_tolerance
+        return {p.name: known.get(p.name, angle) for p in self.parameters if p.is_inertia}
 
     @property
     def size(self) -> int:
@@ -251,6 +255,17 @@ class Problem:
         return frozen(np.concatenate([np.tile(b.observation.is_rotation, len(b.rows)) for b in self.blocks]))
 
     @cached_property
+    def tilted_components(self) -> np.ndarray:
+        """True for those rotation components that inclinometers show beside other observations."""
+        tilts = [[c is Channel.TILT for c in b.observation.channels] * len(b.rows) for b in self.blocks]
+        return frozen(np.concatenate([np.array(t, bool) for t in tilts]))
+
+    @cached_property
+    def sees_rotation(self) -> bool:
+        """Whether orientations were measured, tilts beside other observations apart."""
+        return bool((self.component_channels & ~self.tilted_components).any())
+
+    @cached_property
     def inverse_sigma(self) -> Float[np.ndarray, " m"]:
         """Reciprocal standard deviation of each residual component [1/m or 1/rad], joint readings exact."""
         return frozen(np.concatenate([b.inverse_sigma.ravel() for b in self.blocks]))
@@ -264,12 +279,13 @@ class Problem:
     def typical_noise(self) -> Noise:
         """Root mean square of all standard deviations, rows' own and joint readings' included; NaN for a
         channel without any."""
-        if self.data.rig is not None:
+        if self.data.readings is not None:
             return self.noise
         live, turned = self.inverse_sigma > 0.0, self.component_channels
-        variances = [self.sigma[live & mine] ** 2 for mine in (~turned, turned)]
-        position, rotation = (float(np.sqrt(v.mean())) if len(v) else np.nan for v in variances)
-        return Noise(position, rotation)
+        kinds = (~turned, turned & ~self.tilted_components, self.tilted_components)
+        squares = (self.sigma[live & mine] ** 2 for mine in kinds)
+        position, rotation, tilt = (float(np.sqrt(v.mean())) if len(v) else np.nan for v in squares)
+        return Noise(position, rotation, tilt=tilt)
 
     @cached_property
     def own_sigma(self) -> Float[np.ndarray, " m"]:
@@ -277,7 +293,7 @@ class Problem:
         own = [own_sigma_of(self.data.take(b.rows), b.observation) for b in self.blocks]
         return frozen(np.concatenate([o.ravel() for o in own]))
 
-    def evaluate(self, x: Float[np.ndarray, " p"]) -> Evaluation:
+    def evaluate(self, x: Float[np.ndarray, " p"]) -> LinearisedProblem:
         """Whitened residual and Jacobian."""
         extra = 0 if self.prior is None else len(self.prior)
         residual = np.empty(self.size + extra)
@@ -288,20 +304,20 @@ class Problem:
         if self.prior is not None:
             residual[self.size :] = -self.prior @ (x - self.prior_centre)
             jacobian[self.size :] = self.prior
-        return Evaluation(residual, jacobian)
+        return LinearisedProblem(residual, jacobian)
 
-    def pieces(self, x: Float[np.ndarray, " p"]) -> Iterator[tuple[Block | None, Evaluation]]:
+    def pieces(self, x: Float[np.ndarray, " p"]) -> Iterator[tuple[Block | None, LinearisedProblem]]:
         """Whitened residual and Jacobian block by block, the prior's last, so that no large matrix stands."""
 
-        def filled(block: Block) -> Evaluation:
+        def filled(block: Block) -> LinearisedProblem:
             rows = block.stop - block.start
-            piece = Evaluation(np.empty(rows), np.zeros((rows, len(x))))
+            piece = LinearisedProblem(np.empty(rows), np.zeros((rows, len(x))))
             self._fill(block, x, *piece)
             return piece
 
         yield from zip(self.blocks, in_order(filled, self.blocks), strict=True)
         if self.prior is not None:
-            yield None, Evaluation(-self.prior @ (x - self.prior_centre), self.prior)
+            yield None, LinearisedProblem(-self.prior @ (x - self.prior_centre), self.prior)
 
     def _fill(self, block: Block, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> None:
         poses, twists = block.twists(x)
@@ -413,22 +429,7 @@ class Problem:
         """The robot with the unknowns set, its session frames included."""
         pairs = zip(self.parameters, x.tolist(), strict=True)
         values = {p.name: value for p, value in pairs if not p.is_instrument}
-        arm = {n: v for n, v in values.items() if "[" not in n}
-        robot = self.robot.with_values(arm)
-        freedom = self.frames
-        if not (freedom.base_per_session or freedom.tool_per_session or self.robot.sessions):
-            return robot
-        names = dict.fromkeys([*(s.name for s in self.robot.sessions), *self.data.sessions])
-        sessions = []
-        for name in names:
-            old = freedom.session_frames(self.robot, name)
-            base, tool = old.base, old.tool
-            if freedom.base:
-                base = moved_frame(base, "base", name, values) if freedom.base_per_session else robot.base
-            if freedom.tool:
-                tool = moved_frame(tool, "tool", name, values) if freedom.tool_per_session else robot.tool
-            sessions.append(SessionFrames(name, base, tool))
-        return replace(robot, sessions=tuple(sessions))
+        return moved_robot(self.robot, self.frames, self.data.sessions, values)
 
     def unknown(self, block: Block, x: np.ndarray) -> np.ndarray:
         """Values of a block's instrument unknowns at x."""

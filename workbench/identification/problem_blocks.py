@@ -4,8 +4,8 @@ A problem's rows are split so that each block has one chain (base, arm, tool of 
 observation; long ones are cut so that their twists stay in the processor's cache.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple, no_type_check
 
@@ -16,19 +16,20 @@ from numba import njit
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.effects.axes import driven_names
+from workbench.arm.effects.law import NO_WRENCHES
+from workbench.arm.gravity import tilted, tilting
 from workbench.arm.kinematics.observed_link import TOOL, Watched, watched
 from workbench.arm.motion import Motion
-from workbench.arm.parameters import Parameter
-from workbench.arm.robot import FRAME_PARTS, Frame, Robot, SessionFrames
-from workbench.arm.statics.deflection import effect_columns, shift_of
+from workbench.arm.robot import Robot
+from workbench.arm.statics.deflection import deflect, effect_columns, shift_of
 from workbench.arm.statics.wrenches import Masses, masses
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
-from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, Unknown
+from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, TiltObservation, Unknown
 from workbench.data.prediction import predict
+from workbench.identification.frame_freedom import FrameFreedom, frame_name, gravity_names
 
-SMALLEST = 1e-9
+MIN_SIGMA = 1e-9
 """Least standard deviation of a component [m or rad]."""
 PIECE = 256
 """Rows that are evaluated at once: their twists stay in the processor's cache and, with hundreds of
@@ -42,8 +43,9 @@ class Noise(NamedTuple):
         position: Of a position or a distance [m].
         rotation: Of an orientation about each axis [rad].
         joints: Of the reading of every joint [rad or m]; empty where readings are taken to be exact.
-        pixel: Of a corner in a picture [px]. Position and rotation are then those of the tool in a picture:
-            what the model lacks moves all corners of it together.
+        own: Of a reading in a unit of the observation's own. Position and rotation are then those of the tool
+            in a row: what the model lacks moves all its readings together.
+        tilt: Of an inclinometer beside other observations [rad].
 
     A row's own sigma is the instrument's repeatability. These come on top of it, since what the model lacks
     scatters as well; they are all there is where a row brings none.
@@ -52,7 +54,8 @@ class Noise(NamedTuple):
     position: float = 1e-4
     rotation: float = np.deg2rad(0.02)
     joints: tuple[float, ...] = ()
-    pixel: float = 0.3
+    own: float = 0.3
+    tilt: float = np.deg2rad(0.02)
 
     @property
     def words(self) -> str:
@@ -66,37 +69,7 @@ class Noise(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class FrameFreedom:
-    """What of the base and tool is unknown, and whether each session has its own.
-
-    Args:
-        base: Parts of the base that are unknown, from `FRAME_PARTS`; empty if it is known.
-        tool: Likewise of the tool.
-        base_per_session: Whether every session has its own base.
-        tool_per_session: Whether every session has its own tool.
-    """
-
-    base: tuple[str, ...] = ()
-    tool: tuple[str, ...] = ()
-    base_per_session: bool = False
-    tool_per_session: bool = False
-
-    def session_frames(self, robot: Robot, session: str) -> SessionFrames:
-        """Frames from which the search begins: a session's own, unless all sessions are to share them."""
-        own = robot.session_frames(session)
-        base = robot.base if self.base and not self.base_per_session else own.base
-        tool = robot.tool if self.tool and not self.tool_per_session else own.tool
-        return SessionFrames(session, base, tool)
-
-    def placed(self, robot: Robot, sessions: Sequence[str]) -> Robot:
-        """The robot with the frames from which the search begins in each session."""
-        frames = tuple(self.session_frames(robot, name) for name in sessions)
-        own = all(f.base is robot.base and f.tool is robot.tool for f in frames)
-        return robot if own and not robot.sessions else replace(robot, sessions=frames)
-
-
-@dataclass(frozen=True, eq=False)
-class Bent:
+class Deflected:
     """What a block of an arm with effects needs beside its chain.
 
     Args:
@@ -104,6 +77,7 @@ class Bent:
         names: Coefficients of effects that are unknown.
         places: Their places in x.
         inertia: Places in x of the links' masses and centres, as in `Robot.inertia`; empty if known.
+        gravity: Places in x of the two angles of gravity; empty if known.
     """
 
     robot: Robot
@@ -111,10 +85,22 @@ class Bent:
     names: tuple[str, ...]
     places: np.ndarray
     inertia: np.ndarray
+    gravity: np.ndarray
 
     def weights(self, x: np.ndarray) -> Masses | None:
-        """The links' masses at x; None where they are known."""
-        return masses(self.robot).with_values(x[self.inertia]) if len(self.inertia) else None
+        """What loads come from at x; None where all of it is known."""
+        if not len(self.inertia) + len(self.gravity):
+            return None
+        known = masses(self.robot)
+        heavy = known.with_values(x[self.inertia]) if len(self.inertia) else known
+        return replace(heavy, gravity=tilted(known.gravity, x[self.gravity])) if len(self.gravity) else heavy
+
+    @property
+    def varying(self) -> np.ndarray:
+        """Which of all columns of masses, centres and angles are unknown."""
+        size = 4 * len(masses(self.robot).mass) if len(self.inertia) + len(self.gravity) else 0
+        heavy = np.arange(size if len(self.inertia) else 0)
+        return np.concatenate([heavy, size + np.arange(len(self.gravity))])
 
     def effects(self, x: np.ndarray) -> tuple[AbstractEffect, ...]:
         """The robot's effects with the coefficients set."""
@@ -133,14 +119,17 @@ class Block:
         observation: How they were seen.
         chain: Base, arm and tool of the session.
         elements: Elements whose constants are unknown.
-        places: Places in x of the unknown constants, then of unknown coefficients of effects, then of masses.
+        places: Places in x of the unknown constants, then of unknown coefficients of effects, then of masses,
+            then of the angles of gravity if the rows depend on them.
         unknowns: Places of the instrument's unknowns in x, -1 for known ones.
         known: Values of the instrument's unknowns that are known.
         inverse_sigma: Reciprocal standard deviation of every residual component, joint readings exact.
         start: First residual component of the problem that is the block's.
         noise: What the rows are whitened by.
-        bent: What an arm with effects needs; None without.
+        deflected: What an arm with effects needs; None without.
         watched: What the observation sees of the chain.
+        gravity: Gravity at the session's base [m/s²], from which a level frame is turned by …
+        turned: … the angles at these places in x; empty if they are known or nothing is watched.
     """
 
     session: str
@@ -155,16 +144,21 @@ class Block:
     inverse_sigma: np.ndarray
     start: int
     noise: Noise
-    bent: Bent | None = None
+    deflected: Deflected | None = None
     watched: Watched = TOOL
+    gravity: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    turned: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+
+    def view(self, x: np.ndarray) -> Watched:
+        """What the observation sees of the chain, level at x."""
+        if not len(self.turned) or self.watched.level is None:
+            return self.watched
+        return replace(self.watched, level=self.watched.level @ tilting(self.gravity, x[self.turned]).T)
 
     @cached_property
     def by_joint(self) -> Float[np.ndarray, "rows m n"]:
         """Residual components per radian or metre of every joint, at nominal constants: for weights only."""
-        elements = np.asarray(self.chain.indices(driven_names(self.chain, range(self.chain.dof))))
-        poses, twists = self.watched.turned(
-            *chains.twists(self.chain, self.q, elements, part=self.watched.part)
-        )
+        poses, twists = self.watched.turned(*chains.joint_twists(self.chain, self.q, part=self.watched.part))
         return self.observation.see(poses, self.known).by_twist @ twists
 
     @cached_property
@@ -172,13 +166,14 @@ class Block:
         """What moves all components of a row together: directions Q (rows, m, k) and standard deviations s
         (rows, k) with I + Q diag(s²) Qᵀ the covariance of components over their own sigma; None for nothing.
 
-        It is the noise of joint readings, and in pictures what the model lacks of the tool's pose. Components
+        It is the noise of joint readings, and of readings in a unit of their own what the model lacks of the
+        tool's pose. Components
         that were not measured stay alone.
         """
         columns = []
         if any(self.noise.joints):
             columns.append(self.by_joint * np.array(self.noise.joints))
-        if Channel.PIXEL in self.observation.channels and (self.noise.position or self.noise.rotation):
+        if Channel.OWN in self.observation.channels and (self.noise.position or self.noise.rotation):
             poses, _ = self.watched.turned(
                 chains.poses(self.chain, self.q, part=self.watched.part), np.zeros((len(self.q), 6, 0))
             )
@@ -207,7 +202,7 @@ class Block:
         return self.mixed(out, -0.5)
 
     def physical(self, whitened: Float[np.ndarray, "rows m"]) -> Float[np.ndarray, "rows m"]:
-        """Components in m, rad and px from whitened ones; 0 where nothing was measured."""
+        """Components in m, rad and their own unit from whitened ones; 0 where nothing was measured."""
         whitened = self.mixed(whitened, 0.5)
         seen = self.inverse_sigma > 0.0
         return np.where(seen, whitened / np.where(seen, self.inverse_sigma, 1.0), 0.0)
@@ -233,32 +228,46 @@ class Block:
         values[self.elements] = x[self.places[: len(self.elements)]]
         return values
 
+    def wrenches(self, x: np.ndarray) -> np.ndarray:
+        """Through every joint of the deflected arm at x; empty where no effect asks for them."""
+        if (arm := self.deflected) is None:
+            return NO_WRENCHES
+        values, effects, weights = self.values(x), arm.effects(x), arm.weights(x)
+        return deflect(arm.robot, arm.motion, values=values, effects=effects, weights=weights).wrenches
+
     def poses(self, x: np.ndarray) -> np.ndarray:
         """Poses of what is watched, at x."""
         values, part, shift = self.values(x), self.watched.part, chains.NO_SHIFT
-        if (bent := self.bent) is not None:
-            effects, weights = bent.effects(x), bent.weights(x)
-            shift = shift_of(bent.robot, bent.motion, values=values, effects=effects, weights=weights)
+        if (arm := self.deflected) is not None:
+            effects, weights = arm.effects(x), arm.weights(x)
+            shift = shift_of(arm.robot, arm.motion, values=values, effects=effects, weights=weights)
         poses = chains.poses(self.chain, self.q, values=values, shift=shift, part=part)
-        return self.watched.turned(poses, np.zeros((len(poses), 6, 0)))[0]
+        return self.view(x).turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
     def twists(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Poses of what is watched, at x, and its twists per unknown in the order of `places`."""
         values, part = self.values(x), self.watched.part
-        if (bent := self.bent) is None:
+        if (arm := self.deflected) is None:
             found = chains.twists(self.chain, self.q, self.elements, values=values, part=part)
         else:
             found = effect_columns(
-                bent.robot,
-                bent.motion,
+                arm.robot,
+                arm.motion,
                 self.elements,
-                bent.names,
+                arm.names,
                 values=values,
-                effects=bent.effects(x),
-                weights=bent.weights(x),
+                effects=arm.effects(x),
+                weights=arm.weights(x),
+                varying=arm.varying,
                 part=part,
             )
-        return self.watched.turned(*found)
+        if not len(self.turned):
+            return self.view(x).turned(*found)
+        poses, twists = self.view(x).turned(*found)
+        if arm is None or not len(arm.gravity):
+            twists = np.concatenate([twists, np.zeros((len(twists), 6, 2))], axis=2)
+        twists[:, [3, 4], [-2, -1]] -= 1.0  # a turn of gravity is one of the arm the other way
+        return poses, twists
 
     @property
     def stop(self) -> int:
@@ -281,12 +290,21 @@ def add_products(by_twist, twists, places, out):
                         line[places[k]] += factor * twists[i, c, k]
 
 
-def frame_name(frame: str, per_session: bool, session: str) -> str:
-    """`base`, or `base[front]` where every session has its own."""
-    return f"{frame}[{session}]" if per_session else frame
+Kind = tuple[type[AbstractObservation], np.ndarray]
+"""Rows with the first observation that fits them."""
 
 
-def observed_kinds(data: Dataset) -> list[tuple[type[AbstractObservation], np.ndarray]]:
+def tilts_beside(
+    data: Dataset, kinds: Sequence[Kind], places: np.ndarray | None = None
+) -> Iterator[tuple[TiltObservation, np.ndarray]]:
+    """Inclinometers of rows that have another observation, with these rows, or with their places there."""
+    for kind, rows in kinds:
+        if kind is not TiltObservation and data.tilt is not None:
+            for observation in TiltObservation.each_beside(data.take(rows)):
+                yield observation, rows if places is None else places[rows]
+
+
+def observed_kinds(data: Dataset) -> list[Kind]:
     """Every row with the first observation that fits it."""
     left = np.ones(len(data), bool)
     kinds = []
@@ -309,9 +327,9 @@ def instrument_start(
     """First guesses of an instrument's unknowns from the nominal poses, and what is known of them."""
     start: dict[str, float] = {}
     known: dict[str, Unknown] = {}
-    for kind, rows in kinds:
+    seen = [(kind.of(data.take(rows)), rows) for kind, rows in kinds]
+    for observation, rows in [*seen, *tilts_beside(data, kinds)]:
         mine = data.take(rows)
-        observation = kind.of(mine)
         if observation.unknowns:
             poses = predict(freedom.placed(robot, mine.sessions), mine)
             start |= zip(observation.unknowns, observation.start(poses).tolist(), strict=True)
@@ -320,7 +338,7 @@ def instrument_start(
 
 
 def build_blocks(
-    robot, data, kinds, names, effects, inertia, frames, noise, index, values
+    robot, data, kinds, names, effects, inertia, standing, frames, noise, index, values
 ) -> tuple[Block, ...]:
     """Divide the rows by session, observation and size.
 
@@ -330,6 +348,7 @@ def build_blocks(
         names: Constants of the arm that are unknown.
         effects: Coefficients of its effects that are unknown.
         inertia: Masses and centres of its links that are unknown: all of them or none.
+        standing: Whether gravity's direction is unknown.
         frames: What of base and tool is unknown.
         noise: Standard deviations on top of the rows' own.
         index: Place of every unknown in x.
@@ -350,9 +369,12 @@ def build_blocks(
                 places.append(index[f"{frame_name(kind, own, session)}.{part}"])
         coefficients = np.array([index[n] for n in effects], np.int64)
         weighing = np.array([index[n] for n in inertia], np.int64)
-        places += [*coefficients.tolist(), *weighing.tolist()]
+        angles = np.array([index[n] for n in gravity_names(session, frames)] if standing else [], np.int64)
+        loaded = any(e.loads for e in robot.effects)
+        places += [*coefficients.tolist(), *weighing.tolist(), *(angles.tolist() if loaded else [])]
         for observation, rows in pieces(data, kinds, in_session):
             inverse = inverse_sigma_of(data.take(rows), observation, noise)
+            watching = observation.link is not None
             blocks.append(
                 Block(
                     session=session,
@@ -361,16 +383,25 @@ def build_blocks(
                     observation=observation,
                     chain=full,
                     elements=np.array(elements, np.int64),
-                    places=np.array(places, np.int64),
+                    places=np.array([*places, *(angles if watching and not loaded else ())], np.int64),
                     unknowns=np.array([index.get(n, -1) for n in observation.unknowns], np.int64),
                     known=np.array([values[n] for n in observation.unknowns], float),
                     inverse_sigma=inverse,
                     start=start,
-                    bent=Bent(arm, Motion.of(data).take(rows), tuple(effects), coefficients, weighing)
+                    deflected=Deflected(
+                        arm,
+                        Motion.of(data).take(rows),
+                        tuple(effects),
+                        coefficients,
+                        weighing,
+                        angles if loaded else angles[:0],
+                    )
                     if robot.effects
                     else None,
                     watched=watched(arm, observation.link),
                     noise=noise,
+                    gravity=arm.gravity,
+                    turned=angles if watching else angles[:0],
                 )
             )
             start += inverse.size
@@ -383,15 +414,21 @@ def pieces(data: Dataset, kinds, in_session) -> Iterator[tuple[AbstractObservati
         rows = rows[in_session[rows]]
         for start in range(0, len(rows), PIECE):
             piece = rows[start : start + PIECE]
-            for observation in observed.each(data.take(piece)):
-                yield observation, piece
+            mine = data.take(piece)
+            yield from ((observation, piece) for observation in observed.each(mine))
+            yield from tilts_beside(mine, [(observed, np.arange(len(piece)))], piece)
 
 
 def inverse_sigma_of(data: Dataset, observation: AbstractObservation, noise: Noise) -> np.ndarray:
     """Reciprocal standard deviation of every residual component: a row's own one, and the noise on top."""
-    sizes = {Channel.POSITION: noise.position, Channel.ROTATION: noise.rotation, Channel.PIXEL: noise.pixel}
+    sizes = {
+        Channel.POSITION: noise.position,
+        Channel.ROTATION: noise.rotation,
+        Channel.OWN: noise.own,
+        Channel.TILT: noise.tilt,
+    }
     on_top = np.array([sizes[channel] for channel in observation.channels])
-    sigma = np.maximum(np.hypot(own_sigma_of(data, observation), on_top), SMALLEST)
+    sigma = np.maximum(np.hypot(own_sigma_of(data, observation), on_top), MIN_SIGMA)
     return np.where(observation.seen, 1.0 / sigma, 0.0)
 
 
@@ -401,7 +438,7 @@ def own_sigma_of(data: Dataset, observation: AbstractObservation) -> np.ndarray:
     Positions go axis by axis, a distance has the mean of all three.
     """
     rotation = observation.is_rotation
-    if data.sigma is None or Channel.PIXEL in observation.channels:
+    if data.sigma is None or {Channel.OWN, Channel.TILT} & set(observation.channels):
         return np.zeros((len(data), len(rotation)))
     sigma = np.nan_to_num(data.sigma, nan=0.0)
     positions = int((~rotation).sum())
@@ -410,31 +447,3 @@ def own_sigma_of(data: Dataset, observation: AbstractObservation) -> np.ndarray:
     place = np.cumsum(~rotation) - 1
     columns = [3 + i - positions if turned else place[i] % 3 for i, turned in enumerate(rotation)]
     return sigma[:, columns]
-
-
-def frame_parameters(
-    robot: Robot, sessions: Sequence[str], frames: FrameFreedom, bounds: Mapping | None
-) -> list[Parameter]:
-    """The unknown parts of base and tool, per session where they differ."""
-    parameters = []
-    for kind, parts, own in (
-        ("base", frames.base, frames.base_per_session),
-        ("tool", frames.tool, frames.tool_per_session),
-    ):
-        for session in sessions if own else sessions[:1]:
-            frame: Frame = getattr(robot.session_frames(session) if own else robot, kind)
-            for part in sorted(parts, key=FRAME_PARTS.index):
-                place = FRAME_PARTS.index(part)
-                nominal, unit = (float(frame.xyz[place]), "m") if place < 3 else (0.0, "rad")
-                name = f"{frame_name(kind, own, session)}.{part}"
-                parameters.append(Parameter.bounded(name, unit, nominal, bounds))
-    return parameters
-
-
-def moved_frame(frame: Frame, kind: str, session: str, values: Mapping[str, float]) -> Frame:
-    """A session's frame with its parts set to values by name."""
-    parts = [
-        values.get(f"{kind}[{session}].{part}", float(frame.xyz[i]) if i < 3 else 0.0)
-        for i, part in enumerate(FRAME_PARTS)
-    ]
-    return frame.moved(np.array(parts))

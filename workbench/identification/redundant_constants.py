@@ -16,11 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arm.confounded_constants import Combination, combinations
+from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.parameters import Parameter
-from workbench.arm.robot import FRAME_PARTS, Robot
+from workbench.arm.robot import Robot
 from workbench.base.threads import one_thread
 from workbench.identification.undetermined_combinations import factorise, independent_columns
 from workbench.plate.poses.sampling import random_poses

@@ -8,18 +8,22 @@ from typing import TYPE_CHECKING, NamedTuple, final
 import numpy as np
 from rich.console import RenderableType
 
+from workbench.arm.after_events import after_events
+from workbench.arm.motion import Motion
 from workbench.arm.observed import Expected
 from workbench.arm.robot import Robot
 from workbench.base.frames import data_frame
+from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
 from workbench.identification.arm_match import SOME, ArmMatch, arm_match
-from workbench.identification.camera_selection_steps import Gate
 from workbench.identification.expected_error import SERIOUS, Transfer, transfer, transfer_note
-from workbench.identification.fit import Fit
+from workbench.identification.fit import MAX_NAMED_ROWS, Fit
 from workbench.identification.noise import from_repeats, stated
+from workbench.identification.own_preparation import AbstractIdentifiability
 from workbench.identification.problem import FrameFreedom, Noise
 from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
+from workbench.identification.row_frames import errors_frame, residuals_frame
 from workbench.identification.set_apart import suspect_note
 from workbench.report.result_display import AbstractShown
 
@@ -32,17 +36,15 @@ IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
 HARDLY_BETTER, FAR_FROM_GOOD, COARSE = 0.7, 0.01, 1.0
 """What is left of the nominal error, of the reach, and in mm, from which on a fit is suspicious."""
 LOOK_AGAIN = "no arm is manufactured that badly: check robot, units and joint order"
-ALIKE = 1e-6
+SAME_COST = 1e-6
 """Relative difference of two costs that is no difference."""
 NOTICED = 0.1
 """Part of a standard error by which two answers may differ and still be one."""
 ROUNDING = 1e-6
 """Lengths and angles [m, rad] of which nobody sees more."""
-MOST = 10
-"""Most rows that are named in one sentence."""
 CHANCE = 2.0
 """Difference of two costs ½χ² that noise alone makes: two standard deviations along one direction."""
-SAME = 1.01
+SAME_DEVIATION = 1.01
 """Ratio of two deviations from nominal that is no difference."""
 
 
@@ -101,7 +103,7 @@ class Run(AbstractShown):
     @cached_property
     def calibrated(self) -> Robot:
         """The robot with the identified values, and its error on record."""
-        return with_error(self.fit.calibrated, judged(self))
+        return with_error(self.fit, judged(self))
 
     def agrees_with(self, other: "Run") -> bool:
         """Whether another run ended with the same errors (within 1 %) and constants (within `NOTICED`)."""
@@ -110,6 +112,11 @@ class Run(AbstractShown):
         errors = [e.position_mm.rms for run in (self, other) for e in (run.train, run.held_out or run.train)]
         same = np.abs(self.fit.x - other.fit.x) <= np.maximum(NOTICED * self.fit.std, ROUNDING)
         return bool(np.allclose(errors[:2], errors[2:], rtol=0.01, atol=1e-4, equal_nan=True) and same.all())
+
+    @property
+    def as_measured(self) -> Robot:
+        """The arm whose errors these are, with what happened while its rows were measured."""
+        return self.judged or self.fit.calibrated
 
     @cached_property
     def deviation(self) -> float:
@@ -168,7 +175,7 @@ class Identification(AbstractShown):
         nominal: Errors of `aligned`.
         nominal_rows: The same row by row: training, held out.
         runs: One per algorithm, by name.
-        gate: What of the arm pictures may identify, and why; None for other instruments.
+        identifiability: What of the arm the rows may identify, and why; None where readings don't decide it.
         outliers: Rows that no arm explains, set apart, the worst first; they are among `excluded`, too.
         suspects: Numbers of the held-out rows that no arm explains; they count in the held-out errors.
     """
@@ -186,7 +193,7 @@ class Identification(AbstractShown):
     nominal: Validation
     nominal_rows: tuple[RowErrors, RowErrors]
     runs: dict[str, Run]
-    gate: Gate | None = None
+    identifiability: AbstractIdentifiability | None = None
     outliers: tuple[Outlier, ...] = ()
     suspects: tuple[int, ...] = ()
 
@@ -205,11 +212,15 @@ class Identification(AbstractShown):
         plain = min(runs, key=lambda run: run.fit.history[-1])
         least = plain.fit.history[-1]
         chance = CHANCE * min(1.0, 2.0 * least / max(plain.fit.spare, 1.0))
-        equal = [run for run in runs if run.fit.history[-1] <= least * (1.0 + ALIKE) + chance]
+        equal = [run for run in runs if run.fit.history[-1] <= least * (1.0 + SAME_COST) + chance]
         nearest = min(run.deviation for run in equal)
         return min(
             equal,
-            key=lambda run: (run.deviation > SAME * nearest, not run.fit.outcome.ok, run.fit.iterations),
+            key=lambda run: (
+                run.deviation > SAME_DEVIATION * nearest,
+                not run.fit.outcome.ok,
+                run.fit.iterations,
+            ),
         )
 
     @property
@@ -247,15 +258,19 @@ class Identification(AbstractShown):
         return arm_match(self.nominal_robot, self.data) if suspicious else None
 
     def to_frame(self) -> "DataFrame":
-        """Errors by row as a pandas frame: of the nominal arm and of the best run's, fitted rows first."""
-        numbers = np.concatenate([self.data.row[self.train_rows], self.held_out_data.row])
+        """Errors by row as a data frame: of the nominal arm and of the best run's, fitted rows first."""
         best = (self.best.train_rows, self.best.held_out_rows)
-        columns = {"row": numbers, "held_out": np.arange(len(numbers)) >= len(self.train_rows)}
-        for title, pair in (("nominal", self.nominal_rows), ("calibrated", best)):
-            for name in {**pair[0].columns, **pair[1].columns}:
-                parts = [rows.columns.get(name, np.full_like(rows.position, np.nan)) for rows in pair]
-                columns[f"{title} {name}"] = np.concatenate(parts)
-        return data_frame(columns, index="row")
+        numbers = (self.data.row[self.train_rows], self.held_out_data.row)
+        return errors_frame(numbers, {"nominal": self.nominal_rows, "calibrated": best})
+
+    def parameters(self) -> "DataFrame":
+        """Constants of the best run by name: unit, nominal, identified, standard error; SI."""
+        return self.best.fit.to_frame()
+
+    def residuals(self) -> "DataFrame":
+        """Measured − predicted of the best run, row by row, fitted rows first; measuring frame, SI."""
+        parts = (self.data.take(self.train_rows), self.held_out_data)
+        return residuals_frame(self.best.as_measured, *parts)
 
     def doubts(self, run: Run) -> tuple[str, ...]:
         """Reasons to doubt a calibrated arm: rows of another arm, or constants that moved too far."""
@@ -271,7 +286,7 @@ class Identification(AbstractShown):
     def warnings(self) -> tuple[str, ...]:
         """Warnings for the user: how the searches ended, and what the rows left undetermined."""
         searches = (w for run in self.runs.values() for w in run.fit.warnings)
-        found = [*searches, *_cautions(self.best.fit)]
+        found = [*searches, *self.best.fit.cautions]
         if self.best.implausible:
             found.insert(0, f"implausible: {', '.join(self.best.implausible[:3])}; {LOOK_AGAIN}")
         if self.match is not None and self.match.is_foreign:
@@ -282,21 +297,21 @@ class Identification(AbstractShown):
             found.insert(0, _set_apart(self.outliers, self.best.train))
         before, after = self.nominal.train.position_mm.rms, self.best.train.position_mm.rms
         too_much = FAR_FROM_GOOD * 1e3 * self.nominal_robot.reach
-        found += self.gate.doubts if self.gate is not None else ()
-        if self.gate is not None and self.gate.refused:
-            found.append(f"nothing of the arm was identified: {self.gate.refused}")
-        if self.gate is None and after > max(min(HARDLY_BETTER * before, too_much), COARSE):
+        found += self.identifiability.doubts if self.identifiability is not None else ()
+        if self.identifiability is not None and self.identifiability.refused:
+            found.append(f"nothing of the arm was identified: {self.identifiability.refused}")
+        if self.identifiability is None and after > max(min(HARDLY_BETTER * before, too_much), COARSE):
             found.append(
                 f"the geometry explains little: {after:.1f} of {before:.1f} mm are left; check robot, frames "
                 "and sessions"
             )
-        unchanged = self.gate is not None and not self.gate.taken
+        unchanged = self.identifiability is not None and bool(self.identifiability.refused)
         if not unchanged and (
             words := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
         ):
             found.append(words)
         if not (self.frames.base_per_session or self.frames.tool_per_session):
-            turned = bool(self.best.fit.problem.component_channels.any())
+            turned = self.best.fit.problem.sees_rotation
             if self.transfer.ratio > SERIOUS and self.transfer.anywhere.position > ROUNDING:
                 found.append(transfer_note(self.transfer, turned))
         return tuple(found)
@@ -315,7 +330,7 @@ class Identification(AbstractShown):
 
 
 @dataclass(frozen=True, eq=False)
-class Column:
+class ArmErrors:
     """Errors of one arm.
 
     Args:
@@ -329,14 +344,13 @@ class Column:
     held_out: RowComponents
 
 
-def columns_of(result: Identification) -> tuple[Column, ...]:
+def columns_of(result: Identification) -> tuple[ArmErrors, ...]:
     """The nominal arm (base and tool fitted where they are free) and every algorithm's."""
     train, held_out = result.data.take(result.train_rows), result.held_out_data
     robots = [("NOM", result.aligned)]
-    robots += [(run.fit.title, run.judged or run.calibrated) for run in result.runs.values()]
+    robots += [(run.fit.title, run.as_measured) for run in result.runs.values()]
     return tuple(
-        Column(title, row_components(robot, train), row_components(robot, held_out))
-        for title, robot in robots
+        ArmErrors(title, row_components(r, train), row_components(r, held_out)) for title, r in robots
     )
 
 
@@ -376,8 +390,12 @@ class Evaluation(AbstractShown):
         return Errors.of(self.rows)
 
     def to_frame(self) -> "DataFrame":
-        """Errors by row as a pandas frame."""
+        """Errors by row as a data frame."""
         return data_frame({"row": self.row_numbers, **self.rows.columns}, index="row")
+
+    def residuals(self) -> "DataFrame":
+        """Measured − predicted row by row; measuring frame, SI."""
+        return residuals_frame(self.robot, self.data)
 
     def summary(self) -> RenderableType:
         from workbench.identification.report.table import evaluation_tables
@@ -407,8 +425,10 @@ def judged(errors: Validation | Run) -> Errors:
     return errors.held_out or errors.train
 
 
-def with_error(robot: Robot, errors: Errors) -> Robot:
-    """A calibrated robot whose record says how large its mean errors are."""
+def with_error(fit: Fit, errors: Errors) -> Robot:
+    """A fit's robot, as it is after all events, whose record says how large its mean errors are."""
+    data = fit.problem.data
+    robot = after_events(fit.calibrated, Motion.of(data), {s: data.in_session(s) for s in data.sessions})
     if robot.calibration is None:
         return robot
     turned = np.nan if errors.orientation_deg is None else np.deg2rad(errors.orientation_deg.mean)
@@ -418,23 +438,7 @@ def with_error(robot: Robot, errors: Errors) -> Robot:
 
 def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
     """Which rows were set apart, and what to do."""
-    shown = ", ".join(row.words for row in outliers[:MOST]) + (" …" if len(outliers) > MOST else "")
+    shown = first_of([row.words for row in outliers], MAX_NAMED_ROWS)
     rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")
     typical = f", where the others are off by {others.words('median')}" if others.words("median") else ""
     return f"{rows} {shown} set apart{typical}: measure {them} again, or correct the file"
-
-
-def _cautions(fit: Fit) -> tuple[str, ...]:
-    """What the rows left open, the same for all algorithms."""
-    found = []
-    if fit.spare < 1.0:
-        found.append("there are no spare measurements, so errors can't be assessed; measure more poses")
-    if fit.hardly_seen:
-        found.append(f"barely observable, kept near nominal: {'; '.join(c.words for c in fit.hardly_seen)}")
-    if uncertain := [words for words in fit.poorly_determined if words not in fit.idle]:
-        found.append(f"uncertain by more than 1° or 5 mm: {', '.join(uncertain)}")
-    if len(fit.suspicious):
-        rows = fit.problem.data.row[fit.suspicious]
-        shown = ", ".join(str(r) for r in rows[:10]) + (" …" if len(rows) > 10 else "")
-        found.append(f"rows that stand out from the others, to be looked at: {shown}")
-    return tuple(found)

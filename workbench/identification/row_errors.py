@@ -10,10 +10,9 @@ from jaxtyping import Float, Int
 from workbench.arm.robot import Robot
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations import AbstractObservation, PixelObservation
+from workbench.data.observations import AbstractObservation, OwnErrors
 from workbench.data.prediction import predict
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.pixel_noise import of_residuals
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.problem_blocks import observed_kinds
 
@@ -48,28 +47,26 @@ class RowErrors:
             no position was measured.
         rotation: Angle between measured and predicted orientation of the tool [rad]; NaN without one.
         tilt: Angle by which a link's inclinometer is off [rad], of several their rms; NaN without.
-        pixel: Of corners in pictures, their root mean square distance [px]; position and rotation are then
-            what their residuals lead one to expect at the tool. None without pictures.
-        corners: How many corners each row shows.
+        own: Of readings in a unit of their own; position and rotation are then what these lead one to expect
+            at the tool. None without such readings.
     """
 
     position: Float[np.ndarray, " rows"]
     rotation: Float[np.ndarray, " rows"]
     tilt: Float[np.ndarray, " rows"]
-    pixel: Float[np.ndarray, " rows"] | None = None
-    corners: Float[np.ndarray, " rows"] | None = None
+    own: OwnErrors | None = None
 
     @property
     def columns(self) -> dict[str, np.ndarray]:
         """What was measured, by heading."""
         named = {"position[m]": self.position, "rotation[rad]": self.rotation, "tilt[rad]": self.tilt}
         kept = {name: values for name, values in named.items() if np.isfinite(values).any()}
-        return kept if self.pixel is None else kept | {"pixel[px]": self.pixel}
+        return kept if self.own is None else kept | {self.own.name: self.own.size}
 
     def take(self, rows: np.ndarray) -> "RowErrors":
         """Errors of some of the rows."""
-        extra = (None if v is None else v[rows] for v in (self.pixel, self.corners))
-        return RowErrors(self.position[rows], self.rotation[rows], self.tilt[rows], *extra)
+        own = None if self.own is None else OwnErrors(self.own.name, *(v[rows] for v in self.own[1:]))
+        return RowErrors(self.position[rows], self.rotation[rows], self.tilt[rows], own)
 
     def widened(self, position: float, rotation: float) -> "RowErrors":
         """The same where the model itself is uncertain by so much at the tool [m], [rad]."""
@@ -124,13 +121,15 @@ class Errors:
         position_mm: Of positions [mm]; NaN for data without.
         orientation_deg: Of the tool's orientations [deg]; None for data without.
         tilt_deg: Of inclinometers on links [deg]; None for data without.
-        pixel_px: Of corners in pictures [px]; None for data without.
+        own: Of readings in a unit of their own; None for data without.
+        own_name: What that is, and its unit: "pixel[px]".
     """
 
     position_mm: Spread
     orientation_deg: Spread | None
     tilt_deg: Spread | None = None
-    pixel_px: Spread | None = None
+    own: Spread | None = None
+    own_name: str = ""
 
     @classmethod
     def of(cls, rows: RowErrors) -> "Errors":
@@ -139,7 +138,8 @@ class Errors:
             Spread.of(np.rad2deg(values)) if np.isfinite(values).any() else None
             for values in (rows.rotation, rows.tilt)
         )
-        return cls(Spread.of(1e3 * rows.position), turned, tilted, _pixel_spread(rows))
+        own = None if rows.own is None else _own_spread(rows.own)
+        return cls(Spread.of(1e3 * rows.position), turned, tilted, own, rows.own.name if rows.own else "")
 
     def words(self, which: str) -> str:
         """Mean, median … of positions and orientations, for people; empty if neither was measured."""
@@ -148,12 +148,10 @@ class Errors:
         return ", ".join(f"{value:.3g}{unit}" for value, unit in values if np.isfinite(value))
 
 
-def _pixel_spread(rows: RowErrors) -> Spread | None:
-    """Of rows, but its root mean square is over all corners."""
-    if rows.pixel is None or rows.corners is None:
-        return None
-    square = (rows.corners * rows.pixel**2).sum() / max(rows.corners.sum(), 1.0)
-    return Spread.of(rows.pixel)._replace(rms=float(np.sqrt(square)))
+def _own_spread(own: OwnErrors) -> Spread:
+    """Of rows, but its root mean square is over all readings."""
+    square = np.nansum(own.number * own.size**2) / max(np.nansum(own.number), 1.0)
+    return Spread.of(own.size)._replace(rms=float(np.sqrt(square)))
 
 
 def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None = None) -> RowErrors:
@@ -165,13 +163,16 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     """
     robot.check_joints(data.q, data.source)
     places = instrument_places(robot, data, known=known)
-    if data.pixels is not None:
-        return _picture_errors(robot, data, places)
+    own: OwnErrors | None = None
     square, components = np.zeros((2, 3, len(data)))  # of positions, of the tool's rotations, of tilts
     for observation, rows in observations(data):
         poses = predict(robot, _chosen(data, rows), link=observation.link)
         unknown = np.array([places[name] for name in observation.unknowns], float)
-        residual = observation.see(poses, unknown).residual
+        at = observation.see(poses, unknown)
+        if (found := observation.own_errors(at)) is not None:
+            own = _spread_over(found, rows, len(data))
+            continue
+        residual = at.residual
         seen = np.broadcast_to(observation.seen, residual.shape)
         turns = observation.is_rotation
         for i, chosen in ((0, ~turns), (1 if observation.link is None else 2, turns)):
@@ -180,19 +181,18 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     vectors = np.maximum(
         components / np.array([[3.0], [np.inf], [2.0]]), 1.0
     )  # several markers, inclinometers
-    return RowErrors(*map(frozen, np.where(components > 0.0, np.sqrt(square / vectors), np.nan)))
+    errors = np.where(components > 0.0, np.sqrt(square / vectors), np.nan)
+    if own is not None:
+        errors[:2] = np.where(np.isnan(errors[:2]), [own.position, own.rotation], errors[:2])
+    position, rotation, tilt = map(frozen, errors)
+    return RowErrors(position, rotation, tilt, own)
 
 
-def _picture_errors(robot: Robot, data: Dataset, places: Mapping[str, float]) -> RowErrors:
-    """Errors in px, and those of the tool's pose that they lead one to expect."""
-    observation = PixelObservation.of(data)
-    unknown = np.array([places[name] for name in observation.unknowns], float)
-    at = observation.see(predict(robot, data), unknown)
-    pictures, noise = of_residuals(at.residual, at.by_twist, observation.seen)
-    corners = pictures.count / 2.0
-    pixel = np.sqrt(pictures.square / np.maximum(corners, 1.0))
-    no_tilt = np.full(len(data), np.nan)
-    return RowErrors(*map(frozen, (*pictures.errors(noise), no_tilt, pixel, corners)))
+def _spread_over(own: OwnErrors, rows: np.ndarray, count: int) -> OwnErrors:
+    """Errors of some rows among all, of which the others have none."""
+    table = np.full((4, count), np.nan)
+    table[:, rows] = own[1:]
+    return OwnErrors(own.name, *map(frozen, table))
 
 
 def observations(data: Dataset) -> Iterator[tuple[AbstractObservation, Int[np.ndarray, " _"]]]:
@@ -222,7 +222,7 @@ def instrument_places(
     known = dict(known or {})
     if all(name in known for observation, _ in observations(data) for name in observation.unknowns):
         return known
-    alike = None if data.rig is None else Noise(0.0, 0.0)
+    alike = None if data.readings is None else Noise(0.0, 0.0)
     problem = Problem.build(robot, data, free=(), known=known, noise=alike)
     found = Opt2(limit=60).search(problem).x
     return known | problem.named(found)

@@ -12,22 +12,25 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Int
 
+from workbench.arm.effects.events import AbstractStep
 from workbench.arm.robot import Robot
+from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.expected_deviation import LARGEST
+from workbench.identification.expected_deviation import MAX_DEVIATION
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.outlying_rows import find_outliers, limits, robust_fit, row_sizes
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.problem import Problem
 from workbench.identification.row_errors import Errors, Spread, instrument_places
+from workbench.identification.undecided_rows import UNDECIDED, undecided_rows
 
 GROSS = 10.0
 """Rows off by this many times the median of the aligned nominal arm …"""
 GROSS_PART = 0.02
 """… and by this part of the reach are set apart before anything is fitted."""
-ROUNDS = 3
+MAX_ROUNDS = 3
 """Most rounds of setting rows apart."""
 NAMED = 15
 """Most rows that are named."""
@@ -46,7 +49,7 @@ def prepare_without_gross_outliers(
     """
     gross: list[int] = []
     ready = prepare(robot, data, choices, **options)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         fitted, held = (rows.position for rows in ready.nominal_rows)
         limit = max(GROSS * Spread.of(fitted).median, GROSS_PART * robot.reach)
         own = held if len(held) == len(ready.held_out_rows) else held[:0]
@@ -64,22 +67,29 @@ def prepare_without_gross_outliers(
 def prepare_without_outliers(
     robot: Robot, data: Dataset, choices: FitChoices, **options: Any
 ) -> tuple[Prepared, Rows]:
-    """The same without those rows to fit that stand out from the others, too.
+    """The same without those rows to fit that stand out from the others, too, and without rows of which they
+    don't tell on which side of a step they lie.
 
-    Pictures are left to their own checks.
+    Readings that decide themselves are left to their own checks.
     """
     ready, apart = prepare_without_gross_outliers(robot, data, choices, **options)
-    if ready.gate is not None:
+    if ready.identifiability is not None:
         return ready, apart
     choices = _without(choices, ready.data.row[apart], GROSS_REASON)
     held = ready.data.row[ready.held_out_rows].tolist()
-    for _ in range(ROUNDS):
+    for _ in range(MAX_ROUNDS):
         found = ready.train_rows[_outlying(ready.problem)]
         if not len(found):
             break
         apart = np.append(apart, found)
         choices = _without(choices, ready.data.row[found], REASON)
         ready = prepare(robot, data, choices, held_rows=held, **options)
+    if any(isinstance(e, AbstractStep) for e in robot.effects):
+        used = ready.data.take(np.union1d(ready.train_rows, ready.held_out_rows))
+        between = undecided_rows(ready.problem, Opt2(limit=60).search(ready.problem).x, used)
+        if between.any():
+            choices = _without(choices, used.row[between], UNDECIDED)
+            ready = prepare(robot, data, choices, held_rows=held, **options)
     return ready, apart
 
 
@@ -89,7 +99,7 @@ def _without(choices: FitChoices, rows: np.ndarray, reason: str) -> FitChoices:
 
 def _outlying(problem: Problem) -> Bool[np.ndarray, " rows"]:
     """Fitted rows that stand out from a robust fit."""
-    expected = problem.with_deviation(LARGEST)
+    expected = problem.with_deviation(MAX_DEVIATION)
     everything = np.ones(len(problem.data), bool)
     if problem.count <= len(problem.names):
         return ~everything
@@ -112,7 +122,7 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
     home = ready.with_new_session_bases(fit.calibrated, held)
     places = instrument_places(home, held, known={**fit.problem.known, **found})
     there = fit.problem.again(
-        robot=ready.with_new_session_bases(fit.problem.robot, held),
+        robot=ready.with_new_session_bases(_weighed(fit), held),
         data=held,
         known={name: value for name, value in places.items() if name not in found},
         inertia=False,
@@ -128,13 +138,20 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
 
 def suspect_note(rows: list[int], errors: Errors) -> str:
     """Which held-out rows no arm explains, what to do, and a mean beside one that they don't pull."""
-    shown = ", ".join(map(str, rows[:NAMED])) + (" …" if len(rows) > NAMED else "")
+    shown = first_of(rows, NAMED)
     subject, it = (f"rows {shown}", "them") if len(rows) > 1 else (f"row {shown}", "it")
     words = (
         f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
     )
     mean, median = errors.words("mean"), errors.words("median")
     return f"{words}. With {it} the mean held-out error is {mean}, the median {median}" if mean else words
+
+
+def _weighed(fit: Fit) -> Robot:
+    """The robot of a fit with the masses and the gravity that were found where only loads show them."""
+    found = fit.problem.named(fit.x)
+    heavy = [p.name for p in fit.problem.parameters if p.is_inertia and "[" not in p.name]
+    return fit.problem.robot.with_values({name: found[name] for name in heavy})
 
 
 def _root(problem: Problem, fit: Fit) -> np.ndarray:

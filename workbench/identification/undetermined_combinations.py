@@ -16,12 +16,14 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.linalg import lapack
+from scipy.linalg import lapack, solve_triangular
 
 RANK_TOLERANCE = 1e-10
 """Relative singular value below which a combination of parameters counts as not seen at all."""
 PANEL = 32
 """Columns that the factorisation takes at once; numpy's leaves it less room, and takes four times as long."""
+PIVOT = 1e-11
+"""Least pivot of inner products, columns scaled to 1, from which on they tell directions well enough."""
 HARDLY = 0.2
 """Standard error [natural units] above which a combination of parameters counts as hardly seen."""
 
@@ -151,8 +153,33 @@ def factorise_pieces(
         np.multiply(jacobian, units, out=table[len(r) :, :p])
         r = np.triu(lapack.dgeqrf(table, lwork=PANEL * (p + 1), overwrite_a=True)[0][: p + 1])
         square += float(residual @ residual)
-    size = min(p, len(r))
-    u, s, vt = np.linalg.svd(r[:size, :p])
+    return _decomposed(r[: min(p, len(r))], square, units)
+
+
+def _decomposed(r: Float[np.ndarray, "k p1"], square: float, units: Float[np.ndarray, " p"]) -> Factor:
+    """From R and Qᵀr beside it."""
+    size, p = len(r), len(units)
+    u, s, vt = np.linalg.svd(r[:, :p])
     along = np.zeros(p)
     along[: len(s)] = (u.T @ r[:size, p])[: len(s)]
     return Factor(np.pad(s, (0, p - len(s))), vt, along, square, units)
+
+
+def factorise_products(
+    pieces: Iterable[tuple[Float[np.ndarray, " m"], Float[np.ndarray, "m p"]]], units: Float[np.ndarray, " p"]
+) -> Factor | None:
+    """The same by inner products of columns, in a third of the time; None where they tell directions too
+    poorly."""
+    p = len(units)
+    products = np.zeros((p + 1, p + 1))
+    for residual, jacobian in pieces:
+        table = np.column_stack([jacobian * units, residual])
+        products += table.T @ table
+    scale = np.sqrt(np.diagonal(products)[:p])
+    if not scale.all():
+        return None
+    lower, failed = lapack.dpotrf(products[:p, :p] / np.outer(scale, scale), lower=1)
+    if failed or np.diagonal(lower).min() ** 2 < PIVOT:
+        return None
+    along = solve_triangular(lower, products[:p, p] / scale, lower=True)
+    return _decomposed(np.column_stack([lower.T * scale, along]), float(products[p, p]), units)

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.robot import Frame
+from workbench.arm.frame import Frame
+from workbench.base.progress import running
 from workbench.base.types import Freedom
 from workbench.data.accuracy_requirement import Requirement
 from workbench.identification.evaluate import evaluate
@@ -22,7 +23,7 @@ HOSTILE = "<script>alert('x')</script> & \"quoted\" $\\alpha$"
 def result():
     """An arm of hostile name, measured as poses with one wrong and one excluded row."""
     robot = replace(load_robot("aria"), name=HOSTILE)
-    _, rows = measure_poses(robot, 30, seed=1)
+    _, rows = measure_poses(robot, 30, errors=(5e-3, np.deg2rad(5.0)), seed=1)
     position, exclude = rows.position.copy(), np.zeros(30, bool)
     position[10, 0] += 4e-3
     exclude[3] = True
@@ -73,5 +74,6 @@ def replaced(points, tmp_path_factory):
     for name in ("errors-orientation.svg", "report.html", "mine.txt"):
         (folder / name).write_text("old")
     wanted = Requirement(per_axis=1e-7).wanted
-    path = write_report(points, folder, wanted=wanted, progress=lambda part, words: parts.append(part))
+    with running(lambda part, words: parts.append(part)):
+        path = write_report(points, folder, wanted=wanted)
     return Replaced(path, parts)

@@ -13,8 +13,8 @@ from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_grid import STEMS, error_grid
 from workbench.identification.report.error_plots import before_after, error_where, residual_histogram
 from workbench.identification.report.figures import NAMES, pictures
-from workbench.identification.result import Column, columns_of, order_of_measuring
-from workbench.report.figures import INK, svg
+from workbench.identification.result import ArmErrors, columns_of, order_of_measuring
+from workbench.report.figures import INK, look, new_figure, plain_ticks, svg
 
 
 def stems(axes):
@@ -62,7 +62,7 @@ def test_equal_sizes_share_one_scale(result):
 def test_many_rows_are_sorted():
     rng = np.random.default_rng(0)
     train, held = (RowComponents(rng.normal(size=(n, 3)), np.full((n, 3), np.nan)) for n in (STEMS, 50))
-    columns = (Column("NOM", train, held), Column("OLS", train, held))
+    columns = (ArmErrors("NOM", train, held), ArmErrors("OLS", train, held))
     figure = error_grid(columns, np.arange(1, STEMS + 51), rotation=False)
     curve = next(line for line in figure.axes[0].lines if len(line.get_xdata()) == STEMS + 1)
     y = np.asarray(curve.get_ydata())
@@ -93,6 +93,23 @@ def test_before_and_after_show_every_row_and_ring_the_suspicious(result):
     )
     suspicious = result.best.fit.suspicious
     assert len(lines["stands out"].get_xdata()) == len(suspicious) == 1
+
+
+@pytest.mark.parametrize(("low", "high"), [(0.2, 7.0), (2.2, 4.8), (0.004, 60.0)])
+def test_a_logarithmic_axis_has_plain_numbers(low, high):
+    with look():
+        figure = new_figure(4.0, 3.0)
+        axes = figure.subplots()
+        axes.set_yscale("log")
+        axes.plot([0, 1], [low, high])
+        plain_ticks(axes.yaxis)
+        FigureCanvasAgg(figure).draw()
+    texts = axes.get_yticklabels(which="both")
+    shown = [t.get_text() for t in texts if t.get_text() and low <= t.get_position()[1] <= high]
+    assert 1 <= len(shown) <= 7
+    assert [float(text) for text in shown] == pytest.approx(
+        [t.get_position()[1] for t in texts if t.get_text() in shown]
+    )
 
 
 def test_the_other_figures(result, points):

@@ -3,8 +3,15 @@ import pytest
 from rich.console import Console
 
 from workbench.identification.report.how_to_apply import controller_use
-from workbench.identification.report.parameters import State, parameter_table
-from workbench.identification.report.table import evaluation_tables, identification_tables, parameters_tables
+from workbench.identification.report.parameters import ConstantStatus, parameter_table
+from workbench.identification.report.table import (
+    error_cells,
+    error_columns,
+    evaluation_tables,
+    identification_tables,
+    parameters_tables,
+)
+from workbench.identification.row_errors import Errors, Spread
 from workbench.report.numbers import factor, short, signed, standard_error
 
 
@@ -27,7 +34,7 @@ def test_fits_eighty_columns_and_loses_no_number(name, request):
     table = parameter_table(fit)
     for _, cells in table.rows:
         for cell in cells:
-            if cell is not None and cell.state is State.IDENTIFIED:
+            if cell is not None and cell.state is ConstantStatus.IDENTIFIED:
                 factor = np.rad2deg(1.0) if cell.unit == "rad" else 1e3
                 change = float(cell.shown[1].replace("−", "-"))
                 rounded = 10.0 ** -len(cell.shown[1].partition(".")[2])
@@ -37,6 +44,17 @@ def test_fits_eighty_columns_and_loses_no_number(name, request):
     flat = " ".join(text.split())
     for words in (*found.unidentifiable, *found.warnings, *found.notes):
         assert " ".join(words.split()) in flat
+
+
+@pytest.mark.parametrize("size", [0.0004, 0.37, 11.06, 123.4])
+def test_errors_in_mm_degrees_and_pixels_fit_eighty_columns(size):
+    spread = Spread(size, 1.1 * size, 3.0 * size, size)
+    errors = Errors(spread, spread, own=spread, own_name="pixel[px]")
+    kinds, table = error_columns([errors])
+    table.add_row("calibrated", "held out", *error_cells(errors, kinds))
+    text = printed(table)
+    assert max(map(len, text.splitlines())) <= 80
+    assert "…" not in text
 
 
 def test_units_and_hostile_names_are_shown_as_they_are(result):
@@ -51,7 +69,7 @@ def test_the_joint_table_is_the_papers(result):
     table = parameter_table(result.best.fit)
     assert table.headings == ("θ [°]", "d [mm]", "a [mm]", "α [°]", "β [°]")
     assert [joint for joint, _ in table.rows] == [f"joint{k}" for k in range(1, 7)]
-    held = [[c.state is State.HELD for c in cells] for _, cells in table.rows]
+    held = [[c.state is ConstantStatus.HELD for c in cells] for _, cells in table.rows]
     # Table 4: β is held everywhere but on link 2, where d is
     assert [row.index(True) for row in held] == [4, 1, 4, 4, 4, 4]
     assert all(sum(row) == 1 for row in held)
@@ -65,9 +83,9 @@ def test_what_no_row_tells_apart_is_marked(points):
     table = parameter_table(points.best.fit)
     cells = {c.name: c for _, row in table.rows for c in row if c} | {c.name: c for c in table.others}
     for combination in points.best.fit.unidentifiable:
-        wanted = State.SHARED if len(combination.names) > 1 else State.UNSEEN
-        assert {cells[n].state for n in combination.names} <= {wanted, State.UNSEEN}
-    assert State.SHARED in table.marks
+        wanted = ConstantStatus.SHARED if len(combination.names) > 1 else ConstantStatus.UNSEEN
+        assert {cells[n].state for n in combination.names} <= {wanted, ConstantStatus.UNSEEN}
+    assert ConstantStatus.SHARED in table.marks
     assert "†" in printed(parameters_tables(points.best.fit))
 
 

@@ -12,12 +12,10 @@ from typing import ClassVar
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base.progress import cancelled
 from workbench.base.types import Outcome
-from workbench.identification.problem import Evaluation, Problem
+from workbench.identification.problem import LinearisedProblem, Problem
 from workbench.identification.undetermined_combinations import Factor, factorise
-
-OnStep = Callable[[int, float], bool]
-"""Called with the iteration and the present cost; returning True cancels the search."""
 
 STEP_TOLERANCE = 1e-4
 """A step that promises to move the answer by less than this many standard errors ends the search."""
@@ -31,7 +29,7 @@ RESIDUAL_FLOOR = 1e-10
 
 
 @dataclass(frozen=True, eq=False)
-class Search:
+class SearchOutcome:
     """How a search went.
 
     Args:
@@ -60,45 +58,41 @@ class AbstractIdentifier(ABC):
     """Description in one sentence, to help users choose."""
 
     @abstractmethod
-    def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
-        """Minimise the problem's cost from its start."""
+    def search(self, problem: Problem) -> SearchOutcome:
+        """Minimise the problem's cost from its start; `cancelled()` between steps asks whether to stop."""
 
 
 Step = Callable[
-    [np.ndarray, Evaluation, Factor, float], tuple[np.ndarray, float, Evaluation] | Outcome | None
+    [np.ndarray, LinearisedProblem, Factor, float],
+    tuple[np.ndarray, float, LinearisedProblem] | Outcome | None,
 ]
 """From unknowns, residuals, their factorisation and the cost: unknowns, cost and residuals downhill;
 None if there is no such step; or the outcome with which the search ends."""
 
 
 def descend(
-    problem: Problem,
-    step: Step,
-    *,
-    limit: int,
-    on_step: OnStep | None = None,
-    begin: Float[np.ndarray, " p"] | None = None,
-) -> Search:
+    problem: Problem, step: Step, *, limit: int, begin: Float[np.ndarray, " p"] | None = None
+) -> SearchOutcome:
     """Search by at most so many steps, from the problem's start or another beginning."""
     x = (problem.start if begin is None else begin).copy()
     at = problem.evaluate(x)
     history = [0.5 * float(at.residual @ at.residual)]
-    for iteration in range(limit):
+    for _ in range(limit):
         if not np.isfinite(history[-1]):
-            return Search(x, Outcome.DIVERGED, tuple(history))
-        if on_step and on_step(iteration, history[-1]):
-            return Search(x, Outcome.CANCELLED, tuple(history))
+            return SearchOutcome(x, Outcome.DIVERGED, tuple(history))
+        if cancelled():
+            return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
         factor = factorise(at.jacobian, at.residual, problem.units)
         if has_converged(factor, factor.predicted_decrease(), problem.count):
-            return Search(x, Outcome.CONVERGED, tuple(history))
+            return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
         found = step(x, at, factor, history[-1])
         if found is None:
             found = ended(factor.predicted_decrease(), history, problem.count)
         if isinstance(found, Outcome):
-            return Search(x, found, tuple(history))
+            return SearchOutcome(x, found, tuple(history))
         x, cost, at = found
         history.append(cost)
-    return Search(x, Outcome.ITERATION_LIMIT, tuple(history))
+    return SearchOutcome(x, Outcome.ITERATION_LIMIT, tuple(history))
 
 
 def has_converged(factor: Factor, decrease: float, size: int) -> bool:

@@ -31,8 +31,8 @@ from jaxtyping import Float, Int
 
 from workbench.arm.kinematics.influence_of_constants import ANGLE, LENGTH
 from workbench.base.types import Outcome
-from workbench.identification.algorithms.identifier import AbstractIdentifier, OnStep, Search, descend
-from workbench.identification.problem import Evaluation, Problem
+from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome, descend
+from workbench.identification.problem import LinearisedProblem, Problem
 
 DEGREE, MILLIMETRE = float(np.deg2rad(1.0)), 1e-3
 """Units in which constants are compared [rad], [m]."""
@@ -59,7 +59,7 @@ class InfluenceBased(AbstractIdentifier):
     title = "INFLUENCE"
     summary = "Mean of each pose's own correction, weighted by how far a parameter moves the tool there."
 
-    def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
+    def search(self, problem: Problem) -> SearchOutcome:
         stacks = _stacks(problem.component_rows)
         units = np.array([DEGREE if p.unit == "rad" else MILLIMETRE for p in problem.parameters])
 
@@ -70,10 +70,10 @@ class InfluenceBased(AbstractIdentifier):
             at = problem.evaluate(x + step)
             return x + step, 0.5 * float(at.residual @ at.residual), at
 
-        return descend(problem, averaged, limit=self.limit, on_step=on_step)
+        return descend(problem, averaged, limit=self.limit)
 
     def _round(
-        self, at: Evaluation, stacks: list[np.ndarray], units: Float[np.ndarray, " p"]
+        self, at: LinearisedProblem, stacks: list[np.ndarray], units: Float[np.ndarray, " p"]
     ) -> tuple[Float[np.ndarray, " p"], float]:
         """Mean of the poses' corrections at the best length, and the decrease of |r|² that it promises."""
         jacobian = at.jacobian * units
@@ -101,8 +101,9 @@ class InfluenceBased(AbstractIdentifier):
 
 def _stacks(component_rows: Int[np.ndarray, " m"]) -> list[Int[np.ndarray, "poses k"]]:
     """Residual components pose by pose, poses with equally many of them in one stack."""
-    _, starts, counts = np.unique(component_rows, return_index=True, return_counts=True)
-    return [starts[counts == c][:, None] + np.arange(c) for c in np.unique(counts)]
+    order = np.argsort(component_rows, kind="stable")
+    _, starts, counts = np.unique(component_rows[order], return_index=True, return_counts=True)
+    return [order[starts[counts == c][:, None] + np.arange(c)] for c in np.unique(counts)]
 
 
 def pose_weights(moves: Float[np.ndarray, "rows m p"]) -> Float[np.ndarray, "rows p"]:

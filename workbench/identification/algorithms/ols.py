@@ -10,8 +10,7 @@ from typing import final
 
 from workbench.identification.algorithms.identifier import (
     AbstractIdentifier,
-    OnStep,
-    Search,
+    SearchOutcome,
     descend,
     gauge_step,
 )
@@ -34,7 +33,7 @@ class Ols(AbstractIdentifier):
     title = "OLS"
     summary = "Gauss–Newton steps of least length (ordinary least squares): fast, exact near the nominal arm."
 
-    def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
+    def search(self, problem: Problem) -> SearchOutcome:
         def halved(x, at, factor, cost):
             step = gauge_step(factor, factor.step(), x - problem.start)
             for _ in range(self.halvings):
@@ -44,4 +43,4 @@ class Ols(AbstractIdentifier):
                 step = step / 2
             return None
 
-        return descend(problem, halved, limit=self.limit, on_step=on_step)
+        return descend(problem, halved, limit=self.limit)

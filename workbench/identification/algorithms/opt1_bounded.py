@@ -14,19 +14,16 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import Bounds, minimize
 
+from workbench.base.progress import Cancelled, check_cancelled
 from workbench.base.types import Outcome
-from workbench.identification.algorithms.identifier import AbstractIdentifier, OnStep, Search, ended
+from workbench.identification.algorithms.identifier import AbstractIdentifier, SearchOutcome, ended
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
 
 ROUNDING = 1e-15
 """Smallest change of the scalar cost, relative to the start's, that means anything."""
-ALIKE = 1e-6
+SAME_COST = 1e-6
 """Relative difference of two costs that is no difference."""
-
-
-class _Cancelled(Exception):
-    """Leaves the minimiser from inside its own callback."""
 
 
 @final
@@ -43,7 +40,7 @@ class Opt1(AbstractIdentifier):
     title = "OPT1"
     summary = "Bounded minimisation of the summed squares: keeps every parameter near its nominal value."
 
-    def search(self, problem: Problem, *, on_step: OnStep | None = None) -> Search:
+    def search(self, problem: Problem) -> SearchOutcome:
         start = problem.start
         columns = np.linalg.norm(problem.jacobian(start), axis=0)
         scale = 1.0 / np.where(columns > 1e-9 * columns.max(initial=0.0), columns, 1.0)
@@ -63,12 +60,11 @@ class Opt1(AbstractIdentifier):
 
         def after_iteration(_: np.ndarray) -> None:
             history.append(least)
-            if on_step and on_step(len(history) - 1, least):
-                raise _Cancelled
+            check_cancelled()
 
         first, _ = cost(np.zeros(len(start)))
         if not np.isfinite(first):
-            return Search(start.copy(), Outcome.DIVERGED, (first,))
+            return SearchOutcome(start.copy(), Outcome.DIVERGED, (first,))
         try:
             answer = minimize(
                 cost,
@@ -79,8 +75,8 @@ class Opt1(AbstractIdentifier):
                 callback=after_iteration,
                 options={"ftol": max(ROUNDING * first * 1e-7, 1e-22), "maxiter": self.limit},
             )
-        except _Cancelled:
-            return Search(best, Outcome.CANCELLED, tuple(history))
+        except Cancelled:
+            return SearchOutcome(best, Outcome.CANCELLED, tuple(history))
         x = _near_nominal(problem, np.clip(best, lower, upper))
         if answer.success:
             outcome = Outcome.CONVERGED
@@ -90,7 +86,7 @@ class Opt1(AbstractIdentifier):
             at = problem.evaluate(x)
             factor = factorise(at.jacobian, at.residual, problem.units)
             outcome = ended(factor.predicted_decrease(), [*history, least], problem.count)
-        return Search(x, outcome, tuple(history))
+        return SearchOutcome(x, outcome, tuple(history))
 
 
 def _near_nominal(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " p"]:
@@ -104,7 +100,7 @@ def _near_nominal(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndar
         residual = problem.residual(moved)
         square = float(at.residual @ at.residual)
         chance = min(1.0, square / max(problem.count, 1))
-        costs_nothing = residual @ residual <= square * (1.0 + ALIKE) + chance
+        costs_nothing = residual @ residual <= square * (1.0 + SAME_COST) + chance
         if costs_nothing and np.all((lower <= moved) & (moved <= upper)):
             return moved
     return x

@@ -14,8 +14,7 @@ from jaxtyping import Float
 
 from workbench.identification.algorithms.identifier import (
     AbstractIdentifier,
-    OnStep,
-    Search,
+    SearchOutcome,
     descend,
     gauge_step,
 )
@@ -40,9 +39,7 @@ class Opt2(AbstractIdentifier):
     title = "OPT2"
     summary = "Levenberg–Marquardt least squares: converges from farther away."
 
-    def search(
-        self, problem: Problem, *, on_step: OnStep | None = None, begin: Float[np.ndarray, " p"] | None = None
-    ) -> Search:
+    def search(self, problem: Problem, *, begin: Float[np.ndarray, " p"] | None = None) -> SearchOutcome:
         damping: float | None = None
 
         def damped(x, at, factor, cost):
@@ -62,4 +59,4 @@ class Opt2(AbstractIdentifier):
                 damping, growth = damping * growth, growth * 2.0
             return None
 
-        return descend(problem, damped, limit=self.limit, on_step=on_step, begin=begin)
+        return descend(problem, damped, limit=self.limit, begin=begin)

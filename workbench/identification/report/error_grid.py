@@ -13,8 +13,9 @@ from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from workbench.identification.result import Column
-from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.identification.result import ArmErrors
+from workbench.report.colours import NOMINAL
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 STEMS = 200
 """Greatest number of measurements that are drawn one by one."""
@@ -24,7 +25,7 @@ LABELS = ("X", "Y", "Z", "norm")
 
 
 def error_grid(
-    columns: tuple[Column, ...], place: np.ndarray, *, rotation: bool, limit: float | None = None
+    columns: tuple[ArmErrors, ...], place: np.ndarray, *, rotation: bool, limit: float | None = None
 ) -> Figure | None:
     """The array of plots.
 
@@ -70,7 +71,7 @@ def error_grid(
     return figure
 
 
-def _table(column: Column, rotation: bool) -> Float[np.ndarray, "rows 4"]:
+def _table(column: ArmErrors, rotation: bool) -> Float[np.ndarray, "rows 4"]:
     parts = [c.rotation if rotation else c.position for c in (column.train, column.held_out)]
     errors = np.concatenate(parts)
     return np.column_stack([errors, np.linalg.norm(errors, axis=1)])

@@ -5,12 +5,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from workbench.arm import chain as chains
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import joint_elements, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, JointKind, Robot
+from workbench.arm.robot import JointKind, Robot
 from workbench.identification.result import Evaluation, Identification
 from workbench.identification.row_errors import RowErrors
-from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.report.colours import CALIBRATED, NOMINAL
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure, plain_ticks
 
 KINDS = (
     ("position", 1e3, "mm"),
@@ -67,8 +69,13 @@ def residual_histogram(result: Identification) -> Figure:
     fit = result.best.fit
     components = fit.problem.physical(fit.whitened)
     turned, sigmas = fit.problem.component_channels, fit.problem.sigma
+    tilts, degree = fit.problem.tilted_components, np.rad2deg(1.0)
     panels = []
-    kinds = ((~turned, 1e3, "position residual", "mm"), (turned, np.rad2deg(1.0), "rotation residual", "°"))
+    kinds = (
+        (~turned, 1e3, "position residual", "mm"),
+        (turned & ~tilts, degree, "rotation residual", "°"),
+        (tilts, degree, "tilt residual", "°"),
+    )
     for mine, scale, name, unit in kinds:
         if (measured := mine & np.isfinite(sigmas)).any():
             sigma = scale * float(np.median(sigmas[measured]))
@@ -80,7 +87,7 @@ def residual_histogram(result: Identification) -> Figure:
         ):
             width = max(float(np.abs(values).max(initial=0.0)), 3.5 * sigma, 1e-12)
             bins = np.linspace(-width, width, 2 * int(np.clip(np.sqrt(len(values)), 8, 30)) + 1)
-            axes.hist(values, bins=bins, density=True, color=COLOURS[0], alpha=0.55, label="residuals")
+            axes.hist(values, bins=bins, density=True, color=CALIBRATED, alpha=0.55, label="residuals")
             x = np.linspace(-width, width, 241)
             curve = np.exp(-0.5 * (x / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi))
             axes.plot(x, curve, color=INK, label=f"noise, σ = {sigma:.3g} {unit}")
@@ -115,10 +122,10 @@ def error_where(result: Identification) -> Figure | None:
         figure = new_figure(10.0, 2.1 * lines + 0.2)
         panels = figure.subplots(lines, columns, sharey=True, squeeze=False).ravel()
         for axes, (label, x) in zip(panels, where, strict=False):
-            for mine, ink in ((~held, COLOURS[0]), (held, INK)):
+            for mine, ink in ((~held, CALIBRATED), (held, INK)):
                 shown = chosen[mine[chosen]]
                 axes.plot(x[shown], errors[shown], "o", ms=2.0, color=ink, alpha=0.55, mew=0)
-            axes.plot(*_running_median(x[seen], errors[seen]), color=COLOURS[1], lw=1.6)
+            axes.plot(*_running_median(x[seen], errors[seen]), color=COLOURS[0], lw=1.6)
             axes.set_xlabel(label)
             axes.set_ylim(bottom=0.0)
             grid(axes, "both")
@@ -130,7 +137,8 @@ def error_where(result: Identification) -> Figure | None:
 
 
 def _stack(parts: tuple[RowErrors, RowErrors]) -> RowErrors:
-    return RowErrors(*(np.concatenate([getattr(part, name) for part in parts]) for name, *_ in KINDS))
+    position, rotation, tilt = (np.concatenate([getattr(part, name) for part in parts]) for name, *_ in KINDS)
+    return RowErrors(position, rotation, tilt)
 
 
 def measured(rows: RowErrors) -> list[tuple[str, float, str]]:
@@ -149,15 +157,15 @@ def _dumbbells(axes: Axes, x, old, new, held, suspicious) -> None:
     floor = max(float(np.nanmax(np.concatenate([old, new]), initial=0.0)), 1e-9) * 1e-9
     old, new = np.maximum(old, floor), np.maximum(new, floor)
     axes.set_yscale("log")
-    axes.yaxis.set_major_formatter("{x:g}")
     axes.vlines(x, new, old, color=NOMINAL, lw=0.5, alpha=0.6)
     size = 3.0 if len(x) <= 150 else 2.0
     axes.plot(x, old, "o", ms=size, color=NOMINAL, mew=0, label="nominal")
-    axes.plot(x[~held], new[~held], "o", ms=size, color=COLOURS[0], mew=0, label="identified, fitted rows")
+    axes.plot(x[~held], new[~held], "o", ms=size, color=CALIBRATED, mew=0, label="identified, fitted rows")
     if held.any():
         axes.plot(x[held], new[held], "o", ms=size, color=INK, mew=0, label="identified, held-out rows")
     if suspicious.any():
-        axes.plot(x[suspicious], new[suspicious], "o", ms=8, mfc="none", mec=COLOURS[1], label="stands out")
+        axes.plot(x[suspicious], new[suspicious], "o", ms=8, mfc="none", mec=COLOURS[3], label="stands out")
+    plain_ticks(axes.yaxis)
     grid(axes)
 
 

@@ -3,18 +3,18 @@
 The paper's arrays of error plots are in `error_grid`; `all_figures` makes everything that a report shows.
 """
 
-from collections.abc import Callable
 from functools import cache, partial
 
 import numpy as np
 
 from workbench.base.advice import Advice
+from workbench.base.progress import progress
 from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.report.constants import corrections, influence_of_fit
 from workbench.identification.report.error_grid import STEMS, error_grid
 from workbench.identification.report.error_plots import POINTS, before_after, error_where, residual_histogram
 from workbench.identification.result import Identification, columns_of, order_of_measuring
-from workbench.report.figures import Drawing, Picture
+from workbench.report.figures import DrawnFigure, Picture
 
 NAMES = (
     *("errors-position", "errors-orientation", "before-after", "residuals", "error-where", "corrections"),
@@ -24,23 +24,18 @@ NAMES = (
 
 
 def all_figures(
-    result: Identification,
-    *,
-    wanted: Wanted | None = None,
-    progress: Callable[[str], None] | None = None,
-    advice: Advice | None = None,
-) -> tuple[Drawing, ...]:
+    result: Identification, *, wanted: Wanted | None = None, advice: Advice | None = None
+) -> tuple[DrawnFigure, ...]:
     """Every picture that the result can fill, in the order of a report.
 
     Args:
         wanted: Whose limits are drawn along the axes, where it is asked for per axis.
         advice: Keeps a sentence about each picture that failed.
     """
-    drawings: list[Drawing] = []
+    drawings: list[DrawnFigure] = []
     advice = advice or Advice()
-    for picture in pictures(result, wanted=wanted):
-        if progress is not None:
-            progress(picture.title)
+    for k, picture in enumerate(pictures(result, wanted=wanted)):
+        progress(k / len(NAMES), f"drawing: {picture.title}")
         if (drawn := advice.ask(f"the picture “{picture.title}”", picture.drawn, None)) is not None:
             drawings.append(drawn[1])
     return tuple(drawings)

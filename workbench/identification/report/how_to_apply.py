@@ -8,11 +8,12 @@ from jaxtyping import Float
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from workbench.arm.robot import Frame, JointKind, Robot
+from workbench.arm.frame import Frame
+from workbench.arm.robot import JointKind, Robot
 from workbench.base.wording import capital, in_mm
 from workbench.identification.controller_parameters import (
     ControllerNumbers,
-    Part,
+    ControllerPart,
     PoseErrors,
     controller_numbers,
 )
@@ -24,7 +25,11 @@ from workbench.report.tables import folded, line, new_table, unbroken
 ROWS = 500
 """Greatest number of measured joint positions over which the numbers are chosen."""
 WORDS = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
-VARIANTS = ((Part.OFFSETS,), (Part.OFFSETS, Part.TOOL), (Part.OFFSETS, Part.TOOL, Part.BASE))
+VARIANTS = (
+    (ControllerPart.OFFSETS,),
+    (ControllerPart.OFFSETS, ControllerPart.TOOL),
+    (ControllerPart.OFFSETS, ControllerPart.TOOL, ControllerPart.BASE),
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,7 +97,7 @@ class Use:
         """Tool and base of the advised variant: x, y, z in mm, roll, pitch, yaw in degrees."""
         if (chosen := self.advised) is None:
             return []
-        frames = {Part.TOOL: chosen.tool, Part.BASE: chosen.base}
+        frames = {ControllerPart.TOOL: chosen.tool, ControllerPart.BASE: chosen.base}
         return [(str(part), _frame(frame)) for part, frame in frames.items() if part in chosen.parts]
 
     def summary(self) -> RenderableType:

@@ -11,7 +11,7 @@ import numpy as np
 
 from workbench.base.advice import Advice
 from workbench.base.files import check_folder
-from workbench.base.progress import Report
+from workbench.base.progress import part_of, progress
 from workbench.data.accuracy_requirement import Wanted, WantedCheck
 from workbench.identification.pass_or_fail import Judged, judge
 from workbench.identification.report.figures import NAMES, all_figures
@@ -28,13 +28,7 @@ LISTED = 50
 """Greatest number of rows that a list in the page names one by one; the rest is in the JSON file."""
 
 
-def write_report(
-    result: Identification,
-    folder: Path | str,
-    *,
-    wanted: Wanted | None = None,
-    progress: Report | None = None,
-) -> Path:
+def write_report(result: Identification, folder: Path | str, *, wanted: Wanted | None = None) -> Path:
     """Write `report.html`, its pictures as SVG files and `result.json`: all of them or nothing.
 
     An older report in the folder is replaced; other files in it stay.
@@ -43,18 +37,13 @@ def write_report(
         folder: Made if it is not there.
         wanted: What every pose has to keep; nothing is judged if None.
     """
-    report = progress or (lambda part, words: None)
     check_folder(folder)
-    titles, advice = iter(range(len(NAMES))), Advice()
-    drawings = all_figures(
-        result,
-        wanted=wanted,
-        progress=lambda title: report(0.1 + 0.1 * next(titles), f"drawing: {title}"),
-        advice=advice,
-    )
-    report(0.8, "numbers for the controller")
+    advice = Advice()
+    with part_of(0.1, 0.7):
+        drawings = all_figures(result, wanted=wanted, advice=advice)
+    progress(0.8, "numbers for the controller")
     use = controller_use(result)
-    report(0.9, "writing the page")
+    progress(0.9, "writing the page")
     judged = None if wanted is None else judge(result, wanted)
     content = identification_json(result)
     content |= {"requirement": judged and _requirement_json(judged), "controller": use.json()}
@@ -62,7 +51,7 @@ def write_report(
     words = _words(result, judged=judged, use=use)
     words["warnings"] = (*result.warnings, *advice.warnings)
     path = write_page(folder, PAGE, drawings, content, replaces=old, **words)
-    report(1.0, "done")
+    progress(1.0, "done")
     return path
 
 

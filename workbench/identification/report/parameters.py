@@ -17,7 +17,7 @@ FAMILY = ("theta", "d", "a", "alpha", "beta")
 """Constants of the Denavit–Hartenberg conventions, in the paper's order."""
 
 
-class State(StrEnum):
+class ConstantStatus(StrEnum):
     """What became of a constant; the value is its mark in tables."""
 
     IDENTIFIED = ""
@@ -27,9 +27,9 @@ class State(StrEnum):
 
 
 LEGEND = {
-    State.HELD: "held at its nominal value",
-    State.SHARED: "can't be separated from others; kept as near to nominal as the rows allow",
-    State.UNSEEN: "unobservable; left at its nominal value",
+    ConstantStatus.HELD: "held at its nominal value",
+    ConstantStatus.SHARED: "can't be separated from others; kept as near to nominal as the rows allow",
+    ConstantStatus.UNSEEN: "unobservable; left at its nominal value",
 }
 
 
@@ -51,7 +51,7 @@ class Cell:
     nominal: float
     value: float
     std: float | None
-    state: State
+    state: ConstantStatus
     is_expected: bool = False
 
     @property
@@ -67,7 +67,7 @@ class Cell:
         """
         scale = {"rad": float(np.rad2deg(1.0)), "m": 1e3}.get(self.unit, 1.0)
         nominal = signed(scale * self.nominal, 3)
-        if self.state in (State.HELD, State.UNSEEN):
+        if self.state in (ConstantStatus.HELD, ConstantStatus.UNSEEN):
             return nominal, "", ""
         if self.std is None or self.is_expected:
             return nominal, f"{_plus(scale * (self.value - self.nominal), 3)}", ""
@@ -99,7 +99,7 @@ class ParameterTable:
         return tuple(f"{SYMBOLS.get(c, c)} [{u}]" for c, u in zip(self.columns, units, strict=True))
 
     @property
-    def marks(self) -> tuple[State, ...]:
+    def marks(self) -> tuple[ConstantStatus, ...]:
         """Marks that appear in the table."""
         cells = [c for _, row in self.rows for c in row if c is not None] + list(self.others)
         return tuple(s for s in LEGEND if any(c.state is s for c in cells))
@@ -117,13 +117,13 @@ def parameter_table(fit: Fit) -> ParameterTable:
     cells: dict[str, Cell] = {}
     for e in fit.problem.robot.elements:
         if e.matrix is None:
-            cells[e.name] = Cell(e.name, e.unit, e.value, e.value, None, State.HELD)
+            cells[e.name] = Cell(e.name, e.unit, e.value, e.value, None, ConstantStatus.HELD)
     for p, value, std in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
-        state = State.SHARED if p.name in shared else State.IDENTIFIED
+        state = ConstantStatus.SHARED if p.name in shared else ConstantStatus.IDENTIFIED
         if p.name in hidden:
-            state, std = State.UNSEEN, None
+            state, std = ConstantStatus.UNSEEN, None
         elif p.words in fit.idle:
-            state, std = State.SHARED, None
+            state, std = ConstantStatus.SHARED, None
         cells[p.name] = Cell(p.name, p.unit, p.nominal, value, std, state, p.name in expected)
     of_joints: dict[str, dict[str, Cell]] = {}
     others = []
@@ -132,7 +132,7 @@ def parameter_table(fit: Fit) -> ParameterTable:
         owner, _, constant = name.rpartition(".")
         if owner in joints and name not in fit.problem.robot.coefficients:
             of_joints.setdefault(owner, {})[constant] = cell
-        elif cell.state is not State.HELD:
+        elif cell.state is not ConstantStatus.HELD:
             others.append(cell)
     columns = _columns(of_joints)
     units = tuple(next(row[c].unit for row in of_joints.values() if c in row) for c in columns)
@@ -140,7 +140,7 @@ def parameter_table(fit: Fit) -> ParameterTable:
         (joint, tuple(row.get(c) for c in columns))
         for joint, row in of_joints.items()
         if any(c in row for c in columns)
-        and (joint.startswith("joint") or any(cell.state is not State.HELD for cell in row.values()))
+        and (joint.startswith("joint") or any(cell.state is not ConstantStatus.HELD for cell in row.values()))
     )
     return ParameterTable(columns, units, rows, tuple(others))
 
@@ -159,6 +159,6 @@ def _columns(of_joints: dict[str, dict[str, Cell]]) -> tuple[str, ...]:
         constant
         for row in of_joints.values()
         for constant, cell in row.items()
-        if cell.state is not State.HELD or cell.nominal != 0.0
+        if cell.state is not ConstantStatus.HELD or cell.nominal != 0.0
     }
     return tuple(c for c in dict.fromkeys(present) if c in telling)

@@ -10,7 +10,6 @@ from workbench.arm.joint_units import sliding
 from workbench.identification.controller_parameters import ControllerNumbers, PoseErrors
 from workbench.identification.fit import Fit
 from workbench.identification.prior import prior_json
-from workbench.identification.report.cameras import camera_json
 from workbench.identification.report.parameters import unseen
 from workbench.identification.result import Evaluation, Identification, Run, Validation
 from workbench.identification.row_errors import Errors, Spread
@@ -44,7 +43,7 @@ def identification_json(result: Identification) -> Json:
             "noise": result.noise.json(),
             "expected_deviation": result.best.fit.problem.deviation,
         }
-        | camera_json(result)
+        | ({} if result.identifiability is None else result.identifiability.json(result.best.fit))
         | prior_json(result.best.fit)
     )
 
@@ -100,7 +99,7 @@ def errors_json(errors: Errors | None) -> Json | None:
     if errors is None:
         return None
     found = {"position_mm": _spread(errors.position_mm), "orientation_deg": _spread(errors.orientation_deg)}
-    more = {"tilt_deg": errors.tilt_deg, "pixel_px": errors.pixel_px}
+    more = {"tilt_deg": errors.tilt_deg, errors.own_name.replace("[", "_").rstrip("]"): errors.own}
     return found | {name: _spread(spread) for name, spread in more.items() if spread is not None}
 
 

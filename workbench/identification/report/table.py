@@ -14,22 +14,30 @@ from rich.table import Table
 from rich.text import Text
 
 from workbench.identification.fit import Fit
-from workbench.identification.report.cameras import camera_words
-from workbench.identification.report.parameters import LEGEND, Cell, State, parameter_table
+from workbench.identification.report.parameters import LEGEND, Cell, ConstantStatus, parameter_table
 from workbench.identification.result import Evaluation, Identification, Run, Validation, error_rows
 from workbench.identification.row_errors import Errors, Spread
 from workbench.report.numbers import short
 from workbench.report.tables import folded, line, new_table, unbroken
 
-STYLES = {State.IDENTIFIED: "", State.HELD: "dim", State.SHARED: "yellow", State.UNSEEN: "dim"}
+STYLES = {
+    ConstantStatus.IDENTIFIED: "",
+    ConstantStatus.HELD: "dim",
+    ConstantStatus.SHARED: "yellow",
+    ConstantStatus.UNSEEN: "dim",
+}
 AXES = ("x", "y", "z")
 COLUMNS = {
     "position_mm": ("mm", ("mean", "rms", "max")),
     "orientation_deg": ("°", ("mean", "rms", "max")),
     "tilt_deg": ("°", ("tilt rms",)),
-    "pixel_px": ("px", ("rms",)),
+    "own": ("", ("rms",)),
 }
 """Unit and numbers of each kind of error."""
+LARGE = 100.0
+"""Errors from here on have one decimal."""
+NARROW_FROM = 6
+"""Columns of numbers beyond which they stand closer, so that 80 columns hold them."""
 
 
 def identification_tables(
@@ -70,8 +78,7 @@ def _calibrated(result: Identification) -> list[tuple[str, Run]]:
 def models_table(models: Sequence[tuple[str, Validation | Run]]) -> Table:
     """Errors of some models on fitted and held-out rows."""
     lines = error_rows(models)
-    kinds = measured_kinds([errors for *_, errors in lines])
-    table = error_columns(kinds)
+    kinds, table = error_columns([errors for *_, errors in lines])
     for title, rows, errors in lines:
         if title:
             table.add_section()
@@ -81,8 +88,7 @@ def models_table(models: Sequence[tuple[str, Validation | Run]]) -> Table:
 
 def evaluation_tables(result: Evaluation) -> RenderableType:
     """Errors of a given model, and the decisions that were taken."""
-    kinds = measured_kinds([result.errors])
-    table = error_columns(kinds)
+    kinds, table = error_columns([result.errors])
     table.add_row(escape(result.robot.name), f"{len(result.row_numbers)}", *error_cells(result.errors, kinds))
     return Group(table, *(line("note", note) for note in result.notes))
 
@@ -117,7 +123,8 @@ def messages(result: Identification) -> list[RenderableType]:
     """Unidentifiable combinations, warnings and decisions, one line each."""
     lines: list[RenderableType] = [line("not identifiable", words) for words in result.unidentifiable]
     lines += [line("warning", words) for words in result.warnings]
-    lines += [line("found", words) for words in camera_words(result)]
+    if result.identifiability is not None:
+        lines += [line("found", text) for text in result.identifiability.found(result.best.fit)]
     lines += [line("note", words) for words in result.notes]
     if result.excluded:
         shown = ", ".join(f"row {row} ({reason})" for row, reason in result.excluded[:5])
@@ -126,15 +133,15 @@ def messages(result: Identification) -> list[RenderableType]:
     return lines
 
 
-def measured_kinds(found: Sequence[Errors]) -> list[str]:
-    """Which errors a table of these shows: those of what was measured."""
-    return [kind for kind in COLUMNS if any(_is_measured(getattr(errors, kind)) for errors in found)]
-
-
-def error_columns(kinds: Sequence[str]) -> Table:
-    """An empty table of such errors."""
-    headings = [f"{name}\n[{unit}]" for kind in kinds for unit, names in [COLUMNS[kind]] for name in names]
-    return new_table("", unbroken("model"), unbroken("rows"), *headings)
+def error_columns(found: Sequence[Errors]) -> tuple[list[str], Table]:
+    """Which errors a table of these shows, those of what was measured; and that table, empty."""
+    kinds = [kind for kind in COLUMNS if any(_is_measured(getattr(errors, kind)) for errors in found)]
+    own = next((errors.own_name.partition("[")[2].rstrip("]") for errors in found if errors.own_name), "")
+    headings = [f"{n}\n[{unit or own}]" for kind in kinds for unit, names in [COLUMNS[kind]] for n in names]
+    table = new_table("", unbroken("model"), unbroken("rows"), *headings)
+    if len(headings) > NARROW_FROM:
+        table.padding = (0, 1, 0, 0)
+    return kinds, table
 
 
 def error_cells(errors: Errors, kinds: Sequence[str]) -> list[str]:
@@ -142,7 +149,8 @@ def error_cells(errors: Errors, kinds: Sequence[str]) -> list[str]:
     cells = []
     for kind in kinds:
         spread, names = getattr(errors, kind), COLUMNS[kind][1]
-        cells += [short(getattr(spread, name.split()[-1])) if _is_measured(spread) else "–" for name in names]
+        found = [getattr(spread, name.split()[-1]) if _is_measured(spread) else np.nan for name in names]
+        cells += [short(value, 1 if value >= LARGE else 3) for value in found]
     return cells
 
 

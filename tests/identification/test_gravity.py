@@ -1,0 +1,146 @@
+"""Gravity's direction and tilts beside positions as unknowns: derivatives, recovery, files."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from checks import check_jacobian
+from generator import move, turn
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.frame import FRAME_PARTS, Frame, SessionFrames
+from workbench.arm.gravity import GRAVITY, angles_between, tilted
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.kinematics.observed_link import watched_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.arm.statics.wrenches import gravity_regressor, masses, motion_wrenches
+from workbench.data.dataset import Dataset
+from workbench.data.observations.tilt import reading, seen_from
+from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.noise import of_residual
+from workbench.identification.problem import FrameFreedom, Noise, Problem
+
+SOFT = JointCompliance((1, 2), (3e-4, 5e-4))
+ODD = np.array([1.2, -0.7, -9.6])
+NOISE = Noise(1e-4, 1e-4, tilt=1e-4)
+
+
+def arm(gravity=ODD):
+    robot = load_robot("aria").with_effects(SOFT)
+    return replace(robot, gravity=gravity, base=Frame.from_pose(move("x", 0.4) @ turn("y", 0.1)))
+
+
+def rows(robot, number=30, seed=0, links=(0, 2, 5)):
+    """Positions, and tilts of some links, of a robot as it stands; exact."""
+    q = np.random.default_rng(seed).uniform(-2.0, 2.0, (number, robot.dof))
+    motion = Motion(q)
+    tilt = {k: reading(seen_from(watched_poses(robot, motion, k)[:, :3, :3])) for k in links}
+    return Dataset(q, tool_poses(robot, motion)[:, :3, 3], tilt=tilt or None)
+
+
+def test_gravity_turns_about_the_axes_across_it():
+    upright = np.array([0.0, 0.0, -9.81])
+    a = 0.02
+    np.testing.assert_allclose(
+        tilted(upright, np.array([a, 0.0])), 9.81 * np.array([0.0, np.sin(a), -np.cos(a)]), atol=1e-14
+    )
+    np.testing.assert_allclose(
+        angles_between(ODD, tilted(ODD, np.array([0.2, -0.1]))), [0.2, -0.1], atol=1e-12
+    )
+    assert tilted(ODD, np.array([0.01, -0.02])) @ ODD == pytest.approx(
+        (ODD @ ODD) * np.cos(np.hypot(0.01, 0.02))
+    )
+
+
+def test_wrenches_by_the_angles_of_gravity():
+    robot = arm()
+    motion = Motion(np.random.default_rng(1).uniform(-2, 2, (6, 6)), payload=np.linspace(0.0, 2.0, 6))
+    check_jacobian(
+        lambda a: motion_wrenches(replace(robot, gravity=tilted(ODD, a)), motion),
+        gravity_regressor(robot, motion, masses(robot)),
+        np.zeros(2),
+    )
+
+
+@pytest.mark.parametrize("links", [(), (0, 2, 5)])
+@pytest.mark.parametrize("inertia", [False, True])
+@pytest.mark.parametrize("levelled", [False, True])
+@pytest.mark.parametrize("sessions", [False, True])
+def test_residuals_by_all_unknowns(links, inertia, levelled, sessions):
+    """With loads and without free masses, with tilts or without, of one placement or of two."""
+    robot = arm()
+    data = rows(robot, 12, links=links)
+    names = np.where(np.arange(12) % 2, "a", "b")
+    if sessions:
+        other = SessionFrames(
+            "b", Frame.from_pose(turn("z", 0.4)), robot.tool, tilted(ODD, np.array([0.1, 0.0]))
+        )
+        robot = replace(robot, sessions=(SessionFrames("a", robot.base, robot.tool), other))
+        data = replace(data, session=names)
+    problem = Problem.build(
+        robot,
+        data,
+        effects=SOFT.names,
+        inertia=inertia,
+        noise=NOISE,
+        frames=FrameFreedom(FRAME_PARTS, (), base_per_session=sessions, levelled=levelled),
+    )
+    angles = [n for n in problem.names if n.startswith("gravity")]
+    assert len(angles) == (2 * (1 + sessions) if links or inertia else 0)
+    x = problem.start + np.random.default_rng(3).normal(0.0, 1e-6, len(problem.start))
+    check_jacobian(lambda x: -problem.residual(x), problem.jacobian(x), x, tolerance=2e-5, step=1e-5)
+
+
+def test_tilts_alone_take_the_file_at_its_word():
+    data = replace(rows(arm()), position=None)
+    problem = Problem.build(arm(), data, effects=SOFT.names, noise=NOISE)
+    assert not any(n.startswith(("gravity", "tilt")) for n in problem.names)
+
+
+def test_how_the_arm_stands_is_read_from_its_base(tmp_path):
+    """Tilts find gravity and how askew inclinometers are mounted; the file then deflects as the arm does."""
+    standing = tilted(ODD, np.array([0.010, -0.006]))
+    actual = arm(standing)
+    data = rows(actual, 60)
+    rng = np.random.default_rng(5)
+    askew = {0: np.zeros(2), 2: np.array([4e-3, -2e-3]), 5: np.array([-1e-3, 3e-3])}
+    tilt = {k: t + askew[k] + rng.normal(0.0, 2e-5, t.shape) for k, t in data.tilt.items()}
+    data = replace(data, tilt=tilt, position=data.position + rng.normal(0.0, 2e-5, data.position.shape))
+    problem = Problem.build(arm(), data, free=(), noise=Noise(2e-5, 1e-4, tilt=2e-5))
+    found = problem.robot_at(Opt2(limit=60).search(problem).x)
+    turned = np.degrees(np.arccos(found.gravity @ standing / (ODD @ ODD)))
+    assert turned < 0.01
+    write_toml(found, tmp_path / "arm.toml")
+    np.testing.assert_allclose(read_toml(tmp_path / "arm.toml").gravity, found.gravity)
+    np.testing.assert_allclose(
+        tool_poses(read_toml(tmp_path / "arm.toml"), Motion(data.q))[:, :3, 3], data.position, atol=2e-4
+    )
+
+
+def test_each_channel_has_its_own_noise():
+    """Inclinometers that are off by much leave the weight of positions as it is."""
+    robot = arm()
+    data, rng = rows(robot, 80, links=(2,)), np.random.default_rng(2)
+    data = replace(
+        data,
+        position=data.position + rng.normal(0.0, 5e-5, data.position.shape),
+        tilt={2: data.tilt[2] + rng.normal(0.0, 5e-3, (80, 2))},
+    )
+    problem = Problem.build(robot, data, free=(), noise=NOISE)
+    left = of_residual(problem, problem.start)
+    assert left.position == pytest.approx(5e-5, rel=0.15)
+    assert left.tilt == pytest.approx(5e-3, rel=0.15)
+
+
+def test_sessions_keep_their_gravity_in_the_file(tmp_path):
+    robot = arm()
+    other = SessionFrames("b", robot.base, robot.tool, tilted(ODD, np.array([0.1, 0.0])))
+    robot = replace(robot, sessions=(other,), gravity_tolerance=1e-3)
+    write_toml(robot, tmp_path / "arm.toml")
+    back = read_toml(tmp_path / "arm.toml")
+    assert back.gravity_tolerance == 1e-3
+    np.testing.assert_allclose(back.in_session("b").gravity, other.gravity)
+    np.testing.assert_allclose(back.in_session("a").gravity, ODD)
+    assert robot.with_values(dict(zip(GRAVITY, (0.01, 0.0), strict=True))).gravity[1] != ODD[1]

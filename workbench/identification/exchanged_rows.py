@@ -1,0 +1,47 @@
+"""Rows whose measurements look exchanged: each of two that no arm explains has what the other should have."""
+
+from dataclasses import replace
+from itertools import combinations, permutations
+
+import numpy as np
+from jaxtyping import Int
+
+from workbench.data.dataset import Dataset
+from workbench.identification.fit import Fit
+from workbench.identification.outlying_rows import limits, row_sizes
+
+MOST = 30
+"""Rows set apart beyond which nobody exchanged two of them."""
+SEEN = ("position", "rotation", "markers", "distance")
+"""What an instrument saw."""
+
+
+def exchanged_rows(fit: Fit, data: Dataset, apart: Int[np.ndarray, " k"]) -> list[tuple[int, int]]:
+    """Numbers of the rows, two and two.
+
+    Args:
+        fit: To the other rows.
+        data: All rows.
+        apart: Rows that were set apart, indices into data.
+    """
+    if not 2 <= len(apart) <= MOST:
+        return []
+    pairs = list(permutations(range(len(apart)), 2))
+    here, there = (data.take(apart[[pair[k] for pair in pairs]]) for k in (0, 1))
+    seen = {n: getattr(there, n) for n in SEEN if getattr(there, n) is not None}
+    trial = fit.problem.again(data=replace(here, **seen), inertia=False)
+    sizes = row_sizes(trial, trial.at(fit.problem.named(fit.x)), np.zeros(len(pairs), bool))
+    own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool))
+    fits = dict(zip(pairs, np.all(sizes <= limits(own), axis=1).tolist(), strict=True))
+    rows = data.row[apart].tolist()
+    return [
+        (min(rows[i], rows[j]), max(rows[i], rows[j]))
+        for i, j in combinations(range(len(apart)), 2)
+        if fits[i, j] and fits[j, i]
+    ]
+
+
+def exchange_note(pairs: list[tuple[int, int]]) -> str:
+    """What to do about them."""
+    rows = "; ".join(f"rows {a} and {b} look exchanged" for a, b in pairs)
+    return f"{rows}: with their measurements exchanged they fit; correct the file"

@@ -1,0 +1,142 @@
+"""What of base, tool and gravity is unknown, session by session, and the arm once it is found."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.frame import FRAME_PARTS, Frame, SessionFrames
+from workbench.arm.gravity import LEVELLED, level_axes, levelled, tilted
+from workbench.arm.parameters import Parameter
+from workbench.arm.robot import Robot
+
+
+@dataclass(frozen=True, eq=False)
+class FrameFreedom:
+    """What of the base and tool is unknown, and whether each session has its own.
+
+    Args:
+        base: Parts of the base that are unknown, from `FRAME_PARTS`; empty if it is known.
+        tool: Likewise of the tool.
+        base_per_session: Whether every session has its own base.
+        tool_per_session: Whether every session has its own tool.
+        levelled: Whether the z axis of the measuring frame is known to point upwards.
+    """
+
+    base: tuple[str, ...] = ()
+    tool: tuple[str, ...] = ()
+    base_per_session: bool = False
+    tool_per_session: bool = False
+    levelled: bool = False
+
+    def session_frames(self, robot: Robot, session: str) -> SessionFrames:
+        """Frames from which the search begins: a session's own, unless all sessions are to share them."""
+        own = robot.session_frames(session)
+        base = robot.base if self.base and not self.base_per_session else own.base
+        tool = robot.tool if self.tool and not self.tool_per_session else own.tool
+        return SessionFrames(session, base, tool, own.gravity if self.base_per_session else None)
+
+    def placed(self, robot: Robot, sessions: Sequence[str]) -> Robot:
+        """The robot with the frames from which the search begins in each session."""
+        frames = tuple(self.session_frames(robot, name) for name in sessions)
+        own = all(f.base is robot.base and f.tool is robot.tool and f.gravity is None for f in frames)
+        return robot if own and not robot.sessions else replace(robot, sessions=frames)
+
+
+def frame_name(frame: str, per_session: bool, session: str) -> str:
+    """`base`, or `base[front]` where every session has its own."""
+    return f"{frame}[{session}]" if per_session else frame
+
+
+def gravity_names(session: str, freedom: FrameFreedom) -> tuple[str, str]:
+    """The two angles of gravity under a session: its own where every session has its own base."""
+    x, y = (f"{frame_name('gravity', freedom.base_per_session, session)}.{axis}" for axis in "xy")
+    return x, y
+
+
+def frame_parameters(
+    robot: Robot, sessions: Sequence[str], frames: FrameFreedom, bounds: Mapping | None
+) -> list[Parameter]:
+    """The unknown parts of base and tool, per session where they differ."""
+    parameters = []
+    for kind, parts, own in (
+        ("base", frames.base, frames.base_per_session),
+        ("tool", frames.tool, frames.tool_per_session),
+    ):
+        for session in sessions if own else sessions[:1]:
+            frame: Frame = getattr(robot.session_frames(session) if own else robot, kind)
+            for part in sorted(parts, key=FRAME_PARTS.index):
+                place = FRAME_PARTS.index(part)
+                nominal, unit = (float(frame.xyz[place]), "m") if place < 3 else (0.0, "rad")
+                name = f"{frame_name(kind, own, session)}.{part}"
+                parameters.append(Parameter.bounded(name, unit, nominal, bounds))
+    return parameters
+
+
+def moved_frame(frame: Frame, kind: str, session: str, values: Mapping[str, float]) -> Frame:
+    """A session's frame with its parts set to values by name."""
+    parts = [
+        values.get(f"{kind}[{session}].{part}", float(frame.xyz[i]) if i < 3 else 0.0)
+        for i, part in enumerate(FRAME_PARTS)
+    ]
+    return frame.moved(np.array(parts))
+
+
+def moved_robot(
+    nominal: Robot, freedom: FrameFreedom, measured: Sequence[str], values: Mapping[str, float]
+) -> Robot:
+    """A robot with unknowns set by name, those of its sessions and of the measured ones included."""
+    robot = nominal.with_values({n: v for n, v in values.items() if "[" not in n})
+    known = not any(n.startswith("gravity") for n in values)
+    if freedom.levelled and known:
+        robot = replace(robot, gravity=levelled(robot.gravity, robot.base.rotation))
+    if not (freedom.base_per_session or freedom.tool_per_session or nominal.sessions):
+        return robot
+    sessions = []
+    for name in dict.fromkeys([*(s.name for s in nominal.sessions), *measured]):
+        old = freedom.session_frames(nominal, name)
+        base, tool, gravity = old.base, old.tool, old.gravity
+        if freedom.base:
+            base = moved_frame(base, "base", name, values) if freedom.base_per_session else robot.base
+        if freedom.tool:
+            tool = moved_frame(tool, "tool", name, values) if freedom.tool_per_session else robot.tool
+        angles = gravity_names(name, freedom)
+        if freedom.levelled and known:
+            gravity = levelled(robot.gravity, base.rotation)
+        elif freedom.base_per_session and angles[0] in values:
+            here = nominal.gravity if gravity is None else gravity
+            gravity = tilted(here, np.array([values[n] for n in angles]))
+        sessions.append(SessionFrames(name, base, tool, gravity))
+    return replace(robot, sessions=tuple(sessions))
+
+
+def on_level(robot: Robot, sessions: Sequence[str], freedom: FrameFreedom) -> Robot:
+    """The robot with gravity along the z axis of the measuring frame, as its bases stand there now."""
+    placed = []
+    for frames in (freedom.session_frames(robot, name) for name in sessions):
+        own = levelled(robot.gravity, frames.base.rotation) if freedom.base_per_session else None
+        placed.append(replace(frames, gravity=own))
+    gravity = levelled(robot.gravity, robot.base.rotation)
+    return replace(robot, gravity=gravity, sessions=tuple(placed) if robot.sessions else ())
+
+
+def level_wall(
+    robot: Robot, sessions: Sequence[str], frames: FrameFreedom, names: Sequence[str]
+) -> Iterator[tuple[tuple[str, ...], Float[np.ndarray, "2 k"]]]:
+    """Prior knowledge that gravity lies along the z axis of the measuring frame: it turns against the base.
+
+    Args:
+        names: The unknowns.
+
+    Yields:
+        Unknowns, and what of them is 0 with unit variance.
+    """
+    owners = {gravity_names(s, frames): s for s in reversed(sessions)}
+    for angles, session in owners.items():
+        base = frame_name("base", frames.base_per_session, session)
+        arm = frames.placed(robot, sessions).in_session(session)
+        parts = [f"{base}.{part}" for part in ("roll", "pitch", "yaw")]
+        mine = [k for k, name in enumerate(parts) if name in names]
+        wall = np.concatenate([np.eye(2), level_axes(arm.gravity)[:2, mine]], axis=1)
+        yield (*angles, *(parts[k] for k in mine)), wall / LEVELLED

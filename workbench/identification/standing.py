@@ -1,0 +1,107 @@
+"""How an arm stands: gravity's direction in its base, against what its file says.
+
+A direction that differs by more than a few of the file's standard deviations contradicts it, and is then
+looked for anywhere (`FREE`), as the prior of the file would keep it half-way. The odds that the file is
+wrong are those of the found angles x with covariance Σ under either belief,
+
+    log odds = log N(x; 0, Σ + f² 1) − log N(x; 0, Σ + t² 1),      f = FREE, t the file's tolerance
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.gravity import angles_between
+from workbench.arm.joint import EXACT
+from workbench.arm.robot import Robot
+from workbench.identification.fit import Fit
+from workbench.identification.frame_freedom import gravity_names
+from workbench.identification.problem import Problem
+
+CONTRADICTED = 3.0
+"""Standard deviations by which gravity may differ from the file."""
+CLEAR = 4.0
+"""Standard errors from which on a difference is mentioned."""
+FREE = 0.5
+"""Standard deviation of an arm that stands otherwise than its file says [rad]."""
+MOST_ODDS = 1e12
+
+
+@dataclass(frozen=True, eq=False)
+class Standing:
+    """What a fit says of gravity under one placement of the arm.
+
+    Args:
+        session: Its name; empty where all share theirs.
+        angles: Found [rad].
+        covariance: Of these.
+        tolerance: Of the file [rad].
+    """
+
+    session: str
+    angles: Float[np.ndarray, "2"]
+    covariance: Float[np.ndarray, "2 2"]
+    tolerance: float
+
+    @property
+    def size(self) -> float:
+        """Angle between gravity and the file's [rad]."""
+        return float(np.linalg.norm(self.angles))
+
+    @property
+    def error(self) -> float:
+        """Its standard error [rad]."""
+        along = self.angles / max(self.size, 1e-300)
+        return float(np.sqrt(along @ self.covariance @ along))
+
+    @property
+    def is_contradicted(self) -> bool:
+        """Whether the file is wrong about it."""
+        return self.size > CONTRADICTED * self.tolerance and self.size > CLEAR * self.error
+
+    @property
+    def odds(self) -> float:
+        """That the file is wrong, as in the module."""
+        wide, narrow = (self._log_density(width) for width in (FREE, self.tolerance))
+        return float(np.exp(np.clip(wide - narrow, 0.0, np.log(MOST_ODDS))))
+
+    def _log_density(self, width: float) -> float:
+        """Of the angles, if an arm stands by so much off its file as a rule; up to a constant."""
+        spread = self.covariance + width**2 * np.eye(2)
+        return -0.5 * float(self.angles @ np.linalg.solve(spread, self.angles) + np.linalg.slogdet(spread)[1])
+
+    @property
+    def words(self) -> str:
+        """How far it stands off."""
+        where = f"in session {self.session} the arm" if self.session else "the arm"
+        size, error = np.rad2deg([self.size, self.error])
+        return f"{where} stands {size:.3g} ± {error:.2g}° off what its file says"
+
+
+def freed(problem: Problem, fit: Fit) -> Problem:
+    """The problem with gravity free to be anywhere, if a fit contradicts what the file says of it."""
+    if problem.frames.levelled or problem.robot.gravity_tolerance >= FREE:
+        return problem
+    far = CONTRADICTED * problem.robot.gravity_tolerance
+    if not any(np.linalg.norm(fit.x[mine]) > far for _, mine in _angles(fit)):
+        return problem
+    return replace(problem, robot=replace(problem.robot, gravity_tolerance=FREE))
+
+
+def standings(fit: Fit, file: Robot) -> Iterator[Standing]:
+    """What a fit found of gravity, placement by placement; nothing where it was not asked."""
+    arm = fit.calibrated
+    for session, mine in _angles(fit):
+        said, found = (r.in_session(session).gravity for r in (file, arm))
+        covariance = fit.covariance[np.ix_(mine, mine)]
+        yield Standing(session, angles_between(said, found), covariance, max(file.gravity_tolerance, EXACT))
+
+
+def _angles(fit: Fit) -> Iterator[tuple[str, list[int]]]:
+    """Session (empty where all share theirs), and places in x of its angles."""
+    names, frames = fit.problem.names, fit.problem.frames
+    for angles in dict.fromkeys(gravity_names(s, frames) for s in fit.problem.data.sessions):
+        if angles[0] in names:
+            yield angles[0].partition("[")[2].partition("]")[0], [names.index(n) for n in angles]

@@ -1,0 +1,55 @@
+"""Rows about a step of which the measurements don't tell on which side they lie.
+
+The step is put before each row at most `NEAR` places off, all else as it was fitted. Rows between places that
+are about as likely are undecided: fitted on either side, they could pull what is found there.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from workbench.arm.effects.events import AbstractStep
+from workbench.arm.motion import Motion
+from workbench.data.dataset import Dataset
+from workbench.identification.problem import Problem
+
+NEAR = 2
+"""Rows on either side of a step that may be undecided."""
+UNDECIDED = "measured while something moved, by the other rows"
+LIKELY = 3.0
+"""Log likelihood by which another place may be worse and still be as good: odds of 20."""
+
+
+def undecided_rows(problem: Problem, x: Float[np.ndarray, " p"], data: Dataset) -> Bool[np.ndarray, " rows"]:
+    """Which rows lie between likely places of a step.
+
+    Args:
+        problem: Its arm has the steps.
+        x: Its answer.
+        data: The fitted rows, and others.
+    """
+    out, arm = np.zeros(len(data), bool), problem.robot_at(x)
+    for event in (e for e in arm.effects if isinstance(e, AbstractStep)):
+        clock = event.clock(Motion.of(data))
+        if clock is None:
+            continue
+        order, before = np.argsort(clock, kind="stable"), int((clock < event.moment).sum())
+        if not 0 < before < len(data):
+            continue
+        places = range(max(before - NEAR, 1), min(before + NEAR, len(data) - 1) + 1)
+        near, costs = data.take(np.sort(order[places[0] - 1 : places[-1] + 1])), []
+        for place in places:
+            row, time = int(data.row[order[place]]), float(clock[order[place]])
+            moved = event if place == before else replace(event, row=row, time_s=time)
+            there = problem.again(
+                robot=replace(arm, effects=tuple(moved if e is event else e for e in arm.effects)),
+                data=near,
+                effects=[],
+                inertia=False,
+            )
+            residual = there.residual(there.at(problem.named(x)))[: there.size]
+            costs.append(0.5 * float(residual @ residual))
+        likely = [p for p, c in zip(places, costs, strict=True) if c < min(costs) + LIKELY]
+        out[order[min([*likely, before]) : max([*likely, before])]] = True
+    return out
