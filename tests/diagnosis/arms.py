@@ -22,7 +22,7 @@ from decide import Sight, decidable, shows
 from draws import HOUR, draw, settled
 from generator import four, move, rotation
 from laws import State, wound
-from laws import poses as bent_poses
+from laws import poses as deflected_poses
 from morphologies import ARMS, MORPHOLOGIES
 
 from workbench.arm.robot_toml import read_toml
@@ -101,7 +101,7 @@ def make(
         seed=seed,
         robot=robot_of(nominal, arm, free_frames),
         data=_table(data, state, known, observation),
-        exact=_table(bent_poses(actual, hidden, exact), exact, known, "pose"),
+        exact=_table(deflected_poses(actual, hidden, exact), exact, known, "pose"),
         truth=tuple(required(e) for e in hidden if e not in small and not chosen.nameless),
         allowed=tuple(permitted(chosen, hidden, nominal.dof)),
         misseated=off,
@@ -177,7 +177,7 @@ def _drawn(kind, arm, state, rng):
 
 def _measured(arm, hidden, state, sigma, rng, misseated):
     """Poses with noise, and the rows that are off."""
-    seen = bent_poses(arm, hidden, state)
+    seen = deflected_poses(arm, hidden, state)
     rows = len(seen)
     seen[:, :3, 3] += sigma[0] * rng.standard_normal((rows, 3))
     seen[:, :3, :3] = rotation(sigma[1] * rng.standard_normal((rows, 3))) @ seen[:, :3, :3]

@@ -62,6 +62,8 @@ def named(thing) -> Iterator[Named]:
     """Names in an effect, in a record that holds one, or in a cause of several."""
     if isinstance(thing, str):
         yield Named(thing)
+    elif hasattr(thing, "whole"):
+        yield from named(thing.whole)
     elif getattr(thing, "effects", ()):
         for effect in thing.effects:
             yield from named(effect)

@@ -14,7 +14,7 @@ from cases import CASES, Case, required
 from decide import Sight, decidable, shows
 from generator import rotation
 from laws import State, wound
-from laws import poses as bent_poses
+from laws import poses as deflected_poses
 
 GRID = 5
 """Positions of each joint on a grid of poses."""
@@ -83,7 +83,7 @@ def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
     rng = np.random.default_rng([seed, 77])
     state = _chosen(case, given, rng)
     told = _as_filed(MORPHOLOGIES[arm](), given, rng)
-    seen = bent_poses(case.actual, case.hidden, state)
+    seen = deflected_poses(case.actual, case.hidden, state)
     noise = _noise(given, rng, (len(seen), 6)) * np.repeat(given.sigma, 3)
     seen[:, :3, 3] += noise[:, :3]
     seen[:, :3, :3] = rotation(noise[:, 3:]) @ seen[:, :3, :3]

@@ -18,7 +18,7 @@ import generator
 import numpy as np
 from draws import FEEBLE
 from laws import WARM, Effect, State, straight_moments
-from laws import poses as bent_poses
+from laws import poses as deflected_poses
 
 from workbench.arm.effects import EFFECTS
 from workbench.arm.inverse.damped_newton import Task
@@ -98,7 +98,7 @@ def hide(actual, rng: np.random.Generator) -> tuple[Effect, ...]:
 def calibrate(robot: Robot, actual, hidden, rng: np.random.Generator) -> Robot:
     """Geometry and the sizes of the effects from noisy poses; the effects' names are known, nothing else."""
     q = drawn.useful(actual, actual.random(rng, 8 * ROWS))[:ROWS]
-    seen = bent_poses(actual, hidden, state_of(q))
+    seen = deflected_poses(actual, hidden, state_of(q))
     turned = generator.rotation(SIGMA[1] * rng.standard_normal((ROWS, 3))) @ seen[:, :3, :3]
     rows = Dataset(
         q=q,
@@ -124,7 +124,7 @@ def _follow(calibrated: Robot, robot: Robot, actual, hidden, path: Planned) -> F
     command = command_joints(calibrated, robot, path.q, positions_only=path.task is Task.POSITION)
 
     def missed(q: np.ndarray) -> np.ndarray:
-        return np.linalg.norm(bent_poses(actual, hidden, state_of(q))[:, :3, 3] - wanted, axis=1)
+        return np.linalg.norm(deflected_poses(actual, hidden, state_of(q))[:, :3, 3] - wanted, axis=1)
 
     return Followed(
         missed(path.q), *(missed(compensate(command, method=m).q) for m in ("one-step", "iterated"))

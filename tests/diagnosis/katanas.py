@@ -12,7 +12,7 @@ import generator
 import numpy as np
 from arms import robot_of
 from generator import VirtualArm, rotation
-from laws import Effect, State, bent_links, poses
+from laws import Effect, State, deflected_links, poses
 
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
@@ -114,7 +114,7 @@ def inclined(actual, hidden, plan, rng):
 
     The link is turned by the noise before its inclinometer is read; gravity acts along −z.
     """
-    links, _ = bent_links(actual, hidden, still(plan.q, plan.added))
+    links, _ = deflected_links(actual, hidden, still(plan.q, plan.added))
     tilt = {}
     for number, link in enumerate(links, start=1):
         noise = METER.deviations[1] * rng.standard_normal((len(link), 3))

@@ -2,7 +2,7 @@
 
 The laws are written anew from the words of the catalogue. A joint turns by a small rotation vector right
 before its drive, in the axes there; lengths may grow, and the measuring frame may creep. Moments are those
-that hold the links at rest, taken on the arm as it is bent: the bent arm is found by rounds.
+that hold the links at rest, taken on the arm as it is deflected: the deflected arm is found by rounds.
 
 Of a sliding joint the third number of such a vector is a shift along its axis, and the third of its moments
 the force along it. Effects that the catalogue does not hold have names of their own: `dent`, `kinked gear`,
@@ -16,7 +16,7 @@ import numpy as np
 from generator import VirtualArm, four, move, rotation
 
 ROUNDS = 10
-"""Most rounds of the bent arm; each brings three digits, half of one where moments flip play."""
+"""Most rounds of the deflected arm; each brings three digits, half of one where moments flip play."""
 SAME = 1e-15
 """Change of every angle [rad] at which further rounds change nothing."""
 WARM = 20.0
@@ -293,8 +293,8 @@ def straight_moments(arm: VirtualArm, state: State):
     return holding(arm, *straight(arm, state), state)
 
 
-def bent_links(arm: VirtualArm, effects, state: State):
-    """Transforms (joints, rows, 4, 4) to each link of the bent arm in its first frame, and growth (rows,)."""
+def deflected_links(arm: VirtualArm, effects, state: State):
+    """Transforms (joints, rows, 4, 4) to each link of the deflected arm in its first frame, and growth."""
     growth = 1.0 + sum(e.size[0] * (state.temperature - WARM) for e in effects if e.name == "thermal-growth")
     growth = growth * np.ones(len(state.q))
     joints, bend = pieces(arm, state.q, growth), np.zeros((*state.q.shape, 3))
@@ -309,7 +309,7 @@ def bent_links(arm: VirtualArm, effects, state: State):
 
 def poses(arm: VirtualArm, effects, state: State):
     """Poses (rows, 4, 4) of the tool in the measuring frame."""
-    links, growth = bent_links(arm, effects, state)
+    links, growth = deflected_links(arm, effects, state)
     return _base(arm, effects, state) @ links[-1] @ _grown(arm.tool, growth)
 
 

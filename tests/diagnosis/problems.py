@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from workbench.arm.robot import FRAME_PARTS
-from workbench.diagnosis.refit import Fitted, refit
+from workbench.arm.frame import FRAME_PARTS
+from workbench.diagnosis.refit import FittedModel, refit
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import FrameFreedom, Noise
 
@@ -24,7 +24,7 @@ def geometric(case, *, rows=None, free_frames=False):
     return Problem.build(case.robot, data, noise=Noise(*case.sigma), frames=frames)
 
 
-def fitted(case, *, rows=None) -> Fitted:
+def fitted(case, *, rows=None) -> FittedModel:
     """Its geometry fitted."""
     return refit(geometric(case, rows=rows), None, ())
 

@@ -233,7 +233,7 @@ def test_nothing_found_is_said_plainly(nothing):
 
 def test_the_folder_has_everything(page, diagnosed):
     path, parsed = page
-    names = {"errors", "ranking", "effect-1", "effect-2", "shapes", "arrows"}
+    names = {"errors", "ranking", "effect-1", "effect-2", "shapes", "structure", "arrows"}
     wanted = {PAGE, RESULT, *(f"diagnosis-{name}.png" for name in names)}
     assert {p.name for p in path.parent.iterdir()} == wanted
     assert json.loads((path.parent / RESULT).read_text()) == json.loads(json.dumps(diagnosis_json(diagnosed)))
@@ -261,7 +261,7 @@ def test_an_older_report_goes(nothing, page, tmp_path):
         PAGE,
         RESULT,
         "mine.txt",
-        *(f"diagnosis-{name}.png" for name in ("errors", "ranking", "arrows")),
+        *(f"diagnosis-{name}.png" for name in ("errors", "ranking", "structure", "arrows")),
     }
     assert "Nothing:" in (folder / PAGE).read_text()
 
@@ -283,7 +283,7 @@ def test_the_drawn_shape_is_the_hidden_one_within_its_band(diagnosed):
 def test_rows_show_the_law_of_every_effect(name):
     """At a model without the effect, exact rows show its law in the increment over its driver."""
     robot = load_robot("aria")
-    words = name if name in ("thermal-growth", "base-drift") else f"{name}:3"
+    words = name if EFFECTS[name].whole_arm else f"{name}:3"
     actual, rows = measure_poses(robot, 40, effects=(words,), actual=robot, instrument="ideal", seed=4)
     (effect,) = actual.effects
     alone = replace(effect, coefficients=_only_last(effect))
@@ -302,7 +302,7 @@ def test_rows_show_the_law_of_every_effect(name):
 
 def _only_last(effect):
     """All of a joint's shape, or the last of coefficients that act on elements of their own."""
-    if effect.name in ("link-flexure", "base-drift"):
+    if effect.name in ("link-flexure", "base-drift", "frame-step", "tool-step"):
         return (*[0.0] * (len(effect.names) - 1), effect.coefficients[-1])
     return effect.coefficients
 

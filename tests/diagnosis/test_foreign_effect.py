@@ -15,7 +15,7 @@ import workbench.base.registry as registry
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS, AbstractEffect, Loads
 from workbench.arm.effects.axes import diagonal, driven_names, own
-from workbench.arm.effects.plots import State
+from workbench.arm.effects.plots import DeflectedRows
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
@@ -223,9 +223,9 @@ def test_sizes_and_pictures_have_defaults():
     motion = Motion(rng.uniform(-1.0, 1.0, (9, 6)), temperature=rng.uniform(15.0, 30.0, 9))
     for name, labels in expected.items():
         (effect,), _ = hidden_effects(robot, [name], rng=rng)
-        bent = robot.with_effects(effect)
-        assert effect.units(bent.chain) == ("rad",)
-        state = State(bent.chain, motion, deflect(bent, motion).wrenches)
+        deflected = robot.with_effects(effect)
+        assert effect.units(deflected.chain) == ("rad",)
+        state = DeflectedRows(deflected.chain, motion, deflect(deflected, motion).wrenches)
         (view,) = effect.views(state)
         assert (view.what, view.driver) == labels
         moved = view.law[:, None] * view.direction

@@ -23,7 +23,7 @@ from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.refit import refit
 
 EXACT, BENT = 1e-4, 0.01
-"""Of a column's length: for an arm that nothing bends, and where the moments would be bent once more."""
+"""Of a column's length: for an arm that nothing bends, and where the moments would be deflected once more."""
 ROWS = np.arange(40)
 FOLD = np.arange(40) % 4
 BAND = JointHarmonic((3,), order=(1, 2, 3))
@@ -99,8 +99,8 @@ def test_accepted_effects_are_given_back_to_the_residual():
     soft = case.hidden[0].joints
     candidate = Candidate(JointCompliance(soft))
     first = compress(stage.problem, stage.fit.x, [candidate.effect], FOLD)
-    bent = refit(stage.problem, first, (Term(candidate),))
-    problem, x = bent.problem, bent.fit.x
+    deflected = refit(stage.problem, first, (Term(candidate),))
+    problem, x = deflected.problem, deflected.fit.x
     grams = compress(problem, x, [candidate.effect, EncoderScale((0,))], FOLD)
     (name,) = candidate.names
     i = problem.names.index(name)

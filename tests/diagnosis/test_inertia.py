@@ -24,13 +24,13 @@ LOADED = (
 
 
 def test_columns_of_masses_are_central_differences():
-    """Of the bent arm: moments change with the masses, and with them how far joints give way."""
+    """Of the deflected arm: moments change with masses and gravity, and with them how far joints give way."""
     case = make("compliance", 3, poses=12)
     names = [n for e in LOADED for n in e.names]
     problem = Problem.build(case.robot.with_effects(*LOADED), case.data, effects=names, inertia=True)
     x, jacobian = problem.start, problem.jacobian(problem.start)
     mine = [i for i, p in enumerate(problem.parameters) if p.is_inertia]
-    assert len(mine) == 4 * case.robot.dof
+    assert len(mine) == 4 * case.robot.dof + 2
     for i in mine:
         ends = [np.where(np.arange(len(x)) == i, x + s, x) for s in (1e-5, -1e-5)]
         slope = (problem.residual(ends[0]) - problem.residual(ends[1])) / -2e-5

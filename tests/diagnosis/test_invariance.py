@@ -7,7 +7,7 @@ import pytest
 from arms import make
 from scipy.spatial.transform import Rotation
 
-from workbench.arm.robot import Frame
+from workbench.arm.frame import Frame
 from workbench.base import se3
 from workbench.data.readers.read import read_measurements
 from workbench.diagnosis.diagnose import diagnose

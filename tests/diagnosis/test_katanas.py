@@ -31,11 +31,11 @@ def test_the_arm_as_made_stands_where_the_generator_says(seed):
     off = change(tool_poses(robot, Motion(case.state.q)), poses(case.actual, case.hidden, case.state))
     held = straight_moments(case.actual, case.state)[:, TILTING]
     firm = (np.linalg.norm(held[:, :, :2], axis=2) > UPRIGHT).all(1)
-    bent = change(
+    deflected = change(
         tool_poses(robot.with_effects(), Motion(case.state.q)), poses(case.actual, case.hidden, case.state)
     )
     assert firm.mean() > 0.9
-    assert np.abs(bent[:, :3]).max() > 1e-3
+    assert np.abs(deflected[:, :3]).max() > 1e-3
     assert np.abs(off[firm, :3]).max() < 1e-6
 
 

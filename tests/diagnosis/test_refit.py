@@ -14,7 +14,7 @@ from workbench.diagnosis import refit as refits
 from workbench.diagnosis.evidence import Term, left_by, offer
 from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.refit import linear_answer, refit, robot_with, with_own_noise
-from workbench.identification.undetermined_combinations import factorise, factorise_pieces
+from workbench.identification.undetermined_combinations import factorise, factorise_pieces, factorise_products
 
 BAND = JointHarmonic((1,), order=tuple(range(1, 9)))
 FOLD = np.arange(120) % 5
@@ -125,3 +125,25 @@ def test_noise_is_what_the_fit_leaves():
     left = with_own_noise(stage, geometric(case)).noise
     assert left.position == pytest.approx(case.sigma[0], rel=0.15)
     assert left.rotation == pytest.approx(case.sigma[1], rel=0.15)
+
+
+def test_inner_products_factorise_as_the_rows_do_or_say_that_they_can_not():
+    fit = fitted(make("none", 2)).fit
+    at, units = fit.problem.evaluate(fit.x), fit.problem.units
+    whole = factorise(at.jacobian, at.residual, units)
+    found = factorise_products([(at.residual, at.jacobian)], units)
+    assert found.s == pytest.approx(whole.s, rel=1e-6)
+    assert found.step() == pytest.approx(whole.step(), abs=1e-9)
+    assert found.covariance() == pytest.approx(whole.covariance(), rel=1e-5, abs=1e-15)
+    twice = np.column_stack([at.jacobian, at.jacobian[:, :1]])
+    assert factorise_products([(at.residual, twice)], np.append(units, units[0])) is None
+
+
+def test_heavy_fits_keep_one_curvature_and_end_where_the_others_end(monkeypatch):
+    stage, grams, model = offered(make("compliance", 2))
+    begin = linear_answer(stage, grams, model)
+    whole = refit(stage.problem, grams, model, begin=begin).fit
+    monkeypatch.setattr(refits.noises, "HEAVY", 0.0)
+    heavy = refit(stage.problem, grams, model, begin=begin).fit
+    assert heavy.problem.names == whole.problem.names
+    assert heavy.history[-1] == pytest.approx(whole.history[-1], rel=1e-5)

@@ -13,8 +13,8 @@ from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.final_fit import neighbours
 from workbench.diagnosis.result import Verdict
+from workbench.diagnosis.structure import neighbours
 from workbench.identification.problem import Noise
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -86,9 +86,9 @@ def test_few_rows_are_not_told_that_joints_moved_together(soft):
 
 def test_a_repeated_row_is_not_its_own_neighbour():
     q = np.repeat(np.random.default_rng(0).uniform(-1.0, 1.0, (30, 6)), 4, axis=0)
-    near = neighbours(q)
-    assert (near != np.arange(120)).all()
-    assert (near // 4 == np.arange(120) // 4).all()
+    near = neighbours(q, 3)
+    assert (near != np.arange(120)[:, None]).all()
+    assert (near // 4 == np.arange(120)[:, None] // 4).all()
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,9 @@
 """Candidate columns: derivatives of every residual component with respect to effect coefficients.
 
 An effect's column is the sum of its elements' twists times its law, seen by the block's observation and
-whitened; the moments are those of the arm as it is bent by what was accepted. Of the total derivative the
-part that bends the moments once more is left out: it is of second order, and refits do not use these columns.
+whitened; the moments are those of the arm as it is deflected by what was accepted. Of the total derivative
+the part that bends the moments once more is left out: it is of second order, and refits do not use these
+columns.
 """
 
 from collections.abc import Iterator, Sequence
@@ -17,7 +18,7 @@ from workbench.arm.kinematics.observed_link import watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
-from workbench.arm.statics.wrenches import inertia_regressor, masses, motion_wrenches, own_axis
+from workbench.arm.statics.wrenches import load_regressor, masses, motion_wrenches, own_axis
 from workbench.base.threads import in_order
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import Block
@@ -47,28 +48,51 @@ def candidate_columns(
         problem: Its arm carries what was accepted so far.
         x: Its answer.
         effects: Without common coefficients; K of these in all.
-        weighed: Fitted effects of load; masses and centres act through each of them.
+        weighed: Fitted effects of load; masses, centres and gravity act through each of them.
 
     Yields:
-        A block of the problem, and the derivative of its residual components in coefficients, then in masses
-        and centres through each of `weighed`.
+        A block of the problem, and the derivative of its residual components in coefficients, then in all of
+        the problem's `inertia_tolerance` through each of `weighed`.
     """
+    own = sum(len(e.names) for e in effects)
 
     def columns(arm: tuple[Block, Robot, Motion]) -> np.ndarray:
         block, robot, motion = arm
         if not effects:
             return np.zeros((block.stop - block.start, 0))
-        found = effect_twists(robot, motion, effects, weighed=weighed, link=block.observation.link)
-        return _seen(problem, x, block, *found)
+        link = block.observation.link
+        found = effect_twists(
+            robot, motion, effects, weighed=weighed, varying=_acting(problem, block)[1], link=link
+        )
+        seen = _seen(problem, x, block, *found)
+        return seen if not weighed else np.concatenate([seen[:, :own], placed(block, seen[:, own:])], axis=1)
+
+    def placed(block: Block, seen: np.ndarray) -> np.ndarray:
+        """Columns of what acts in a block's session in the places of what acts in any."""
+        index = {name: k for k, name in enumerate(problem.inertia_tolerance)}
+        mine = [index[problem.names[place]] for place in _acting(problem, block)[0]]
+        out = np.zeros((len(seen), len(weighed), len(index)))
+        out[:, :, mine] = seen.reshape(len(seen), len(weighed), -1)
+        return out.reshape(len(seen), -1)
 
     yield from zip(problem.blocks, in_order(columns, tuple(_arms(problem, x))), strict=True)
+
+
+def _acting(problem: Problem, block: Block) -> tuple[np.ndarray, np.ndarray]:
+    """Places in x, and columns of `load_regressor`, of what acts on a block's rows through loads alone."""
+    if block.deflected is None:
+        return np.zeros(0, np.int64), np.zeros(0, np.int64)
+    places = np.concatenate([block.deflected.inertia, block.deflected.gravity])
+    alone = np.array([problem.parameters[place].is_inertia for place in places], bool)
+    return places[alone], block.deflected.varying[alone]
 
 
 def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[Block, Robot, Motion]]:
     """The arm at x with the frames of every block, and the block's rows."""
     arm, motion = problem.frames.placed(problem.robot_at(x), problem.data.sessions), Motion.of(problem.data)
     for block in problem.blocks:
-        yield block, arm.in_session(block.session), motion.take(block.rows)
+        mine = motion.take(block.rows) if block.deflected is None else block.deflected.motion
+        yield block, arm.in_session(block.session), mine
 
 
 def _seen(problem: Problem, x: np.ndarray, block: Block, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
@@ -84,6 +108,7 @@ def effect_twists(
     effects: Sequence[AbstractEffect],
     *,
     weighed: Sequence[AbstractEffect] = (),
+    varying: np.ndarray | None = None,
     link: int | None = None,
 ) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 k"]]:
     """Poses of an arm with the effects that it has, and the tool's twist per coefficient of further ones.
@@ -91,21 +116,24 @@ def effect_twists(
     Args:
         effects: Further ones.
         weighed: Effects of load, sized, through which the twists per mass and centre are wanted too.
+        varying: Which of these, as `load_regressor` has them.
         link: The moving link, from 1, that is watched from a level frame in place of the tool.
     """
-    bent = deflect(robot, motion)
+    deflected = deflect(robot, motion)
     offered = {name for e in effects for name in e.names}
     wide = robot.with_effects(*effects, *(e for e in robot.effects if not offered & set(e.names)))
     chain = wide.chain
     shift = np.zeros((len(motion), len(chain.elements)))
-    shift[:, chain.indices([e.name for e in robot.chain.elements])] = bent.shift
+    shift[:, chain.indices([e.name for e in robot.chain.elements])] = deflected.shift
     loaded = any(e.loads for e in effects)
-    wrenches = known_wrenches(robot, motion, bent.shift) if loaded else NO_WRENCHES
+    wrenches = known_wrenches(robot, motion, deflected.shift) if loaded else NO_WRENCHES
     moved = {e: chain.indices(e.elements(chain)) for e in (*effects, *weighed)}
     union, where = np.unique(np.concatenate(list(moved.values())), return_inverse=True)
     view = watched(wide, link)
     poses, twists = view.turned(*chains.twists(chain, motion.q, union, shift=shift, part=view.part))
-    known = inertia_regressor(robot, motion, masses(robot), shift=bent.shift) if weighed else NO_WRENCHES
+    known = NO_WRENCHES
+    if weighed and varying is not None:
+        known = load_regressor(robot, motion, masses(robot), varying, shift=deflected.shift)
     parts, start = [], 0
     for k, (effect, places) in enumerate(moved.items()):
         mine = twists[:, :, where[start : start + len(places)]]

@@ -14,6 +14,7 @@ from workbench.arm.effects.effect import moved_joints
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
+from workbench.base.columns import row_drivers
 from workbench.diagnosis.candidate_columns import known_wrenches
 
 IDLE = 0.01
@@ -75,7 +76,7 @@ def _drivers(motion: Motion) -> Iterator[str]:
     """Sentences on drivers that don't vary, or vary together."""
     if motion.payload is not None and len(motion) and np.ptp(motion.payload) == 0.0:
         yield "the payload is the same in all rows: it can't be separated from the arm's own weight"
-    known = {n: v for n, v in motion.drivers.items() if n in ("time", "temperature", "payload")}
+    known = {n: v for n, v in motion.drivers.items() if n in row_drivers()}
     varied = {n: v for n, v in known.items() if np.isfinite(v).all() and np.ptp(v) > 0}
     for a, b in combinations(varied, 2):
         together = abs(np.corrcoef(varied[a], varied[b])[0, 1])

@@ -13,23 +13,32 @@ those of the evidence against the best effect of another claim in the cause's pl
 holds the cause as a special case and has more coefficients is no rival. They are stated as they would survive
 other rows of the same arm: less one standard error of their logarithm, found by leaving out fold after fold.
 What every part of the rows prefers stays probable; what other rows might leave too small is no more.
+
+However large the odds, a cause is no more than probable
+
+- while what it leaves is smooth over postures, or in the order of the rows, by a third of what it explains:
+  another law may then do what this one does, and rows that share an error count as more than they tell;
+- where the rows can't tell what drives it from what else differs between them (`AbstractEffect.doubt`).
+
+A cause that is certain names the joints of which a coefficient exceeds four standard errors, and no others.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
-from workbench.arm.effects import AbstractEffect, Candidate
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.wording import joint_list
+from workbench.diagnosis.events import PART
 from workbench.diagnosis.evidence import (
     SURE,
-    Left,
     Model,
     Offer,
     Term,
@@ -40,8 +49,13 @@ from workbench.diagnosis.evidence import (
     standard_error,
     validated,
 )
+from workbench.diagnosis.named_joints import CLEAR, clearness, sentence_of, without_joints
+from workbench.diagnosis.one_less import validated_without
+from workbench.diagnosis.places import best_of, includes, place_of
 from workbench.diagnosis.rounds import Searched
-from workbench.diagnosis.stepwise_search import kind_of, worth
+from workbench.diagnosis.smooth_part import smooth_part
+from workbench.diagnosis.stepwise_search import kind_of
+from workbench.diagnosis.survival import Survival, survival
 from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.problem import Noise
 
@@ -53,42 +67,6 @@ MUCH_WORSE = 100.0
 """… and how far below the effect's it may lie at most."""
 RANKED = 40
 """Candidates in the ranking."""
-
-
-@dataclass(frozen=True, eq=False)
-class Place:
-    """The place of some accepted terms, and what would do instead.
-
-    Args:
-        left: What the rest of the model leaves.
-        own: Log evidence of the terms in it.
-        offers: What other claims would add there, the best first.
-    """
-
-    left: Left
-    own: float
-    offers: Sequence[Offer]
-
-
-def place_of(searched: Searched, group: Model) -> Place:
-    """The place of some terms of the accepted model."""
-    rest = drop(searched.found.model, group)
-    left = left_by(searched.grams, rest)
-    others = [
-        c
-        for c in searched.offered.candidates
-        if not _same_claim(c, group) and not any(c.excludes(t.candidate) for t in rest)
-    ]
-    found = offers(left, others, group=group)
-    return Place(left, worth(searched.grams, rest, group), sorted(found, key=lambda o: -o.gain))
-
-
-def _same_claim(other: Candidate, group: Model) -> bool:
-    """Whether another candidate would claim the same as some terms."""
-    if kind_of(Term(other)) != kind_of(group[0]):
-        return False
-    joints = {j for t in group for j in t.candidate.effect.joints}
-    return other.alike or len(group) > 1 or set(other.effect.joints) == joints
 
 
 def distinct(found: Sequence[Offer]) -> list[Offer]:
@@ -123,12 +101,12 @@ CERTAIN, PROBABLE = 1000.0, 20.0
 """Odds from which on a cause is called so; below, it can't be told from its rival."""
 MOST_ODDS = 1e12
 """Odds beyond this say nothing more."""
-INCLUDED = 0.01
-"""Share of a column's square that a rival leaves, below which it holds the claim as a special case."""
 MARGINAL = 100.0
 """Greatest odds where what a cause explains, less one standard error, is too little to be called one …"""
 STRAINED = 1.5
 """… or more than so many times what all effects explain together, as if the geometry were linear so far."""
+SMOOTH = 1.0 / 3.0
+"""Part of what a cause explains that may be smooth in what is left, for it to be certain."""
 LOOK_ALIKES = 3
 """Look-alikes that are listed."""
 
@@ -157,6 +135,7 @@ class Cause:
             fit [mm]; NaN where no positions were measured.
         sentence: What it does, in plain English.
         look_alikes: Other claims that the rows can't tell from it, the best first.
+        unsure: Joints of its effects that it does not name, counted from 0.
     """
 
     effects: tuple[AbstractEffect, ...]
@@ -164,6 +143,7 @@ class Cause:
     contribution_mm: float
     sentence: str
     look_alikes: tuple[AbstractEffect, ...]
+    unsure: tuple[int, ...] = ()
 
     @property
     def kind(self) -> str:
@@ -174,6 +154,16 @@ class Cause:
     def joints(self) -> tuple[int, ...]:
         """Counted from 0; empty where it concerns the whole arm."""
         return self.whole.joints
+
+    @property
+    def event(self) -> AbstractEvent | None:
+        """What happened while the rows were measured, if that is the cause."""
+        return self.whole if isinstance(self.whole, AbstractEvent) else None
+
+    @property
+    def row(self) -> int | None:
+        """The first row after an event, as counted in the file; None for other causes."""
+        return None if self.event is None else self.event.row
 
     @property
     def confidence(self) -> Confidence:
@@ -187,8 +177,8 @@ class Cause:
 
     @cached_property
     def whole(self) -> AbstractEffect:
-        """Its effects as one."""
-        return together(self.effects)
+        """Its effects as one, of the joints that it names."""
+        return without_joints(together(self.effects), self.unsure)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -252,15 +242,18 @@ def find_causes(
     sized = {e.names: e for e in arm.effects}
     known = searched.stage.geometric.typical_noise
     scatter = readings(searched.stage.geometric)
+    fitted = searched.stage.fitted
+    smooth = smooth_part(fitted.problem.with_noise(searched.stage.geometric.noise), fitted.fit.x)
     most = _most(arm, motion)
     after = validated(searched.grams, searched.found.model)
     count = searched.grams.count
     left = float(np.sqrt(after.sum() / count))
     least = max(PART_OF_NOISE * _noise(left, known, floor), PART_OF_REST * left)
     found = []
-    for group in _groups(searched.found.model):
+    groups = _groups(searched.found.model)
+    without = validated_without(searched.grams, searched.found.model, groups)
+    for group, fall in zip(groups, without - after, strict=True):
         effects = tuple(sized[t.candidate.names] for t in group)
-        fall = validated(searched.grams, drop(searched.found.model, group)) - after
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
         is_map = group[0].candidate.shrunk and group[0].candidate.effect.maps_joint
         if is_map or size < least or fall.mean() <= standard_error(fall):
@@ -270,12 +263,29 @@ def find_causes(
             continue
         if _is_masked_by_scatter(effects, most, scatter):
             continue
-        odds, rivals = _against_rivals(searched, group)
+        odds, rivals, survive = _against_rivals(searched, group)
         explained = 1e3 * float(np.sqrt(3.0)) * known.position * size
         is_strained = explained > STRAINED * together_mm
-        if is_strained or fall.mean() - standard_error(fall) < least**2 * count / len(fall):
+        sizes = clearness(effects, std)
+        unclear = [j for j, z in sizes.items() if z < CLEAR]
+        doubt = together(effects).doubt(motion)
+        if (
+            is_strained
+            or fall.mean() - standard_error(fall) < least**2 * count / len(fall)
+            or smooth > SMOOTH * size
+            or len(unclear) == len(sizes)
+            or doubt is not None
+        ):
             odds = min(odds, MARGINAL)
-        words = together(effects).sentence(arm.chain, motion)
+        if odds >= CERTAIN:
+            kept = survive()
+            unclear = [j for j in sizes if j in {*unclear, *kept.lost}]
+            if not kept.holds or len(unclear) == len(sizes):
+                odds = min(odds, MARGINAL)
+        unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
+        words = sentence_of(together(effects), unsure, std, arm, motion)
+        if doubt is not None:
+            words = f"{words}; {doubt}"
         found.append(
             Cause(
                 effects=effects,
@@ -283,6 +293,7 @@ def find_causes(
                 contribution_mm=min(explained, together_mm) if is_strained else explained,
                 sentence=words if not rivals else f"{words}; or else {_listed(rivals)}",
                 look_alikes=rivals,
+                unsure=unsure,
             )
         )
     return tuple(sorted(found, key=lambda c: -np.nan_to_num(c.contribution_mm)))
@@ -294,6 +305,16 @@ def _noise(left: float, known: Noise, floor: Noise | None) -> float:
         return left
     ratios = np.array(floor[:2]) / np.array(known[:2])
     return min(left, float(np.nanmin(ratios))) if np.isfinite(ratios).any() else left
+
+
+def odds_of_events(searched: Searched) -> float:
+    """The lowest odds of an event in the model; 0 if one explains too little, infinite without any."""
+    grams, model = searched.grams, searched.found.model
+    events = [t for t in model if t.candidate.effect.is_event]
+    after = validated(grams, model).sum() if events else 0.0
+    if any(validated(grams, drop(model, [t])).sum() < (1.0 + PART) * after for t in events):
+        return 0.0
+    return min((_against_rivals(searched, (t,))[0] for t in events), default=np.inf)
 
 
 def _groups(model: Model) -> list[Model]:
@@ -322,45 +343,32 @@ def _most(arm: Robot, motion: Motion) -> Sizes:
     }
 
 
-def _against_rivals(searched: Searched, group: Model) -> tuple[float, tuple[AbstractEffect, ...]]:
-    """Odds of some terms against the best other claim, and the claims that can't be told from them."""
+def _against_rivals(
+    searched: Searched, group: Model
+) -> tuple[float, tuple[AbstractEffect, ...], Callable[[], Survival]]:
+    """Odds of some terms against the best other claim, the claims that can't be told from them, and what is
+    left of it where things are otherwise."""
     whole = place_of(searched, group)
-    folds = len(searched.grams.folds)
-    subsets = [searched.grams.without(f) for f in range(folds)] if folds > 1 else []
-    parts = [place_of(replace(searched, grams=g), group) for g in subsets]
+    parts = [place_of(replace(searched, grams=g), group) for g in searched.grams.without_each]
     near = {
         id(o.term.candidate): o
         for place in (whole, *parts)
         for o in place.offers
         if place.own - o.gain < np.log(CERTAIN)
     }
-    including = {key for key, o in near.items() if _includes(whole.left, o, group)}
+    including = {key for key, o in near.items() if includes(whole.left, o, group)}
     rivals, *others = (
         [o for o in place.offers if id(o.term.candidate) not in including] for place in (whole, *parts)
     )
-    best = _best(rivals)
-    leads = [place.own - _best(found) for place, found in zip(parts, others, strict=True)]
+    best = best_of(rivals)
+    leads = [place.own - best_of(found) for place, found in zip(parts, others, strict=True)]
     lead = whole.own - best
     leads = leads or [lead]
     stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MOST_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
-    return odds, tuple(o.term.candidate.effect for o in close[:LOOK_ALIKES])
-
-
-def _best(rivals: Sequence[Offer]) -> float:
-    return max(rivals[0].gain if rivals else 0.0, 0.0)
-
-
-def _includes(left: Left, rival: Offer, group: Model) -> bool:
-    """Whether a rival of more coefficients can do all that some terms do: the simpler claim is preferred."""
-    names = [n for t in group for n in t.candidate.names]
-    if len(rival.term.candidate.names) <= len(names):
-        return False
-    columns = left.grams.columns(names)
-    beside = left_by(left.grams, (*left.model, rival.term))
-    before, after = (np.diagonal(side.inner)[columns] for side in (left, beside))
-    return bool((after < INCLUDED * before).all())
+    survive = partial(survival, searched, group, rivals, including, least=float(np.log(PROBABLE)))
+    return odds, tuple(o.term.candidate.effect for o in close[:LOOK_ALIKES]), survive
 
 
 def _listed(effects: Sequence[AbstractEffect]) -> str:

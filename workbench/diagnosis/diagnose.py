@@ -9,29 +9,43 @@ from typing import NamedTuple, Unpack
 import numpy as np
 
 from workbench.arm.effects import extrapolation_notes
+from workbench.arm.masses import with_assumed_masses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.advice import Advice
 from workbench.base.errors import OptionError
-from workbench.base.progress import Cancel, Report
+from workbench.base.progress import part_of, progress
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
-from workbench.diagnosis.claimed_causes import Cause, ResidualMap, find_causes, ranked, rivals_of
+from workbench.diagnosis.claimed_causes import (
+    CERTAIN,
+    PROBABLE,
+    Cause,
+    ResidualMap,
+    find_causes,
+    odds_of_events,
+    ranked,
+    rivals_of,
+)
+from workbench.diagnosis.event_notes import arm_now, without_undecided
 from workbench.diagnosis.evidence import Model, Offer, Term, drop
-from workbench.diagnosis.final_fit import fitted_on_all, structured
+from workbench.diagnosis.final_fit import fitted_on_all
 from workbench.diagnosis.next_poses import Measurable, next_poses
 from workbench.diagnosis.refit import large, linear_answer, refit, robot_with
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, harm_done, judged
 from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
+from workbench.diagnosis.standing import standing_causes, standing_notes
+from workbench.diagnosis.structure import Structure, structure_of
 from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
 from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows, weights_that_differ
 from workbench.identification import noise as noises
-from workbench.identification.algorithms.identifier import OnStep
+from workbench.identification.exchanged_rows import exchange_note, exchanged_rows
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices
 from workbench.identification.joint_reading_noise import readings
-from workbench.identification.preparation import Prepared, on_step
+from workbench.identification.own_preparation import preparation_of
+from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Noise
 from workbench.identification.result import Validation
 from workbench.identification.row_errors import Errors, RowErrors, Spread, degradation_warning
@@ -55,8 +69,6 @@ def diagnose(
     choices: FitChoices | None = None,
     *,
     measurable: Measurable | None = None,
-    progress: Report | None = None,
-    cancel: Cancel | None = None,
     **fields: Unpack[ChoiceFields],
 ) -> Diagnosis:
     """Find the effects that the model of an arm lacks, add them, and validate them on held-out rows.
@@ -66,40 +78,30 @@ def diagnose(
         data: Measurements, with whatever may drive an effect.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
         measurable: Tells which postures can be measured next; all that the arm can take if None.
-        progress: Called with the part done and what is being done.
-        cancel: Asked often; True ends the search with what it has.
 
     Raises:
         DataError: too few rows, or data that contradict the robot beyond doubt.
         OptionError: an unknown constant or option.
     """
-    if data.rig is not None:
-        raise OptionError(
-            f"{data.source}: pictures are not diagnosed; identify weighs what they may tell of the arm"
-        )
-    choices = FitChoices.of(choices, **fields)
+    if (own := preparation_of(data)) is not None:
+        raise OptionError(f"{data.source}: {own.undiagnosed}")
+    choices, robot_as_given = FitChoices.of(choices, **fields), robot
+    robot = with_assumed_masses(robot)
     began = perf_counter()
-    report = progress or (lambda part, text: None)
-    ready, gross = prepare_without_gross_outliers(
-        robot,
-        with_directions(data),
-        _with_directions(choices),
-        progress=lambda part, text: report(0.3 * part, text),
-        cancel=cancel,
-    )
+    with part_of(0.0, 0.3):
+        ready, gross = prepare_without_gross_outliers(robot, with_directions(data), _with_directions(choices))
     rng = np.random.default_rng(choices.seed)
-    search = _search(robot, ready, rng, report, on_step(cancel))
-    return _concluded(
+    search = _search(robot, ready, rng)
+    return _build_diagnosis(
         robot,
-        ready,
+        search.ready,
         search,
         choices.noise,
         rng,
-        report,
-        on_step(cancel),
         gross=gross,
         began=began,
         measurable=measurable,
+        robot_as_given=robot_as_given,
     )
 
 
@@ -115,6 +117,7 @@ class _Search:
     """What was fitted.
 
     Args:
+        ready: The rows, without held-out ones that don't tell on which side of an event they lie.
         first: The geometry alone.
         rounds: The searches, from the first to the last.
         short: Why none was made; None if one was.
@@ -123,6 +126,7 @@ class _Search:
         nominal: The nominal arm on them.
     """
 
+    ready: Prepared
     first: Stage
     rounds: Sequence[Searched]
     short: str | None
@@ -131,44 +135,50 @@ class _Search:
     nominal: Validation
 
 
-def _search(
-    robot: Robot, ready: Prepared, rng: np.random.Generator, report: Report, on_step: OnStep | None
-) -> _Search:
+def _search(robot: Robot, ready: Prepared, rng: np.random.Generator) -> _Search:
     """Fit the geometry, then look for effects; what then explains next to nothing is the wrong robot's."""
-    report(0.3, "fitting the geometry, setting outliers apart")
-    first = geometry_first(ready.problem, on_step=on_step)
+    progress(0.3, "fitting the geometry, setting outliers apart")
+    first = geometry_first(ready.problem)
     short = too_few_rows(first.fitted.fit)
-    found = rounds(first, rng, search=short is None, tell=lambda text: report(0.5, text), on_step=on_step)
-    report(0.8, "judging what was found")
-    nominal = _nominal(ready)
+    found = rounds(first, rng, search=short is None)
+    odds = odds_of_events(found[-1])
+    if odds < PROBABLE or (odds < CERTAIN and structure_of(found[-1].stage.fitted.fit, rng).found):
+        found = rounds(first, rng, events=False)  # rows in an order of their own look alike
+    progress(0.8, "judging what was found")
+    search = _validated_search(ready, first, found, short)
+    if explains_little(search.nominal.train, search.after.errors.train, robot.reach):
+        search = _validated_search(ready, first, rounds(first, rng, search=False), short)
+    return search
+
+
+def _validated_search(ready: Prepared, first: Stage, found: Sequence[Searched], short: str | None) -> _Search:
+    """What was found, with its errors on the rows that are on a known side of its events."""
+    ready = without_undecided(ready, found[-1])
     before, after = _validated(ready, first), _validated(ready, found[-1].stage)
-    if explains_little(nominal.train, after.errors.train, robot.reach):
-        found, after = rounds(first, rng, search=False, on_step=on_step), before
-    return _Search(first, found, short, before, after, nominal)
+    return _Search(ready, first, found, short, before, after, _nominal(ready))
 
 
-def _concluded(
+def _build_diagnosis(
     robot: Robot,
     ready: Prepared,
     search: _Search,
     noise: Noise | None,
     rng: np.random.Generator,
-    report: Report,
-    on_step: OnStep | None,
     *,
     gross: np.ndarray,
     began: float,
     measurable: Measurable | None,
+    robot_as_given: Robot,
 ) -> Diagnosis:
     """The effects with what they add, the verdict, and what to measure next."""
     last = search.rounds[-1]
     fit = last.stage.fitted.fit
     geometry = search.first.fitted
-    apart = suspects(ready, last.stage.fitted.fit, geometry.problem.named(geometry.fit.x))
-    final, said = fitted_on_all(ready, last, apart, on_step)
+    suspect_rows = suspects(ready, last.stage.fitted.fit, geometry.problem.named(geometry.fit.x))
+    final, refit_note = fitted_on_all(ready, last, suspect_rows)
     before, after = judged(search.before.errors), judged(search.after.errors)
     is_short = search.short is not None
-    motion, judge, advice = Motion.of(fit.problem.data), Trial(ready, last, on_step), Advice()
+    motion, judge, advice = Motion.of(fit.problem.data), Trial(ready, last), Advice()
     missing = advice.ask(
         "what the rows can't show", lambda: () if is_short else undetectable(last, fit.calibrated, motion), ()
     )
@@ -176,27 +186,33 @@ def _concluded(
     accepted = _accepted(
         last, final, judge, std, advice, alone_mm=before.position_mm.mean, after_mm=after.position_mm.mean
     )
-    shaky = readings(fit.problem.with_noise(last.stage.geometric.noise))
+    joint_noise = readings(fit.problem.with_noise(last.stage.geometric.noise))
     floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
-    left = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
+    residual_noise = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
     alone_mm, all_mm = (v.errors.train.position_mm.rms for v in (search.before, search.after))
     together_mm = float(np.sqrt(max(alone_mm**2 - all_mm**2, 0.0)))
     causes = (
         find_causes(last, final.calibrated, motion, floor, std, together_mm=together_mm) if accepted else ()
     )
+    causes = (*causes, *standing_causes(final, robot_as_given, residual_noise))
     residual_map = _residual_map(last.found.model, accepted, causes, judge, search)
+    structure = (
+        Structure()
+        if is_short
+        else advice.ask("the structure of what is left", lambda: structure_of(fit, rng), Structure())
+    )
     verdict, message = conclude(
         causes,
         residual_map,
         nominal=judged(search.nominal),
         reach=robot.reach,
-        noise=left,
+        noise=residual_noise,
         before=before,
         after=after,
         floor=floor,
-        structure=structured(fit, rng),
+        structure=structure,
         distrusted=last.found.distrusted,
-        joint_noise=shaky,
+        joint_noise=joint_noise,
         chain=robot.chain,
     )
     if search.short is not None:
@@ -205,18 +221,23 @@ def _concluded(
         message = f"{message} {describe(missing)}"
     fitted, held = ready.nominal_rows
     if worse := degradation_warning((fitted.take(last.stage.keep), held), search.after.rows):
-        message = f"{message} Beware: {worse}."
+        message = f"{message} Warning: {worse}."
     if accepted and (worse := harm_done(search.before.rows[1], search.after.rows[1])):
-        message = f"{message} Beware: {worse}."
-    report(0.9, "choosing poses to measure next")
+        message = f"{message} Warning: {worse}."
+    progress(0.9, "choosing poses to measure next")
     asked = [e.effect for e in accepted] + [e for c in causes for e in c.look_alikes]
     seen = [] if is_short else coverage(fit.problem.data, robot.chain)
     beyond = extrapolation_notes([a.effect for a in accepted], robot.chain, ready.held.q, ready.held.row)
     notes = [*ready.notes, *last.offered.notes, *seen, *(f"held out: {words}" for words in beyond)]
-    if apart.any():
-        notes.append(suspect_note(ready.held.row[apart].tolist(), after))
-    if said is not None:
-        notes.append(said)
+    if suspect_rows.any():
+        notes.append(suspect_note(ready.held.row[suspect_rows].tolist(), after))
+    if refit_note is not None:
+        notes.append(refit_note)
+    outliers = np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64)
+    if pairs := advice.ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
+        notes.append(exchange_note(pairs))
+    if now := arm_now(ready, final, suspect_rows):
+        message = f"{message} {now.sentence}"
     keep, (fitted, held) = last.stage.keep, ready.nominal_rows
     poses, reasons = advice.ask(
         "poses to measure next",
@@ -232,8 +253,8 @@ def _concluded(
         held_out_rows=ready.held_out_rows,
         held_out_data=ready.held,
         excluded=tuple(e for e in ready.excluded if e[1] != GROSS_REASON),
-        outliers=np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64),
-        suspects=np.flatnonzero(apart),
+        outliers=outliers,
+        suspects=np.flatnonzero(suspect_rows),
         nominal=search.nominal,
         before_fit=search.first.fitted.fit,
         after_fit=fit,
@@ -248,19 +269,26 @@ def _concluded(
         causes=causes,
         residual_map=residual_map,
         ranking=ranking,
-        noise=left if fit.problem.component_channels.any() else left._replace(rotation=np.nan),
+        noise=residual_noise if fit.problem.sees_rotation else residual_noise._replace(rotation=np.nan),
         floor=floor,
-        joint_noise=shaky,
+        joint_noise=joint_noise,
+        structure=structure,
+        now=now,
         verdict=verdict,
         message=message,
         undetectable=missing,
         measure_next=poses,
         next_reasons=reasons,
-        notes=(*notes, *weights_that_differ(final), *(c for a in accepted if (c := a.effect.caveat(motion)))),
+        notes=(
+            *notes,
+            *weights_that_differ(final, robot_as_given),
+            *standing_notes(final, robot_as_given),
+            *(c for a in accepted if (c := a.effect.caveat(motion))),
+        ),
         warnings=tuple(advice.warnings),
         seconds=perf_counter() - began,
     )
-    report(1.0, "done")
+    progress(1.0, "done")
     return result
 
 
@@ -302,12 +330,11 @@ def _validated(ready: Prepared, stage: Stage) -> _Judged:
 class Trial:
     """Other models than a search's own, on the rows that judge."""
 
-    def __init__(self, ready: Prepared, searched: Searched, on_step: OnStep | None = None):
+    def __init__(self, ready: Prepared, searched: Searched):
         fitted = searched.stage.fitted
         self._found = fitted.problem.instrument(fitted.fit.x)
         self._searched = searched
         self._ready = ready
-        self._on_step = on_step
         self._data = ready.held if len(ready.held) else fitted.problem.data
 
     def mean_mm(self, model: Model) -> float:
@@ -323,7 +350,7 @@ class Trial:
             return self.mean_mm(model)
         begin = linear_answer(stage.fitted, grams, model)
         rows = stage.rows.take(stage.keep)
-        fit = refit(stage.geometric, grams, model, data=rows, begin=begin, on_step=self._on_step).fit
+        fit = refit(stage.geometric, grams, model, data=rows, begin=begin).fit
         return self._mean_mm(fit.calibrated, fit.problem.instrument(fit.x))
 
     def _mean_mm(self, arm: Robot, found) -> float:

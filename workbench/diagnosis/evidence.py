@@ -24,7 +24,7 @@ from jaxtyping import Float
 from scipy import linalg, special
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.gram_matrices import Grams
+from workbench.diagnosis.gram_matrices import Grams, among
 
 UNSEEN = 1e-5
 """Share of a column's square beside all others below which the rows don't show it."""
@@ -74,6 +74,12 @@ class Left:
     inner: Float[np.ndarray, "gc1 gc1"]
     freedom: int
 
+    @classmethod
+    def of(cls, grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> "Left":
+        """With the freedom that the model leaves."""
+        free = sum(len(t.candidate.names) for t in model if not t.candidate.shrunk)
+        return cls(grams, model, inner, grams.count - grams.geometry - free)
+
     @property
     def square(self) -> float:
         """Sum of squares that is left."""
@@ -95,23 +101,28 @@ class Offer:
     log_p: float
 
 
+def projection(grams: Grams, model: Model) -> Callable[[np.ndarray], np.ndarray]:
+    """Turns inner products (n, gc1) of n columns with all others into what a model and the geometry explain
+    of them: (used, n), orthonormal coordinates."""
+    own, precision = own_columns(grams, model)
+    used = np.concatenate([np.arange(grams.geometry), own])
+    factor, scale = factored(curved(grams, among(grams.total, used), precision))
+    return lambda inner: linalg.solve_triangular(
+        factor, scale[:, None] * inner[:, used].T, lower=True, check_finite=False
+    )
+
+
 def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Left:
     """Fit a model and geometry, and take them off all columns, or off those of one effect only."""
-    own, precision = _own(grams, model)
-    used = np.concatenate([np.arange(grams.geometry), own])
-    block = _curved(grams, grams.total, used, precision)
-    factor, scale = _factor(block)
     last = grams.total.shape[0] - 1
     mine = (*only, *grams.inertia.get(tuple(only), ())) if only is not None else ()
     asked = np.arange(last + 1) if only is None else np.append(grams.columns(mine), last)
-    right = scale[:, None] * grams.total[np.ix_(used, asked)]
-    half = linalg.solve_triangular(factor, right, lower=True, check_finite=False)
+    half = projection(grams, model)(grams.total[asked])
     part = grams.total[np.ix_(asked, asked)] - half.T @ half
     inner = part if only is None else np.zeros_like(grams.total)
     if only is not None:
         inner[np.ix_(asked, asked)] = part
-    free = sum(len(t.candidate.names) for t in model if not t.candidate.shrunk)
-    return Left(grams, model, inner, grams.count - grams.geometry - free)
+    return Left.of(grams, model, inner)
 
 
 def offer(left: Left, candidate: Candidate) -> Offer | None:
@@ -211,8 +222,13 @@ def _free(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
     gain = 0.5 * left.freedom * np.log(left.square / rest) - 0.5 * rank * np.log(left.grams.count)
     size = np.where(seen, along / np.where(seen, value, 1.0), 0.0)
     usable = (rank > 0) & (left.freedom > rank + 1) & ~_refused(candidates, value, vectors, size, rest, left)
+    searched = np.log([c.tries for c in candidates])
     return [
-        Offer(Term(candidates[int(i)]), float(gain[i]), _log_p(taken[i], rest[i], int(rank[i]), left.freedom))
+        Offer(
+            Term(candidates[int(i)]),
+            float(gain[i] - searched[i]),
+            _log_p(taken[i], rest[i], int(rank[i]), left.freedom) + float(searched[i]),
+        )
         for i in np.flatnonzero(usable)
     ]
 
@@ -276,11 +292,11 @@ def _pushing_joints(candidate, vectors, value, precision, root, along, variance)
 
 def solve(grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> Float[np.ndarray, " gc"]:
     """Scaled coefficients (and steps of the geometry) of a model on some inner products; zeros elsewhere."""
-    own, precision = _own(grams, model)
+    own, precision = own_columns(grams, model)
     used = np.concatenate([np.arange(grams.geometry), own])
-    block = _curved(grams, inner, used, precision)
+    block = curved(grams, among(inner, used), precision)
     out = np.zeros(grams.total.shape[0] - 1)
-    out[used] = _solver(block)(inner[used, -1])
+    out[used] = solver_of(block)(inner[used, -1])
     return out
 
 
@@ -291,30 +307,31 @@ def curvature(
 
     Masses and centres are taken as they are.
     """
-    own, precision = _own(grams, model, inertia=False)
+    own, precision = own_columns(grams, model, inertia=False)
     used = np.concatenate([np.arange(grams.geometry), own])
-    block = _curved(grams, grams.total, used, precision)
-    return _solver(block), block
+    block = curved(grams, among(grams.total, used), precision)
+    return solver_of(block), block
 
 
-def _solver(block: Float[np.ndarray, "n n"]) -> Callable[[np.ndarray], np.ndarray]:
+def solver_of(block: Float[np.ndarray, "n n"]) -> Callable[[np.ndarray], np.ndarray]:
     """Solver for a curvature."""
-    factor, scale = _factor(block)
+    factor, scale = factored(block)
     return lambda right: scale * linalg.cho_solve((factor, True), scale * right, check_finite=False)
 
 
-def _factor(block: Float[np.ndarray, "n n"]) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, " n"]]:
+def factored(block: Float[np.ndarray, "n n"]) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, " n"]]:
     """Lower root of a curvature whose diagonal was scaled to 1, and the scale.
 
     Its own diagonal spans as much as precisions do, some 20 orders, which no factorisation bears unscaled.
     Where rounding makes it indefinite, a little is added to the diagonal.
     """
     scale = 1.0 / np.sqrt(np.diagonal(block))
-    scaled = scale[:, None] * block * scale
+    scaled = scale[:, None] * block
+    scaled *= scale
     for jitter in (0.0, *JITTERS):
         try:
             scaled[np.diag_indices(len(scaled))] = 1.0 + jitter
-            return linalg.cholesky(scaled, lower=True, check_finite=False), scale
+            return linalg.cholesky(scaled.T, lower=True, check_finite=False), scale  # in the order it needs
         except linalg.LinAlgError:
             continue
     raise linalg.LinAlgError("a curvature is indefinite beyond rounding")
@@ -329,18 +346,26 @@ def coefficients(grams: Grams, model: Model) -> dict[str, float]:
 
 def validated(grams: Grams, model: Model) -> Float[np.ndarray, " folds"]:
     """Sum of squares of every fold, predicted by a fit to the others."""
-    return _squares(grams, without_each_fold(grams, model))
+    key = tuple((t.candidate, t.precision) for t in model)
+    if key not in grams.validated:
+        whole = np.column_stack([without_each_fold(grams, model), -np.ones(len(grams.folds))])
+        used = np.append(np.flatnonzero(whole[:, :-1].any(0)), whole.shape[1] - 1)
+        grams.validated[key] = np.array(
+            [w @ among(fold, used) @ w for w, fold in zip(whole[:, used], grams.folds, strict=True)]
+        )
+    return grams.validated[key]
 
 
 def without_each_fold(grams: Grams, model: Model) -> Float[np.ndarray, "folds gc"]:
     """Solutions, as `solve` gives them, of fits that leave out one fold each."""
-    return np.array([solve(grams, model, grams.total - fold) for fold in grams.folds])
-
-
-def _squares(grams: Grams, found: Float[np.ndarray, "folds gc"]) -> Float[np.ndarray, " folds"]:
-    """Sum of squares of every fold, as a solution of its own predicts it."""
-    whole = np.column_stack([found, -np.ones(len(found))])
-    return np.einsum("fi,fij,fj->f", whole, grams.folds, whole, optimize=True)
+    own, precision = own_columns(grams, model)
+    used = np.concatenate([np.arange(grams.geometry), own])
+    wide = np.append(used, len(grams.total) - 1)
+    whole, out = among(grams.total, wide), np.zeros((len(grams.folds), len(grams.total) - 1))
+    for found, fold in zip(out, grams.folds, strict=True):
+        inner = whole - among(fold, wide)
+        found[used] = solver_of(curved(grams, inner[:-1, :-1], precision))(inner[:-1, -1])
+    return out
 
 
 def differs(
@@ -381,17 +406,19 @@ def _root(grams: Grams, candidate: Candidate) -> np.ndarray:
     return grams.scales(candidate.names)[:, None] * candidate.root
 
 
-def _curved(grams: Grams, inner: np.ndarray, used: np.ndarray, precision: np.ndarray) -> np.ndarray:
-    """Curvature of a model's cost in the columns that it uses, geometry first."""
+def curved(
+    grams: Grams, block: Float[np.ndarray, "n n"], precision: Float[np.ndarray, "k k"]
+) -> Float[np.ndarray, "n n"]:
+    """Curvature of a model's cost in the columns that it uses, geometry first, from their inner products."""
     g = grams.geometry
-    block = inner[np.ix_(used, used)].copy()
+    block = block.copy()
     block[:g, :g] += grams.tether
     block[g:, g:] += precision
-    block[np.diag_indices(len(used))] += JITTER
+    block[np.diag_indices(len(block))] += JITTER
     return block
 
 
-def _own(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarray, np.ndarray]:
+def own_columns(grams: Grams, model: Model, *, inertia: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """Columns of a model's coefficients and of the masses that act through it, and their precision."""
     if not model:
         return np.zeros(0, np.int64), np.zeros((0, 0))

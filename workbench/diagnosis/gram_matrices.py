@@ -1,18 +1,19 @@
 """The rows of a problem compressed to inner products, from which every model of effects is judged.
 
 Columns are, in this order: the directions of the geometry that the rows show (orthonormal over all rows),
-the coefficients of all candidates (scaled to unit length), the masses and centres that act through each
-fitted effect of load, and the residual that is left without any effect and with the masses of the file.
+the coefficients of all candidates (scaled to unit length), the masses, centres and angles of gravity that act
+through each fitted effect of load, and the residual without any effect, the masses as in the file.
 Inner products are kept for every fold of the rows, so that models can be cross-validated too: fitting,
 testing and validating a model is linear algebra of its own size, whatever the number of rows.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.law import NO_WRENCHES
@@ -39,11 +40,13 @@ class Grams:
         scale: Length of every coefficient's column: scaled coefficients are SI ones times this.
         basis: The geometric directions in the unknowns that are no coefficients [rad, m].
         count: Number of measured components.
-        inertia: By the coefficients of a fitted effect of load, columns of the masses and centres that act
-            through it. They go with the effect: without it, no mass is seen.
+        inertia: By the coefficients of a fitted effect of load, columns of the masses, centres and angles of
+            gravity that act through it. They go with the effect: without it, no mass is seen.
         known: Standard deviations of these, scaled as the columns are.
         reach: How far a model may be expected to move each of the unknowns that are no coefficients.
         most: Largest credible size of every coefficient, scaled as the columns are; any by default.
+        history: Inner products of U further columns, which events may change, with all columns and among
+            themselves, within each piece of the time; None where nobody asked.
     """
 
     names: tuple[str, ...]
@@ -55,6 +58,7 @@ class Grams:
     known: Mapping[str, float] = field(default_factory=dict)
     reach: Float[np.ndarray, " p"] | float = TETHER
     most: Float[np.ndarray, " c"] | None = None
+    history: Float[np.ndarray, "pieces u gc1u"] | None = None
 
     @cached_property
     def tether(self) -> Float[np.ndarray, "g g"]:
@@ -73,14 +77,37 @@ class Grams:
         return self.folds.sum(0)
 
     @cached_property
+    def running(self) -> Float[np.ndarray, "pieces u gc1u"]:
+        """The history's sums from the first piece up to each."""
+        assert self.history is not None, "the history was asked for"
+        return self.history.cumsum(0)
+
+    @cached_property
     def index(self) -> dict[str, int]:
         """Column of every coefficient."""
         return {name: self.geometry + i for i, name in enumerate(self.names)}
 
-    def without(self, fold: int) -> "Grams":
-        """Of the rows of all other folds."""
-        share = (len(self.folds) - 1) / len(self.folds)
-        return replace(self, folds=np.delete(self.folds, fold, 0), count=round(share * self.count))
+    @cached_property
+    def validated(self) -> dict[tuple[Any, ...], Float[np.ndarray, " folds"]]:
+        """What `evidence.validated` found of models."""
+        return {}
+
+    @cached_property
+    def lefts(self) -> dict[tuple[Any, ...], Any]:
+        """What the last models leave (`one_less.left_of`)."""
+        return {}
+
+    @cached_property
+    def wholes(self) -> dict[tuple[Any, ...], Any]:
+        """The last model of which terms were taken away (`one_less.left_without`)."""
+        return {}
+
+    @cached_property
+    def without_each(self) -> tuple["Grams", ...]:
+        """Of all rows but those of each fold; none of a single fold."""
+        count, folds = self.count, len(self.folds)
+        parts = (self.total - fold for fold in self.folds if folds > 1)
+        return tuple(replace(self, folds=p[None], count=round((folds - 1) / folds * count)) for p in parts)
 
     def columns(self, names: Sequence[str]) -> np.ndarray:
         """Columns of some coefficients."""
@@ -98,7 +125,13 @@ class Grams:
 
 
 def compress(
-    problem: Problem, x: Float[np.ndarray, " p"], effects: Sequence[AbstractEffect], fold: np.ndarray
+    problem: Problem,
+    x: Float[np.ndarray, " p"],
+    effects: Sequence[AbstractEffect],
+    fold: np.ndarray,
+    *,
+    changed: Sequence[AbstractEffect] = (),
+    pieces: Int[np.ndarray, " rows"] | None = None,
 ) -> Grams:
     """Inner products at a problem's answer.
 
@@ -107,10 +140,12 @@ def compress(
         x: Its answer.
         effects: All that may be tried, those that were accepted included.
         fold: Fold of every row, counted from 0.
+        changed: Effects whose columns make its history.
+        pieces: Piece of the time that every row belongs to, counted from 0.
     """
     bearers = carriers(effects)
     arm = problem.robot_at(x)
-    off = {n: v - problem.robot.inertia[n] for n, v in arm.inertia.items()}
+    off = {p.name: v - p.nominal for p, v in zip(problem.parameters, x.tolist(), strict=True) if p.is_inertia}
     loaded = weighed(problem, arm)
     inertia = {e.names: tuple(f"{n} by {' '.join(e.names)}" for n in off) for e in loaded}
     own = sum(len(e.names) for e in bearers)
@@ -128,18 +163,28 @@ def compress(
     fitted = [e.names for e in loaded if e in arm.effects]
     accepted |= {n: v for each in fitted for n, v in zip(inertia[each], off.values(), strict=True)}
     present = np.array([accepted.get(n, 0.0) for n in names])
-    for block, columns in candidate_columns(problem, x, bearers, weighed=loaded):
+    extra = slice(own, own + sum(len(e.names) for e in changed))
+    history = np.zeros(
+        (0 if pieces is None else int(pieces.max()) + 1, extra.stop - own, size + extra.stop - own)
+    )
+    for block, columns in candidate_columns(problem, x, [*bearers, *changed], weighed=loaded):
         rows = slice(block.start, block.stop)
+        shifted, columns = columns[:, extra], np.delete(columns, extra, axis=1)
         whole = residual[rows] + columns @ present
         table = np.concatenate([jacobian[rows] @ basis, columns, whole[:, None]], axis=1)
         labels = np.repeat(fold[block.rows], table.shape[0] // len(block.rows))
         for f in np.unique(labels):
             mine = table[labels == f]
             sums[f] += mine.T @ mine
+        if pieces is not None:
+            labels = np.repeat(pieces[block.rows], table.shape[0] // len(block.rows))
+            wide = np.concatenate([table, shifted], axis=1)
+            for place, mine in _together(labels):
+                history[place] += shifted[mine].T @ wide[mine]
     length = np.sqrt(np.maximum(np.diagonal(sums.sum(0)), 0.0))[basis.shape[1] : -1]
     scale = np.where(length > SHORTEST, length, 1.0)
     by = np.concatenate([np.ones(basis.shape[1]), scale, [1.0]])
-    widths = list(problem.robot.inertia_tolerance.values()) * len(inertia)
+    widths = [problem.inertia_tolerance[n] for n in off] * len(inertia)
     known = dict(zip((n for each in inertia.values() for n in each), widths, strict=True))
     scales = dict(zip(names, scale.tolist(), strict=True))
     known = {n: width * scales[n] for n, width in known.items()}
@@ -154,7 +199,21 @@ def compress(
         known,
         np.maximum(TETHER, moved[plain]),
         np.array([*_bounds(problem, arm, bearers), *[np.inf] * (len(names) - own)]) * scale,
+        None if pieces is None else history / np.concatenate([by, np.ones(extra.stop - own)]),
     )
+
+
+def among(inner: Float[np.ndarray, "gc1 gc1"], used: Int[np.ndarray, " n"]) -> Float[np.ndarray, "n n"]:
+    """Inner products of some columns among themselves."""
+    return inner.take(used, 0).take(used, 1)
+
+
+def _together(labels: Int[np.ndarray, " m"]) -> Iterator[tuple[int, Int[np.ndarray, " k"]]]:
+    """Every label with the places that have it."""
+    order = np.argsort(labels, kind="stable")
+    starts = np.flatnonzero(np.diff(labels[order], prepend=-1))
+    for mine in np.split(order, starts[1:]):
+        yield int(labels[mine[0]]), mine
 
 
 def _bounds(problem: Problem, arm: Robot, effects: Sequence[AbstractEffect]) -> list[float]:
@@ -167,7 +226,7 @@ def _bounds(problem: Problem, arm: Robot, effects: Sequence[AbstractEffect]) -> 
 
 def weighed(problem: Problem, arm: Robot) -> list[AbstractEffect]:
     """Effects through which masses are seen: every fitted effect of load, and each of its joints alone."""
-    if not any(p.is_inertia for p in problem.parameters):
+    if not problem.inertia_tolerance:
         return []
     fitted = {p.name for p in problem.parameters if p.is_coefficient}
     loaded = [

@@ -1,4 +1,4 @@
-"""Identification from pictures, with effects of the arm as the last step."""
+"""Identification, with effects of the arm as the last step where readings decide what they may tell."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -37,7 +37,7 @@ def seek(robot: Robot, problem: Problem, x: Float[np.ndarray, " p"]) -> tuple[Ab
 
 
 def _seeking(verb: Callable[P, Identification]) -> Callable[P, Identification]:
-    """The same, with the effects of the arm that pictures may show."""
+    """The same, with the effects of the arm that such readings may show."""
 
     @wraps(verb)
     def call(*args: P.args, **options: P.kwargs) -> Identification:
@@ -48,4 +48,4 @@ def _seeking(verb: Callable[P, Identification]) -> Callable[P, Identification]:
 
 
 identify = _seeking(identification.identify)
-"""Identification's own, with the effects of the arm that pictures may show."""
+"""Identification's own, with the effects of the arm that such readings may show."""

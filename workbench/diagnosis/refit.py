@@ -1,18 +1,23 @@
 """Joint nonlinear fit of geometry and accepted effects."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float
 from scipy import linalg
 
+from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.robot import Robot
+from workbench.base.progress import cancelled
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.evidence import Model, coefficients, curvature, precision_of, solve
+from workbench.diagnosis.evidence import Model, coefficients, curvature, precision_of, solve, solver_of
+from workbench.diagnosis.flanks import search_flanks
 from workbench.diagnosis.gram_matrices import Grams
 from workbench.identification import noise as noises
-from workbench.identification.algorithms.identifier import OnStep, Search, ended
+from workbench.identification.algorithms.identifier import SearchOutcome, ended
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
@@ -33,7 +38,7 @@ PROMISE = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class Fitted:
+class FittedModel:
     """A model and its fit.
 
     Args:
@@ -49,6 +54,12 @@ class Fitted:
         """What was fitted."""
         return self.fit.problem
 
+    @property
+    def events(self) -> list[AbstractEvent]:
+        """What happened while the rows were measured, as far as the model has it."""
+        effects = (t.candidate.effect for t in self.model)
+        return [e for e in effects if isinstance(e, AbstractEvent)]
+
 
 def refit(
     problem: Problem,
@@ -57,8 +68,7 @@ def refit(
     *,
     data: Dataset | None = None,
     begin: Mapping[str, float] | None = None,
-    on_step: OnStep | None = None,
-) -> Fitted:
+) -> FittedModel:
     """Fit geometry and a model's effects, and let the noise be what the fit leaves.
 
     Args:
@@ -67,13 +77,12 @@ def refit(
         model: Accepted effects.
         data: Other rows than the problem's.
         begin: Where unknowns were found by an earlier fit [SI]; the others begin at their nominal values.
-        on_step: Called after every step; True cancels.
     """
     own = problem.robot.effects
     robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
     names = [n for t in model for n in t.candidate.names]
     built = problem.again(robot=robot, data=data, effects=names, inertia=needs_inertia(robot))
-    if large(built):
+    if huge(built):
         built = built.again(inertia=False)
     built = built.with_deviation(LIKELY)
     if grams is not None and model:
@@ -81,10 +90,11 @@ def refit(
     here = built.at(begin or {})
     algorithm = Opt2(limit=STEPS)
     if grams is not None and large(built):
-        search = _chord(built, here, grams, model, on_step)
+        known = _by_grams(built, grams, model) if huge(built) else _by_jacobian(built, here, grams)
+        search = _chord(built, here, known)
     else:
-        search = algorithm.search(built, on_step=on_step, begin=here)
-    return Fitted(model, Fit.of(algorithm, built, search))
+        built, search = search_flanks(algorithm, built, here)
+    return FittedModel(model, Fit.of(algorithm, built, search))
 
 
 def needs_inertia(robot: Robot) -> bool:
@@ -92,12 +102,17 @@ def needs_inertia(robot: Robot) -> bool:
     return robot.has_masses and any(e.loads for e in robot.effects)
 
 
-def large(problem: Problem) -> bool:
+def huge(problem: Problem) -> bool:
     """Whether a problem's Jacobian is better not formed."""
     return problem.size * len(problem.names) > LARGE
 
 
-def linear_answer(fitted: Fitted, grams: Grams, model: Model) -> dict[str, float]:
+def large(problem: Problem) -> bool:
+    """Whether every fit of a problem takes long, so that few are made."""
+    return huge(problem) or problem.size * len(problem.names) ** 2 > noises.HEAVY
+
+
+def linear_answer(fitted: FittedModel, grams: Grams, model: Model) -> dict[str, float]:
     """Unknowns of another model by the linear solution at a fit, by name [SI]."""
     problem, x = fitted.problem, fitted.fit.x
     step = grams.basis @ solve(grams, model, grams.total)[: grams.geometry]
@@ -107,13 +122,13 @@ def linear_answer(fitted: Fitted, grams: Grams, model: Model) -> dict[str, float
     return known | moved | coefficients(grams, model)
 
 
-def with_own_noise(fitted: Fitted, problem: Problem) -> Problem:
+def with_own_noise(fitted: FittedModel, problem: Problem) -> Problem:
     """The geometric problem, weighed by what a fit leaves on top of what rows state."""
     left = noises.components(fitted.problem, fitted.fit.x, fitted.fit.factor)
     return problem if left is None else problem.with_noise(left)
 
 
-def robot_with(fitted: Fitted, grams: Grams, model: Model) -> Robot:
+def robot_with(fitted: FittedModel, grams: Grams, model: Model) -> Robot:
     """The arm with another model in place of a fit's own, by the linear solution at that fit."""
     answer = linear_answer(fitted, grams, model)
     problem = fitted.problem
@@ -123,33 +138,61 @@ def robot_with(fitted: Fitted, grams: Grams, model: Model) -> Robot:
     return arm.with_effects(*own, *(t.candidate.effect.sized(answer) for t in model))
 
 
-def _chord(problem: Problem, x: np.ndarray, grams: Grams, model: Model, on_step: OnStep | None) -> Search:
-    """Gauss–Newton with the curvature of the inner products: the gradient alone is taken anew."""
+class _Curvature(NamedTuple):
+    """The curvature of a cost in steps s that move the unknowns by B s.
+
+    Args:
+        into: B.
+        solve: Solver for …
+        matrix: … the curvature.
+    """
+
+    into: Float[np.ndarray, "p n"]
+    solve: Callable[[np.ndarray], np.ndarray]
+    matrix: Float[np.ndarray, "n n"]
+
+
+def _by_grams(problem: Problem, grams: Grams, model: Model) -> _Curvature:
+    """The curvature that the inner products tell."""
     names = [n for t in model for n in t.candidate.names]
-    solve_for, spread = curvature(grams, model)
     plain = np.array([p.is_plain for p in problem.parameters], bool)
-    into = np.zeros((len(x), grams.geometry + len(names)))
+    into = np.zeros((len(plain), grams.geometry + len(names)))
     into[plain, : grams.geometry] = grams.basis
     index = {p.name: i for i, p in enumerate(problem.parameters)}
     into[[index[n] for n in names], grams.geometry + np.arange(len(names))] = 1.0 / grams.scales(names)
+    return _Curvature(into, *curvature(grams, model))
+
+
+def _by_jacobian(problem: Problem, x: Float[np.ndarray, " p"], grams: Grams) -> _Curvature:
+    """The curvature at x, masses among the unknowns; geometry is kept near as the inner products have it."""
+    matrix = sum(piece.jacobian.T @ piece.jacobian for _, piece in problem.pieces(x))
+    assert isinstance(matrix, np.ndarray), "there are rows"
+    plain = np.flatnonzero([p.is_plain for p in problem.parameters])
+    matrix[plain, plain] += np.broadcast_to(grams.reach, len(plain)) ** -2.0
+    return _Curvature(np.eye(len(x)), solver_of(matrix), matrix)
+
+
+def _chord(problem: Problem, x: Float[np.ndarray, " p"], known: _Curvature) -> SearchOutcome:
+    """Gauss–Newton with one and the same curvature: the gradient alone is taken anew."""
+    into, solve_for, spread = known
     cost, gradient = problem.cost_and_gradient(x)
     history = [cost]
-    for k in range(CHORDS):
+    for _ in range(CHORDS):
         step = -solve_for(into.T @ gradient)
         if np.sqrt(step @ spread @ step / len(step)) < PROMISE:
-            return Search(x, Outcome.CONVERGED, tuple(history))
-        if on_step is not None and on_step(k, cost):
-            return Search(x, Outcome.CANCELLED, tuple(history))
+            return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
+        if cancelled():
+            return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
         for shorter in SHORTER:
             new, slope = problem.cost_and_gradient(x + shorter * (into @ step))
             if new < cost:
                 break
         else:
             promised = -float(step @ (into.T @ gradient))
-            return Search(x, ended(promised, history, problem.count), tuple(history))
+            return SearchOutcome(x, ended(promised, history, problem.count), tuple(history))
         x, cost, gradient = x + shorter * (into @ step), new, slope
         history.append(cost)
-    return Search(x, Outcome.CONVERGED, tuple(history))
+    return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
 
 
 def _expected(problem: Problem, grams: Grams, model: Model) -> Problem:

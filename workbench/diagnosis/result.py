@@ -10,10 +10,13 @@ from jaxtyping import Float
 from rich.console import RenderableType
 
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.claimed_causes import Cause, Confidence, ResidualMap
+from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason
+from workbench.diagnosis.structure import Structure
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
@@ -24,6 +27,7 @@ from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 
 NOTICEABLE = 0.9
@@ -140,6 +144,8 @@ class Diagnosis(AbstractShown):
         noise: What is left, per axis [m], [rad]; NaN for rotations that nobody measured.
         floor: Noise that was known beforehand, from repeats or as given; None if it was not.
         joint_noise: Of joint readings, by which the rows were weighed; None where these seem exact.
+        structure: Along which axes what is left was looked at, and what agrees there.
+        now: The arm that is saved, where something happened while rows were measured.
         verdict: What the rows allow to be said.
         undetectable: Effects of load that the rows can't show.
         measure_next: Joint positions of poses to measure next [rad or m].
@@ -173,6 +179,8 @@ class Diagnosis(AbstractShown):
     noise: Noise
     floor: Noise | None
     joint_noise: Readings | None
+    structure: Structure
+    now: Now | None
     verdict: Verdict
     message: str
     undetectable: tuple[Undetectable, ...]
@@ -185,7 +193,7 @@ class Diagnosis(AbstractShown):
     @cached_property
     def calibrated(self) -> Robot:
         """The arm with the identified geometry and the accepted effects, fitted on all rows."""
-        return with_error(self.final_fit.calibrated, judged(self.after))
+        return with_error(self.final_fit, judged(self.after))
 
     @property
     def robot(self) -> Robot:
@@ -196,6 +204,11 @@ class Diagnosis(AbstractShown):
     def harm(self) -> str | None:
         """A sentence where held-out rows are worse with the effects than without, beyond a standard error."""
         return harm_done(self.before_rows[1], self.after_rows[1]) if self.effects else None
+
+    @property
+    def events(self) -> tuple[AbstractEvent, ...]:
+        """What happened while the rows were measured, as far as it is claimed, in the order of its rows."""
+        return tuple(sorted((c.event for c in self.causes if c.event is not None), key=lambda e: e.moment))
 
     @property
     def is_named(self) -> bool:
@@ -254,6 +267,18 @@ class Diagnosis(AbstractShown):
             nominal_rows=self.nominal_rows,
             runs={self.final_fit.algorithm: run},
         )
+
+    def parameters(self) -> "DataFrame":
+        """Constants and effects of the saved arm by name: unit, nominal, identified, standard error; SI."""
+        return self.final_fit.to_frame()
+
+    def residuals(self) -> "DataFrame":
+        """Measured − predicted with the accepted effects, as `Identification.residuals`."""
+        return self.identification().residuals()
+
+    def to_frame(self) -> "DataFrame":
+        """Errors by row: of the nominal arm and with the accepted effects, fitted rows first."""
+        return self.identification().to_frame()
 
     def summary(self) -> RenderableType:
         from workbench.diagnosis.report.table import summary

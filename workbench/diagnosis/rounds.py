@@ -4,7 +4,7 @@ A stage is everything that holds after a fit. Rounds end when a search finds wha
 earlier one has found already: then the fit that says most with least is kept.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,16 +12,19 @@ from jaxtyping import Bool, Int
 
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.motion import Motion
+from workbench.base.progress import cancelled, progress
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.candidates import Catalogue, catalogue
+from workbench.diagnosis.events import Changeable, changeable, promising
 from workbench.diagnosis.evidence import Model, drop, rescaled, solve, validated
 from workbench.diagnosis.gram_matrices import Grams, compress
-from workbench.diagnosis.refit import Fitted, large, linear_answer, refit, with_own_noise
-from workbench.diagnosis.stepwise_search import WORTH, Found, as_found, supported
+from workbench.diagnosis.refit import FittedModel, large, linear_answer, refit, with_own_noise
+from workbench.diagnosis.stepwise_search import FEW, WORTH, FoundEffects, as_found, supported
 from workbench.diagnosis.stepwise_search import search as search_effects
-from workbench.identification.algorithms.identifier import OnStep
+from workbench.diagnosis.timeline import Timeline, crowded
 from workbench.identification.outlying_rows import find_outliers, robust_fit
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.standing import freed
 
 ROUNDS = 5
 """Most searches for effects …"""
@@ -29,13 +32,16 @@ FEW_ROUNDS = 2
 """… and of large problems."""
 OUTLIER_ROUNDS = 3
 """Most rounds of outliers after one fit."""
+CROWD, CROWDED = 7, 3
+"""Of so many rows, one measured after the other, so many stand out where something may have happened."""
 FOLDS = 5
 """Parts into which the rows are divided for cross-validation."""
 
+EVENT_ROUNDS = 4
+"""Most searches at one fit, each with the places of events that are best beside what the last one found."""
+
 NONLINEAR = 0.02
 """Geometry that moves farther than this [rad, m] without an effect is no longer linear in it."""
-
-Tell = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +53,15 @@ class Stage:
         keep: Which of them were fitted.
         geometric: The problem of the geometry on the fitted rows, weighed by what the fit leaves.
         fitted: Geometry and accepted effects.
+        spared: Rows that stand out close to each other in time: what happened in between may explain them,
+            and until that was looked for they are no outliers.
     """
 
     rows: Dataset
     keep: Bool[np.ndarray, " rows"]
     geometric: Problem
-    fitted: Fitted
+    fitted: FittedModel
+    spared: Bool[np.ndarray, " rows"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,39 +78,33 @@ class Searched:
     stage: Stage
     offered: Catalogue
     grams: Grams
-    found: Found
+    found: FoundEffects
 
 
-def geometry_first(problem: Problem, *, on_step: OnStep | None = None) -> Stage:
+def geometry_first(problem: Problem) -> Stage:
     """The geometry alone, with outliers set apart.
 
     Args:
         problem: Geometry, on all rows to fit.
-        on_step: Called after every step; True cancels.
     """
     rows = problem.data
-    fitted = refit(problem, None, (), on_step=on_step)
+    fitted = refit(problem, None, ())
     everything = np.ones(len(rows), bool)
     out = find_outliers(fitted.problem, robust_fit(fitted.problem, fitted.fit.x), everything)
-    stage = Stage(rows, ~out, problem, fitted)
-    return _without_outliers(_fit(stage, None, (), on_step), None, on_step)
+    spared = crowded(out, rows, within=CROWD, fewest=CROWDED)
+    stage = Stage(rows, ~out | spared, problem, fitted, spared)
+    return _without_outliers(_fit(stage, None, ()), None)
 
 
 def rounds(
-    stage: Stage,
-    rng: np.random.Generator,
-    *,
-    search: bool = True,
-    tell: Tell | None = None,
-    on_step: OnStep | None = None,
+    stage: Stage, rng: np.random.Generator, *, search: bool = True, events: bool = True
 ) -> tuple[Searched, ...]:
     """Search and fit until nothing new is found.
 
     Args:
         stage: The geometry alone.
         search: Whether the rows can tell anything of effects; if not, nothing is tried.
-        tell: Called with what is being done.
-        on_step: Called after every step; True cancels.
+        events: Whether something may have happened while they were measured.
 
     Returns:
         The searches, the last of them at the final fit.
@@ -110,38 +113,40 @@ def rounds(
     done: list[Searched] = []
     seen: set[frozenset[str]] = set()
     for number in range(ROUNDS):
-        if tell is not None:
-            tell(f"round {number + 1}: trying every effect on every joint")
-        last = _search(stage, fold, on_step) if search else _unsearched(stage, fold)
+        progress(0.5, f"round {number + 1}: trying every effect on every joint")
+        last = _search(stage, fold, events=events) if search else _unsearched(stage, fold)
+        if stage.spared.any():
+            stage = replace(stage, spared=np.zeros(len(stage.rows), bool))
+            if not any(t.candidate.effect.is_event for t in last.found.model):
+                stage = _without_outliers(_fit(stage, None, ()), None)
+                last = _search(stage, fold, events=events) if search else _unsearched(stage, fold)
         done.append(last)
         key = frozenset(_key(t.candidate) for t in last.found.model)
-        cancelled = on_step is not None and on_step(number, 0.0)
-        over = cancelled or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1
+        over = cancelled() or number == (FEW_ROUNDS if large(stage.fitted.problem) else ROUNDS) - 1
         same = _same(last.found.model, stage.fitted.model)
         again = key in seen and not same
         is_last = same or again or not _better(last)
         seen.add(key)
         if over or is_last:
             done[-1] = _as_fitted(min(done, key=_description_length) if again else last)
-            shorter = None if over else _without_superfluous(done[-1], on_step)
+            shorter = None if over else _without_superfluous(done[-1])
             if shorter is None:
                 break
             stage = shorter
             continue
-        if tell is not None:
-            tell(f"round {number + 1}: fitting geometry and {len(last.found.model)} effects")
-        stage = _fit(stage, last.grams, last.found.model, on_step)
-        stage = _without_outliers(stage, last.grams, on_step)
-    return (*done[:-1], _supported(done[-1], fold, on_step))
+        progress(0.5, f"round {number + 1}: fitting geometry and {len(last.found.model)} effects")
+        stage = _fit(stage, last.grams, last.found.model)
+        stage = _without_outliers(stage, last.grams)
+    return (*done[:-1], _supported(done[-1], fold))
 
 
-def _supported(searched: Searched, fold: np.ndarray, on_step: OnStep | None) -> Searched:
+def _supported(searched: Searched, fold: np.ndarray) -> Searched:
     """The search without effects that its last fit doesn't support, fitted anew."""
     for _ in range(ROUNDS):
         kept = supported(searched.grams, searched.found.model)
         if len(kept) == len(searched.found.model):
             break
-        stage = _fit(searched.stage, searched.grams, kept, on_step)
+        stage = _fit(searched.stage, searched.grams, kept)
         offered = searched.offered.candidates
         grams = _compressed(stage, [c.effect for c in offered], fold)
         found = as_found(grams, _among(kept, offered), searched.found.distrusted)
@@ -149,13 +154,20 @@ def _supported(searched: Searched, fold: np.ndarray, on_step: OnStep | None) -> 
     return searched
 
 
-def _compressed(stage: Stage, effects: Sequence[AbstractEffect], fold: np.ndarray) -> Grams:
-    """Inner products at a stage's fit."""
+def _compressed(
+    stage: Stage,
+    effects: Sequence[AbstractEffect],
+    fold: np.ndarray,
+    kinds: Sequence[Changeable] = (),
+    line: Timeline | None = None,
+) -> Grams:
+    """Inner products at a stage's fit, with the history of what events may change if asked for."""
     problem = stage.fitted.problem.with_noise(stage.geometric.noise)
-    return compress(problem, stage.fitted.fit.x, effects, fold[stage.keep])
+    changed, pieces = [k.event for k in kinds], None if line is None else line.piece
+    return compress(problem, stage.fitted.fit.x, effects, fold[stage.keep], changed=changed, pieces=pieces)
 
 
-def _without_superfluous(searched: Searched, on_step) -> Stage | None:
+def _without_superfluous(searched: Searched) -> Stage | None:
     """The stage without one effect that geometry can stand for, fitted anew from the nominal arm; None if
     each is needed.
 
@@ -174,7 +186,7 @@ def _without_superfluous(searched: Searched, on_step) -> Stage | None:
         if np.abs(there - here).max(initial=0.0) < NONLINEAR:
             continue
         rows = stage.rows.take(stage.keep)
-        without = refit(stage.geometric, grams, rest, data=rows, begin=begin, on_step=on_step)
+        without = refit(stage.geometric, grams, rest, data=rows, begin=begin)
         ratio = without.fit.history[-1] / stage.fitted.fit.history[-1]
         charge = len(term.candidate.names) * np.log(problem.count)
         if without.fit.outcome.ok and problem.count * np.log(ratio) < charge:
@@ -219,12 +231,35 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
     return (np.argsort(order) % count)[groups]
 
 
-def _search(stage: Stage, fold: np.ndarray, on_step: OnStep | None) -> Searched:
+def _search(stage: Stage, fold: np.ndarray, *, events: bool) -> Searched:
+    """The search for effects, and for events wherever in time they are best, until no place is better."""
     offered = catalogue(stage.geometric.robot, Motion.of(stage.rows))
-    grams = _compressed(stage, [c.effect for c in offered.candidates], fold)
-    start = _among(stage.fitted.model, offered.candidates)
-    asked = None if on_step is None else lambda model: on_step(0, 0.0)
-    return Searched(stage, offered, grams, search_effects(grams, offered.candidates, start, on_step=asked))
+    kinds = changeable(stage.fitted.problem) if events else ()
+    line = Timeline.of(stage.fitted.problem.data, [e.moment for e in stage.fitted.events])
+    plain, happened = (
+        offered.candidates,
+        [t.candidate for t in stage.fitted.model if t.candidate.effect.is_event],
+    )
+
+    def compressed() -> Grams:
+        return _compressed(stage, [c.effect for c in (*plain, *happened)], fold, kinds, line)
+
+    grams = compressed()
+    model = _among(stage.fitted.model, (*plain, *happened))
+    found: FoundEffects | None = None
+    for _ in range(EVENT_ROUNDS):
+        rests = [model, *(drop(model, [t]) for t in model if len(model) <= FEW)]
+        best = {c.names: c for rest in rests for c in promising(grams, rest, line, kinds)}
+        new = [c for names, c in best.items() if names not in {h.names for h in happened}]
+        if not new and found is not None:
+            break
+        if new:
+            happened += new
+            grams = compressed()
+        found = search_effects(grams, (*plain, *happened), model)
+        model = found.model
+    assert found is not None, "the first search is always made"
+    return Searched(stage, replace(offered, candidates=(*plain, *happened)), grams, found)
 
 
 def _unsearched(stage: Stage, fold: np.ndarray) -> Searched:
@@ -233,30 +268,34 @@ def _unsearched(stage: Stage, fold: np.ndarray) -> Searched:
     return Searched(stage, Catalogue((), ()), grams, as_found(grams, ()))
 
 
-def _fit(stage: Stage, grams: Grams | None, model: Model, on_step) -> Stage:
+def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:
     """The stage with another model, or other rows, fitted; from what the last fit says of it."""
     begin = stage.fitted.problem.named(stage.fitted.fit.x)
     if grams is not None and not _same(model, stage.fitted.model):
         begin = linear_answer(stage.fitted, grams, model)
     rows = stage.rows.take(stage.keep)
-    fitted = refit(stage.geometric, grams, model, data=rows, begin=begin, on_step=on_step)
-    return replace(stage, fitted=fitted)
+    fitted = refit(stage.geometric, grams, model, data=rows, begin=begin)
+    geometric = freed(stage.geometric, fitted.fit)
+    if geometric is not stage.geometric:
+        begin = fitted.problem.named(fitted.fit.x)
+        fitted = refit(geometric, grams, model, data=rows, begin=begin)
+    return replace(stage, geometric=geometric, fitted=fitted)
 
 
-def _without_outliers(stage: Stage, grams: Grams | None, on_step) -> Stage:
+def _without_outliers(stage: Stage, grams: Grams | None) -> Stage:
     """Exclude outliers until the selection no longer changes, then weight by the residuals of the fit."""
     for _ in range(1 if large(stage.fitted.problem) else OUTLIER_ROUNDS):
         whole = _on_all_rows(stage)
-        keep = ~find_outliers(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor)
+        keep = ~find_outliers(whole, stage.fitted.fit.x, stage.keep, stage.fitted.fit.factor) | stage.spared
         if (keep == stage.keep).all():
             break
-        stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model, on_step)
+        stage = _fit(replace(stage, keep=keep), grams, stage.fitted.model)
     before = stage.geometric.typical_noise
     stage = replace(stage, geometric=with_own_noise(stage.fitted, stage.geometric))
     if large(stage.fitted.problem):
         return stage
     model = rescaled(stage.fitted.model, _variance_ratio(before, stage.geometric.typical_noise))
-    return _fit(stage, grams, model, on_step)
+    return _fit(stage, grams, model)
 
 
 def _variance_ratio(before: Noise, after: Noise) -> float:

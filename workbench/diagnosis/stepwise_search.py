@@ -6,12 +6,13 @@ folds that took no part in the fit falls. After each entry every effect is tried
 place, and joints with several maps of their own against one smooth map.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from workbench.arm.effects import Candidate
+from workbench.base.progress import cancelled
 from workbench.diagnosis.evidence import (
     Left,
     Model,
@@ -28,6 +29,7 @@ from workbench.diagnosis.evidence import (
     without_each_fold,
 )
 from workbench.diagnosis.gram_matrices import Grams
+from workbench.diagnosis.one_less import left_of, left_without, own_offers, validated_without, with_one_more
 
 ALPHA = 0.002
 """Share of arms without effects on which one may be claimed."""
@@ -52,7 +54,7 @@ BETTER = 0.5
 
 
 @dataclass(frozen=True, eq=False)
-class Found:
+class FoundEffects:
     """What the search found.
 
     Args:
@@ -66,26 +68,19 @@ class Found:
     distrusted: tuple[Offer, ...]
 
 
-def search(
-    grams: Grams,
-    candidates: Sequence[Candidate],
-    start: Model = (),
-    *,
-    on_step: Callable[[Model], bool] | None = None,
-) -> Found:
+def search(grams: Grams, candidates: Sequence[Candidate], start: Model = ()) -> FoundEffects:
     """Find the effects that the rows support.
 
     Args:
         grams: Inner products at a fit.
         candidates: Everything that may be tried.
         start: Effects that were accepted at an earlier fit.
-        on_step: Called with every new model; True ends the search.
     """
     model = exchange(grams, candidates, prune(grams, candidates, start))
     distrusted: list[Offer] = []
     exchanged, seen = True, {_names(model)}
     for _ in range(ROUNDS):
-        if on_step is not None and on_step(model):
+        if cancelled():
             break
         added, refused = _add(grams, candidates, model)
         if added is not None:
@@ -106,9 +101,9 @@ def _names(model: Model) -> frozenset[tuple[str, ...]]:
     return frozenset(t.candidate.names for t in model)
 
 
-def as_found(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> Found:
+def as_found(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> FoundEffects:
     """A model as what a search found."""
-    return Found(model, tuple(_own_offer(grams, model, k) for k in range(len(model))), tuple(distrusted))
+    return FoundEffects(model, tuple(own_offers(grams, model)), tuple(distrusted))
 
 
 def significant(found: Offer, tries: int) -> bool:
@@ -155,7 +150,7 @@ def _without_one(candidate: Candidate) -> list[Candidate]:
 def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[Model | None, list[Offer]]:
     """The model with the best further effect; those refused on the way."""
     refused: list[Offer] = []
-    strong = [o for o in _offers(left_by(grams, model), candidates) if significant(o, len(candidates))]
+    strong = [o for o in _offers(left_of(grams, model), candidates) if significant(o, len(candidates))]
     for best in sorted(strong, key=lambda o: -o.gain)[:5]:
         if confirmed(grams, model, (*model, best.term)):
             return (*model, best.term), refused
@@ -167,12 +162,6 @@ def _offers(left: Left, candidates: Sequence[Candidate], group: Model = ()) -> l
     """What all candidates that may stand beside a model would add, in the place of some terms."""
     beside = [c for c in candidates if not any(c.excludes(t.candidate) for t in left.model)]
     return offers(left, beside, group=group)
-
-
-def _own_offer(grams: Grams, model: Model, k: int) -> Offer:
-    """What a model's term adds to the others."""
-    found = offer(left_by(grams, drop(model, [model[k]]), model[k].candidate.names), model[k].candidate)
-    return Offer(model[k], -np.inf, 0.0) if found is None else found
 
 
 def exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
@@ -188,8 +177,8 @@ def exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Mod
 def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model | None:
     for group in _groups(model):
         rest = drop(model, group)
-        left = left_by(grams, rest)
-        present = worth(grams, rest, group)
+        left = left_without(grams, model, group)
+        present = worth(left, group)
         others = [
             o for o in _offers(left, candidates, group) if len(group) == 1 or _takes_place(o.term, group)
         ]
@@ -210,11 +199,11 @@ def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, ter
     its place. Laws that leave the map something to explain are parts of an error without a name.
     """
     named = drop(model, [term])
-    present = worth(grams, named, (term,))
+    present = worth(left_without(grams, model, (term,)), (term,))
     joints = term.candidate.effect.joints
     laws = [c for c in candidates if c.effect.maps_joint and not c.shrunk and c.effect.joints == joints]
     for _ in range(LAWS):
-        best = max(_offers(left_by(grams, named), laws), key=lambda o: o.gain, default=None)
+        best = max(_offers(left_of(grams, named), laws), key=lambda o: o.gain, default=None)
         if best is None or best.gain <= 0.0:
             return None
         named, present = (*named, best.term), present - best.gain
@@ -250,20 +239,21 @@ def _takes_place(term: Term, group: Model) -> bool:
     return term.candidate.alike and kind_of(term) == kind_of(group[0])
 
 
-def worth(grams: Grams, rest: Model, group: Model) -> float:
-    """Evidence that a group of terms adds to the rest, one after the other."""
-    total, model = 0.0, rest
+def worth(left: Left, group: Model) -> float:
+    """Evidence that a group of terms adds to what others leave, one after the other."""
+    total = 0.0
     for term in group:
-        found = offer(left_by(grams, model, term.candidate.names), term.candidate)
+        found = offer(left, term.candidate)
         total += 0.0 if found is None else found.gain
-        model = (*model, term)
+        if term is not group[-1]:
+            left = with_one_more(left, (*left.model, term))
     return total
 
 
 def prune(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
     """Drop effects made redundant by the others, the weakest first."""
     while model:
-        own = [_own_offer(grams, model, k) for k in range(len(model))]
+        own = own_offers(grams, model)
         weakest = int(np.argmin([o.gain for o in own]))
         if significant(own[weakest], len(candidates)):
             return model
@@ -280,8 +270,8 @@ def supported(grams: Grams, model: Model) -> Model:
         after, whole = validated(grams, model), solve(grams, model, grams.total)
         parts = without_each_fold(grams, model)
         falls = {}
-        for term in model:
-            fall = 1.0 - after / validated(grams, drop(model, [term]))
+        for term, without in zip(model, validated_without(grams, model, [(t,) for t in model]), strict=True):
+            fall = 1.0 - after / without
             mine = grams.columns(term.candidate.names)
             is_credible = (np.abs(whole[mine]) <= grams.bounds(term.candidate.names)).all()
             lowers = float(np.median(fall)) > WORTH  # one fold beyond the others' poses decides nothing

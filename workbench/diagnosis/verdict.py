@@ -7,10 +7,12 @@ import numpy as np
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import STILL
+from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.claimed_causes import Cause, ResidualMap
 from workbench.diagnosis.evidence import Offer
 from workbench.diagnosis.result import Verdict
+from workbench.diagnosis.structure import Structure
 from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
@@ -45,7 +47,7 @@ def conclude(
     before: Errors,
     after: Errors,
     floor: Noise | None,
-    structure: bool,
+    structure: Structure,
     distrusted: Sequence[Offer],
     joint_noise: Readings | None,
     chain: Chain,
@@ -61,17 +63,21 @@ def conclude(
         before: Errors of the geometry alone, on the rows that judge it.
         after: Errors with the effects.
         floor: Noise that was known beforehand.
-        structure: Whether neighbouring poses leave alike residuals.
+        structure: Along which axes rows leave alike residuals.
         distrusted: Candidates that chance can't explain, but that cross-validation did not confirm.
         joint_noise: Noise of joint readings, as far as the rows show any.
     """
     left = after.position_mm.mean
     if explains_little(nominal, after, reach):
         return Verdict.UNEXPLAINED, _lost(bool(causes or residual_map), nominal, after)
-    more = structure or bool(distrusted)
+    alone = joint_noise is not None and bool(joint_noise.alone)
+    is_structured = bool(structure.found) and not (alone and all(a.is_of_joint for a in structure.found))
+    more = bool(is_structured or distrusted)
     rest = "shows no structure, so it is taken to be noise"
+    if structure.found:
+        rest = f"{structure.sentence} in the readings of joints that scatter"
     if floor is not None:
-        instrument = 1.0 if joint_noise is None or structure else 1.0 - joint_noise.share
+        instrument = 1.0 if joint_noise is None or is_structured else 1.0 - joint_noise.share
         ratio = np.sqrt(instrument) * noise.position / floor.position
         more = ratio > NOISE_LIKE
         known = f"the known noise ({1e3 * floor.position:.2g} mm per axis)"
@@ -79,10 +85,12 @@ def conclude(
         rest = f"is {ratio:.1f} times what {known} explains" if more else f"{agrees} {known}"
     elif more:
         rest = "has structure that no known effect explains"
+    if is_structured:
+        rest += f": it {structure.sentence}"
     lead = ""
     if joint_noise is not None:
         size, part = joint_noise.words(chain), f"{100 * joint_noise.share:.0f} %"
-        if structure:
+        if is_structured:
             rest += f"; {part} of it is like noise of the joint readings ({size}), or an effect not found yet"
         elif joint_noise.share > LEADS:
             advice = LOOK if joint_noise.alone else SETTLE
@@ -179,12 +187,22 @@ def coverage(data: Dataset, chain: Chain) -> list[str]:
     return notes
 
 
-def weights_that_differ(fit: Fit) -> list[str]:
-    """Sentences on masses and centres that the rows contradict."""
-    known = fit.problem.robot.inertia_tolerance
-    out = []
+def weights_that_differ(fit: Fit, file: Robot) -> list[str]:
+    """Sentences on masses that the file lacks, and on masses and centres in it that the rows contradict."""
+    known, out = fit.problem.robot.inertia_tolerance, []
+    found, errors = fit.problem.named(fit.x), fit.problem.named(fit.std)
+    for old, new in zip(file.joints, fit.problem.robot.joints, strict=True):
+        if old.mass is None and new.mass is not None:
+            name = f"{new.name}.mass"
+            value = (
+                f"{found[name]:.3g} ± {errors[name]:.2g} kg fitted" if name in found else "no load shows it"
+            )
+            out.append(
+                f"the file lacks the mass of the link after {new.name}: {new.mass:.3g} kg assumed, {value}"
+            )
+            known = {n: s for n, s in known.items() if not n.startswith(f"{new.name}.")}
     for p, value, error in zip(fit.parameters, fit.x.tolist(), fit.std.tolist(), strict=True):
-        if p.is_inertia and abs(value - p.nominal) > CONTRADICTED * known[p.name]:
+        if p.name in known and abs(value - p.nominal) > CONTRADICTED * known[p.name]:
             link, part = p.name.split(".")
             what = "mass" if part == "mass" else f"centre of mass ({part[-1]})"
             factor, unit = (1.0, "kg") if part == "mass" else (1e3, "mm")

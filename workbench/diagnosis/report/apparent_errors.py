@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm import chain as chains
-from workbench.arm.effects.plots import State
+from workbench.arm.effects.plots import DeflectedRows
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
@@ -61,9 +61,9 @@ class Rows:
         return Motion.joined([Motion.of(p.data) for p in self.problems])
 
     @cached_property
-    def state(self) -> State:
-        """The bent arm in all rows, as views of effects ask for it."""
-        return State(self.robot.chain, self.motion, deflect(self.robot, self.motion).wrenches)
+    def state(self) -> DeflectedRows:
+        """The deflected arm in all rows, as views of effects ask for it."""
+        return DeflectedRows(self.robot.chain, self.motion, deflect(self.robot, self.motion).wrenches)
 
     @cached_property
     def held_out(self) -> Bool[np.ndarray, " rows"]:
@@ -93,8 +93,10 @@ class Rows:
 
 
 def judged_rows(result: Diagnosis) -> Dataset:
-    """Held-out rows whose session was fitted."""
+    """Held-out rows whose session was fitted; none of a later time than what happened in it."""
     held, fitted = result.held_out_data, result.after_fit.problem
+    if held.is_of_later and result.events:
+        return held.take(np.zeros(len(held), bool))
     if held.session is None or not fitted.frames.base_per_session:
         return held
     return held.take(np.isin(held.session, fitted.data.sessions))
@@ -108,7 +110,11 @@ def _closed(robot: Robot, data: Dataset, fitted: Problem, places: dict[str, floa
 
 def _whitened(block, elements, direction):
     """Whitened column and residual of a block's rows."""
-    shift = chains.NO_SHIFT if block.bent is None else deflect(block.bent.robot, block.bent.motion).shift
+    shift = (
+        chains.NO_SHIFT
+        if block.deflected is None
+        else deflect(block.deflected.robot, block.deflected.motion).shift
+    )
     poses, twists = chains.twists(block.chain, block.q, block.chain.indices(elements), shift=shift)
     part = block.observation.see(poses, block.known)
     twist = twists @ direction[:, :, None]

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.law import NO_WRENCHES
-from workbench.arm.effects.plots import View
+from workbench.arm.effects.plots import IncrementCurve
 from workbench.arm.motion import Motion
 from workbench.diagnosis.report.apparent_errors import Rows
 from workbench.diagnosis.result import Accepted, Diagnosis
@@ -24,7 +24,7 @@ from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 BINS = 14
 """Most bins of a running mean."""
-LEAST = 3
+MIN_ROWS_PER_BIN = 3
 """Fewest rows of a bin."""
 BEYOND = 1.35
 """How much further than nearly all rows the axis reaches."""
@@ -47,7 +47,7 @@ def against_drivers(found: Accepted, rows: Rows) -> Figure:
     return figure
 
 
-def _pair(line, view: View, rows: Rows) -> None:
+def _pair(line, view: IncrementCurve, rows: Rows) -> None:
     left, std = rows.along(view.elements, view.direction)
     weight = 1.0 / std**2
     before, after = view.scale * (left + view.law), view.scale * left
@@ -84,7 +84,7 @@ def _points(axes: Axes, x, values, weight, held) -> None:
             axes.plot(x[part], values[part], marker, ms=3.8, color=colour, alpha=0.65, mew=0, label=words)
 
 
-def _means(axes: Axes, view: View, values, law, weight) -> None:
+def _means(axes: Axes, view: IncrementCurve, values, law, weight) -> None:
     """Weighted means of what is left in bins with their standard errors, upon the law at their middle."""
     if view.steps:
         edges = np.array([-1.5, -0.5, 0.5, 1.5])
@@ -95,7 +95,7 @@ def _means(axes: Axes, view: View, values, law, weight) -> None:
     centre, mean, error = [], [], []
     for k in range(len(edges) - 1):
         mine = place == k
-        if mine.sum() < LEAST:
+        if mine.sum() < MIN_ROWS_PER_BIN:
             continue
         w = weight[mine] / weight[mine].sum()
         m, middle = float(w @ values[mine]), float(w @ view.x[mine])
@@ -108,7 +108,7 @@ def _means(axes: Axes, view: View, values, law, weight) -> None:
     )  # fmt: skip
 
 
-def _curve(axes: Axes, view: View) -> None:
+def _curve(axes: Axes, view: IncrementCurve) -> None:
     x, y = view.curve
     if view.steps:
         for side in (-1.0, 1.0):

@@ -14,13 +14,14 @@ from workbench.data.prediction import row_components
 from workbench.diagnosis.report.apparent_errors import judged_rows
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.report.error_plots import measured
-from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.report.colours import CALIBRATED, GEOMETRY, NOMINAL
+from workbench.report.figures import INK, grid, look, new_figure, plain_ticks
 from workbench.report.numbers import short
 
 MODELS = ("nominal", "geometry alone", "with the effects")
 SUMMARIES = {"position": "position_mm", "rotation": "orientation_deg", "tilt": "tilt_deg"}
 """Where the summary of each kind of error stands."""
-INKS = (NOMINAL, COLOURS[0], COLOURS[1])
+INKS = (NOMINAL, GEOMETRY, CALIBRATED)
 
 
 def errors(result: Diagnosis) -> Figure:
@@ -60,7 +61,7 @@ def _means(axes: Axes, result: Diagnosis, name: str, unit: str, words: str) -> N
     axes.set_yticks(ticks, labels)
     axes.set_ylim(place - 0.3, 0.0)
     axes.set_xlabel(f"{words} error [{unit}]: mean ● and greatest ○")
-    axes.xaxis.set_major_formatter("{x:g}")
+    plain_ticks(axes.xaxis)
     grid(axes, "x")
 
 

@@ -4,11 +4,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from workbench.base.advice import Advice
 from workbench.base.files import check_folder
-from workbench.base.progress import Report
+from workbench.base.progress import progress
 from workbench.diagnosis.claimed_causes import Cause
+from workbench.diagnosis.report.budget import budget_bars
 from workbench.diagnosis.report.plots import pictures
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import (
@@ -23,7 +25,7 @@ from workbench.diagnosis.report.table import (
 from workbench.diagnosis.result import Diagnosis, judged
 from workbench.identification.report.html_report import error_cards
 from workbench.identification.result import error_rows
-from workbench.report.figures import Drawing, png
+from workbench.report.figures import DrawnFigure, png
 from workbench.report.html import write_page
 from workbench.report.numbers import short
 
@@ -33,7 +35,7 @@ PICTURES = "diagnosis-"
 """What the name of every picture begins with."""
 
 
-def write_diagnosis(result: Diagnosis, folder: Path | str, *, progress: Report | None = None) -> Path:
+def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
     """Write `diagnosis.html`, its pictures as PNG files and `diagnosis.json`: all of them or nothing.
 
     An older report in the folder is replaced; other files in it stay.
@@ -41,24 +43,23 @@ def write_diagnosis(result: Diagnosis, folder: Path | str, *, progress: Report |
     Args:
         folder: Made if it is not there.
     """
-    report = progress or (lambda part, words: None)
     check_folder(folder)
     wanted = pictures(result)
-    drawings: list[Drawing] = []
+    drawings: list[DrawnFigure] = []
     files: dict[str, bytes] = {}
     advice = Advice()
     for k, picture in enumerate(wanted):
-        report(0.9 * k / len(wanted), f"drawing: {picture.title}")
+        progress(0.9 * k / len(wanted), f"drawing: {picture.title}")
         if (drawn := advice.ask(f"the picture “{picture.title}”", picture.drawn, None)) is not None:
             figure, drawing = drawn
             drawings.append(drawing)
             files[f"{PICTURES}{picture.name}.png"] = png(figure)
-    report(0.9, "writing the page")
+    progress(0.9, "writing the page")
     old = (p.name for p in Path(folder).glob(f"{PICTURES}*.png"))
     numbers, words = diagnosis_json(result), _words(result)
     words["notes"] = (*result.warnings, *advice.warnings, *result.notes)
     path = write_page(folder, PAGE, drawings, numbers, numbers=RESULT, files=files, replaces=old, **words)
-    report(1.0, "done")
+    progress(1.0, "done")
     return path
 
 
@@ -69,6 +70,7 @@ def _words(result: Diagnosis) -> dict[str, Any]:
         "verdict": result.verdict_words,
         "good": result.is_good,
         "message": result.message,
+        "budget": Markup(budget_bars(result)),
         "causes": [_cause(c) for c in result.causes],
         "residual_map": result.residual_map.sentence if result.residual_map is not None else "",
         "effects": [_effect(result, k) for k in range(len(result.effects))],

@@ -6,6 +6,7 @@ from workbench.diagnosis.report.apparent_errors import Rows
 from workbench.diagnosis.report.effect_plots import against_drivers, shapes
 from workbench.diagnosis.report.error_plots import arrows, errors
 from workbench.diagnosis.report.ranking import ranking
+from workbench.diagnosis.report.structure_plot import along_axis, row_by_row
 from workbench.diagnosis.result import Diagnosis
 from workbench.report.figures import Picture
 
@@ -28,6 +29,7 @@ def pictures(result: Diagnosis) -> tuple[Picture, ...]:
             "effects that were added. Right: the errors of single rows.",
             partial(errors, result),
         ),
+        *_of_events(result),
         Picture(
             "ranking",
             "What each candidate would add",
@@ -44,12 +46,38 @@ def pictures(result: Diagnosis) -> tuple[Picture, ...]:
             "two standard errors either way. Ticks: measured positions.",
             partial(shapes, result),
         ),
+        *_of_structure(result),
         Picture(
             "arrows",
             "Residuals in space",
             "Measured minus predicted position at the measured points, much exaggerated, in the measuring "
             "frame; both sides have the same scale. Neighbours that agree point to a missing effect.",
             partial(arrows, result),
+        ),
+    )
+
+
+def _of_events(result: Diagnosis) -> tuple[Picture, ...]:
+    """What happened while the rows were measured."""
+    if not result.events:
+        return ()
+    words = "Fitted rows. Dashed lines: what happened, and the first row after it."
+    return (Picture("events", "Errors row by row", words, partial(row_by_row, result)),)
+
+
+def _of_structure(result: Diagnosis) -> tuple[Picture, ...]:
+    """What is left, along the axis where it is no noise, or in the order of the rows."""
+    found = result.structure
+    if found.shown is None:
+        return ()
+    words = f"it {found.sentence}" if found.found else f"no structure along any of {len(found.axes)} axes"
+    return (
+        Picture(
+            "structure",
+            f"What is left along {found.shown.name}",
+            f"Fitted rows at the final model: {words}. Lines: means of neighbouring rows. Noise scatters "
+            "about zero everywhere; dashed lines: events that were found.",
+            partial(along_axis, result),
         ),
     )
 

@@ -6,7 +6,8 @@ from matplotlib.figure import Figure
 
 from workbench.arm.effects import AbstractEffect
 from workbench.diagnosis.result import Diagnosis, judged
-from workbench.report.figures import COLOURS, NOMINAL, grid, look, new_figure
+from workbench.report.colours import NOMINAL
+from workbench.report.figures import COLOURS, grid, look, new_figure
 
 SHOWN = 14
 """Most candidates that are drawn."""

@@ -4,8 +4,10 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.axes import turns
+from workbench.arm.effects.events import AbstractEvent
 from workbench.diagnosis.claimed_causes import Cause, ResidualMap
 from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
+from workbench.diagnosis.structure import LEVEL, Structure
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.report.results_json import validation_json
 from workbench.report.json import Json, plain
@@ -36,6 +38,10 @@ def diagnosis_json(result: Diagnosis) -> Json:
             "noise": result.noise.json(),
             "noise_floor": None if result.floor is None else result.floor.json(),
             **_joint_noise(result),
+            "saved_arm": None
+            if result.now is None
+            else {"from_row": result.now.row, "mean_mm": result.now.mean_mm},
+            "structure": _structure(result.structure),
             "not_identifiable": [_undetectable(u, result) for u in result.undetectable],
             "suspects": result.held_out_data.row[result.suspects],
             "verdict": str(result.verdict),
@@ -71,6 +77,8 @@ def _joint_noise(result: Diagnosis) -> dict[str, object]:
 def _effect(effect: AbstractEffect) -> Json:
     """Name, joints from 1, and settings such as `order`."""
     settings = {key: getattr(effect, key) for key in effect.settings()}
+    if isinstance(effect, AbstractEvent) and not effect.is_timed:
+        settings["time_s"] = None
     return {"name": str(effect.name), "joints": [j + 1 for j in effect.joints], **settings}
 
 
@@ -112,6 +120,17 @@ def _map(found: ResidualMap) -> Json:
         "effects": [_effect(e) for e in found.effects],
         "before_held_out_mm": found.before_mm,
         "after_held_out_mm": found.after_mm,
+    }
+
+
+def _structure(found: Structure) -> Json:
+    """Axes along which what is left was looked at, and those along which it is no noise."""
+    return {
+        "level": LEVEL,
+        "tests": found.tests,
+        "axes": [{"axis": a.name, "view": a.view, "p_value": a.p} for a in found.axes],
+        "found": list(dict.fromkeys(a.name for a in found.found)),
+        "sentence": found.sentence,
     }
 
 

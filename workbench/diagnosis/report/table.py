@@ -14,6 +14,7 @@ from rich.text import Text
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
+from workbench.base.wording import first_of
 from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, judged
 from workbench.identification.report.table import models_table
 from workbench.report.numbers import readable_unit, short, with_error
@@ -160,7 +161,7 @@ def _instead(found: Accepted, with_all: float) -> str:
 def outlier_words(result: Diagnosis) -> str:
     """Which rows were excluded as outliers, and what to do."""
     rows = sorted(result.data.row[result.outliers].tolist())
-    shown = ", ".join(map(str, rows[:NAMED])) + (" …" if len(rows) > NAMED else "")
+    shown = first_of(rows, NAMED)
     subject, it = (f"data rows {shown}", "them") if len(rows) > 1 else (f"data row {shown}", "it")
     return f"{subject}: no model of the arm explains {it}; measure {it} again, or exclude {it}"
 

@@ -1,0 +1,125 @@
+"""What keeps a cause from being called certain, however large its odds."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from arms import make
+from problems import fitted, geometric
+
+from workbench.arm.effects import Candidate
+from workbench.arm.effects.base_drift import BaseDrift
+from workbench.arm.effects.joint_harmonic import JointHarmonic
+from workbench.arm.motion import Motion
+from workbench.diagnosis import claimed_causes
+from workbench.diagnosis.candidates import Catalogue
+from workbench.diagnosis.claimed_causes import Confidence
+from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.evidence import Term
+from workbench.diagnosis.gram_matrices import compress
+from workbench.diagnosis.places import place_of
+from workbench.diagnosis.refit import refit
+from workbench.diagnosis.rounds import Searched, Stage
+from workbench.diagnosis.smooth_part import smooth_part
+from workbench.diagnosis.stepwise_search import as_found
+from workbench.diagnosis.survival import Survival, survival
+
+CLEAR = 4.0
+ECCENTRIC = Candidate(JointHarmonic((1,)))
+
+
+@pytest.fixture(scope="module")
+def soft():
+    """All joints but the first give way; the rows ask for that one with less than a standard error."""
+    case = make("compliance-all", 2, "katana")
+    return case, diagnose(case.robot, case.data, held_out=0.0)
+
+
+def test_a_certain_cause_names_joints_that_differ_clearly_from_zero(soft):
+    case, found = soft
+    std = found.final_fit.problem.named(found.final_fit.std)
+    (cause,) = found.causes
+    assert cause.confidence is Confidence.CERTAIN
+    assert cause.joints == tuple(j for named in case.truth for j in named.joints)
+    sizes = {n: c for e in cause.effects for n, c in zip(e.names, e.coefficients, strict=True)}
+    assert all(sizes[n] > CLEAR * std[n] for n in cause.whole.names)
+    assert cause.unsure == (0,)
+    assert sizes["joint1.compliance"] < CLEAR * std["joint1.compliance"]
+    assert found.calibrated.coefficients["joint1.compliance"] == sizes["joint1.compliance"]
+
+
+def test_a_cause_is_not_certain_while_more_than_a_third_of_it_is_left_smooth(soft, monkeypatch):
+    case, _ = soft
+    monkeypatch.setattr(claimed_causes, "smooth_part", lambda problem, x: 1e3)
+    found = diagnose(case.robot, case.data, held_out=0.0)
+    assert [c.confidence for c in found.causes] == [Confidence.PROBABLE]
+
+
+@pytest.mark.parametrize("ordered", ["posture", "time"])
+def test_the_smooth_part_is_what_neighbours_share(ordered):
+    """A wave over a joint, or over time, beside noise of one standard deviation."""
+    case = make("none", 3)
+    fit = fitted(case).fit
+    assert smooth_part(fit.problem, fit.x) == 0.0
+    along = case.data.time if ordered == "time" else case.data.q[:, 0]
+    wave = 1e-4 * np.sqrt(2.0) * np.sin(2.0 * np.pi * np.argsort(np.argsort(along)) / len(along))
+    data = replace(case.data, position=case.data.position + wave[:, None])
+    left = fit.problem.again(data=data)
+    assert smooth_part(left, fit.x) == pytest.approx(np.sqrt(0.5 * 2.0**2), rel=0.35)
+
+
+def test_drift_is_certain_only_where_postures_come_again_later():
+    """Elsewhere it may stand for anything that differs from row to row."""
+    rng = np.random.default_rng(0)
+    q, time = rng.uniform(-1.0, 1.0, (40, 6)), np.linspace(0.0, 3600.0, 40)
+    drift = BaseDrift((), (1e-6,) * 6)
+    again, at_once = q.copy(), q.copy()
+    again[30:] = q[:10] + 1e-4
+    at_once[1::2] = q[::2]
+    assert drift.doubt(Motion(again, time=time)) is None
+    for never in (q, at_once):
+        assert "again" in drift.doubt(Motion(never, time=time))
+
+
+def test_a_drift_between_postures_that_never_return_is_named_but_not_certain():
+    case = make("drift", 3)
+    (cause,) = diagnose(case.robot, case.data, held_out=0.0).causes
+    assert (cause.kind, cause.confidence) == ("base-drift", Confidence.PROBABLE)
+    assert cause.sentence.endswith("without doubt")
+
+
+def test_a_cause_is_certain_only_if_it_survives_and_names_the_joints_that_do(soft, monkeypatch):
+    case, certain = soft
+    (cause,) = certain.causes
+    monkeypatch.setattr(claimed_causes, "survival", lambda *a, **k: Survival(True, frozenset({1})))
+    (fewer,) = diagnose(case.robot, case.data, held_out=0.0).causes
+    assert fewer.confidence is Confidence.CERTAIN
+    assert fewer.joints == tuple(j for j in cause.joints if j != 1)
+    monkeypatch.setattr(claimed_causes, "survival", lambda *a, **k: Survival(False, frozenset()))
+    (weaker,) = diagnose(case.robot, case.data, held_out=0.0).causes
+    assert weaker.confidence is Confidence.PROBABLE
+
+
+def searched_with(problem, candidate):
+    """A search that found one effect."""
+    rows = len(problem.data)
+    geometry = refit(problem, None, ())
+    grams = compress(problem, geometry.fit.x, [candidate.effect], np.arange(rows) % 5)
+    stage = Stage(problem.data, np.ones(rows, bool), problem, geometry, np.zeros(rows, bool))
+    return Searched(stage, Catalogue((candidate,), ()), grams, as_found(grams, (Term(candidate),)))
+
+
+@pytest.mark.parametrize("everywhere", [True, False])
+def test_an_effect_that_a_tenth_of_the_rows_makes_does_not_survive(everywhere):
+    """An eccentric joint in all rows, or ten times as strong in twelve that follow each other."""
+    case = make("none", 3)
+    size = np.full(len(case.data), 4e-4)
+    if not everywhere:
+        size[:] = 0.0
+        size[np.argsort(case.data.time)[48:60]] = 4e-3
+    q = case.data.q.copy()
+    q[:, 1] -= size * np.sin(q[:, 1])
+    searched = searched_with(geometric(replace(case, data=replace(case.data, q=q))), ECCENTRIC)
+    assert place_of(searched, searched.found.model).own > np.log(claimed_causes.CERTAIN)
+    kept = survival(searched, searched.found.model, [], (), least=np.log(20.0))
+    assert kept.holds is everywhere

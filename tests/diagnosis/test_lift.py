@@ -1,0 +1,101 @@
+"""What a file doesn't tell: how the base stands, a mass, how a lift gives way as it extends."""
+
+import numpy as np
+import pytest
+from lift import COM, LOST, MASS, draw, file, measure, rotation, table
+from round_trip import read_arm, read_rows
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.effects.extension import ExtensionClearance, ExtensionCompliance
+from workbench.arm.masses import with_assumed_masses
+from workbench.arm.motion import Motion
+from workbench.arm.robot_toml import write_toml
+from workbench.data.readers.read import read_measurements
+from workbench.diagnosis.diagnose import diagnose
+
+
+def campaign(folder, seed, *, tilts=True, lost=LOST, **truth):
+    """An arm's robot and rows through files, and what is true of it."""
+    rng = np.random.default_rng(seed)
+    actual = draw(rng, **truth)
+    columns = measure(actual, rng)
+    if not tilts:
+        columns = {name: values for name, values in columns.items() if not name.startswith("tilt")}
+    (folder / "robot.toml").write_text(file(lost=lost), encoding="utf-8")
+    (folder / "rows.csv").write_text(table(columns), encoding="utf-8")
+    return load_robot(folder / "robot.toml"), read_measurements(folder / "rows.csv"), actual
+
+
+def down(actual):
+    """Gravity in the base of a virtual arm, at the beginning."""
+    return (actual.level @ rotation([0.0, 0.0, 0.7])).T @ [0.0, 0.0, -9.81]
+
+
+@pytest.fixture(scope="module")
+def found(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("lift")
+    robot, data, actual = campaign(folder, 9001)
+    return folder, actual, diagnose(robot, data)
+
+
+def test_the_lift_is_named_and_nothing_false_is_certain(found):
+    _, actual, result = found
+    kinds = {c.kind for c in result.causes}
+    assert "extension-compliance" in kinds
+    assert not kinds & {
+        "base-drift",
+        "encoder-scale",
+        "thermal-growth",
+        "joint-coupling",
+        "gravity-direction",
+    }
+    sizes = {type(e): (e.coefficients[0], a.std[0]) for a in result.effects for e in [a.effect]}
+    for kind, true in ((ExtensionCompliance, actual.tipping[1]), (ExtensionClearance, actual.play[1])):
+        value, std = sizes[kind]
+        assert abs(value - true) < 4.0 * std < 0.5 * true
+
+
+def test_how_the_base_stands_is_found_and_said(found):
+    _, actual, result = found
+    cosine = result.robot.gravity @ down(actual) / 9.81**2
+    assert np.arccos(min(cosine, 1.0)) < 1e-4
+    assert any("stands 0.57" in note for note in result.notes)
+
+
+def test_the_missing_mass_is_an_unknown_and_said(found):
+    _, _, result = found
+    assert result.robot.has_masses
+    assert any(f"joint{LOST}" in note and "kg assumed" in note for note in result.notes)
+
+
+def test_the_saved_file_alone_says_where_the_arm_is(found):
+    """Gravity, masses and laws by plain numpy, as a stranger reads them."""
+    folder, _, result = found
+    write_toml(result.robot, folder / "found.toml")
+    rows = read_rows(folder / "rows.csv")
+    ours = read_arm(folder / "found.toml")(rows)[1][:, :3, 3]
+    assert np.linalg.norm(ours - rows.position, axis=1).mean() < 2.0 * np.sqrt(3.0) * 5e-5
+    theirs = result.robot.predict(Motion.of(result.data))[:, :3, 3]
+    np.testing.assert_allclose(ours, theirs, atol=1e-9)
+
+
+def test_gravity_is_told_from_positions_alone(tmp_path):
+    """Without inclinometers the two angles keep their prior, and still nothing false is certain."""
+    robot, data, _ = campaign(tmp_path, 9002, tilts=False)
+    result = diagnose(robot, data)
+    assert not {"base-drift", "encoder-scale"} & {c.kind for c in result.causes if c.confidence == "certain"}
+    assert "extension-compliance" in {c.kind for c in result.causes}
+
+
+def test_a_level_measuring_frame_tells_gravity(tmp_path):
+    """The base's orientation in it is fitted, and with it how the arm stands."""
+    robot, data, actual = campaign(tmp_path, 9003, tilts=False)
+    result = diagnose(robot, data, levelled=True)
+    off = [g @ down(actual) / 9.81**2 for g in (result.robot.gravity, robot.gravity)]
+    assert np.arccos(min(off[0], 1.0)) < 1e-3 < np.arccos(off[1])
+
+
+def test_masses_of_neighbours_stand_for_a_missing_one():
+    robot = load_robot("ur5")
+    assert with_assumed_masses(robot) is robot
+    assert len(MASS) == len(COM)

@@ -1,0 +1,146 @@
+"""Where events are worth trying: an exact search over all places in time of every kind of step and warm-up.
+
+The column of an event is one that the geometry has already (the frame, the tool, a joint's zero), weighed by
+w in time: inner products of it with any other column are sums over pieces of the time, Σ w P, and of a step
+running sums. Each place is then a system of the event's own size, once geometry and model are projected out:
+
+    gain = ½ N' log (S / (S − aᵀ A⁻¹ a)) − ½ k log N − log (places tried)
+
+The best place of each kind and joint becomes a candidate like any other.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.effects import Candidate
+from workbench.arm.effects.events import NEVER, OVER, AbstractEvent, FrameStep, ToolStep, WarmUp, ZeroStep
+from workbench.diagnosis.evidence import UNSEEN, Left, Model, left_by, projection
+from workbench.diagnosis.gram_matrices import SHORTEST, Grams
+from workbench.diagnosis.timeline import Timeline
+from workbench.identification.frames import visible_parts
+from workbench.identification.problem import Problem
+
+FEWEST = 3
+"""Rows on either side of a step."""
+RARE = 20
+"""How much rarer an event is beforehand than an effect of the arm."""
+PART = 0.08
+"""Part of what a model leaves that an event must explain to be tried: smaller ones could not be claimed."""
+PACES = np.geomspace(1.0 / 30.0, 0.4, 9)
+"""Time constants that are tried, as parts of the time from the first row to the last."""
+
+
+@dataclass(frozen=True, eq=False)
+class Changeable:
+    """What an event may change: its columns in the history, before which it happens."""
+
+    event: AbstractEvent
+    columns: slice
+
+
+def changeable(problem: Problem) -> tuple[Changeable, ...]:
+    """The frame, the tool and every joint's zero, as far as the rows' observations can show them."""
+    tool = visible_parts(problem.data, problem.known)[1]
+    events: list[AbstractEvent] = [FrameStep(row=NEVER)]
+    if tool:
+        events.append(ToolStep(row=NEVER, turns=len(tool) > 3))
+    events += [ZeroStep((j,), row=NEVER) for j in range(problem.robot.dof)]
+    out, start = [], 0
+    for event in events:
+        out.append(Changeable(event, slice(start, start + len(event.names))))
+        start += len(event.names)
+    return tuple(out)
+
+
+def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Changeable]) -> list[Candidate]:
+    """The best place for every kind of event beside a model, where the evidence prefers it to none.
+
+    Args:
+        grams: With the history of what may change.
+        model: What else is taken to be there.
+        line: The rows' order, in the pieces of that history.
+        kinds: What may change.
+    """
+    if grams.history is None or not kinds:
+        return []
+    search = _Search.of(grams, model)
+    steps = np.flatnonzero((line.before >= FEWEST) & (line.before <= len(line.row) - FEWEST))
+    span, begin = float(np.ptp(line.clock)), float(line.clock.min())
+    weights = np.exp(-(line.middle - begin) / (PACES[:, None] * span)) if span > 0.0 else np.zeros((0, 1))
+    found = []
+    for kind in kinds:
+        mine = kind.columns
+        if len(steps):
+            sums = grams.running[steps - 1, mine]
+            gains = search.gains(sums, sums[:, :, search.size :][:, :, mine])
+            best = int(np.argmax(gains))
+            if gains[best] > 0.0:
+                found.append(Candidate(_step(kind.event, line, int(steps[best])), tries=RARE * len(steps)))
+        if len(weights) and not isinstance(kind.event, ToolStep):
+            sums, squares = (np.tensordot(w, grams.history[:, mine], 1) for w in (weights, weights**2))
+            gains = search.gains(sums, squares[:, :, search.size :][:, :, mine])
+            best = int(np.argmax(gains))
+            if gains[best] > 0.0:
+                event = _warm_up(kind.event, line, float(PACES[best] * span))
+                found.append(Candidate(event, tries=RARE * len(weights)))
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Search:
+    """What a model leaves, and what it explains of any other column."""
+
+    left: Left
+    project: Callable[[np.ndarray], np.ndarray]
+    explained: Float[np.ndarray, "used 1"]
+    size: int
+
+    @classmethod
+    def of(cls, grams: Grams, model: Model) -> "_Search":
+        project = projection(grams, model)
+        return cls(left_by(grams, model, ()), project, project(grams.total[-1:]), len(grams.total))
+
+    def gains(
+        self, sums: Float[np.ndarray, "places k c"], raw: Float[np.ndarray, "places k k"]
+    ) -> Float[np.ndarray, " places"]:
+        """Log evidence of an event at each place.
+
+        Args:
+            sums: Inner products of its columns with all columns.
+            raw: Among themselves.
+        """
+        places, k, _ = sums.shape
+        half = self.project(sums[:, :, : self.size].reshape(places * k, -1))
+        along = sums[:, :, self.size - 1] - (half.T @ self.explained).reshape(places, k)
+        half = half.T.reshape(places, k, -1)
+        length = np.sqrt(np.maximum(np.diagonal(raw, axis1=1, axis2=2), SHORTEST**2))
+        inner = (raw - half @ half.transpose(0, 2, 1)) / (length[:, :, None] * length[:, None, :])
+        value, vectors = np.linalg.eigh(inner)
+        seen = value > UNSEEN
+        onto = ((vectors.transpose(0, 2, 1) @ (along / length)[..., None])[..., 0] ** 2) * seen
+        rest = self.left.square - (onto / np.where(seen, value, 1.0)).sum(1)
+        ratio = np.log(self.left.square / np.maximum(rest, 1e-12 * self.left.square))
+        charge = 0.5 * seen.sum(1) * np.log(self.left.grams.count) + np.log(RARE * places)
+        worth = seen.any(1) & (rest < (1.0 - PART) * self.left.square)
+        return np.where(worth, 0.5 * self.left.freedom * ratio - charge, -np.inf)
+
+
+def _step(event: AbstractEvent, line: Timeline, piece: int) -> AbstractEvent:
+    """The step right before a piece."""
+    first = line.first[piece]
+    time = float(line.clock[first]) if line.is_timed else 0.0
+    return replace(event, row=int(line.row[first]), time_s=time, is_timed=line.is_timed)
+
+
+def _warm_up(event: AbstractEvent, line: Timeline, pace: float) -> AbstractEvent:
+    """The warm-up of the same joint, or of the frame, from the first row on."""
+    begin = float(line.clock.min())
+    ordered = line.order
+    over = ordered[min(int(np.searchsorted(line.clock[ordered], begin + OVER * pace)), len(ordered) - 1)]
+    time = float(line.clock[over]) if line.is_timed else 0.0
+    return WarmUp(
+        event.joints, row=int(line.row[over]), time_s=time, is_timed=line.is_timed, begin=begin, pace=pace
+    )

@@ -1,0 +1,46 @@
+"""Which joints of an effect a cause may name: those of which the rows show it clearly."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.arm.effects import AbstractEffect
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base.wording import joint_list
+
+CLEAR = 4.0
+"""Standard errors of a coefficient from which on its joint may be named in a certain cause."""
+
+
+def without_joints(effect: AbstractEffect, joints: Sequence[int]) -> AbstractEffect:
+    """An effect of many joints without some of them."""
+    if not joints:
+        return effect
+    kept = [i for i, j in enumerate(effect.joints) if j not in joints]
+    sizes = np.reshape(effect.coefficients, (len(effect.joints), -1))[kept]
+    return replace(
+        effect, joints=tuple(effect.joints[i] for i in kept), coefficients=tuple(sizes.ravel().tolist())
+    )
+
+
+def clearness(effects: Sequence[AbstractEffect], std: Mapping[str, float]) -> dict[int | None, float]:
+    """Standard errors by which the largest coefficient differs from zero, for each joint where joints have
+    such effects together; under None for others."""
+    out: dict[int | None, float] = {}
+    for effect in effects:
+        z = [abs(c) / std[n] for n, c in zip(effect.names, effect.coefficients, strict=True)]
+        joints = effect.joints if effect.of_many_joints else (None,)
+        for joint, mine in zip(joints, np.array_split(z, len(joints)), strict=True):
+            out[joint] = max(out.get(joint, 0.0), float(mine.max()))
+    return out
+
+
+def sentence_of(
+    effect: AbstractEffect, unsure: Sequence[int], std: Mapping[str, float], arm: Robot, motion: Motion
+) -> str:
+    """What an effect does in the joints that are named, and which others may do so too."""
+    named = without_joints(effect, unsure)
+    words = named.stated(arm.chain, motion, np.array([std[n] for n in named.names]))
+    return f"{words}; for {joint_list(unsure)} the rows don't show it clearly" if unsure else words

@@ -1,0 +1,156 @@
+"""Models with some of their terms less, or with one more, from what is known of the whole.
+
+With H the curvature of a model, P its inverse and x its solution, the rest A without the columns B has the
+solution x_A − K x_B with K = P_AB P_BB⁻¹; and of the inner products G it leaves B those of G_BB + G_BA K.
+With R = G_B + G_A K, of all columns, the whole leaves R P_BB Rᵀ less of all inner products than the rest.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy import linalg
+from scipy.linalg import lapack
+
+from workbench.arm.effects import Candidate
+from workbench.diagnosis.evidence import (
+    JITTER,
+    Left,
+    Model,
+    Offer,
+    Term,
+    curved,
+    drop,
+    factored,
+    left_by,
+    offer,
+    own_columns,
+)
+from workbench.diagnosis.gram_matrices import Grams, among
+
+LEFTS = 2
+"""Models of which it is kept what they leave."""
+
+
+class _Whole:
+    """A model fitted to inner products, from which terms can be taken away.
+
+    Args:
+        inner: Of the columns that it uses, the residual last.
+        precision: Of the model's coefficients.
+    """
+
+    def __init__(self, grams: Grams, inner: Float[np.ndarray, "n1 n1"], precision: np.ndarray):
+        factor, scale = factored(curved(grams, inner[:-1, :-1], precision))
+        lower, _ = lapack.dpotri(factor, lower=1)
+        inverse = np.tril(lower) + np.tril(lower, -1).T
+        self._inner, self._inverse = inner, scale[:, None] * inverse * scale
+        self._found = self._inverse @ inner[:-1, -1]
+
+    @classmethod
+    def of(cls, grams: Grams, model: Model) -> "_Whole":
+        """A model fitted to all rows."""
+        used, precision = _used(grams, model)
+        return cls(grams, among(grams.total, np.append(used, len(grams.total) - 1)), precision)
+
+    def returned(
+        self, places: Int[np.ndarray, " b"], across: Float[np.ndarray, "c n"]
+    ) -> Float[np.ndarray, "c c"]:
+        """What the rest leaves more than the whole, of all columns.
+
+        Args:
+            places: Of the columns that the rest lacks.
+            across: Inner products of all columns with those that the whole uses.
+        """
+        rest = np.delete(np.arange(len(self._found)), places)
+        inner = among(self._inverse, places)
+        taken = linalg.solve(inner, self._inverse[np.ix_(places, rest)], assume_a="pos", check_finite=False)
+        half = (across[:, places] + across[:, rest] @ taken.T) @ linalg.cholesky(inner, lower=True)
+        return half @ half.T
+
+    def without(self, places: Int[np.ndarray, " b"]) -> tuple[np.ndarray, np.ndarray]:
+        """Solution of the rest, zeros in these places, and what the rest leaves of their columns and the
+        residual."""
+        rest, wide = np.delete(np.arange(len(self._found)), places), np.append(places, -1)
+        across = self._inverse[np.ix_(rest, places)]
+        taken = linalg.solve(among(self._inverse, places), across.T, assume_a="pos", check_finite=False).T
+        found = np.zeros(len(self._found))
+        found[rest] = self._found[rest] - taken @ self._found[places]
+        explained = self._inner[np.ix_(wide, rest)] @ np.column_stack([-taken, found[rest]])
+        return found, among(self._inner, wide) - 0.5 * (explained + explained.T)
+
+
+def _used(grams: Grams, model: Model) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "k k"]]:
+    """Columns that a model uses, geometry first, and the precision of the others."""
+    own, precision = own_columns(grams, model)
+    return np.concatenate([np.arange(grams.geometry), own]), precision
+
+
+def _places(grams: Grams, terms: Sequence[Term], used: Int[np.ndarray, " n"]) -> Int[np.ndarray, " b"]:
+    """Where in the used columns those of some terms are, masses that act through them included."""
+    names = [n for t in terms for n in (*t.candidate.names, *grams.inertia.get(t.candidate.names, ()))]
+    order = np.argsort(used)
+    return order[np.searchsorted(used, grams.columns(names), sorter=order)]
+
+
+def own_offers(grams: Grams, model: Model) -> list[Offer]:
+    """What each of a model's terms adds to the others."""
+    used, _ = _used(grams, model)
+    whole, out = _Whole.of(grams, model), []
+    for term in model:
+        places = _places(grams, [term], used)
+        asked, inner = np.append(used[places], len(grams.total) - 1), np.zeros_like(grams.total)
+        inner[np.ix_(asked, asked)] = whole.without(places)[1]
+        found = offer(Left.of(grams, drop(model, [term]), inner), term.candidate)
+        out.append(Offer(term, -np.inf, 0.0) if found is None else found)
+    return out
+
+
+def validated_without(
+    grams: Grams, model: Model, groups: Sequence[Model]
+) -> Float[np.ndarray, "groups folds"]:
+    """Sums of squares, as `validated` gives them, of a model without each of some groups of its terms."""
+    used, precision = _used(grams, model)
+    wide = np.append(used, len(grams.total) - 1)
+    total, out = among(grams.total, wide), np.empty((len(groups), len(grams.folds)))
+    places = [_places(grams, group, used) for group in groups]
+    for k, fold in enumerate(grams.folds):
+        mine = among(fold, wide)
+        whole = _Whole(grams, total - mine, precision)
+        for g, gone in enumerate(places):
+            left = np.append(whole.without(gone)[0], -1.0)
+            out[g, k] = left @ mine @ left
+    return out
+
+
+def left_of(grams: Grams, model: Model) -> Left:
+    """As `left_by`, by what is known of the same model with its last term less."""
+    kept, key = grams.lefts, _key(model)
+    if key not in kept:
+        known = kept.get(key[:-1]) if model else None
+        kept[key] = left_by(grams, model) if known is None else with_one_more(known, model)
+        for old in list(kept)[:-LEFTS]:
+            del kept[old]
+    return kept[key]
+
+
+def left_without(grams: Grams, model: Model, group: Model) -> Left:
+    """What a model leaves without some of its terms."""
+    left, key, (used, _) = left_of(grams, model), _key(model), _used(grams, model)
+    if key not in grams.wholes:
+        grams.wholes.clear()
+        grams.wholes[key] = _Whole.of(grams, model)
+    more = grams.wholes[key].returned(_places(grams, group, used), grams.total[:, used])
+    return Left.of(grams, drop(model, group), left.inner + more)
+
+
+def with_one_more(left: Left, model: Model) -> Left:
+    """What is left by a model of which all but the last term is known to leave that."""
+    own, precision = own_columns(left.grams, model[-1:])
+    factor, scale = factored(among(left.inner, own) + precision + JITTER * np.eye(len(own)))
+    half = linalg.solve_triangular(factor, scale[:, None] * left.inner[own], lower=True, check_finite=False)
+    return Left.of(left.grams, model, left.inner - half.T @ half)
+
+
+def _key(model: Model) -> tuple[tuple[Candidate, float], ...]:
+    return tuple((t.candidate, t.precision) for t in model)

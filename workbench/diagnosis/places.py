@@ -1,0 +1,66 @@
+"""The place of some accepted terms in a model, and what other claims would do in it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from workbench.arm.effects import Candidate
+from workbench.diagnosis.evidence import Left, Model, Offer, Term, left_by, offers
+from workbench.diagnosis.one_less import left_without
+from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.stepwise_search import kind_of, worth
+
+INCLUDED = 0.01
+"""Share of a column's square that a rival leaves, below which it holds the claim as a special case."""
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    """The place of some accepted terms, and what would do instead.
+
+    Args:
+        left: What the rest of the model leaves.
+        own: Log evidence of the terms in it.
+        offers: What other claims would add there, the best first.
+    """
+
+    left: Left
+    own: float
+    offers: Sequence[Offer]
+
+
+def place_of(searched: Searched, group: Model) -> Place:
+    """The place of some terms of the accepted model."""
+    left = left_without(searched.grams, searched.found.model, group)
+    others = [
+        c
+        for c in searched.offered.candidates
+        if not _same_claim(c, group) and not any(c.excludes(t.candidate) for t in left.model)
+    ]
+    found = offers(left, others, group=group)
+    return Place(left, worth(left, group), sorted(found, key=lambda o: -o.gain))
+
+
+def _same_claim(other: Candidate, group: Model) -> bool:
+    """Whether another candidate would claim the same as some terms."""
+    if kind_of(Term(other)) != kind_of(group[0]):
+        return False
+    joints = {j for t in group for j in t.candidate.effect.joints}
+    return other.alike or len(group) > 1 or set(other.effect.joints) == joints
+
+
+def best_of(rivals: Sequence[Offer]) -> float:
+    """Evidence for the best of some offers, the best first, or for none."""
+    return max(rivals[0].gain if rivals else 0.0, 0.0)
+
+
+def includes(left: Left, rival: Offer, group: Model) -> bool:
+    """Whether a rival of more coefficients can do all that some terms do: the simpler claim is preferred."""
+    names = [n for t in group for n in t.candidate.names]
+    if len(rival.term.candidate.names) <= len(names):
+        return False
+    columns = left.grams.columns(names)
+    beside = left_by(left.grams, (*left.model, rival.term))
+    before, after = (np.diagonal(side.inner)[columns] for side in (left, beside))
+    return bool((after < INCLUDED * before).all())

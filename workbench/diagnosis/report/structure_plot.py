@@ -1,0 +1,83 @@
+"""Picture of what is left, over the axis along which it has structure, or in the order of the rows."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from workbench.arm.effects.events import AbstractEvent
+from workbench.arm.motion import Motion
+from workbench.diagnosis.report.error_plots import INKS, MODELS
+from workbench.diagnosis.result import Diagnosis
+from workbench.diagnosis.structure import IN_ORDER
+from workbench.identification.report.error_plots import measured
+from workbench.report.colours import EVENT
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
+
+NEIGHBOURS = 9
+"""Rows of a running mean."""
+
+
+def along_axis(result: Diagnosis) -> Figure | None:
+    """One panel for every component; None where too few rows were measured to look for structure."""
+    found = result.structure
+    if found.shown is None:
+        return None
+    axis, x = found.shown, found.shown.value
+    order = np.argsort(x, kind="stable")
+    with look():
+        figure = new_figure(10.0, 1.0 + 1.7 * len(found.residual))
+        panels = figure.subplots(len(found.residual), 1, sharex=True, squeeze=False)[:, 0]
+        for axes, (name, values) in zip(panels, found.residual.items(), strict=True):
+            axes.axhline(0.0, color=INK, lw=0.6)
+            axes.plot(x, values, "o", ms=3.5, color=COLOURS[0], alpha=0.6, mew=0)
+            axes.plot(*(_running(v[order]) for v in (x, values)), color=COLOURS[1], lw=1.8)
+            axes.set_ylabel(name)
+            if axis.name in IN_ORDER:
+                _mark(axes, result.events)
+            grid(axes, "both")
+        panels[-1].set_xlabel(axis.label)
+    return figure
+
+
+def row_by_row(result: Diagnosis) -> Figure | None:
+    """Error of every row in the order of measuring, with what happened; None where nothing did."""
+    events = result.events
+    kinds = measured(result.after_rows[0])
+    if not events or not kinds:
+        return None
+    name, scale, unit = kinds[0]
+    fits = ((result.before_fit, result.before_rows[0]), (result.after_fit, result.after_rows[0]))
+    with look():
+        figure = new_figure(10.0, 2.9)
+        axes = figure.subplots()
+        for (fit, rows), ink, words in zip(fits, INKS[1:], MODELS[1:], strict=True):
+            clock = events[0].clock(Motion.of(fit.problem.data))
+            if clock is None:
+                return None
+            minutes = clock / (60.0 if events[0].is_timed else 1.0)
+            axes.plot(minutes, scale * getattr(rows, name), "o", ms=3.5, color=ink, mew=0, label=words)
+        _mark(axes, events)
+        axes.set_xlabel("time [min]" if events[0].is_timed else "row of the file")
+        axes.set_ylabel(f"{name} error [{unit}]")
+        axes.set_ylim(0.0, None)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        grid(axes, "both")
+    return figure
+
+
+def _mark(axes: Axes, events: Sequence[AbstractEvent]) -> None:
+    """Dashed lines where something happened, with what it was above them."""
+    for k, event in enumerate(events):
+        at = event.moment / (60.0 if event.is_timed else 1.0)
+        axes.axvline(at, color=EVENT, ls="--", lw=1.2)
+        axes.text(
+            at, 0.97 - 0.1 * k, f" {event.mark}", va="top", fontsize=7.5, transform=axes.get_xaxis_transform()
+        )
+
+
+def _running(values: np.ndarray) -> np.ndarray:
+    """Means of neighbouring values."""
+    count = min(NEIGHBOURS, len(values))
+    return np.convolve(values, np.full(count, 1.0 / count), mode="valid")

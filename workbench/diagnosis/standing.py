@@ -1,0 +1,74 @@
+"""An arm that stands otherwise than its file says, as a finding (`identification/standing.py`)."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from workbench.arm.effects.effect import AbstractEffect
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base.wording import capital
+from workbench.diagnosis.claimed_causes import PART_OF_NOISE, Cause
+from workbench.identification.fit import Fit
+from workbench.identification.problem import Noise
+from workbench.identification.standing import CLEAR, standings
+
+
+@final
+@dataclass(frozen=True)
+class GravityDirection(AbstractEffect):
+    """The two angles by which gravity turns (`arm/gravity.py`); it moves nothing by itself."""
+
+    name = "gravity-direction"
+    whole_arm = True
+
+    @property
+    def names(self):
+        return ("gravity.x", "gravity.y")
+
+    def elements(self, chain):
+        return ()
+
+    def law(self, chain, motion, wrenches):
+        return np.zeros((len(motion), 0, 2))
+
+    def views(self, state):
+        return ()
+
+    def sentence(self, chain, motion):
+        return f"The arm stands {np.rad2deg(np.linalg.norm(self.coefficients)):.3g}° off what its file says"
+
+
+def standing_notes(fit: Fit, file: Robot) -> list[str]:
+    """Sentences on arms that stand clearly otherwise than the file says, though that allows it."""
+    found = standings(fit, file)
+    return [s.words for s in found if s.size > CLEAR * s.error and not s.is_contradicted]
+
+
+def standing_causes(fit: Fit, file: Robot, noise: Noise) -> Iterator[Cause]:
+    """Placements in which the file's gravity is wrong and matters.
+
+    Args:
+        file: The arm as it was given.
+        noise: What is left; a third of it must be explained.
+    """
+    arm, motion = fit.calibrated, Motion.of(fit.problem.data)
+    for found in standings(fit, file):
+        if not found.is_contradicted:
+            continue
+        here = arm.in_session(found.session) if found.session else arm
+        rows = motion.take(fit.problem.data.in_session(found.session)) if found.session else motion
+        moved = (tool_poses(a, rows)[:, :3, 3] for a in (here, replace(here, gravity=file.gravity)))
+        explained = 1e3 * float(np.sqrt((np.subtract(*moved) ** 2).sum(1).mean()))
+        if explained >= 1e3 * PART_OF_NOISE * np.sqrt(3.0) * noise.position:
+            effect = GravityDirection((), tuple(found.angles.tolist()))
+            yield Cause(
+                effects=(effect,),
+                odds=found.odds,
+                contribution_mm=explained,
+                sentence=capital(found.words),
+                look_alikes=(),
+            )

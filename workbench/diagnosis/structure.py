@@ -1,0 +1,311 @@
+"""Whether what a fit leaves is noise: one test along every axis along which rows could agree.
+
+Rows are sorted along an axis (order, an angle, a load, a temperature) or put next to their neighbours
+(posture, place). Structure makes what neighbours leave alike:
+
+    T = Σ r_i · r_j      over pairs of rows at most m places apart,   z = (T − mean) / deviation
+
+with mean and deviation of T over permuted rows, and the largest z over a few m. Residuals r are looked at in
+the measuring frame, in the tool's (where a slip of the tool is constant), and along each joint's own column.
+All tests together find structure in pure noise on at most `LEVEL` of all arms (Bonferroni).
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy import special
+from scipy.spatial import cKDTree
+
+from workbench.arm.effects.axes import own, turns
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.statics.wrenches import motion_wrenches
+from workbench.base.wording import joint_list
+from workbench.data.order import clock_of
+from workbench.identification.fit import Fit
+
+LEVEL = 0.01
+"""Share of arms of which noise alone may be called structured, all axes together."""
+APART = (1, 3, 8, 20)
+"""Most places between rows that are compared."""
+NEAREST = (1, 4)
+"""How many neighbours of a posture, or a place, it is compared with."""
+PERMUTATIONS = 120
+FEWEST = 20
+"""Rows below which nothing is looked for."""
+SPARE = 10.0
+"""Measured numbers beyond the unknowns below which nothing is looked for."""
+MOST = 2000
+"""Rows that are looked at, evenly spread over those that were measured."""
+STEADY = 0.01
+"""Part of the greatest load within which a joint's load counts as the same in all rows."""
+LEAST_SKEW = 0.2
+"""Skewness that is assumed at least."""
+PARTS, STEP = 10, 0.6
+"""Parts of the order, and the share of their means' squares that makes a step."""
+IN_ORDER = ORDER, TIME = "the order of the rows", "the time"
+"""Names of the axis in which rows were measured."""
+
+
+@dataclass(frozen=True, eq=False)
+class Axis:
+    """One axis along which rows may agree.
+
+    Args:
+        name: Such as `the order of the rows`.
+        label: Of its values, with their unit.
+        value: Of every row; of postures and places, the order of the rows.
+        view: Which residuals are compared: in the `frame`, in the `tool`'s axes, or of `joint 3`.
+        p: Probability that chance makes rows agree as much, of this test alone.
+    """
+
+    name: str
+    label: str
+    value: Float[np.ndarray, " rows"]
+    view: str
+    p: float
+
+    @property
+    def is_of_joint(self) -> bool:
+        """Whether the errors of one joint agree."""
+        return self.view.startswith("joint")
+
+
+@dataclass(frozen=True, eq=False)
+class Structure:
+    """What the tests found.
+
+    Args:
+        axes: All that were looked along, the least likely first.
+        tests: How many that were.
+        row: Numbers of the rows that were looked at.
+        residual: What they leave, by what it is, in mm or mrad: as the first axis has it, or the order if no
+            axis has structure.
+        shown: That axis.
+        step: Rows between which it steps, if it is a step in the order.
+    """
+
+    axes: tuple[Axis, ...] = ()
+    tests: int = 0
+    row: Int[np.ndarray, " rows"] = field(default_factory=lambda: np.zeros(0, np.int64))
+    residual: dict[str, np.ndarray] = field(default_factory=dict)
+    shown: Axis | None = None
+    step: tuple[int, int] | None = None
+
+    @property
+    def found(self) -> tuple[Axis, ...]:
+        """The axes along which rows agree by more than chance, the clearest first."""
+        return tuple(a for a in self.axes if a.p * self.tests < LEVEL)
+
+    @property
+    def sentence(self) -> str:
+        """Along which axis there is structure, as a clause; empty where there is none."""
+        if not self.found:
+            return ""
+        if self.step is not None:
+            return f"steps between rows {self.step[0]} and {self.step[1]}"
+        names = list(dict.fromkeys(a.name for a in self.found))[:2]
+        return f"follows {' and '.join(names)}"
+
+
+def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
+    """Look along every axis that the rows have."""
+    if fit.spare < SPARE or len(fit.problem.data) < FEWEST:
+        return Structure()
+    left = _Left(fit)
+    nulls: dict[str, np.ndarray] = {}
+    axes = []
+    for name, label, value, view in _sorted_by(left):
+        table = left.views[view]
+        if view not in nulls:
+            nulls[view] = _agreement(
+                np.stack([table[rng.permutation(len(table))] for _ in range(PERMUTATIONS)])
+            )
+        found = _agreement(table[None, np.argsort(value, kind="stable")])[0]
+        axes.append(Axis(name, label, value, view, _chance(found, nulls[view])))
+    for name, near in _neighbours(left):
+        table = left.views["frame"]
+        mixed = np.stack([table[rng.permutation(len(table))] for _ in range(PERMUTATIONS)])
+        p = _chance(_likeness(table[None], near)[0], _likeness(mixed, near))
+        axes.append(Axis(name, left.order.label, left.order.value, "frame", p))
+    axes += [*_directions(left), *_sessions(left, rng)]
+    axes.sort(key=lambda a: a.p)
+    found = Structure(tuple(axes), len(axes))
+    shown = (
+        found.found[0]
+        if found.found
+        else next(a for a in axes if a.name == left.order.name and a.view == "frame")
+    )
+    step = left.step(shown) if found.found and shown.name in IN_ORDER else None
+    return Structure(tuple(axes), len(axes), left.row, left.physical(shown.view), shown, step)
+
+
+class _Left:
+    """What a fit leaves, row by row."""
+
+    def __init__(self, fit: Fit):
+        problem, data = fit.problem, fit.problem.data
+        clock, is_timed = clock_of(data)
+        order = np.argsort(clock, kind="stable")
+        self._rows = rows = order[:: max(1, -(-len(data) // MOST))]
+        self.data, self.row = data.take(rows), np.asarray(data.row)[rows]
+        self.arm = fit.calibrated
+        self.motion = Motion.of(self.data)
+        name, label = (TIME, "time [min]") if is_timed else (ORDER, "row of the file")
+        self.order = Axis(name, label, clock[rows] / (60.0 if is_timed else 1.0), "frame", 1.0)
+        components = problem.physical(fit.whitened)
+        width = max(b.inverse_sigma.shape[1] for b in problem.blocks)
+        shape = (len(data), width)
+        self._size, sigma, by_joint = np.zeros(shape), np.ones(shape), np.zeros((*shape, data.joints))
+        self._angles = np.zeros(shape, bool)
+        for block in problem.blocks:
+            here = slice(block.start, block.stop)
+            own = block.inverse_sigma.shape[1]
+            self._size[block.rows, :own] = components[here].reshape(-1, own)
+            sigma[block.rows, :own] = problem.sigma[here].reshape(-1, own)
+            by_joint[block.rows, :own] = block.by_joint
+            self._angles[block.rows, :own] = block.observation.is_rotation
+        self._size, self._angles = self._size[rows], self._angles[rows]
+        white, slope = self._size / sigma[rows], by_joint[rows] / sigma[rows][:, :, None]
+        self.views = {"frame": white}
+        self._turn = tool_poses(self.arm.in_session(""), self.motion)[:, :3, :3]
+        if width % 3 == 0:
+            self.views["tool"] = self._turned(white)
+        length = np.linalg.norm(slope, axis=1)
+        along = (slope * white[:, :, None]).sum(1)
+        safe = np.where(length > 0.0, length, 1.0)
+        for j in range(data.joints):
+            if (length[:, j] > 0.0).any():
+                self.views[f"joint {j + 1}"] = (along[:, j] / safe[:, j])[:, None]
+        self._apparent = along / safe**2
+
+    def _turned(self, table: np.ndarray) -> np.ndarray:
+        parts = table.reshape(len(table), -1, 3)
+        return np.einsum("rba,rkb->rka", self._turn, parts).reshape(table.shape)
+
+    def physical(self, view: str) -> dict[str, np.ndarray]:
+        """What is left in a view, in mm or mrad, by what it is."""
+        if view.startswith("joint "):
+            return {f"error of {view} [mrad]": 1e3 * self._apparent[:, int(view.split()[1]) - 1]}
+        table = self._size if view == "frame" else self._turned(self._size)
+        where = "measuring frame" if view == "frame" else "the tool's axes"
+        names = [
+            f"{'xyz'[k % 3]} [{'mrad' if self._angles[:, k].any() else 'mm'}], {where}" for k in range(3)
+        ]
+        return {name: 1e3 * table[:, k] for k, name in enumerate(names[: table.shape[1]])}
+
+    def step(self, axis: Axis) -> tuple[int, int] | None:
+        """Rows between which what is left steps, if one step explains it better than a line does."""
+        table = self.views[axis.view] - self.views[axis.view].mean(0)
+        count = np.arange(1, len(table))
+        by_step = (table.cumsum(0)[:-1] ** 2).sum(1) * len(table) / (count * (len(table) - count))
+        line = np.linspace(-1.0, 1.0, len(table))
+        by_line = float(((line @ table) ** 2).sum() / (line @ line))
+        by_parts = sum(len(p) * float((p.mean(0) ** 2).sum()) for p in np.array_split(table, PARTS))
+        best = int(np.argmax(by_step))
+        is_step = by_step[best] > max(by_line, STEP * by_parts)
+        return (int(self.row[best]), int(self.row[best + 1])) if is_step else None
+
+
+def _sorted_by(left: _Left) -> Iterator[tuple[str, str, np.ndarray, str]]:
+    """Axes by which rows can be sorted: name, label, values, view."""
+    joints = [j for j in range(left.data.joints) if f"joint {j + 1}" in left.views]
+    for view in left.views:
+        yield left.order.name, left.order.label, left.order.value, view
+    chain = left.arm.chain
+    for j in joints:
+        angle = turns(chain, j)
+        q = left.data.q[:, j] * (np.rad2deg(1.0) if angle else 1e3)
+        if np.ptp(q) > 0.0:
+            name = f"the {'angle' if angle else 'position'} of {joint_list((j,))}"
+            for view in ("frame", f"joint {j + 1}"):
+                yield name, f"{name.removeprefix('the ')} [{'°' if angle else 'mm'}]", q, view
+    if left.arm.has_masses:
+        loads = own(chain, range(left.arm.dof), motion_wrenches(left.arm, left.motion))
+        for j in joints:
+            if np.ptp(loads[:, j]) > STEADY * max(np.abs(loads).max(), STEADY):
+                yield f"the load of {joint_list((j,))}", "load [N·m or N]", loads[:, j], f"joint {j + 1}"
+    warm = left.data.temperature
+    if warm is not None and np.isfinite(warm).all() and np.ptp(warm) > 0.0:
+        for view in ("frame", "tool"):
+            if view in left.views:
+                yield "the temperature", "temperature [°C]", warm, view
+
+
+def _neighbours(left: _Left) -> Iterator[tuple[str, np.ndarray]]:
+    """Places of the rows next to every row, in joint space and in the room."""
+    q = left.data.q / np.maximum(np.ptp(left.data.q, axis=0), 1e-9)
+    yield "the posture", neighbours(q, NEAREST[-1])
+    if left.data.position is not None and np.isfinite(left.data.position).all():
+        yield "the place in the room", neighbours(left.data.position, NEAREST[-1])
+
+
+def neighbours(points: Float[np.ndarray, "rows d"], count: int) -> Int[np.ndarray, "rows k"]:
+    """So many rows next to every row, itself aside, the nearest first; where points are repeated, repeats."""
+    _, places = cKDTree(points).query(points, k=count + 1)
+    mine = places == np.arange(len(points))[:, None]
+    mine[~mine.any(1), count] = True
+    return places[~mine].reshape(len(points), count)
+
+
+def _directions(left: _Left) -> Iterator[Axis]:
+    """The direction from which each joint came."""
+    if left.data.direction is None:
+        return
+    for j in range(left.data.joints):
+        sign, view = np.nan_to_num(left.data.direction[:, j]), f"joint {j + 1}"
+        if view in left.views and (sign > 0).sum() >= FEWEST / 4 <= (sign < 0).sum():
+            error = left.views[view][:, 0]
+            error = error - error.mean()
+            z = abs(float(sign @ error)) / np.sqrt(max(float((sign * error) @ (sign * error)), 1e-300))
+            name = f"the direction from which {joint_list((j,))} came"
+            yield Axis(name, "direction of the last motion", sign, view, float(2.0 * special.ndtr(-z)))
+
+
+def _sessions(left: _Left, rng: np.random.Generator) -> Iterator[Axis]:
+    """Which session, or which group, a row belongs to."""
+    for name, labels in (("the session", left.data.session), ("the group", left.data.group)):
+        names, place = np.unique(np.zeros(0) if labels is None else labels, return_inverse=True)
+        if not 1 < len(names) <= len(left.row) // 3:
+            continue
+        member = (place[:, None] == np.arange(len(names))).astype(float)
+        member /= np.sqrt(member.sum(0))
+        for view in ("frame", "tool"):
+            if view in left.views:
+                table = left.views[view] - left.views[view].mean(0)
+                mixed = [table[rng.permutation(len(table))] for _ in range(PERMUTATIONS)]
+                sums = np.array([[((member.T @ t) ** 2).sum()] for t in (table, *mixed)])
+                yield Axis(
+                    name, name.removeprefix("the "), place.astype(float), view, _chance(sums[0], sums[1:])
+                )
+
+
+def _agreement(tables: Float[np.ndarray, "p rows w"]) -> Float[np.ndarray, "p m"]:
+    """Products of rows with those after them, as sorted."""
+    running = np.pad(tables.cumsum(1), ((0, 0), (1, 0), (0, 0)))
+    rows = tables.shape[1]
+    here = np.arange(1, rows + 1)
+    apart = [m for m in APART if m == 1 or 10 * m < rows]
+    return np.stack(
+        [((running[:, np.minimum(here + m, rows)] - running[:, here]) * tables).sum((1, 2)) for m in apart],
+        axis=1,
+    )
+
+
+def _likeness(tables: Float[np.ndarray, "p rows w"], near: np.ndarray) -> Float[np.ndarray, "p m"]:
+    """Products of rows with their neighbours."""
+    return np.stack([(tables * tables[:, near[:, :k]].sum(2)).sum((1, 2)) for k in NEAREST], axis=1)
+
+
+def _chance(found: Float[np.ndarray, " m"], mixed: Float[np.ndarray, "p m"]) -> float:
+    """Probability that the largest of some statistics comes by chance, from those of permuted rows.
+
+    By gamma distributions with their mean, variance and skewness: quadratic forms have a long tail.
+    """
+    mean, std = mixed.mean(0), np.maximum(mixed.std(0), 1e-300)
+    skew = np.maximum((((mixed - mean) / std) ** 3).mean(0), LEAST_SKEW)
+    shape = 4.0 / skew**2
+    place = np.maximum(shape + np.sqrt(shape) * (found - mean) / std, 0.0)
+    return float(min(1.0, special.gammaincc(shape, place).min() * len(found)))

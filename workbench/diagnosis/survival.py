@@ -1,0 +1,143 @@
+"""Whether a claim stays the best one where what is not known for sure is otherwise than was taken.
+
+The rows are weighed again by the linear solution at the fit,
+
+- without each tenth of them, in the order in which they were measured;
+- as if errors followed Student's law: rows that err more count less.
+
+Masses, centres and the direction of gravity need no such trial: they are unknowns wherever an effect of load
+was fitted, so that its odds and standard errors hold for all of their likely values together. A claim
+survives if its odds against every rival, and the significance of its coefficients, stay. Of an effect that
+joints have together, so must those of every joint that is named: against other joints in its place, or none,
+and beside all other joints.
+"""
+
+from collections.abc import Container, Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.effects import Candidate
+from workbench.data.order import clock_of
+from workbench.diagnosis.evidence import SURE, Left, Model, Offer, Term, offer, offers, own_columns
+from workbench.diagnosis.gram_matrices import compress
+from workbench.diagnosis.named_joints import CLEAR, clearness
+from workbench.diagnosis.places import best_of, place_of
+from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.stepwise_search import kind_of
+from workbench.identification.joint_reading_noise import FREEDOM, consistent
+from workbench.identification.problem import Problem
+
+TENTHS = 10
+"""Parts of the rows that are left out, one after the other."""
+RIVALS = 20
+"""Rivals, the best first, that are weighed again."""
+
+
+@dataclass(frozen=True)
+class Survival:
+    """What is left of a claim.
+
+    Args:
+        holds: Whether it stays the best one.
+        lost: Joints, counted from 0, that it may not name.
+    """
+
+    holds: bool
+    lost: frozenset[int]
+
+
+def survival(
+    searched: Searched, group: Model, rivals: Sequence[Offer], including: Container[int], *, least: float
+) -> Survival:
+    """What is left of a claim that the rows prefer.
+
+    Args:
+        searched: The last search, at the final fit.
+        group: Terms of the claim.
+        rivals: Other claims for their place, the best first.
+        including: Candidates, by their `id`, that hold the claim as a special case and are no rivals.
+        least: Log evidence by which it must stay better than others.
+    """
+    kinds = [c for c in searched.offered.candidates if c.alike and kind_of(Term(c)) == kind_of(group[0])]
+    widest = max(kinds, key=lambda c: len(c.names), default=None)
+    left = place_of(searched, group).left
+    weak = _weak_joints(left, group, widest, least)
+    if widest is not None and (whole := offer(left, widest)) is not None:
+        weak |= {j for j, z in _clearness(left, (whole.term,)).items() if z < CLEAR and j in _joints(group)}
+    for other in _otherwise(searched, [o.term.candidate for o in rivals[:RIVALS]], kinds):
+        place = place_of(other, group)
+        if place.own - best_of([o for o in place.offers if id(o.term.candidate) not in including]) < least:
+            return Survival(False, frozenset())
+        weak |= _weak_joints(place.left, group, widest, least)
+    return Survival(None not in weak, frozenset(j for j in weak if j is not None))
+
+
+def _otherwise(searched: Searched, *asked: Sequence[Candidate]) -> Iterator[Searched]:
+    """The search's model and some candidates on rows that are weighed otherwise."""
+    problem = searched.stage.fitted.problem.with_noise(searched.stage.geometric.noise)
+    x, rows = searched.stage.fitted.fit.x, len(problem.data)
+    candidates = tuple(
+        dict.fromkeys(c for some in ([t.candidate for t in searched.found.model], *asked) for c in some)
+    )
+    effects, tenth = [c.effect for c in candidates], np.empty(rows, np.int64)
+    tenth[np.argsort(clock_of(problem.data)[0], kind="stable")] = np.arange(rows) * TENTHS // rows
+    parts = compress(problem, x, effects, tenth).without_each
+    heavy = problem.with_row_weights(_student_weights(problem, x))
+    for grams in (*parts, compress(heavy, x, effects, np.zeros(rows, np.int64))):
+        yield replace(searched, grams=grams, offered=replace(searched.offered, candidates=candidates))
+
+
+def _student_weights(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " rows"]:
+    """Roots of the rows' weights by Student's law."""
+    rows, residual = len(problem.data), problem.residual(x)[: problem.size]
+    count = np.bincount(problem.component_rows, problem.inverse_sigma > 0.0, rows)
+    square = np.bincount(problem.component_rows, residual**2, rows) * problem.count / (residual @ residual)
+    room = FREEDOM * np.array([consistent(int(m)) for m in count])
+    return np.sqrt((FREEDOM + count) / (room + square))
+
+
+def _joints(group: Model) -> set[int]:
+    return {j for t in group for j in t.candidate.effect.joints}
+
+
+def _weak_joints(left: Left, group: Model, widest: Candidate | None, least: float) -> set[int | None]:
+    """Joints of which a claim's coefficients are not significant, or in whose place others would do; None for
+    coefficients that are of no joint in particular."""
+    weak = {j for j, z in _clearness(left, group).items() if z < SURE}
+    return weak | (set() if widest is None else _exchangeable(left, group, widest, least))
+
+
+def _clearness(left: Left, group: Model) -> dict[int | None, float]:
+    """Standard errors by which joints' coefficients differ from zero, as `clearness` has them, in the place
+    of a group."""
+    own, precision = own_columns(left.grams, group)
+    inverse = np.linalg.inv(left.inner[np.ix_(own, own)] + precision)
+    found = inverse @ left.inner[own, -1]
+    rest = max(left.square - float(found @ left.inner[own, -1]), 0.0)
+    std = np.sqrt(np.maximum(np.diagonal(inverse), 0.0) * rest / max(left.freedom, 1))
+    names = [n for t in group for n in t.candidate.names]
+    sizes, errors = (dict(zip(names, v.tolist(), strict=False)) for v in (found, std))
+    return clearness([t.candidate.effect.sized(sizes) for t in group], errors)
+
+
+def _exchangeable(left: Left, group: Model, widest: Candidate, least: float) -> set[int | None]:
+    """Joints of an effect of several that others, or none, could stand for."""
+    every = widest.effect.joints
+    mine = sorted(_joints(group))
+    if len(mine) < 2 or not set(mine) <= set(every):
+        return set()
+
+    def gain(joints: set[int]) -> float:
+        fewer = widest.only([k for k, j in enumerate(every) if j in joints])
+        return max((o.gain for o in offers(left, [fewer], group=group)), default=-np.inf)
+
+    best, out = gain(set(mine)), set[int | None]()
+    for joint in mine:
+        others = [set(mine) - {joint} | {k} for k in every if k not in mine]
+        if len(mine) > 2:
+            others.append(set(mine) - {joint})
+        if max(map(gain, others), default=-np.inf) > best - least:
+            out.add(joint)
+    return out

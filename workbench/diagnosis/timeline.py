@@ -1,0 +1,84 @@
+"""The order in which rows were measured: by time where every row has one, else as they stand in the file."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from workbench.data.dataset import Dataset
+from workbench.data.order import clock_of
+
+PIECES = 160
+"""Most pieces into which rows are divided to look for events; about those that were found, row by row."""
+NEAR = 3
+"""Pieces on either side of an event that was found in which every row is a piece of its own."""
+
+
+@dataclass(frozen=True, eq=False)
+class Timeline:
+    """Rows in the order in which they were measured, and pieces of them that follow each other.
+
+    Args:
+        clock: What orders the rows: their times [s], or their numbers in the file.
+        is_timed: Whether that is time.
+        row: Their numbers in the file.
+        piece: Piece of every row, counted from 0.
+    """
+
+    clock: Float[np.ndarray, " rows"]
+    is_timed: bool
+    row: Int[np.ndarray, " rows"]
+    piece: Int[np.ndarray, " rows"]
+
+    @classmethod
+    def of(cls, data: Dataset, near: Sequence[float] = ()) -> "Timeline":
+        """Of some rows.
+
+        Args:
+            data: The rows.
+            near: Readings of the clock about which every row is a piece of its own.
+        """
+        clock, is_timed = clock_of(data)
+        known = np.unique(clock)
+        bounds = np.unique(np.linspace(0, len(known), min(len(known), PIECES) + 1).round().astype(int))
+        reach = NEAR * (len(known) // PIECES + 1)
+        for moment in near if len(known) > PIECES else ():
+            place = int(np.searchsorted(known, moment))
+            bounds = np.union1d(bounds, np.arange(max(place - reach, 0), min(place + reach, len(known)) + 1))
+        piece = np.searchsorted(bounds, np.searchsorted(known, clock), side="right") - 1
+        return cls(clock, is_timed, np.asarray(data.row), piece)
+
+    @cached_property
+    def order(self) -> Int[np.ndarray, " rows"]:
+        """Places of the rows, one after the other."""
+        return np.lexsort((self.row, self.clock))
+
+    @cached_property
+    def first(self) -> Int[np.ndarray, " pieces"]:
+        """Place of the first row of every piece."""
+        return self.order[np.flatnonzero(np.diff(self.piece[self.order], prepend=-1))]
+
+    @cached_property
+    def middle(self) -> Float[np.ndarray, " pieces"]:
+        """Mean reading of the clock in every piece."""
+        return np.bincount(self.piece, self.clock) / np.bincount(self.piece)
+
+    @cached_property
+    def before(self) -> Int[np.ndarray, " pieces"]:
+        """How many rows lie before every piece."""
+        return np.concatenate([[0], np.cumsum(np.bincount(self.piece))[:-1]])
+
+
+def crowded(
+    marked: Bool[np.ndarray, " rows"], data: Dataset, *, within: int, fewest: int
+) -> Bool[np.ndarray, " rows"]:
+    """Marked rows of which at least `fewest` lie among `within` that were measured one after the other."""
+    order = np.lexsort((np.asarray(data.row), clock_of(data)[0]))
+    places = np.flatnonzero(marked[order])
+    out = np.zeros(len(marked), bool)
+    for first, last in zip(places, places[fewest - 1 :], strict=False):
+        if last - first < within:
+            out[order[first : last + 1]] = True
+    return out & marked
