@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from workbench.arm.identification_jacobian import linearise
 from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.base.types import frozen
 from workbench.plate import predicted_error as accuracy

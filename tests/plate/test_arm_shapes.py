@@ -10,9 +10,9 @@ import trimesh
 from scipy.spatial import cKDTree
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.capsules import CapsuleArm, capsule_arm
@@ -231,7 +231,7 @@ def test_a_urdf_without_its_meshes_is_capsules_and_says_so(folder, tmp_path):
 
 
 def test_a_plate_is_optimised_with_the_meshes(ur5, arm, plate):
-    design = optimise_plate(ur5, plate, wish=DesignRequest(number=3, places=25, starts=1), seed=1)
+    design = optimise_plate(ur5, plate, request=DesignRequest(number=3, places=25, starts=1), seed=1)
     assert design.notes[0] == "clearance is that of the collision meshes of ur5_robot.urdf"
     assert isinstance(arm, MeshArm)
     q = np.stack([target.q for target in design.plate.targets])

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.base.errors import DataError, OptionError
 from workbench.plate.clustering import cluster_region
 from workbench.plate.design import cluster_region as cluster

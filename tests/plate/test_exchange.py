@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import OptionError
+from workbench.base.progress import running
 from workbench.base.types import Outcome
 from workbench.plate.criterion import criterion_of
+from workbench.plate.exchange import descend, exchange
 from workbench.plate.observability import INDICES
 from workbench.plate.poses.d_optimal import (
     add,
@@ -19,7 +21,6 @@ from workbench.plate.poses.d_optimal import (
     spreads,
     with_block,
 )
-from workbench.plate.poses.exchange import exchange
 
 
 def blocks(count=8, rows=2, size=3, seed=0):
@@ -75,11 +76,13 @@ def test_distinct_locked_and_cancelled():
     locked = np.array([True, False, True])
     found = exchange(options, allowed, criterion, starts=start, locked=locked)
     assert found.choice[[0, 2]].tolist() == [0, 2]
-    stopped = exchange(options, allowed, criterion, starts=start, cancel=lambda: True)
+    with running(cancel=lambda: True):
+        stopped = exchange(options, allowed, criterion, starts=start)
     assert stopped.outcome is Outcome.CANCELLED
     assert stopped.choice.tolist() == [0, 1, 2]
     shares = []
-    exchange(options, allowed, criterion, starts=np.tile(start, (2, 1)), progress=shares.append)
+    with running(lambda share, text: shares.append(share)):
+        exchange(options, allowed, criterion, starts=np.tile(start, (2, 1)))
     assert shares == [0.5, 1.0]
 
 
@@ -121,7 +124,8 @@ def test_d_exchange_never_falls_below_its_start():
         found = d_exchange(some, 8, start=start)
         assert -found.cost >= o1(some[start])
         assert list(found.history) == sorted(found.history, reverse=True)
-    stopped = d_exchange(some, 8, start=start, cancel=lambda: True)
+    with running(cancel=lambda: True):
+        stopped = d_exchange(some, 8, start=start)
     assert stopped.outcome is Outcome.CANCELLED
     assert np.array_equal(stopped.choice, start)
 
@@ -173,3 +177,34 @@ def test_taking_in_updates_inverse_and_spreads():
     more = with_block(some, flat, inverse, spread, 4)
     assert np.allclose(more, np.linalg.inv(np.eye(5) + some[0].T @ some[0] + some[4].T @ some[4]))
     assert np.allclose(spread, spreads(some, flat, more))
+
+
+@pytest.mark.parametrize("size", [24, 34])  # the ridge is overcome at the end of a block, and within one
+def test_a_long_greedy_choice_is_greedy_to_its_end(size):
+    some = blocks(count=300, rows=6, size=size) * np.logspace(0, 1, 6)[:, None]
+    chosen = greedy_choice(some, 60)
+    information = prior(some) + np.tensordot(some[chosen[:-1]], some[chosen[:-1]], ((0, 1), (0, 1)))
+    gains = np.linalg.det(np.eye(6) + some @ np.linalg.inv(information) @ some.transpose(0, 2, 1))
+    gains[chosen[:-1]] = 0.0
+    assert len(set(chosen.tolist())) == 60
+    assert gains[chosen[-1]] == pytest.approx(gains.max(), rel=1e-3)
+
+
+def test_a_descent_ends_once_every_slot_in_a_row_has_kept_its_option():
+    """Two slots of three fall once: a whole turn without change is enough, wherever in a round it ends."""
+    falls, asked = {0: [1.0], 1: [2.0], 2: []}, []
+
+    def improve(slot, cost):
+        asked.append(slot)
+        return cost - falls[slot].pop() if falls[slot] else cost
+
+    assert descend((0, 1, 2), improve, 10.0) == ((10.0, 7.0, 7.0), Outcome.CONVERGED)
+    assert asked == [0, 1, 2, 0, 1]
+    assert descend((0,), lambda slot, cost: cost - 1.0, 3.0, rounds=2) == (
+        (3.0, 2.0, 1.0),
+        Outcome.ITERATION_LIMIT,
+    )
+    stops = iter((False, True))
+    with running(cancel=lambda: next(stops)):
+        found = descend((0, 1), lambda slot, cost: cost - 1.0, 3.0)
+    assert found == ((3.0, 2.0), Outcome.CANCELLED)

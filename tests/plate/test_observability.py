@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.identification_jacobian import Linearisation, linearise
+from workbench.arm.linearisation import Linearisation, linearise
 from workbench.base.errors import OptionError
 from workbench.plate.observability import INDICES, I, O, SetIndex, evaluate, index_named
 

@@ -10,6 +10,7 @@ from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_pose
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
+from workbench.base.progress import running
 from workbench.base.types import Outcome
 from workbench.plate.design import optimise_plate as plate_design
 from workbench.plate.optimiser import optimise
@@ -25,7 +26,7 @@ from workbench.plate.optimiser.target_blocks import (
 )
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Kind
-from workbench.plate.readings import Look, Reading
+from workbench.plate.readings import Look, TargetReading
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches
 from workbench.plate.tolerances import Making
@@ -40,7 +41,7 @@ def whole(poses):
 
 
 SIGMA = np.repeat([1e-4, np.deg2rad(0.02)], 3)
-SEAT = Reading(name="seat", kind=Kind.SEAT, look=whole, sigma=SIGMA)
+SEAT = TargetReading(name="seat", kind=Kind.SEAT, look=whole, sigma=SIGMA)
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +57,7 @@ def table2(aria, plate, solutions, goal):
 @pytest.fixture(scope="module")
 def mixed(aria, plate, goal):
     return optimise_plate(
-        aria, plate, reading=SEAT, goal=goal, rng=rng(), wish=DesignRequest(places=120, starts=1)
+        aria, plate, reading=SEAT, goal=goal, rng=rng(), request=DesignRequest(places=120, starts=1)
     )
 
 
@@ -65,8 +66,8 @@ def test_locked_targets_stay_and_the_others_are_placed(aria, plate, goal):
     held = (2, 7)
     targets = tuple(replace(t, locked=i in held) for i, t in enumerate(plate.targets))
     locked = replace(plate, targets=targets)
-    wish = DesignRequest(places=60, starts=1)
-    found = optimise_plate(aria, locked, reading=SEAT, goal=goal, rng=rng(), wish=wish)
+    request = DesignRequest(places=60, starts=1)
+    found = optimise_plate(aria, locked, reading=SEAT, goal=goal, rng=rng(), request=request)
     assert len(found.plate) == len(plate)
     for i, (old, new) in enumerate(zip(plate.targets, found.plate.targets, strict=True)):
         same = np.allclose(old.pose, new.pose, atol=1e-9)
@@ -79,14 +80,14 @@ def test_a_target_locked_out_of_reach_is_named(aria, plate, goal):
     locked = replace(plate, targets=(*plate.targets[:4], away, *plate.targets[5:]))
     with pytest.raises(DataError, match="target 5 is locked"):
         optimise_plate(
-            aria, locked, reading=SEAT, goal=goal, rng=rng(), wish=DesignRequest(places=5, starts=1)
+            aria, locked, reading=SEAT, goal=goal, rng=rng(), request=DesignRequest(places=5, starts=1)
         )
 
 
 @pytest.fixture(scope="module")
 def single(aria, plate, goal):
-    wish = DesignRequest(places=150, starts=1, postures=Postures.SINGLE)
-    return optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), wish=wish)
+    request = DesignRequest(places=150, starts=1, postures=Postures.SINGLE)
+    return optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), request=request)
 
 
 def predicted(robot, q, goal):
@@ -183,44 +184,38 @@ def test_the_probe_can_go_back(aria, mixed):
 
 
 def test_a_plate_that_keeps_the_constraints_is_never_made_worse(aria, goal, mixed):
-    wish = DesignRequest(places=20, starts=1)
-    again = optimise_plate(aria, mixed.plate, reading=SEAT, goal=goal, rng=rng(5), wish=wish)
+    request = DesignRequest(places=20, starts=1)
+    again = optimise_plate(aria, mixed.plate, reading=SEAT, goal=goal, rng=rng(5), request=request)
     assert again.start_kept
     assert again.start_cost == pytest.approx(mixed.cost, rel=1e-9)
     assert again.cost <= mixed.cost * (1.0 + 1e-9)
 
 
 def test_cancelled_it_hands_back_the_best_so_far(aria, plate, goal, mixed):
-    never = optimise_plate(
-        aria, plate, reading=SEAT, goal=goal, rng=rng(), wish=DesignRequest(places=5), cancel=lambda: True
-    )
+    with running(cancel=lambda: True):
+        never = optimise_plate(
+            aria, plate, reading=SEAT, goal=goal, rng=rng(), request=DesignRequest(places=5)
+        )
     assert never.outcome is Outcome.CANCELLED
     assert never.plate is plate
     seen = []
-    stopped = optimise_plate(
-        aria,
-        mixed.plate,
-        reading=SEAT,
-        goal=goal,
-        rng=rng(),
-        wish=DesignRequest(places=60, starts=1),
-        progress=seen.append,
-        cancel=lambda: bool(seen) and seen[-1] > 0.5,
-    )
+    request = DesignRequest(places=60, starts=1)
+    with running(lambda share, text: seen.append(share), lambda: bool(seen) and seen[-1] > 0.5):
+        stopped = optimise_plate(aria, mixed.plate, reading=SEAT, goal=goal, rng=rng(), request=request)
     assert stopped.outcome is Outcome.CANCELLED
     assert stopped.cost <= mixed.cost * (1.0 + 1e-9)
     assert seen == sorted(seen)
 
 
 def test_flat_blocks_with_standard_turns_and_a_making_tolerance(aria, plate, goal, mixed):
-    wish = DesignRequest(
+    request = DesignRequest(
         number=6,
         places=80,
         starts=1,
         blocks=Blocks(style=BlockStyle.STEPPED, turn=np.deg2rad(45.0)),
         making=Making(position=1e-4, angle=1e-3),
     )
-    design = optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), wish=wish)
+    design = optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), request=request)
     places = places_of(design.plate, design.plate.poses)
     assert len(places) == 6
     assert np.allclose(places[:, 3], 0.0, atol=1e-7)
@@ -242,7 +237,7 @@ def test_few_shapes_of_block_and_their_price(aria, plate, monkeypatch):
         return found[-1]
 
     monkeypatch.setattr(optimise, "optimise_plate", search)
-    design = plate_design(aria, plate, wish=DesignRequest(number=8, places=40, starts=1, shapes=2))
+    design = plate_design(aria, plate, request=DesignRequest(number=8, places=40, starts=1, shapes=2))
     assert len(shapes_of(places_of(design.plate, design.plate.poses))) <= 2
     assert len(fixture_of(design.plate).shapes) <= 2
     free = found[0]  # as if any number might be made
@@ -268,7 +263,7 @@ def far(plate):
 
 
 @pytest.mark.parametrize(
-    ("change", "wish", "error", "said"),
+    ("change", "design", "error", "said"),
     [
         (far, DesignRequest(places=10), DataError, "no pose on plate .* is reachable"),
         (lambda p: replace(p, size=None), DesignRequest(), OptionError, "has no size"),
@@ -306,9 +301,9 @@ def far(plate):
         ),
     ],
 )
-def test_what_can_not_be_had_is_named(aria, plate, goal, change, wish, error, said):
+def test_what_can_not_be_had_is_named(aria, plate, goal, change, design, error, said):
     with pytest.raises(error, match=said):
-        optimise_plate(aria, change(plate), reading=SEAT, goal=goal, rng=rng(), wish=wish)
+        optimise_plate(aria, change(plate), reading=SEAT, goal=goal, rng=rng(), request=design)
 
 
 def test_margins_are_not_negative():

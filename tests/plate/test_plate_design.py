@@ -12,7 +12,7 @@ from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.plate.design import optimise_plate, try_plate
 from workbench.plate.monte_carlo import production_yield
-from workbench.plate.monte_carlo.yield_inputs import Errors
+from workbench.plate.monte_carlo.yield_inputs import ErrorSizes
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Kind
@@ -103,8 +103,8 @@ def test_unknown_anchors_are_solved_with_the_arm(aria, plate):
 @pytest.mark.parametrize("name", [n for n in MAKERS if n != "seat"])
 def test_plates_of_every_kind_are_designed(name, aria, plate, tmp_path):
     heights = (0.05, 0.35) if name == "ball-bar" else (0.04, 0.12)
-    wish = DesignRequest(number=9, places=40, starts=1, blocks=Blocks(heights=heights))
-    design = optimise_plate(aria, replace(plate, targets=()), wish=wish, reading=name, seed=1)
+    request = DesignRequest(number=9, places=40, starts=1, blocks=Blocks(heights=heights))
+    design = optimise_plate(aria, replace(plate, targets=()), request=request, reading=name, seed=1)
     assert np.isfinite(design.cost)
     assert len(design.plate) == 9
     assert design.clearance.min() >= 0.01 - 1e-9
@@ -136,7 +136,7 @@ def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, a
     assert predicted["given_position_rms_mm"] / predicted["position_rms_mm"] > 1.1
     assert min(t["clearance_mm"] for t in best["targets"]) >= 10.0 - 1e-6
     plates = alike([load_plate("table2"), read_plate(tmp_path / "best.toml")])
-    monkeypatch.setattr(Errors, "alone", lambda self: {})  # whatever is to blame
+    monkeypatch.setattr(ErrorSizes, "alone", lambda self: {})  # whatever is to blame
     found = [try_plate(aria, p, arms=250, poses=60, towards=plates[0], seed=2) for p in plates]
     table2, optimised = (each.position_rms for each in found)
     assert table2 / optimised > 1.1

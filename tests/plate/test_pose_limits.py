@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
+from workbench.base.progress import running
 from workbench.base.types import Outcome
 from workbench.plate.free_constants import identified_names, visible_basis
 from workbench.plate.observability import I
@@ -36,8 +37,10 @@ def test_all_limits_are_kept_and_the_set_is_better_than_its_start(aria, plate, i
     limits = PoseLimits(
         region=plate.region, towards=towards, cone=cone, margin=0.1, spread=0.05, travel=np.deg2rad(100)
     )
-    matter = plate_region_poses(aria, plate, 5) if index == "I" else None
-    found = informative_poses(aria, 8, index=index, limits=limits, matter=matter, rng=rng(1))
+    evaluation_poses = plate_region_poses(aria, plate, 5) if index == "I" else None
+    found = informative_poses(
+        aria, 8, index=index, limits=limits, evaluation_poses=evaluation_poses, rng=rng(1)
+    )
     poses = tool_poses(aria, Motion(found.q))
     assert plate.region.contains(poses[:, :3, 3]).all()
     cosines = 0.5 * (np.einsum("rij,kij->rk", poses[:, :3, :3], towards).max(1) - 1.0)
@@ -154,6 +157,7 @@ def test_conflicts_name_the_pair(aria, plate, monkeypatch):
 
 def test_cancelled_within_limits(aria, plate):
     limits = PoseLimits(region=plate.region, spread=0.02)
-    stopped = informative_poses(aria, 6, limits=limits, rng=rng(18), cancel=lambda: True)
+    with running(cancel=lambda: True):
+        stopped = informative_poses(aria, 6, limits=limits, rng=rng(18))
     assert stopped.outcome is Outcome.CANCELLED
     assert stopped.after >= stopped.before

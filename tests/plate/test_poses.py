@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.identification_jacobian import linearise
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.base.errors import DataError, OptionError, ShapeError
+from workbench.base.progress import running
 from workbench.base.types import Outcome
 from workbench.plate.observability import INDICES
 from workbench.plate.poses.gradient import PoseClimb
@@ -118,11 +119,13 @@ def test_what_points_do_not_show_is_left_out():
 
 def test_cancel_and_progress(aria):
     for index in ("O", "O1", "O2"):
-        stopped = informative_poses(aria, 5, index=index, rng=rng(), cancel=lambda: True)
+        with running(cancel=lambda: True):
+            stopped = informative_poses(aria, 5, index=index, rng=rng())
         assert stopped.outcome is Outcome.CANCELLED
         assert stopped.after >= stopped.before
     shares = []
-    informative_poses(aria, 4, index="O", rng=rng(), progress=shares.append)
+    with running(lambda share, text: shares.append(share)):
+        informative_poses(aria, 4, index="O", rng=rng())
     assert shares[-1] == 1.0
     assert shares == sorted(shares)
 

@@ -12,13 +12,14 @@ from rich.console import Console
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import JointCompliance
+from workbench.arm.frame import Frame
 from workbench.arm.inverse.solve import follow_many
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.parallel import spread
+from workbench.base.progress import running
 from workbench.base.types import Outcome
 from workbench.data.accuracy_requirement import Requirement
 from workbench.data.dataset import Dataset
@@ -30,14 +31,16 @@ from workbench.plate.monte_carlo import production_yield
 from workbench.plate.monte_carlo.arms import try_arms
 from workbench.plate.monte_carlo.production_yield import gather, try_production
 from workbench.plate.monte_carlo.reach_targets import branches_by_distance, reach_targets
-from workbench.plate.monte_carlo.yield_inputs import Errors, Job, constrained_by
+from workbench.plate.monte_carlo.yield_inputs import ErrorSizes, YieldJob, constrained_by
 from workbench.plate.plate import Kind
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.report.design import yield_tables
 from workbench.plate.target_branches import choose_branches
 
 NONE = np.zeros(10)
-QUIET = Errors(seat_position=0.0, seat_rotation=0.0, joint=0.0, target_position=NONE, target_rotation=NONE)
+QUIET = ErrorSizes(
+    seat_position=0.0, seat_rotation=0.0, joint=0.0, target_position=NONE, target_rotation=NONE
+)
 USUAL = replace(
     QUIET,
     seat_position=1e-4,
@@ -53,7 +56,7 @@ def job(aria, plate, solutions):
     goal = plate_region_poses(aria, plate)
     q = choose_branches(aria, plate, solutions, goal=goal, rng=np.random.default_rng(0), starts=2).q
     bank = plate_region_poses(aria, plate, 80)
-    return Job(
+    return YieldJob(
         robot=aria,
         names=aria.default_free,
         poses=plate.poses,
@@ -182,9 +185,9 @@ def test_all_arms_pass_eq_3_with_mixed_branches_and_fewer_with_more_noise(job, f
 
 def test_effects_that_nobody_declared_are_seen_and_blamed(job, aria):
     soft = replace(aria, effects=(JointCompliance(joints=(1,), coefficients=(4e-5,)),))
-    bent = replace(job, errors=replace(USUAL, undeclared=soft))
-    assert try_arms(bent, SEED, 25).position.mean() > try_arms(job, SEED, 25).position.mean()
-    alone = try_arms(replace(bent, errors=bent.errors.alone()["undeclared effects"]), SEED, 25)
+    deflected = replace(job, errors=replace(USUAL, undeclared=soft))
+    assert try_arms(deflected, SEED, 25).position.mean() > try_arms(job, SEED, 25).position.mean()
+    alone = try_arms(replace(deflected, errors=deflected.errors.alone()["undeclared effects"]), SEED, 25)
     assert alone.position.min() > 1e-6
 
 
@@ -215,7 +218,8 @@ def test_the_same_seed_gives_the_same_arms(job, found):
 
 def test_cancelled_it_hands_back_the_arms_so_far(job, found):
     seen = []
-    part = try_production(job, arms=400, seed=3, progress=seen.append, cancel=lambda: bool(seen))
+    with running(lambda share, text: seen.append(share), lambda: bool(seen)):
+        part = try_production(job, arms=400, seed=3)
     assert part.outcome is Outcome.CANCELLED
     assert 100 <= part.arms < 400
     assert np.array_equal(part.position, found.position[: part.arms])
@@ -237,14 +241,15 @@ def test_a_cluster_gives_the_same_numbers_and_bears_the_loss_of_a_worker(job, fo
     ):
         killed = []
 
-        def kill_one(share):
+        def kill_one(share, text):
             if not killed and share > 0.3:
                 pid = next(iter(cluster.workers.values())).process.process.pid
                 os.kill(pid, signal.SIGKILL)
                 killed.append(pid)
 
         address = cluster.scheduler_address
-        equal(try_production(job, arms=400, seed=3, scheduler=address, progress=kill_one), found)
+        with running(kill_one):
+            equal(try_production(job, arms=400, seed=3, scheduler=address), found)
         assert killed
 
 

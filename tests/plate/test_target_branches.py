@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from workbench.arm.identification_jacobian import linearise
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.plate.observability import INDICES

@@ -16,17 +16,17 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.identification_jacobian import Linearisation, linearise
+from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import Cancel, Progress
+from workbench.base.progress import cancelled, part_of
 from workbench.base.types import Outcome, frozen
 from workbench.plate.collision import hits, mutually_blocking
 from workbench.plate.criterion import criterion_of
+from workbench.plate.exchange import exchange
 from workbench.plate.observability import AbstractIndex, O
 from workbench.plate.plate import Plate, Target
 from workbench.plate.poses.d_optimal import greedy_choice
-from workbench.plate.poses.exchange import exchange
 from workbench.plate.poses.pose_limits import PoseLimits, folded, sample_poses
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
@@ -41,7 +41,7 @@ TOLERANCE = 0.01
 """Greatest relative difference of O within a set before it is made equal."""
 BANDS = 8
 """Bands that are searched for the best set."""
-MOST = 300
+MAX_BAND_POSES = 300
 """Poses of a band that take part in the exchange."""
 LEVELLING = 12
 """Newton steps towards equal O."""
@@ -150,8 +150,6 @@ def cluster_region(
     number: int = 10,
     limits: PoseLimits | None = None,
     candidates: int | None = None,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> Clustering:
     """Find poses with equal O in mutually different cubes of a region.
 
@@ -178,12 +176,11 @@ def cluster_region(
     bands = _bands(pool, number)
     best, outcome = None, Outcome.CONVERGED
     for done, band in enumerate(bands):
-        found = _level(pool, pool.q[_best_of_band(pool, band, number)])
+        with part_of(done / len(bands), 1.0 / len(bands), "looking for equal O"):
+            found = _level(pool, pool.q[_best_of_band(pool, band, number)])
         if best is None or found.value > best.value:
             best = found
-        if progress is not None:
-            progress((done + 1) / len(bands))
-        if cancel is not None and cancel():
+        if cancelled():
             outcome = Outcome.CANCELLED
             break
     assert best is not None
@@ -241,7 +238,7 @@ def _best_of_band(pool: _Pool, band: np.ndarray, number: int) -> np.ndarray:
     """
     size = len(pool.linearisation.names)
     cubes = _first_of_each_cube(pool, band)
-    band = np.union1d(cubes, band[:: max(len(band) // MOST, 1)])
+    band = np.union1d(cubes, band[:: max(len(band) // MAX_BAND_POSES, 1)])
     blocks = pool.linearisation.scaled.reshape(len(pool.q), -1, size)[band]
     clash = together = pool.cubes[band][:, None] == pool.cubes[band]
     if (solid := pool.limits.solid) is not None:

@@ -13,7 +13,7 @@ from typing import final
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.identification_jacobian import Linearisation
+from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.plate.free_constants import visible_weight

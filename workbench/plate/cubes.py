@@ -11,20 +11,20 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.identification_jacobian import Linearisation
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.kinematics.reachable import reachable
+from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.progress import Cancel, Progress
+from workbench.base.progress import cancelled, progress
 from workbench.base.types import frozen
 from workbench.plate.observability import inverse_condition
 from workbench.plate.predicted_error import UNSEEN
 from workbench.plate.region import Region
 
 PART = 2000
-"""Poses that are solved between two checks of `cancel`."""
+"""Poses that are solved between two checks of `cancelled`."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -73,13 +73,7 @@ class CubeMap:
 
 
 def map_cubes(
-    robot: Robot,
-    region: Region,
-    rotations: Float[np.ndarray, "orientations 3 3"],
-    *,
-    names: tuple[str, ...],
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
+    robot: Robot, region: Region, rotations: Float[np.ndarray, "orientations 3 3"], *, names: tuple[str, ...]
 ) -> CubeMap | None:
     """Evaluate every cube of a region.
 
@@ -92,15 +86,14 @@ def map_cubes(
     q, index = np.full((cubes, robot.dof), np.nan), np.full(cubes, np.nan)
     reached, moves = np.zeros(cubes, np.int64), np.zeros((cubes, 3, len(names)))
     for start in range(0, cubes, step):
-        if cancel is not None and cancel():
+        if cancelled():
             return None
         part = slice(start, start + step)
         places = np.repeat(region.centres[part], tried, axis=0)
         turns = np.tile(rotations, (len(places) // tried, 1, 1))
         mask, q_tried = reachable(robot, robot.base.pose @ se3.pose(turns, places), certain=False)
         reached[part], index[part], q[part], moves[part] = _best(robot, names, mask, q_tried, tried)
-        if progress is not None:
-            progress(min(start + step, cubes) / cubes)
+        progress(min(start + step, cubes) / cubes, "solving for every cube")
     return CubeMap(
         region=region,
         names=names,

@@ -7,20 +7,19 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.identification_jacobian import linearise
+from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
-from workbench.base.progress import Cancel, Progress
+from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
 from workbench.data.accuracy_requirement import Requirement, Wanted
-from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
 from workbench.plate import clustering
 from workbench.plate.clustering import Clustering
 from workbench.plate.criterion import goal_index
 from workbench.plate.door import door
 from workbench.plate.free_constants import identified_names
 from workbench.plate.monte_carlo.production_yield import ARMS, Yield, check_number, try_production
-from workbench.plate.monte_carlo.yield_inputs import Errors, Job, constrained_by
+from workbench.plate.monte_carlo.yield_inputs import ErrorSizes, YieldJob, constrained_by
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import DesignRequest
@@ -29,12 +28,14 @@ from workbench.plate.optimiser.target_blocks import few_shapes, places_of
 from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import ANCHOR_SIGMA, Plate
 from workbench.plate.poses.sampling import in_base
-from workbench.plate.readings import Reading, assumptions, reading_named, usual_reading, usual_sigma
+from workbench.plate.readings import TargetReading, assumptions, reading_named, usual_reading, usual_sigma
 from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
 from workbench.plate.target_branches import choose_branches, measurable
 from workbench.plate.tolerances import Making
 
+LENGTH_ERROR, ANGLE_ERROR = 5e-3, float(np.deg2rad(5.0))
+"""Largest manufacturing errors of a length [m] and an angle [rad] in a production run, as in ARIA §2.4."""
 ERROR = "I"
 """Name of the index that is the predicted error over the region."""
 JUDGED_POSES = 500
@@ -51,25 +52,23 @@ def optimise_plate(
     robot: Robot,
     plate: Plate,
     *,
-    wish: DesignRequest | None = None,
+    request: DesignRequest | None = None,
     making: Making | None = None,
-    reading: str | Reading | None = None,
+    reading: str | TargetReading | None = None,
     sigma: tuple[float, float | None] | None = None,
     visits: int = 1,
     base: bool | None = None,
     tool: bool | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> PlateDesign:
     """The plate with the least predicted error in its region.
 
     Args:
         robot: Nominal arm with limits.
         plate: Where the plate lies, how large it is, its region; its targets are one of the starts.
-        wish: Number of targets, branches, blocks, constraints, tolerances; the usual ones if None, with
+        request: Number of targets, branches, blocks, constraints, tolerances; the usual ones if None, with
             narrower margins (and a note) where the usual margins leave no plate.
-        making: Tolerances of the making where the wish has none; as `plate_making` says if None.
+        making: Tolerances of the making where the request has none; as `plate_making` says if None.
         reading: What is read at a target: seat, socket, point, contacts or ball-bar; as the given plate's
             targets are if None.
         sigma: Standard deviations of one visit [m], [rad]; those of the reading if None.
@@ -77,32 +76,29 @@ def optimise_plate(
         base: Whether the base is identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of everything random.
-        cancel: Asked now and then whether to stop with the best plate so far.
 
     Raises:
         OptionError: a plate without size or inside the robot's base, more targets than fit.
         DataError: a region out of reach, or constraints that conflict; names the two.
     """
-    if not isinstance(reading, Reading):
+    if not isinstance(reading, TargetReading):
         reading = reading_named(reading or usual_reading(plate), robot, plate, sigma=sigma, visits=visits)
     making = making or plate_making(plate, reading.name)
 
-    def search(wish: DesignRequest) -> PlateDesign:
+    def search(request: DesignRequest) -> PlateDesign:
         return optimise.optimise_plate(
             robot,
             plate,
             reading=reading,
             goal=goal,
             rng=np.random.default_rng(seed),
-            wish=replace(wish, making=wish.making or making),
+            request=replace(request, making=request.making or making),
             names=names,
-            progress=progress,
-            cancel=cancel,
         )
 
     goal, names = goal_poses(robot, plate), identified_names(robot, base=base, tool=tool)
-    if wish is not None:
-        return _priced(search, wish)
+    if request is not None:
+        return _priced(search, request)
     try:
         return search(DesignRequest())
     except DataError as error:
@@ -120,20 +116,20 @@ def plate_making(plate: Plate, reading: str) -> Making:
     return plate.making if any(plate.making.play) else replace(plate.making, play=Stock().play)
 
 
-def _priced(search: Callable[[DesignRequest], PlateDesign], wish: DesignRequest) -> PlateDesign:
+def _priced(search: Callable[[DesignRequest], PlateDesign], request: DesignRequest) -> PlateDesign:
     """The best plate, with what few tilts and few shapes of its blocks cost against those at will.
 
     Blocks that are bought, at the heights and on the grid that there are, have no others to compare with.
     """
-    found, blocks, words = search(wish), wish.blocks, []
+    found, blocks, words = search(request), request.blocks, []
     if blocks.tilts and not blocks.levels:
-        free = search(replace(wish, blocks=replace(blocks, tilts=())))
+        free = search(replace(request, blocks=replace(blocks, tilts=())))
         tilts = ", ".join(f"{np.rad2deg(tilt):g}°" for tilt in blocks.tilts)
         words.append(_price(f"blocks of {tilts} alone", found, free, "any tilt"))
-    if wish.shapes is not None and found.plate_shapes > wish.shapes:
-        few = _few_shapes(search, wish, found)
+    if request.shapes is not None and found.plate_shapes > request.shapes:
+        few = _few_shapes(search, request, found)
         different = f"{found.plate_shapes} different ones"
-        words.insert(0, _price(f"{wish.shapes} shapes of block", few, found, different))
+        words.insert(0, _price(f"{request.shapes} shapes of block", few, found, different))
         found = few
     return replace(found, notes=(*words, *found.notes))
 
@@ -146,22 +142,22 @@ def _price(what: str, found: PlateDesign, free: PlateDesign, others: str) -> str
 
 
 def _few_shapes(
-    search: Callable[[DesignRequest], PlateDesign], wish: DesignRequest, free: PlateDesign
+    search: Callable[[DesignRequest], PlateDesign], request: DesignRequest, free: PlateDesign
 ) -> PlateDesign:
     """The best plate of few different blocks.
 
     The shapes are those from which the other ones are least unlike: of the free optimum, then of the best
     plate with twice as many.
     """
-    assert wish.shapes is not None
+    assert request.shapes is not None
     source, best = free, free
     for more in (True, False):
-        if source.plate_shapes <= wish.shapes:
+        if source.plate_shapes <= request.shapes:
             break
         places = places_of(source.plate, source.plate.poses)
         few, twice = (
-            replace(wish, blocks=replace(wish.blocks, shapes=few_shapes(places, number)))
-            for number in (wish.shapes, 2 * wish.shapes)
+            replace(request, blocks=replace(request.blocks, shapes=few_shapes(places, number)))
+            for number in (request.shapes, 2 * request.shapes)
         )
         found = search(few)
         best = found if best is free or found.cost < best.cost else best
@@ -195,8 +191,6 @@ def try_plate(
     poses: int = JUDGED_POSES,
     scheduler: str | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> Yield:
     """How many arms of a production run meet the requirement after a calibration with a plate.
 
@@ -218,7 +212,6 @@ def try_plate(
         poses: Poses of the tool in the region, in all their branches, at which arms are judged.
         scheduler: Address of a Dask scheduler; this machine's cores if None.
         seed: Of everything random.
-        cancel: Asked now and then whether to stop with the arms so far.
     """
     check_number(arms)
     plate = plate if making is None else replace(plate, making=making)
@@ -226,7 +219,7 @@ def try_plate(
     q = planned_joints(robot, plate, sigma)
     asked = plate if towards is None else replace(towards, region=plate.region)
     bank = plate_region_poses(robot, asked, poses)
-    errors = Errors(
+    errors = ErrorSizes(
         seat_position=sigma[0],
         seat_rotation=sigma[1],
         joint=joint_sigma,
@@ -237,7 +230,7 @@ def try_plate(
         anchor=0.0 if plate.anchors is None else ANCHOR_SIGMA,
         undeclared=replace(robot, effects=undeclared) if undeclared else None,
     )
-    job = Job(
+    job = YieldJob(
         robot=replace(robot, effects=()),
         names=robot.default_free,
         poses=robot.base.pose @ plate.poses,
@@ -251,7 +244,7 @@ def try_plate(
         cells=plate.region.cells(in_base(robot, bank)[:, :3, 3]),
         wanted=wanted or Requirement().wanted,
     )
-    found = try_production(job, arms=arms, seed=seed, scheduler=scheduler, progress=progress, cancel=cancel)
+    found = try_production(job, arms=arms, seed=seed, scheduler=scheduler)
     held = [assumptions(plate, sigma)]
     if joint_sigma:
         held.append(f"joint readings {np.rad2deg(joint_sigma):.2g}°")
@@ -270,7 +263,8 @@ def planned_joints(robot: Robot, plate: Plate, sigma: tuple[float, float]) -> np
         raise DataError(f"target {number + 1} is {why}; move it, then try the plate")
     rng = np.random.default_rng(0)
     goal = plate_region_poses(robot, plate)
-    return choose_branches(robot, plate, can.solutions, goal=goal, rng=rng, sigma=sigma).q
+    with part_of(0.0, 0.0):
+        return choose_branches(robot, plate, can.solutions, goal=goal, rng=rng, sigma=sigma).q
 
 
 @one_thread()
@@ -285,8 +279,6 @@ def cluster_region(
     cone: float = np.pi,
     solid: Plate | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> Clustering:
     """Poses with equal O in different cubes of a region, the best such set (ARIA 4.2).
 
@@ -300,7 +292,6 @@ def cluster_region(
         cone: Greatest angle from the nearest of them [rad].
         solid: A plate that the arm must not run into, as long as there are such poses; none if None.
         seed: Of the random candidates.
-        cancel: Asked now and then whether to stop with the best set so far.
     """
     goal: str | np.ndarray = index
     if index == ERROR:
@@ -317,8 +308,6 @@ def cluster_region(
             rng=np.random.default_rng(seed),
             number=number,
             limits=replace(clustering.ROOMY, towards=towards, cone=cone, solid=solid),
-            progress=progress,
-            cancel=cancel,
         )
 
     if solid is None or solid.size is None:

@@ -5,7 +5,7 @@ from typing import Any
 
 import workbench.data.door  # noqa: F401 what stands for arms and measurements
 from workbench.base.door import Given, accept, door
-from workbench.plate.parts.as_measured import load_plate
+from workbench.plate.measured_plate import load_plate
 from workbench.plate.plate import Plate
 from workbench.plate.region import Region
 

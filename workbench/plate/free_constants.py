@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.identification_jacobian import Linearisation, linearise
-from workbench.arm.robot import FRAME_PARTS, Robot
+from workbench.arm.frame import FRAME_PARTS
+from workbench.arm.linearisation import Linearisation, linearise
+from workbench.arm.robot import Robot
 from workbench.base.types import Freedom, frozen
 from workbench.plate.poses.sampling import random_poses
 

@@ -45,7 +45,7 @@ Say = Callable[[str], None]
 
 
 @dataclass(frozen=True, eq=False)
-class Captured:
+class CapturedRows:
     """How a guided measurement ended.
 
     Args:
@@ -103,7 +103,7 @@ def capture(
     show: Show | None = None,
     say: Say = lambda text: None,
     source: str = "stdin",
-) -> Captured:
+) -> CapturedRows:
     """Store rows as the source and the keys ask for them, until somebody or the source ends it.
 
     Args:
@@ -136,7 +136,7 @@ def capture(
             shown = monotonic()
     if not acquisition.rows:
         raise DataError(_nothing_stored(run))
-    return Captured(acquisition.dataset(source=str(out)), acquisition.capture.done, run.by_hand)
+    return CapturedRows(acquisition.dataset(source=str(out)), acquisition.capture.done, run.by_hand)
 
 
 def _nothing_stored(run: "_Run") -> str:

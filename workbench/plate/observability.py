@@ -6,7 +6,7 @@ the unscaled Jacobian, as in the paper: metres and radians stand side by side. A
 nothing about the set as a whole: ten identical poses of high O show six combinations only.
 
 O1 … O5, A and D are of a whole set, by the singular values σ1 ≥ … ≥ σp of its scaled, whitened Jacobian
-(see `workbench.arm.identification_jacobian` for the scaling). Each is zero where a parameter can't be seen.
+(see `workbench.arm.linearisation` for the scaling). Each is zero where a parameter can't be seen.
 Their gradient comes from dσ_k = u_kᵀ dJ v_k. Choosing poses by O1 or D does not depend on units: scaling
 rows or columns multiplies them by a constant. O2 is the same for rows all scaled alike and for poses that
 are added again, and changes with single columns; added measurements never lower O3 and O5.
@@ -28,7 +28,7 @@ from typing import Any, final
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.identification_jacobian import RANK_TOLERANCE, Linearisation
+from workbench.arm.linearisation import RANK_TOLERANCE, Linearisation
 from workbench.base.errors import OptionError
 from workbench.base.registry import Registry
 from workbench.base.types import frozen
@@ -304,7 +304,7 @@ OV1 = SetIndex(
 """O1 of poses that a camera measured, each whitened by the covariance that its picture gives it.
 
 Where the target is far, small in the picture or seen flatly, the pose that it gives is uncertain, depth most
-of all; O1 with one noise for all poses does not know that. It is of linearisations by a `View`.
+of all; O1 with one noise for all poses does not know that. It is of linearisations by an `AbstractSight`.
 """
 OF_CAMERAS: Mapping[str, AbstractIndex] = MappingProxyType({OV1.name: OV1})
 """Indices that only what cameras see has."""

@@ -28,8 +28,8 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 from scipy.special import gammaln
 
-from workbench.arm.identification_jacobian import Linearisation
 from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.types import frozen

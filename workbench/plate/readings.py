@@ -29,8 +29,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.identification_jacobian import Linearisation, linearise
 from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -54,7 +54,7 @@ class Look(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Reading:
+class TargetReading:
     """What is read at a target, and how exactly.
 
     Args:
@@ -108,7 +108,7 @@ class Reading:
 def linearise_reading(
     robot: Robot,
     q: Float[np.ndarray, "rows n"],
-    reading: Reading,
+    reading: TargetReading,
     *,
     target_sigma: Float[np.ndarray, "rows 2"],
     names: tuple[str, ...],
@@ -139,7 +139,7 @@ def linearise_reading(
     )
 
 
-Maker = Callable[[Robot, Plate, float, float], Reading]
+Maker = Callable[[Robot, Plate, float, float], TargetReading]
 """From arm, plate and the standard deviations of one visit [m], [rad]."""
 HALF_CUBE = 0.02
 """Half the side of the cube on the tool that is pressed against six contacts [m]."""
@@ -164,7 +164,7 @@ SIGMAS: Mapping[str, tuple[float, float | None]] = MappingProxyType(
 
 def reading_named(
     name: str, robot: Robot, plate: Plate, *, sigma: tuple[float, float | None] | None = None, visits: int = 1
-) -> Reading:
+) -> TargetReading:
     """The reading of that name.
 
     Args:
@@ -188,7 +188,7 @@ def reading_named(
     return replace(MAKERS[name](robot, plate, position, rotation), visits=visits)
 
 
-def _contacts(robot: Robot, plate: Plate, position: float, rotation: float) -> Reading:
+def _contacts(robot: Robot, plate: Plate, position: float, rotation: float) -> TargetReading:
     wrenches = contact_rows()
 
     def look(poses: Float[np.ndarray, "rows 4 4"]) -> Look:
@@ -197,17 +197,17 @@ def _contacts(robot: Robot, plate: Plate, position: float, rotation: float) -> R
         turn[:, :3, :3] = turn[:, 3:, 3:] = np.swapaxes(poses[:, :3, :3], 1, 2)
         return Look(wrenches @ turn @ seen.by_twist, seen.by_unknown)
 
-    return Reading(name="contacts", kind=Kind.SEAT, look=look, sigma=frozen(np.full(6, position)))
+    return TargetReading(name="contacts", kind=Kind.SEAT, look=look, sigma=frozen(np.full(6, position)))
 
 
-def _ball_bar(robot: Robot, plate: Plate, position: float, rotation: float) -> Reading:
+def _ball_bar(robot: Robot, plate: Plate, position: float, rotation: float) -> TargetReading:
     anchors = anchors_of(robot, plate)
 
     def look(poses: Float[np.ndarray, "rows 4 4"]) -> Look:
         looks = [_from_anchor(poses, anchors, k) for k in range(len(anchors))]
         return Look(*(np.concatenate(parts, axis=1) for parts in zip(*looks, strict=True)))
 
-    return Reading(
+    return TargetReading(
         name="ball-bar",
         kind=Kind.POINT,
         look=look,
@@ -221,10 +221,10 @@ def _ball_bar(robot: Robot, plate: Plate, position: float, rotation: float) -> R
 def _seen_by(observation: type[PoseObservation] | type[PointObservation], kind: Kind) -> Maker:
     """What makes the reading of a kind of target that is seen as a whole."""
 
-    def make(robot: Robot, plate: Plate, position: float, rotation: float) -> Reading:
+    def make(robot: Robot, plate: Plate, position: float, rotation: float) -> TargetReading:
         parts = [position, rotation] if observation is PoseObservation else [position]
         look = partial(_seen, observation)
-        return Reading(name=str(kind), kind=kind, look=look, sigma=frozen(np.repeat(parts, 3)))
+        return TargetReading(name=str(kind), kind=kind, look=look, sigma=frozen(np.repeat(parts, 3)))
 
     return make
 

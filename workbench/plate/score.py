@@ -13,13 +13,13 @@ import numpy as np
 from jaxtyping import Float, Int
 from rich.console import RenderableType
 
-from workbench.arm.identification_jacobian import Linearisation
 from workbench.arm.kinematics.forward import link_frames
+from workbench.arm.linearisation import Linearisation
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import Cancel, Progress
+from workbench.base.progress import cancelled, part_of
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome, frozen
 from workbench.plate.door import door
@@ -189,10 +189,8 @@ def score_plate(
     sigma: tuple[float, float] | None = None,
     base: bool | None = None,
     tool: bool | None = None,
-    matter: Float[np.ndarray, "rows n"] | None = None,
+    evaluation_poses: Float[np.ndarray, "rows n"] | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> PlateScore:
     """What a plate tells about an arm, target by target and as a set.
 
@@ -203,9 +201,8 @@ def score_plate(
             read at the targets if None.
         base: Whether the base is unknown and identified too; as the robot says if None.
         tool: Whether the tool is.
-        matter: Poses for which the error is predicted [rad or m]; those of the plate's own region if None.
+        evaluation_poses: For which the error is predicted [rad or m]; those of the plate's region if None.
         seed: Of the mixes of branches that are tried.
-        cancel: Asked now and then whether to stop with the best branches so far.
 
     Raises:
         DataError: a plate without targets or inside the robot's base, a region out of reach, or no target
@@ -215,7 +212,7 @@ def score_plate(
     sigma = sigma or usual_sigma(plate)
     names = identified_names(robot, base=base, tool=tool)
     can = measurable(robot, plate)
-    q_region = plate_region_poses(robot, plate) if matter is None else matter
+    q_region = plate_region_poses(robot, plate) if evaluation_poses is None else evaluation_poses
     choice = choose_branches(
         robot,
         can.plate,
@@ -225,8 +222,6 @@ def score_plate(
         names=names,
         sigma=sigma,
         starts=STARTS,
-        progress=progress,
-        cancel=cancel,
     )
     scorer = TargetScorer(robot, plate, q_region, names, visible_basis(robot, names), sigma)
     alike = choice.best_single
@@ -254,8 +249,6 @@ def score_plates(
     base: bool | None = None,
     tool: bool | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> tuple[PlateScore, ...]:
     """Scores over the same poses: those of the first plate's region.
 
@@ -267,7 +260,6 @@ def score_plates(
         base: Whether the base is identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of the mixes of branches that are tried.
-        cancel: Asked now and then whether to stop.
 
     Raises:
         OptionError: no plates.
@@ -276,29 +268,16 @@ def score_plates(
     if not plates:
         raise OptionError("no plates to score; give at least one")
     check_place(robot, plates[0])
-    matter = plate_region_poses(robot, plates[0])
-    report = progress or (lambda part: None)
+    evaluation_poses = plate_region_poses(robot, plates[0])
     scores: list[PlateScore] = []
     for number, plate in enumerate(plates):
-        if scores and cancel is not None and cancel():
+        if scores and cancelled():
             break
-
-        def report_part(share: float, done: int = number) -> None:
-            report((done + share) / len(plates))
-
-        scores.append(
-            score_plate(
-                robot,
-                plate,
-                sigma=sigma,
-                base=base,
-                tool=tool,
-                matter=matter,
-                seed=seed,
-                progress=report_part,
-                cancel=cancel,
+        with part_of(number / len(plates), 1.0 / len(plates)):
+            found = score_plate(
+                robot, plate, sigma=sigma, base=base, tool=tool, evaluation_poses=evaluation_poses, seed=seed
             )
-        )
+        scores.append(found)
     return tuple(scores)
 
 

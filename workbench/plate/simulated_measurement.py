@@ -10,17 +10,15 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.base.progress import Progress
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.live.sample import Sample
-from workbench.data.simulation.driver import Pace, drive
+from workbench.data.simulation.driver import DrivePace, drive
 from workbench.data.simulation.hidden_effects import hidden_effects, varied_state
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, instrument_named
 from workbench.data.simulation.simulate import (
-    ANGLE_ERROR,
     AUTO,
-    LENGTH_ERROR,
+    LIKELY_ERRORS,
     MIXED,
     evenly_mixed,
     simulate,
@@ -58,9 +56,8 @@ def measure_poses(
     instrument: str | Instrument = "tracker-6d",
     actual: Robot | None = None,
     effects: Sequence[str | AbstractEffect] = (),
-    errors: tuple[float, float] = (LENGTH_ERROR, ANGLE_ERROR),
+    errors: tuple[float, float] = LIKELY_ERRORS,
     seed: int = 0,
-    progress: Progress | None = None,
 ) -> tuple[Robot, Dataset]:
     """A virtual arm measured at random or informative joint positions.
 
@@ -87,7 +84,7 @@ def measure_poses(
     elif index == ISO_CUBE:
         q = iso_cube_poses(robot, number, rng=rng).q
     else:
-        q = informative_poses(robot, number, index=index, rng=rng, progress=progress).q
+        q = informative_poses(robot, number, index=index, rng=rng).q
     state = varied_state(actual, q, rng=rng)
     rows = simulate(actual, state, instrument=_instrument(instrument), rng=rng)
     note = f"simulated: {number} poses ({index}), {_instrument(instrument).name}, seed {seed}"
@@ -104,9 +101,8 @@ def measure_plate(
     instrument: str | Instrument = "plate",
     actual: Robot | None = None,
     effects: Sequence[str | AbstractEffect] = (),
-    errors: tuple[float, float] = (LENGTH_ERROR, ANGLE_ERROR),
+    errors: tuple[float, float] = LIKELY_ERRORS,
     seed: int = 0,
-    progress: Progress | None = None,
 ) -> tuple[Robot, Dataset]:
     """A virtual arm brought to the targets of a plate.
 
@@ -136,9 +132,7 @@ def measure_plate(
         near = np.stack([solutions[0].q for solutions in plate_solutions(robot, plate)])
         if branch == DESIGNED:
             goal = plate_region_poses(robot, plate)
-            near[can.rows] = choose_branches(
-                robot, can.plate, can.solutions, goal=goal, rng=rng, progress=progress
-            ).q
+            near[can.rows] = choose_branches(robot, can.plate, can.solutions, goal=goal, rng=rng).q
         else:
             clear = [{b.name: b.q for b in target} for target in can.solutions]
             near[can.rows] = [q[n] for q, n in zip(clear, evenly_mixed(clear), strict=True)]
@@ -190,7 +184,7 @@ def drive_plate(
     branch: str = DESIGNED,
     instrument: str | Instrument = "tracker-6d",
     actual: Robot | None = None,
-    pace: Pace | None = None,
+    pace: DrivePace | None = None,
     seed: int = 0,
 ) -> tuple[Robot, Iterator[Sample]]:
     """A virtual arm with hidden errors, steered to every target of a plate (ARIA 5.1).

@@ -11,19 +11,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float, Int
 
-from workbench.arm.identification_jacobian import Linearisation
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.solve import Branch, Task
+from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
-from workbench.base.progress import Cancel, Progress
+from workbench.base.progress import part_of
 from workbench.base.types import Outcome, frozen
 from workbench.plate.collision import hits, unobstructed
 from workbench.plate.criterion import criterion_of, goal_index
+from workbench.plate.exchange import exchange
 from workbench.plate.free_constants import visible, visible_basis
 from workbench.plate.observability import index_named
 from workbench.plate.plate import AUTO, Kind, Plate, Target
-from workbench.plate.poses.exchange import exchange
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.predicted_error import predicted_error
 from workbench.plate.readings import SEAT, linearise_targets
@@ -180,8 +180,6 @@ def choose_branches(
     names: tuple[str, ...] | None = None,
     sigma: tuple[float, float] = SEAT,
     starts: int = STARTS,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> BranchChoice:
     """Choose a branch for every target; targets with a named branch keep it.
 
@@ -212,9 +210,8 @@ def choose_branches(
     }
     random = [np.array([rng.choice(np.flatnonzero(row)) for row in allowed]) for _ in range(max(starts, 1))]
     valid = [choice for choice in single.values() if allowed[np.arange(len(choice)), choice].all()]
-    found = exchange(
-        options, allowed, criterion, starts=np.stack([*valid, *random]), progress=progress, cancel=cancel
-    )
+    with part_of(0.0, 1.0, "choosing branches"):
+        found = exchange(options, allowed, criterion, starts=np.stack([*valid, *random]))
 
     def worth(choice: np.ndarray) -> float:
         """The cost without the ridge of the criterion, which would gloss over unseen parameters."""

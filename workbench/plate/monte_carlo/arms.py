@@ -21,7 +21,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.plate.monte_carlo.reach_targets import Reached, reach_targets
-from workbench.plate.monte_carlo.yield_inputs import Job
+from workbench.plate.monte_carlo.yield_inputs import YieldJob
 
 CHUNK = 250
 """Arms that are computed as one stack, with one seed."""
@@ -57,7 +57,7 @@ class Chunk:
     counts: Int[np.ndarray, " rows"]
 
 
-def try_arms(job: Job, seed: np.random.SeedSequence, arms: int = CHUNK) -> Chunk:
+def try_arms(job: YieldJob, seed: np.random.SeedSequence, arms: int = CHUNK) -> Chunk:
     """Make, measure, calibrate and judge some arms."""
     rng = np.random.default_rng(seed)
     actual = job.errors.undeclared or job.robot
@@ -71,7 +71,7 @@ def try_arms(job: Job, seed: np.random.SeedSequence, arms: int = CHUNK) -> Chunk
     return _judged(job, reached, tests, errors)
 
 
-def _made(job: Job, chain: Chain, arms: int, rng: np.random.Generator) -> np.ndarray:
+def _made(job: YieldJob, chain: Chain, arms: int, rng: np.random.Generator) -> np.ndarray:
     """Manufacturing errors of every element of the actual chain."""
     turns = np.array([chain.elements[i].axis.turns for i in chain.indices(job.names)], bool)
     shift = np.zeros((arms, len(chain.elements)))
@@ -80,7 +80,9 @@ def _made(job: Job, chain: Chain, arms: int, rng: np.random.Generator) -> np.nda
     return shift
 
 
-def _actual_targets(job: Job, arms: int, rng: np.random.Generator) -> Float[np.ndarray, "arms targets 4 4"]:
+def _actual_targets(
+    job: YieldJob, arms: int, rng: np.random.Generator
+) -> Float[np.ndarray, "arms targets 4 4"]:
     """Poses that the seats impose: off by the plate's making, by its play, and anew by every seating.
 
     A ball-bar puts the tool where its readings say: off by them, and by the anchors alike for all.
@@ -101,7 +103,7 @@ def _actual_targets(job: Job, arms: int, rng: np.random.Generator) -> Float[np.n
     return se3.pose(turned, job.poses[:, :3, 3] + position)
 
 
-def _calibrate(job: Job, readings: Float[np.ndarray, "arms targets n"]) -> Float[np.ndarray, "arms p"]:
+def _calibrate(job: YieldJob, readings: Float[np.ndarray, "arms targets n"]) -> Float[np.ndarray, "arms p"]:
     """Identified errors of the constants, the plate taken as true, a ball-bar's anchors solved for.
 
     Steps are damped by what is known beforehand (`Job.prior`), so that what the targets leave open stays near
@@ -140,7 +142,7 @@ def _spread(chain: Chain, columns: np.ndarray, found: np.ndarray, count: int) ->
 
 
 def _errors(
-    job: Job, actual: Robot, made: np.ndarray, found: np.ndarray, tests: np.ndarray
+    job: YieldJob, actual: Robot, made: np.ndarray, found: np.ndarray, tests: np.ndarray
 ) -> Float[np.ndarray, "arms tests 6"]:
     """Actual minus calibrated pose at the tests."""
     chain, columns = job.robot.chain, job.robot.chain.indices(job.names)
@@ -151,7 +153,7 @@ def _errors(
     return se3.pose_error(there, model).reshape(*tests.shape, 6)
 
 
-def _judged(job: Job, reached: Reached, tests: np.ndarray, errors: np.ndarray) -> Chunk:
+def _judged(job: YieldJob, reached: Reached, tests: np.ndarray, errors: np.ndarray) -> Chunk:
     squares = np.stack([(errors[..., :3] ** 2).sum(-1), (errors[..., 3:] ** 2).sum(-1)], -1)
     axes = np.abs(errors)
     rows, judged = len(job.bank), tests[reached.planned].ravel()

@@ -16,11 +16,10 @@ from scipy import special
 
 from workbench.base.errors import OptionError
 from workbench.base.parallel import spread
-from workbench.base.progress import Cancel, Progress
 from workbench.base.types import Outcome, frozen
 from workbench.data.accuracy_requirement import Wanted
 from workbench.plate.monte_carlo.arms import CHUNK, Chunk, try_arms
-from workbench.plate.monte_carlo.yield_inputs import Job, check_job
+from workbench.plate.monte_carlo.yield_inputs import YieldJob, check_job
 
 CONFIDENCE = 0.95
 """Of the interval of the share of arms."""
@@ -115,7 +114,7 @@ class Yield:
 
 
 def gather(
-    job: Job,
+    job: YieldJob,
     chunks: Sequence[Chunk],
     sources: Mapping[str, tuple[float, float]],
     *,
@@ -173,15 +172,7 @@ ALONE = 2
 """Chunks for each source of error alone."""
 
 
-def try_production(
-    job: Job,
-    *,
-    arms: int = ARMS,
-    seed: int = 0,
-    scheduler: str | None = None,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
-) -> Yield:
+def try_production(job: YieldJob, *, arms: int = ARMS, seed: int = 0, scheduler: str | None = None) -> Yield:
     """Make, measure, calibrate and judge many virtual arms.
 
     The numbers depend on the seed and the number of arms alone, not on where or in which order they are
@@ -202,7 +193,7 @@ def try_production(
     pieces = [(job, s, n) for s, n in zip(seeds, sizes, strict=False)]
     for errors in alone.values():
         pieces += [(replace(job, errors=errors), s, CHUNK) for s in seeds[len(sizes) :]]
-    done = spread(try_arms, pieces, scheduler=scheduler, progress=progress, cancel=cancel)
+    done = spread(try_arms, pieces, scheduler=scheduler, text=f"trying {arms} arms")
     outcome = Outcome.CONVERGED if len(done) == len(pieces) else Outcome.CANCELLED
     return gather(job, done[: len(sizes)], _sources(alone, done[len(sizes) :]), outcome=outcome)
 

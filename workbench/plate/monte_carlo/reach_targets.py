@@ -19,10 +19,10 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.arm.statics.deflection import shift_of
 from workbench.base import se3
 
-STEPS = 15
+MAX_NEWTON_STEPS = 15
 """Greatest number of Newton steps."""
 BENDINGS = 5
-"""After so many steps the arms move too little to be bent otherwise."""
+"""After so many steps the arms move too little to be deflected otherwise."""
 STRIDE = 0.3
 """Greatest change of a joint in one step [rad or m]."""
 ARRIVED = 1e-9
@@ -86,7 +86,7 @@ def reach_targets(
     return Reached(q.reshape(arms, count, -1), met_all, as_planned)
 
 
-def bent(actual: Robot, q: Float[np.ndarray, "rows n"], made: Float[np.ndarray, "rows k"]) -> np.ndarray:
+def deflected(actual: Robot, q: Float[np.ndarray, "rows n"], made: Float[np.ndarray, "rows k"]) -> np.ndarray:
     """Manufacturing errors of every element, and what undeclared effects add at joint positions."""
     return made + shift_of(actual, Motion(q)) if actual.effects else made
 
@@ -94,9 +94,9 @@ def bent(actual: Robot, q: Float[np.ndarray, "rows n"], made: Float[np.ndarray, 
 def _step(actual, goals, constrained, q, shift) -> tuple[np.ndarray, np.ndarray]:
     """Newton's iteration from joint positions to the targets, and which of them it met."""
     joints, closed = joint_elements(actual), np.eye(6) * ~constrained[:, :, None]
-    for number in range(STEPS):
+    for number in range(MAX_NEWTON_STEPS):
         if number < BENDINGS:
-            whole = bent(actual, q, shift)
+            whole = deflected(actual, q, shift)
         at, twists = chains.twists(actual.chain, q, joints, shift=whole)
         off = np.where(constrained, se3.pose_error(goals, at), 0.0)
         if np.abs(off).max() < ARRIVED:

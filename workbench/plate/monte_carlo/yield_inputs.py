@@ -7,19 +7,19 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from workbench.arm.identification_jacobian import Linearisation, linearise
 from workbench.arm.kinematics.forward import geometric_jacobian, sensitivity
+from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import Requirement, Wanted
-from workbench.plate.monte_carlo.reach_targets import bent, branches_by_distance
+from workbench.plate.monte_carlo.reach_targets import branches_by_distance, deflected
 from workbench.plate.plate import Kind, Plate
 
 ACROSS = 1e3
 """Least well known direction of a place read by distances, in deviations of a distance."""
-LEAST = 1e-9
+EXACT_SIGMA = 1e-9
 """Standard deviation by which exact readings are weighted [m or rad]."""
 TESTS = 48
 """Poses of the region at which each arm is judged."""
@@ -37,7 +37,7 @@ SOURCES = {
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Errors:
+class ErrorSizes:
     """Errors between the drawing and the measurement; standard deviations per axis.
 
     Args:
@@ -68,7 +68,7 @@ class Errors:
         if min(*given, self.target_position.min(initial=0.0), self.target_rotation.min(initial=0.0)) < 0.0:
             raise OptionError("a standard deviation of the yield's errors is negative; give 0 or more")
 
-    def alone(self) -> dict[str, "Errors"]:
+    def alone(self) -> dict[str, "ErrorSizes"]:
         """Every source of error that is not zero, each by itself."""
         none: dict[str, Any] = dict.fromkeys(("seat_position", "seat_rotation", "joint", "anchor"), 0.0)
         none |= dict.fromkeys(("target_position", "target_rotation"), np.zeros_like(self.target_position))
@@ -103,13 +103,13 @@ class Errors:
         position = np.hypot(np.hypot(self.seat_position, self.target_position), self.played[:, 0])
         if self.away is not None:
             along = np.sqrt(np.diagonal(self.spread, axis1=1, axis2=2)) * self.seat_position
-            return np.maximum(np.column_stack([along, np.ones_like(along)]), LEAST)
+            return np.maximum(np.column_stack([along, np.ones_like(along)]), EXACT_SIGMA)
         rotation = np.hypot(np.hypot(self.seat_rotation, self.target_rotation), self.played[:, 1])
-        return np.maximum(np.repeat(np.column_stack([position, rotation]), 3, axis=1), LEAST)
+        return np.maximum(np.repeat(np.column_stack([position, rotation]), 3, axis=1), EXACT_SIGMA)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Job:
+class YieldJob:
     """One trial.
 
     Args:
@@ -132,7 +132,7 @@ class Job:
     poses: Float[np.ndarray, "targets 4 4"]
     q: Float[np.ndarray, "targets n"]
     constrained: Bool[np.ndarray, "targets 6"]
-    errors: Errors
+    errors: ErrorSizes
     sigma: Float[np.ndarray, "targets 6"]
     length: float
     angle: float
@@ -181,14 +181,14 @@ class Job:
         """What is known of each constant's error beforehand, from its bounds: 1/σ² [1/m² or 1/rad²]."""
         chain = self.robot.chain
         turns = np.array([chain.elements[i].axis.turns for i in chain.indices(self.names)], bool)
-        bounds = np.maximum(np.where(turns, self.angle, self.length), LEAST)
+        bounds = np.maximum(np.where(turns, self.angle, self.length), EXACT_SIGMA)
         return frozen(3.0 / bounds**2)
 
     @cached_property
     def bend(self) -> Float[np.ndarray, "rows k"]:
         """What undeclared effects add to the chain at the poses that matter, loaded as the nominal arm is."""
         actual = self.errors.undeclared or self.robot
-        return frozen(bent(actual, self.bank, np.zeros((len(self.bank), len(actual.chain.elements)))))
+        return frozen(deflected(actual, self.bank, np.zeros((len(self.bank), len(actual.chain.elements)))))
 
     def predicted(self) -> Float[np.ndarray, "rows 2"]:
         """Predicted mean square position [m²] and rotation error [rad²] at the poses that matter.
@@ -218,7 +218,7 @@ def constrained_by(plate: Plate) -> Bool[np.ndarray, "targets 6"]:
     return np.array([[True] * 3 + [t.kind is Kind.SEAT] * 3 for t in plate.targets], bool).reshape(-1, 6)
 
 
-def check_job(job: Job) -> None:
+def check_job(job: YieldJob) -> None:
     """Refuse a trial that can't be carried out.
 
     Raises:

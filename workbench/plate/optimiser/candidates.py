@@ -20,13 +20,20 @@ from workbench.arm.inverse.follow import follow_many
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.progress import Cancel, Cancelled, Progress
+from workbench.base.progress import check_cancelled, progress
 from workbench.plate.optimiser.clearance import Surroundings
 from workbench.plate.optimiser.constraints import Constraints
-from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, Placements, block_hulls, plate_hull
+from workbench.plate.optimiser.shapes import (
+    MAX_MEASURED_DISTANCE,
+    AbstractArmShape,
+    Hull,
+    Placements,
+    block_hulls,
+    plate_hull,
+)
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Places, places_of, tool_poses_at
 from workbench.plate.plate import Kind, Plate
-from workbench.plate.readings import Reading
+from workbench.plate.readings import TargetReading
 from workbench.plate.tolerances import Making
 
 RETREATS = np.array([0.5, 1.0])
@@ -87,7 +94,7 @@ class Setting:
     plate: Plate
     arm: AbstractArmShape
     constraints: Constraints
-    reading: Reading
+    reading: TargetReading
     making: Making
     names: tuple[str, ...]
     scales: Float[np.ndarray, " p"]
@@ -223,7 +230,9 @@ class Neighbours:
             self._seen[visitor, block] = gap >= clearance
         return self._seen[visitor, block]
 
-    def gap(self, visitor: int, block: int, *, far: float = FAR, least: float | None = None) -> float:
+    def gap(
+        self, visitor: int, block: int, *, far: float = MAX_MEASURED_DISTANCE, least: float | None = None
+    ) -> float:
         """Distance of the arm at a candidate, and during its retreat, from the block of another [m]."""
         arm = self.setting.arm
         checked = ~arm.probes if visitor == block else np.ones(len(arm.bodies), bool)
@@ -232,7 +241,7 @@ class Neighbours:
 
 
 BATCH = 50
-"""Blocks that are solved between two checks of `cancel`."""
+"""Blocks that are solved between two checks of `cancelled`."""
 
 
 class BlockSolutions(NamedTuple):
@@ -264,22 +273,14 @@ class Pool(NamedTuple):
 
 
 def draw_pool(
-    setting: Setting,
-    blocks: Blocks,
-    half: np.ndarray,
-    number: int,
-    *,
-    rng: np.random.Generator,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
+    setting: Setting, blocks: Blocks, half: np.ndarray, number: int, *, rng: np.random.Generator
 ) -> Pool:
     """Candidates from so many random blocks whose centres lie within ±half [m]."""
     found: Candidates | None = None
     kept: dict[str, list[np.ndarray]] = {}
     done = 0
     while done < number:
-        if cancel is not None and cancel():
-            raise Cancelled
+        check_cancelled()
         places = blocks.draw(min(BATCH, number - done), half, rng=rng)
         solutions = solutions_at(setting, places)
         good, flags = setting.examine(solutions.places, solutions.q, solutions.branches)
@@ -287,8 +288,7 @@ def draw_pool(
         for name, values in flags.items():
             kept.setdefault(name, []).append(values)
         done += len(places)
-        if progress is not None:
-            progress(done / number)
+        progress(done / number, "drawing places for targets")
     assert found is not None
     return Pool(found, {name: np.concatenate(parts) for name, parts in kept.items()})
 

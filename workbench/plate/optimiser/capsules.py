@@ -21,7 +21,13 @@ from workbench.arm.kinematics.skeleton import body_frames, link_paths
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.plate.optimiser.segments import segment_distances
-from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, line_distances, turned_to
+from workbench.plate.optimiser.shapes import (
+    MAX_MEASURED_DISTANCE,
+    AbstractArmShape,
+    Hull,
+    line_distances,
+    turned_to,
+)
 
 THICK = 0.035
 """Radius of the first link, as a share of the arm's reach."""
@@ -120,7 +126,9 @@ class CapsuleArm(AbstractArmShape):
     def lowest(self, placements: Float[np.ndarray, "rows capsules 2 3"]) -> np.ndarray:
         return placements[..., 2].min(-1) - self.radii
 
-    def own_distances(self, placements, *, far=FAR, least=None) -> Float[np.ndarray, " rows"]:
+    def own_distances(
+        self, placements, *, far=MAX_MEASURED_DISTANCE, least=None
+    ) -> Float[np.ndarray, " rows"]:
         apart = self.apart
         if not len(apart.pairs):
             return np.full(len(placements), far)
@@ -129,7 +137,7 @@ class CapsuleArm(AbstractArmShape):
         return np.minimum((gaps - self.radii[apart.pairs].sum(1)).min(1), far)
 
     def hull_distances(
-        self, placements, hulls, *, checked, far=FAR, least=None
+        self, placements, hulls, *, checked, far=MAX_MEASURED_DISTANCE, least=None
     ) -> Float[np.ndarray, " rows"]:
         gaps = line_distances(placements, hulls, far + self.radii) - self.radii
         gaps[:, ~checked] = far

@@ -12,7 +12,13 @@ from jaxtyping import Float
 from workbench.arm.robot import Robot
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.plate.optimiser.meshes import mesh_arm
-from workbench.plate.optimiser.shapes import FAR, ON_THE_TABLE, AbstractArmShape, Hull, Placements
+from workbench.plate.optimiser.shapes import (
+    MAX_MEASURED_DISTANCE,
+    ON_THE_TABLE,
+    AbstractArmShape,
+    Hull,
+    Placements,
+)
 
 
 def arm_shape(robot: Robot, clearance: float) -> AbstractArmShape:
@@ -43,7 +49,7 @@ class Surroundings:
     floor: float | None
 
     def distances(
-        self, placements: Placements, *, far: float = FAR, least: float | None = None
+        self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, least: float | None = None
     ) -> Float[np.ndarray, "rows 3"]:
         """Least distance from itself, the table and the plate in every row, at most `far` [m].
 

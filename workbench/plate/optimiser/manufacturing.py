@@ -1,4 +1,4 @@
-"""Manufacturing methods for plates: accuracy, price, and what to measure afterwards.
+"""Manufacturing methods for plates: accuracy, and what to measure afterwards.
 
 | name       | what it is                                                              | targets within     |
 |------------|-------------------------------------------------------------------------|--------------------|
@@ -9,8 +9,7 @@
 
 A printed or bolted target is where it is, only not where it was drawn: measured once it is as good as the
 machine that measures it, so that the tolerance stands for plates that are used as they are. Printers of
-filament keep 0.1 to 0.3 mm on 100 mm; an M6 screw in its hole of 6.6 mm leaves ±0.3 mm. Prices are orders of
-magnitude for ten targets.
+filament keep 0.1 to 0.3 mm on 100 mm; an M6 screw in its hole of 6.6 mm leaves ±0.3 mm.
 """
 
 from collections.abc import Mapping
@@ -34,26 +33,22 @@ class ManufacturingMethod:
     Args:
         making: How exact it is; the play of seats comes on top where there are pins.
         reading: What is read at a target.
-        price: Order of magnitude for ten targets [€].
         afterwards: What to measure when it stands.
         grid: Distance of the holes [m]; 0 for none.
         levels: Heights that can be bought [m]; any if empty.
         tilts: Angles that can be bought [rad]; any if empty.
         turn: Directions are multiples of this [rad]; any if 0.
         heights: Of targets above the plate [m]; as asked if None.
-        per_target: Whether the price grows with the number of targets.
     """
 
     making: Making
     reading: str
-    price: int
     afterwards: str
     grid: float = 0.0
     levels: tuple[float, ...] = ()
     tilts: tuple[float, ...] = ()
     turn: float = 0.0
     heights: tuple[float, float] | None = None
-    per_target: bool = True
 
     def blocks(self, blocks: Blocks) -> Blocks:
         """The blocks that can be had in this way, of those that were asked for."""
@@ -66,31 +61,22 @@ class ManufacturingMethod:
             turn=self.turn or blocks.turn,
         )
 
-    @property
-    def words(self) -> str:
-        """Price and what is to be measured, for people."""
-        many = "ten targets" if self.per_target else "any number of targets"
-        return f"about {self.price} € for {many}; afterwards: {self.afterwards}"
-
 
 MANNERS: Mapping[str, ManufacturingMethod] = MappingProxyType(
     {
         "machined": ManufacturingMethod(
             making=Making(position=5e-5, angle=0.05 * DEGREE),
             reading="seat",
-            price=1500,
             afterwards="nothing, or the inspection list",
         ),
         "printed": ManufacturingMethod(
             making=Making(position=2.5e-4, angle=0.3 * DEGREE),
             reading="socket",
-            price=30,
             afterwards="every ball's centre, to 0.05 mm or better, and again after warm days",
         ),
         "breadboard": ManufacturingMethod(
             making=Making(position=3e-4, angle=0.3 * DEGREE),
             reading="socket",
-            price=600,
             afterwards="every ball's centre, to 0.05 mm or better, and after each change of a post",
             grid=0.025,
             levels=(0.05, 0.075, 0.1),
@@ -100,10 +86,8 @@ MANNERS: Mapping[str, ManufacturingMethod] = MappingProxyType(
         "ball-bar": ManufacturingMethod(
             making=EXACT,
             reading="ball-bar",
-            price=3000,
             afterwards="the three distances between the anchors, to 0.02 mm or better",
             heights=IN_THE_AIR,
-            per_target=False,
         ),
     }
 )

@@ -35,7 +35,14 @@ from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.plate.optimiser.capsules import PROBE_RADIUS, THIN
 from workbench.plate.optimiser.segments import segment_distances
-from workbench.plate.optimiser.shapes import FAR, AbstractArmShape, Hull, convex, line_distances, turned_to
+from workbench.plate.optimiser.shapes import (
+    MAX_MEASURED_DISTANCE,
+    AbstractArmShape,
+    Hull,
+    convex,
+    line_distances,
+    turned_to,
+)
 
 SAMPLED = 200
 """Random postures that tell which pairs of bodies can be apart."""
@@ -130,7 +137,9 @@ class MeshArm(AbstractArmShape):
             axis=1,
         )
 
-    def own_distances(self, placements, *, far=FAR, least=None) -> Float[np.ndarray, " rows"]:
+    def own_distances(
+        self, placements, *, far=MAX_MEASURED_DISTANCE, least=None
+    ) -> Float[np.ndarray, " rows"]:
         result = np.full(len(placements), far)
         if not len(self.pairs):
             return result
@@ -146,7 +155,7 @@ class MeshArm(AbstractArmShape):
         return result
 
     def hull_distances(
-        self, placements, hulls: Sequence[Hull], *, checked, far=FAR, least=None
+        self, placements, hulls: Sequence[Hull], *, checked, far=MAX_MEASURED_DISTANCE, least=None
     ) -> Float[np.ndarray, " rows"]:
         result = np.full(len(placements), far)
         bounds = line_distances(self._lines(placements), hulls, far + self.radii) - self.radii

@@ -14,12 +14,13 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.identification_jacobian import linearise
+from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import Cancel, Cancelled, Progress
+from workbench.base.progress import Cancelled, part_of, progress
 from workbench.base.types import Outcome
 from workbench.plate.criterion import RegionCriterion
+from workbench.plate.exchange import exchange
 from workbench.plate.optimiser.candidates import (
     Candidates,
     Neighbours,
@@ -35,9 +36,8 @@ from workbench.plate.optimiser.search import Search
 from workbench.plate.optimiser.shapes import plate_hull
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
-from workbench.plate.poses.exchange import exchange
 from workbench.plate.predicted_error import position_weight
-from workbench.plate.readings import Reading
+from workbench.plate.readings import TargetReading
 from workbench.plate.tolerances import Making
 
 VAGUE = 3.0
@@ -93,13 +93,11 @@ def optimise_plate(
     robot: Robot,
     plate: Plate,
     *,
-    reading: Reading,
+    reading: TargetReading,
     goal: Float[np.ndarray, "rows n"],
     rng: np.random.Generator,
-    wish: DesignRequest | None = None,
+    request: DesignRequest | None = None,
     names: tuple[str, ...] | None = None,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> PlateDesign:
     """The plate with the least predicted error that keeps all constraints.
 
@@ -108,7 +106,7 @@ def optimise_plate(
             are locked stay.
         reading: What is read at a target, and how well.
         goal: Joint positions of poses that matter [rad or m], see `plate.region_poses`.
-        wish: What is asked for.
+        request: What is asked for.
         names: Constants to be identified; the robot's default free ones if None.
 
     Returns:
@@ -118,21 +116,20 @@ def optimise_plate(
         OptionError: a plate without size or inside the robot's base, more targets than fit.
         DataError: too few targets keep all constraints; names two that conflict.
     """
-    return _Run(robot, plate, reading, goal, rng, wish or DesignRequest(), names, progress, cancel).result()
+    return _Run(robot, plate, reading, goal, rng, request or DesignRequest(), names).result()
 
 
 class _Run:
     """One optimisation; keeps the best targets so far for whoever cancels."""
 
-    def __init__(self, robot, plate, reading, goal, rng, wish, names, progress, cancel):
-        self.wish, self.goal, self.rng, self.cancel = wish, goal, rng, cancel
-        self.given, self.progress = plate, progress or (lambda share: None)
-        self.number = len(plate) if wish.number is None else wish.number
-        self.half = half_size(plate, wish.constraints)
-        self.setting = _setting(robot, plate, reading, wish, names)
+    def __init__(self, robot, plate, reading, goal, rng, request, names):
+        self.request, self.goal, self.rng, self.given = request, goal, rng, plate
+        self.number = len(plate) if request.number is None else request.number
+        self.half = half_size(plate, request.constraints)
+        self.setting = _setting(robot, plate, reading, request, names)
         check_room(plate, self.number, self.half, self.setting.spacing)
-        check_base(self.setting.arm, plate, plate_hull(plate), wish.constraints.clearance)
-        self.search = _search(self.setting, goal, rng, cancel)
+        check_base(self.setting.arm, plate, plate_hull(plate), request.constraints.clearance)
+        self.search = _search(self.setting, goal, rng)
         self.best: Candidates | None = None
         self.best_cost = np.inf
         self.start_cost, self.start_kept = np.inf, False
@@ -142,7 +139,8 @@ class _Run:
 
     def result(self) -> PlateDesign:
         outcome = Outcome.CONVERGED
-        start, exact = self._start()
+        with part_of(0.0, 0.0, "looking at the given plate"):
+            start, exact = self._start()
         try:
             self._search(start, exact)
         except Cancelled:
@@ -152,7 +150,7 @@ class _Run:
                 return self._untouched()
             assert self.pool is not None
             raise conflict(self.given, self.number, self.pool.kept)
-        self.progress(1.0)
+        progress(1.0, "done")
         return describe(
             self.setting,
             self.best.take(self._in_order()),
@@ -194,7 +192,7 @@ class _Run:
         if not len(self.given):
             return None, None
         solutions = given_solutions(self.setting, self.given)
-        fits = self.wish.blocks.fit(solutions.places, self.half)
+        fits = self.request.blocks.fit(solutions.places, self.half)
         good, kept = self.setting.examine(*(part[fits] for part in solutions[1:]))
         fine = np.flatnonzero(fits)[np.logical_and.reduce(list(kept.values()))]
         is_whole = len(np.unique(solutions.slots)) == len(self.given) == self.number
@@ -237,7 +235,7 @@ class _Run:
         starts = [np.array([self.rng.choice(np.flatnonzero(row)) for row in allowed]) for _ in range(10)]
         everywhere = [self._everywhere(solutions, name) for name in np.unique(solutions.branches)]
         single = [choice for choice in everywhere if choice is not None]
-        if self.wish.postures is Postures.SINGLE and single:
+        if self.request.postures is Postures.SINGLE and single:
             return min(single, key=lambda c: self._error(solutions.q[c], solutions.places[c]))
         known = np.diag(self.search.prior) / len(self.given)
         return exchange(
@@ -255,34 +253,30 @@ class _Run:
     def _search(self, start: Candidates | None, exact: np.ndarray | None) -> None:
         if start is not None and exact is not None:
             self._keep(self._with_locked(start.take(exact)))
-        self.pool = draw_pool(
-            self.setting,
-            self.wish.blocks,
-            self.half,
-            self.wish.places,
-            rng=self.rng,
-            progress=lambda share: self.progress(POOL_SHARE * share),
-            cancel=self.cancel,
-        )
+        with part_of(0.0, POOL_SHARE):
+            self.pool = draw_pool(
+                self.setting, self.request.blocks, self.half, self.request.places, rng=self.rng
+            )
         candidates = self.pool.candidates if start is None else start.join(self.pool.candidates)
         first = [] if exact is None else exact.tolist()
         groups = self._groups(candidates)
         for i, rows in enumerate(groups):
             self._exchange(candidates.take(rows), [int(np.searchsorted(rows, c)) for c in first if c in rows])
-            self.progress(POOL_SHARE + (EXCHANGE_SHARE - POOL_SHARE) * (i + 1) / len(groups))
+            share = POOL_SHARE + (EXCHANGE_SHARE - POOL_SHARE) * (i + 1) / len(groups)
+            progress(share, "looking for better targets")
         if self.best is not None:
-            self._keep(self.search.polish(self.wish.blocks, self.half, self.best, len(self.locked_slots)))
+            self._keep(self.search.polish(self.request.blocks, self.half, self.best, len(self.locked_slots)))
 
     def _groups(self, candidates: Candidates) -> list[np.ndarray]:
         """All candidates, or those of each branch."""
-        if self.wish.postures is Postures.MIXED:
+        if self.request.postures is Postures.MIXED:
             return [np.arange(len(candidates))]
         return [np.flatnonzero(candidates.branches == name) for name in np.unique(candidates.branches)]
 
     def _exchange(self, candidates: Candidates, first: list[int]) -> None:
         candidates, locked = self._with_locked(candidates), len(self.locked_slots)
         near = Neighbours(self.setting, candidates)
-        for number in range(self.wish.starts):
+        for number in range(self.request.starts):
             begun = [*range(locked), *([c + locked for c in first] if number == 0 else [])]
             chosen = self.search.fill(near, begun, self.number, greedy=number < 2)
             if chosen is not None:
@@ -296,7 +290,7 @@ class _Run:
 
     def _in_their_branches(self, targets: Candidates) -> bool:
         """Whether one branch has remained one: the polish follows postures, not names."""
-        if self.wish.postures is Postures.MIXED or self.best is None:
+        if self.request.postures is Postures.MIXED or self.best is None:
             return True
         return len(set(branches_of(self.setting, targets))) == 1
 
@@ -304,21 +298,21 @@ class _Run:
         return set_error(self.setting, q, places, self.goal).position_rms
 
 
-def _setting(robot: Robot, plate: Plate, reading: Reading, wish: DesignRequest, names) -> Setting:
+def _setting(robot: Robot, plate: Plate, reading: TargetReading, request: DesignRequest, names) -> Setting:
     names = robot.default_free if names is None else names
     return Setting(
         robot=robot,
         plate=plate,
-        arm=arm_shape(robot, wish.constraints.clearance),
-        constraints=wish.constraints,
+        arm=arm_shape(robot, request.constraints.clearance),
+        constraints=request.constraints,
         reading=reading,
-        making=plate.making if wish.making is None else wish.making,
+        making=plate.making if request.making is None else request.making,
         names=names,
         scales=linearise(robot, np.zeros((1, robot.dof)), names=names).weights,
     )
 
 
-def _search(setting: Setting, goal: np.ndarray, rng: np.random.Generator, cancel) -> Search:
+def _search(setting: Setting, goal: np.ndarray, rng: np.random.Generator) -> Search:
     """The criterion's weight and prior, with zero weight for the reading's own unknowns."""
     robot, names = setting.robot, setting.names
     unknown = setting.reading.unknown_sigma
@@ -329,5 +323,4 @@ def _search(setting: Setting, goal: np.ndarray, rng: np.random.Generator, cancel
         weight=weight,
         prior=np.concatenate([np.full(len(names), VAGUE), unknown]) ** -2,
         rng=rng,
-        cancel=cancel,
     )

@@ -27,17 +27,18 @@ from numba import njit
 from workbench.arm.inverse.branch_names import plain_names
 from workbench.arm.inverse.follow import follow_many
 from workbench.arm.inverse.reduced_arm import compile_arm
-from workbench.base.progress import Cancel, Cancelled
+from workbench.base.progress import check_cancelled
+from workbench.plate.exchange import descend
 from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
 
-ROUNDS = 30
+MAX_EXCHANGE_ROUNDS = 30
 """Greatest number of rounds of an exchange."""
 TRIES = 400
 """Candidates checked for collisions in one exchange, best first."""
 BETTER = 1e-6
 """An exchange must lower the criterion by more than this share."""
-STEPS = (1.0, 0.35, 0.12, 0.04)
+POLISH_STEP_SIZES = (1.0, 0.35, 0.12, 0.04)
 """Sizes of the polish's changes in turn, in units of `CHANGE`."""
 CHANGE = np.array([0.05, 0.05, 0.03, np.deg2rad(12.0), np.deg2rad(40.0), np.deg2rad(40.0)])
 """Standard deviation of the changes of u, v, h [m], tilt, azimuth, spin [rad]."""
@@ -59,7 +60,6 @@ class Search:
     weight: Float[np.ndarray, "p p"]
     prior: Float[np.ndarray, " p"]
     rng: np.random.Generator
-    cancel: Cancel | None = None
     history: list[float] = field(default_factory=list)
 
     def cost(self, rows: Float[np.ndarray, "targets m p"]) -> float:
@@ -83,21 +83,21 @@ class Search:
     def exchange(self, near: Neighbours, chosen: list[int], locked: int = 0) -> list[int]:
         """Exchange targets until none can be changed for the better; the first so many are locked."""
         chosen = list(chosen)
-        cost = self.cost(near.pool.rows[chosen])
-        for _ in range(ROUNDS):
-            before = cost
-            for slot in range(locked, len(chosen)):
-                cost = self._improve(near, chosen, slot, cost, 0)
-            self.history.append(cost)
-            if cost >= before * (1.0 - BETTER):
-                break
+
+        def improve(slot: int, cost: float) -> float:
+            return self._improve(near, chosen, slot, cost, 0)
+
+        slots = range(locked, len(chosen))
+        costs, _ = descend(slots, improve, self.cost(near.pool.rows[chosen]), rounds=MAX_EXCHANGE_ROUNDS)
+        check_cancelled()
+        self.history.extend(costs[1:])
         return chosen
 
     def polish(
         self, blocks: Blocks, half: Float[np.ndarray, "2"], targets: Candidates, locked: int = 0
     ) -> Candidates:
         """Move every target a little where that lowers the criterion; the first so many are locked."""
-        for step in STEPS:
+        for step in POLISH_STEP_SIZES:
             for slot in range(locked, len(targets)):
                 near = Neighbours(
                     self.setting, targets.join(self._variants(blocks, half, targets, slot, step))
@@ -110,8 +110,7 @@ class Search:
 
     def _improve(self, near: Neighbours, chosen: list[int], slot: int, cost: float, first: int) -> float:
         """Give a slot the best candidate, counted from `first` on; returns the criterion."""
-        if self.cancel is not None and self.cancel():
-            raise Cancelled
+        check_cancelled()
         others = [c for i, c in enumerate(chosen) if i != slot]
         covariance = self._covariance(near.pool.rows[others])
         base = float((covariance * self.weight).sum())

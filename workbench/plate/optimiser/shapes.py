@@ -24,7 +24,7 @@ from workbench.plate.plate import SQUARE, Plate
 if TYPE_CHECKING:
     import coal
 
-FAR = 0.5
+MAX_MEASURED_DISTANCE = 0.5
 """Distances above this are not measured [m]."""
 ON_THE_TABLE = 1
 """Bodies up to this one stand on the table: the base's post and the link after the first joint."""
@@ -107,7 +107,7 @@ class AbstractArmShape(ABC):
 
     @abstractmethod
     def own_distances(
-        self, placements: Placements, *, far: float = FAR, least: float | None = None
+        self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, least: float | None = None
     ) -> Float[np.ndarray, " rows"]:
         """Least distance between pieces of the arm that must not touch, at most `far` [m].
 
@@ -124,7 +124,7 @@ class AbstractArmShape(ABC):
         hulls: Sequence[Hull],
         *,
         checked: Bool[np.ndarray, " pieces"],
-        far: float = FAR,
+        far: float = MAX_MEASURED_DISTANCE,
         least: float | None = None,
     ) -> Float[np.ndarray, " rows"]:
         """Least distance of some pieces from a hull in every row, at most `far` [m].

@@ -33,7 +33,7 @@ SHAPE = [2, 3, 5]
 """Columns of a block's numbers that its drawing depends on: height, tilt, spin."""
 UNLIKE = np.array([0.03, np.deg2rad(12.0), np.deg2rad(40.0)])
 """Differences of them that count alike [m], [rad]."""
-SAME = 1e-4
+SAME_SHAPE = 1e-4
 """Distance below which two shapes are one."""
 
 Places = Float[np.ndarray, "_ 6"]
@@ -150,7 +150,7 @@ def shapes_of(places: Places) -> Float[np.ndarray, "shapes 3"]:
     """The different shapes among blocks: height [m], tilt and spin [rad]."""
     found: list[np.ndarray] = []
     for shape in places[:, SHAPE]:
-        if not found or shape_distances(shape[None], np.array(found)).min() > SAME:
+        if not found or shape_distances(shape[None], np.array(found)).min() > SAME_SHAPE:
             found.append(shape)
     return np.array(found).reshape(-1, 3)
 

@@ -1,4 +1,4 @@
-"""The lists beside the drawings: holes, blocks, their bores, targets, parts, and what is to be checked.
+"""The lists beside the drawings: holes, blocks, their bores, targets, and parts.
 
 Positions on the plate count from the lower left corner of its top face, along its x and y axes. Bores of a
 block's face count from the point above its screw, u downhill and v across (`drawing_set`); those of its foot
@@ -8,17 +8,13 @@ R = Rz(yaw) Ry(pitch) Rx(roll), in the columns that an as-measured plate is read
 
 import csv
 import io
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 
 from workbench.base import se3
-from workbench.plate.parts.page_frame import (
+from workbench.plate.parts.callouts import (
     BOTTOM,
-    FLAT,
-    LENGTH,
-    PIN_PLACE,
-    RADIAL,
     SCREWS,
     SHORT_OF,
     STEEL,
@@ -26,7 +22,7 @@ from workbench.plate.parts.page_frame import (
     longest,
     position_words,
 )
-from workbench.plate.parts.parts import Bore, Fixture, Purpose, Slab
+from workbench.plate.parts.parts import Fixture, Slab
 from workbench.plate.plate import Kind, Plate
 
 TARGET_COLUMNS = ("target", "x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
@@ -41,7 +37,7 @@ def holes_csv(fixture: Fixture) -> str:
         place = (f"{v:.4f}" for v in fixture.from_corner(bore.mouth))
         sizes = (f"{MM * bore.diameter:.3f}", f"{MM * bore.depth:.3f}", "yes" if bore.through else "no")
         rows.append((bore.label, bore.purpose, *place, *sizes))
-    return _table(head, rows)
+    return csv_text(head, rows)
 
 
 def blocks_csv(fixture: Fixture) -> str:
@@ -56,7 +52,7 @@ def blocks_csv(fixture: Fixture) -> str:
         sizes = (MM * h for h in (block.height, *block.heights, block.side))
         numbers = (f"{v:z.4f}" for v in (*place, *sizes))
         rows.append((str(block.number), fixture.letter(block.number), str(block.kind), *numbers))
-    return _table(head, rows)
+    return csv_text(head, rows)
 
 
 def targets_csv(plate: Plate) -> str:
@@ -64,7 +60,7 @@ def targets_csv(plate: Plate) -> str:
     angles = np.rad2deg(se3.matrix_to_rpy(plate.poses[:, :3, :3]))
     places = MM * plate.poses[:, :3, 3]
     rows = np.column_stack([places, angles]).tolist()
-    return _table(TARGET_COLUMNS, ((str(i), *map(repr, row)) for i, row in enumerate(rows, start=1)))
+    return csv_text(TARGET_COLUMNS, ((str(i), *map(repr, row)) for i, row in enumerate(rows, start=1)))
 
 
 def distances_csv(plate: Plate) -> str:
@@ -72,10 +68,11 @@ def distances_csv(plate: Plate) -> str:
     assert plate.anchors is not None
     apart = np.linalg.norm(plate.poses[:, None, :3, 3] - se3.apply(plate.pose, plate.anchors), axis=2)
     rows = [(str(i + 1), str(k + 1), f"{MM * apart[i, k]:.4f}") for i, k in np.ndindex(*apart.shape)]
-    return _table(("target", "anchor", "distance[mm]"), rows)
+    return csv_text(("target", "anchor", "distance[mm]"), rows)
 
 
-def _table(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+def csv_text(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
+    """A table as CSV."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(head)
@@ -96,7 +93,7 @@ def bores_csv(fixture: Fixture) -> str:
             numbers = (f"{value:z.4f}" for value in (u, v, angle, MM * bore.diameter))
             words = (bore.size, f"{MM * bore.depth:.4f}", position_words(bore, fixture.tolerances))
             rows.append((shape.letter, "face" if on_face else "foot", str(bore.purpose), *numbers, *words))
-    return _table(head, rows)
+    return csv_text(head, rows)
 
 
 def parts_csv(fixture: Fixture) -> str:
@@ -140,7 +137,7 @@ def parts_csv(fixture: Fixture) -> str:
         size = _screw(through, min(bore.depth for bore in post.bores))
         bought.append(("screw ISO 4762 M8", 2 * post.quantity, "8.8", size, ""))
     head = ("item", "part", "quantity", "material", "size", "files")
-    return _table(head, ((str(i), *map(str, row)) for i, row in enumerate([*made, *bought], start=1)))
+    return csv_text(head, ((str(i), *map(str, row)) for i, row in enumerate([*made, *bought], start=1)))
 
 
 def _screw(thickness: float, depth: float) -> str:
@@ -150,86 +147,3 @@ def _screw(thickness: float, depth: float) -> str:
 
 def _edges(slab: Slab) -> str:
     return " × ".join(f"{edge:.1f}" for edge in MM * slab.size)
-
-
-def inspection_csv(plate: Plate, fixture: Fixture) -> str:
-    """Inspection list: nominal, least and greatest value, and a column for the measured one."""
-    head = ("item", "part", "feature", "unit", "nominal", "least", "greatest", "measured")
-    checks = [
-        *_checks_of_holes(fixture),
-        *_checks_of_blocks(fixture),
-        *_checks_of_probe(fixture),
-        *_checks_of_targets(plate, fixture),
-    ]
-    rows = (
-        (str(i), part, feature, unit, *(f"{v:z.4f}" for v in (nominal, nominal - bound, nominal + bound)), "")
-        for i, (part, feature, unit, nominal, bound) in enumerate(checks, start=1)
-    )
-    return _table(head, rows)
-
-
-Check = tuple[str, str, str, float, float]
-
-
-def _checks_of_holes(fixture: Fixture) -> Iterator[Check]:
-    bound = MM * fixture.tolerances.place
-    for bore in fixture.slab.bores:
-        if bore.purpose is Purpose.DOWEL:
-            for axis, value in zip("xy", fixture.from_corner(bore.mouth), strict=True):
-                yield "plate", f"dowel hole {bore.label} {axis}", "mm", value, bound
-
-
-def _checks_of_blocks(fixture: Fixture) -> Iterator[Check]:
-    tolerances = fixture.tolerances
-    for block in fixture.blocks:
-        name = f"block {block.number} ({fixture.letter(block.number)})"
-        yield name, "height over B", "mm", MM * block.height, MM * tolerances.height
-        yield name, "mitre", "deg", np.rad2deg(block.tilt), np.rad2deg(tolerances.mitre)
-        if block.tilt > FLAT:
-            yield name, "level lines of the face against C", "deg", 0.0, np.rad2deg(tolerances.mitre)
-        if fixture.stock.doweled:
-            apart = 2.0 * MM * tolerances.dowels
-            yield name, "distance of the dowel holes", "mm", apart, 0.5 * MM * tolerances.pair
-        for bore in block.bores:
-            if bore.direction[2] < 0.0:
-                yield from _checks_of_face(name, block.on_face(bore), bore, fixture)
-
-
-def _checks_of_probe(fixture: Fixture) -> Iterator[Check]:
-    """What the arm's tool is known from."""
-    if fixture.probe is None:
-        return
-    yield "probe", "length from flange to face", "mm", MM * fixture.probe.length, LENGTH
-    for bore in fixture.probe.bores:
-        if bore.purpose is Purpose.PIN:
-            for axis, value in zip("xy", MM * bore.mouth[:2], strict=True):
-                yield "probe", f"pin {bore.label} {axis} from the axis", "mm", float(value), 0.5 * PIN_PLACE
-
-
-def _checks_of_face(name: str, place: tuple[float, float], bore: Bore, fixture: Fixture) -> Iterator[Check]:
-    tolerances = fixture.tolerances
-    if bore.purpose is Purpose.INDEX:
-        angle = float(np.rad2deg(np.arctan2(place[1], place[0])))
-        yield name, "index hole from downhill", "deg", angle, np.rad2deg(tolerances.turn)
-        yield name, "index hole from the seat", "mm", float(np.hypot(*place)), RADIAL
-        return
-    if bore.purpose is Purpose.MAGNET:  # holds the ball, does not place it
-        return
-    for axis, value in zip("uv", place, strict=True):
-        yield name, f"{bore.purpose.split(',')[0]} {axis}", "mm", value, MM * tolerances.place
-
-
-def _checks_of_targets(plate: Plate, fixture: Fixture) -> Iterator[Check]:
-    making = fixture.tolerances.making
-    poses = np.stack([target.pose for target in plate.mounted])
-    heights = (se3.inverse(plate.pose) @ poses)[:, 2, 3]
-    bounds = making.position + making.angle * heights  # a block that leans takes its face along
-    angles = np.rad2deg(se3.matrix_to_rpy(poses[:, :3, :3]))
-    held = "anchor" if fixture.anchored else "target"
-    for number, (target, turned) in enumerate(zip(plate.mounted, angles, strict=True), start=1):
-        for axis, value in zip("xyz", MM * target.xyz, strict=True):
-            bound = MM * bounds[number - 1]
-            yield f"{held} {number}", f"{axis} in the robot's base", "mm", float(value), bound
-        if target.kind is Kind.SEAT:
-            for axis, value in zip(("roll", "pitch", "yaw"), turned, strict=True):
-                yield f"target {number}", axis, "deg", float(value), np.rad2deg(making.angle)

@@ -1,238 +1,355 @@
-"""The drawing set: a page each for the plate, every shape of block, the probe, and what ties the plate down.
+"""The drawings: a sheet each for the plate, every shape of block, the probe, and what ties the plate down.
 
-Each page says everything that a machinist needs: views, dimensions from datums, a table of holes, position
-and angle tolerances from the plate's own budget, surfaces and material. The lists hold the same numbers. A
-plate is seen from above, its datums are its top (A) and its lower and left edges (B, C); a turned part from
-the side and its end.
+Each says everything that a machinist needs: views, dimensions from datums, a table of holes, tolerances from
+the plate's own budget, surfaces and material; the lists hold the same numbers. A plate is seen from above;
+its datums are its top (A) and its lower and left edges (B, C). A block's datums are its foot (A), the middle
+between its dowels, or its tapped hole where it has none (B), and the line of the dowels (C); on its face u
+runs downhill and v across, from the point above B. A turned part is seen from the side and its end.
 """
-
-from dataclasses import replace
 
 import numpy as np
 
-from workbench.plate.parts.block_page import block_page
-from workbench.plate.parts.drawing import (
-    PAPERS,
-    TEXT,
-    Circle,
-    Item,
-    Layer,
-    Line,
-    Page,
-    View,
-    Words,
-    paper_for,
-)
-from workbench.plate.parts.page_frame import (
-    BORDER,
+from workbench.plate.parts.callouts import (
     BOTTOM,
+    FLAT,
     LENGTH,
-    LINE,
     MM,
     SHORT,
     STEEL,
-    TITLE,
-    lines,
+    UPRIGHT,
+    dowel_length,
     millimetres,
     position_words,
-    sheet,
-    spread,
-    table,
     thread_notes,
-    title,
 )
-from workbench.plate.parts.parts import Bore, Fixture, Purpose, Slab, Turned
-from workbench.plate.tolerances import GENERAL
+from workbench.plate.parts.drawing import TEXT, Sheet, View
+from workbench.plate.parts.parts import Block, BlockShape, Bore, Fixture, Purpose, Slab, Turned
+from workbench.plate.plate import Kind
+from workbench.plate.tolerances import GENERAL, Tolerances
+
+MOST_ROWS = 50
+"""Of a plate's table of holes; holes.csv has them all."""
+Rows = list[tuple[str, ...]]
 
 
-def slab_page(fixture: Fixture, slab: Slab) -> Page:
+def drawings_of(fixture: Fixture) -> dict[str, Sheet]:
+    """The sheets by the name of their file, the plate first."""
+    drawn = {"plate": slab_sheet(fixture, fixture.slab)}
+    drawn |= {f"block-{shape.letter}": block_sheet(fixture, shape) for shape in fixture.shapes}
+    for part in fixture.others:
+        drawn[part.name] = (
+            slab_sheet(fixture, part) if isinstance(part, Slab) else turned_sheet(fixture, part)
+        )
+    return drawn
+
+
+def slab_sheet(fixture: Fixture, slab: Slab) -> Sheet:
     """Seen from above, origin at the lower left corner."""
     length, width, thickness = (MM * slab.size).tolist()
-    own = slab is fixture.slab
-    paper, scale = paper_for(length, width, (175.0, 80.0))
-    _, top = PAPERS[paper]
-    view = View(np.array([BORDER + 50.0, top - BORDER - 40.0 - width / scale]), scale)
-    items: list[Item] = [view.line([(0, 0), (length, 0), (length, width), (0, width)])]
+    own, sheet = slab is fixture.slab, Sheet(max(length, width))
+    view = sheet.view(0.0, 0.0)
+    view.line([(0, 0), (length, 0), (length, width), (0, width)])
     places = [MM * (bore.mouth[:2] + 0.5 * slab.size[:2]) for bore in slab.bores]
     for place, bore in zip(places, slab.bores, strict=True):
-        items += view.hole(place, MM * bore.diameter)
+        view.hole(place, MM * bore.diameter)
         if not bore.label[0].isdecimal():
-            above = [other for other in places if 0.0 < other[1] - place[1] < 4.0 * TEXT * scale]
-            under = any(abs(other[0] - place[0]) < 4.0 * TEXT * scale for other in above)
-            items.append(view.label(place, MM * bore.diameter, bore.label, under=under))
+            near = [other - place for other in places if 0.0 < other[1] - place[1] < 4 * TEXT * sheet.scale]
+            under = any(abs(x) < 4 * TEXT * sheet.scale for x, _ in near)
+            off = 0.8 * MM * bore.diameter / sheet.scale + 0.6
+            view.text(bore.label, place, (0.0, -off - TEXT if under else off))
     if own:
-        items += _feet(fixture, view)
-        items.append(Words("B", view.at((length, 0.0)) - np.array([8.0, 4.5]), 1.2 * TEXT))
-        items.append(Words("C", view.at((0.0, 0.0)) - np.array([5.0, -3.0]), 1.2 * TEXT))
-    across = view.across((0, 0), (length, 0), (0.0, -10.0), 0.0)
-    up = view.across((length, 0), (length, width), (length / scale + 16.0, 0.0), 90.0)
-    measured = [fixture.from_corner(block.pose[:3, 3]) for block in fixture.blocks] if own else places
-    items += [across, up, *_ordinates(np.array(measured), view, width)]
-    left = view.origin[0] + length / scale + 34.0
-    rows = [("hole", "x", "y", "size", "for")] + [
+        _feet(fixture, view)
+        view.text("B", (length, 0.0), (-8.0, -4.5), large=True)
+        view.text("C", (0.0, 0.5 * width), (-5.0, 0.0), large=True)
+    view.across((0, 0), (length, 0), (0.0, -12.0), 0.0)
+    view.across((length, 0), (length, width), (12.0, 0.0), 90.0, by=(length, 0.0))
+    rows: Rows = [("hole", "x", "y", "size", "for")]
+    rows += [
         (bore.label, f"{x:z.3f}", f"{y:z.3f}", bore.size.split(" (core")[0], SHORT[bore.purpose])
         for (x, y), bore in zip(places, slab.bores, strict=True)
     ]
-    room = int((top - BORDER - TITLE[1] - 50.0) / LINE)
-    if len(rows) > room:
-        rows = [*rows[: room - 1], ("…", "", "", "", f"{len(rows) - room} more in holes.csv")]
-    items += table(rows, np.array([left, top - BORDER - 4.0]), (14, 24, 24, 26, 36))
-    name = "plate" if own else "bottom plate"
-    notes = (
-        _plate_notes(fixture)
-        if own
-        else [
-            "Robot's base frame: origin at the centre of R1–R4, x to the right, y up.",
-            "All holes: position Ø0.2 to the lower and the left edge.",
-        ]
+    if len(rows) > MOST_ROWS:
+        rows = [*rows[:MOST_ROWS], ("…", "", "", "", f"{len(rows) - MOST_ROWS} more in holes.csv")]
+    base = [
+        "Robot's base frame: origin at the centre of R1–R4, x to the right, y up.",
+        "All holes: position Ø0.2 to the lower and the left edge.",
+    ]
+    title = (
+        f"{fixture.name}: {'plate' if own else 'bottom plate'}",
+        f"{length:.1f} × {width:.1f} × {thickness:.1f}, quantity {slab.quantity}; all holes through",
+        f"{fixture.stock.sheet if own else BOTTOM}; scale 1:{sheet.scale:g}, mm; seen from above",
+        f"general tolerances {GENERAL}; surfaces Ra 3.2, top Ra 1.6; edges broken 0.3",
     )
-    items += lines(notes, np.array([left, top - BORDER - 10.0 - LINE * len(rows)]))
-    items += title(
-        paper,
-        (
-            f"{fixture.name}: {name}",
-            f"{length:.1f} × {width:.1f} × {thickness:.1f}, quantity {slab.quantity}; all holes through",
-            f"{fixture.stock.sheet if own else BOTTOM}; scale 1:{scale:g}, mm; seen from above",
-            f"general tolerances {GENERAL}; surfaces Ra 3.2, top Ra 1.6; edges broken 0.3",
-            f"file {slab.name}.step / .stl / .dxf",
-        ),
-    )
-    return Page(name=slab.name, paper=paper, scale=scale, items=tuple(items))
+    x, y = view.at((length, width), (24.0, 0.0))
+    sheet.column(x, y, title, rows, _plate_notes(fixture) if own else base)
+    return sheet
 
 
-def _feet(fixture: Fixture, view: View) -> list[Item]:
+def _feet(fixture: Fixture, view: View) -> None:
     """Outlines of the blocks with number and shape, a tick where faces slope down, and the robot's base."""
-    items: list[Item] = []
     for block in fixture.blocks:
         foot = MM * (block.footprint + 0.5 * fixture.slab.size[:2])
-        items.append(view.line(foot, Layer.BLOCKS))
+        view.line(foot, "BLOCKS")
         edge, middle = foot[1:3].mean(axis=0), foot.mean(axis=0)
-        out = (edge - middle) / np.linalg.norm(edge - middle)
-        items.append(Line(np.array([view.at(edge), view.at(edge) + 4.0 * out]), Layer.OUTLINE))
+        view.line([edge, 0.7 * edge + 0.3 * middle], closed=False)
         label = f"{block.number} ({fixture.letter(block.number)})"
-        corner = view.at(foot[np.argmax(foot.sum(axis=1))]) + np.array([1.0, 0.0])
-        edge = view.at(MM * fixture.slab.size[:2]) - [1.2 * TEXT * len(label), 2.0 * TEXT]
-        inside = bool((corner < edge).all())  # else at the opposite corner
-        away = view.at(foot[np.argmin(foot.sum(axis=1))]) - [1.0, 1.4 * TEXT]
-        items.append(Words(label, corner if inside else away, 1.2 * TEXT, "left" if inside else "right"))
+        corner = foot[np.argmax(foot.sum(axis=1))]
+        edge = MM * fixture.slab.size[:2] - view.sheet.scale * TEXT * np.array([1.2 * len(label), 2.0])
+        if (corner < edge).all():
+            view.text(label, corner, (1.0, 0.5), align="left", large=True)
+        else:  # the opposite corner, as the label would cross the plate's edge
+            view.text(label, foot[np.argmin(foot.sum(axis=1))], (-1.0, -3.5), align="right", large=True)
     pose = np.linalg.inv(fixture.pose)
-    centre = view.at(fixture.from_corner(pose[:3, 3]))
-    if (centre > BORDER).all():
-        items.append(Circle(centre, 1.2, Layer.CENTRES))
-        for axis, name in ((0, "X robot"), (1, "Y robot")):
-            tip = centre + 10.0 * pose[:2, axis]
-            align = "left" if axis == 0 else "right"
-            items += [Line(np.array([centre, tip]), Layer.CENTRES), Words(name, tip + 0.8, TEXT, align)]
-    return items
-
-
-def _ordinates(places: np.ndarray, view: View, width: float) -> list[Item]:
-    """Places along x above the plate, along y left of it, spread where they would touch."""
-    items: list[Item] = []
-    for x, label in spread(places[:, 0] / view.scale, 4.2):
-        start = view.origin + np.array([x, width / view.scale])
-        foot = view.origin + np.array([label, width / view.scale + 10.0])
-        items.append(Line(np.array([start + np.array([0, 1]), foot - [0, 3], foot]), Layer.DIMENSIONS))
-        items.append(Words(f"{x * view.scale:z.3f}", foot + np.array([1.2, 1.0]), TEXT, "left", 90.0))
-    for y, label in spread(places[:, 1] / view.scale, 4.2):
-        start, foot = view.origin + np.array([0.0, y]), view.origin + np.array([-10.0, label])
-        items.append(Line(np.array([start - [1, 0], foot + np.array([3, 0]), foot]), Layer.DIMENSIONS))
-        items.append(Words(f"{y * view.scale:z.3f}", foot + np.array([-1.0, -1.2]), TEXT, "right"))
-    return items
-
-
-def _position_notes(fixture: Fixture) -> list[str]:
-    across = f"position Ø{2 * MM * fixture.tolerances.place:.3f} to A B C"
-    if fixture.stock.tapped:
-        return ["Screw holes: the board's own. Drill the mounting holes, Ø0.2."]
-    if not fixture.stock.doweled:
-        return [f"Screw holes: {across}; mounting holes Ø0.2."]
-    return [
-        f"Dowel holes: {across}; screw and mounting holes Ø0.2;",
-        f"the two dowel holes of a block Ø{MM * fixture.tolerances.pair:.3f} to each other.",
-    ]
+    centre = fixture.from_corner(pose[:3, 3])
+    view.circle(centre, 2.4 * view.sheet.scale, "CENTRES")
+    for axis, name in enumerate(("X robot", "Y robot")):
+        tip = centre + 10.0 * view.sheet.scale * pose[:2, axis]
+        view.line([centre, tip], "CENTRES", closed=False)
+        view.text(name, tip, (0.8, 0.8), align="left")
 
 
 def _plate_notes(fixture: Fixture) -> list[str]:
     tolerances, pose = fixture.tolerances, np.linalg.inv(fixture.pose)
     x, y = fixture.from_corner(pose[:3, 3])
     low, held = ("+x", "anchor") if fixture.anchored else ("low", "target")
+    across = f"position Ø{2 * MM * tolerances.place:.3f} to A B C"
+    holes = [
+        f"Dowel holes: {across}; screw and mounting holes Ø0.2;",
+        f"the two dowel holes of a block Ø{MM * tolerances.pair:.3f} to each other.",
+    ]
+    if fixture.stock.tapped:
+        holes = ["Screw holes: the board's own. Drill the mounting holes, Ø0.2."]
+    elif not fixture.stock.doweled:
+        holes = [f"Screw holes: {across}; mounting holes Ø0.2."]
     return [
-        "Datums: A top face, B lower edge, C left edge. Ordinates, for reference: screw holes.",
-        *_position_notes(fixture),
+        "Datums: A top face, B lower edge, C left edge.",
+        *holes,
         f"Ticks: {low} side of each block. Numbers: {held} (shape of its block).",
         f"Budget: {tolerances.note}.",
         f"Robot base at x {x:.2f}, y {y:.2f}, {MM * pose[2, 3]:+.2f} from A.",
     ]
 
 
-def turned_page(fixture: Fixture, part: Turned) -> Page:
-    """Side view and end view."""
-    widest = MM * max(diameter for diameter, _ in part.steps)
-    paper, scale = paper_for(2.0 * widest, MM * part.length, (230.0, 70.0))
-    _, top = PAPERS[paper]
-    side = View(
-        np.array([BORDER + 40.0 + 0.5 * widest / scale, top - BORDER - 30.0 - MM * part.length / scale]),
-        scale,
+def block_sheet(fixture: Fixture, shape: BlockShape) -> Sheet:
+    """One shape of block: front, foot from below, and the face square on."""
+    block, tolerances = shape.block, fixture.tolerances
+    high, side = MM * block.heights[1], MM * block.side
+    slope, sheet = side / float(np.cos(block.tilt)), Sheet(max(3.2 * side, high + side))
+    front = sheet.view(0.0, 0.0)
+    foot = sheet.view(*front.at((0.0, -0.5 * side), (0.0, -30.0)))
+    face = sheet.view(*front.at((0.5 * (side + slope), 0.5 * high), (50.0, 0.0)))
+    _front(block, front, tolerances)
+    _foot(block, foot)
+    _face(block, face, tolerances)
+    held = "anchor" if fixture.anchored else "target"
+    numbers = f"{held}{'s' * (len(shape.numbers) > 1)} {', '.join(map(str, shape.numbers))}"
+    title = (
+        f"{fixture.name}: block {shape.letter}",
+        f"quantity {len(shape.numbers)}, for {numbers}",
+        f"stamp letter and {held} on the {'+x' if block.tilt <= FLAT else 'low'} side",
+        f"{fixture.stock.bar.format(side=side)}; scale 1:{sheet.scale:g}, mm",
+        f"general tolerances {GENERAL}; {fixture.stock.surfaces}",
     )
-    end = View(side.origin + np.array([widest / scale + 40.0, 0.5 * MM * part.length / scale]), scale)
-    items: list[Item] = []
+    x, _ = face.at((0.5 * slope, 0.0), (20.0, 0.0))
+    _, y = front.at((0.0, high), (0.0, 20.0))
+    sheet.column(x, y, title, _bore_rows(block, tolerances), _block_notes(fixture, shape))
+    return sheet
+
+
+def _right(block: Block) -> str:
+    """What lies to the right in every view."""
+    return "+x right" if block.tilt <= FLAT else "low side right"
+
+
+def _front(block: Block, view: View, tolerances: Tolerances) -> None:
+    """Seen along y: the mitre, the heights, the bores dashed."""
+    half, (low, high) = 0.5 * MM * block.side, (MM * h for h in block.heights)
+    left, right, middle = (-half, 0.0), (half, 0.0), MM * block.height
+    view.line([left, right, (half, low), (-half, high)])
+    for bore in block.bores:
+        view.line(MM * bore.outline, "HIDDEN")
+    view.line([(0.0, -4.0), (0.0, middle + 6.0)], "CENTRES", closed=False)
+    view.across(left, (-half, high), (-22.0, 0.0), 90.0, "(<>)", by=left)
+    view.across((0.0, 0.0), (0.0, middle), (-11.0, 0.0), 90.0, f"<> ±{MM * tolerances.height:.3g}", by=left)
+    if block.tilt > FLAT:
+        view.across(right, (half, low), (10.0, 0.0), 90.0, "(<>)", by=right)
+        tilt = float(np.rad2deg(block.tilt))
+        view.line([(half, low), (-half, low)], "CENTRES", closed=False)
+        words = f"{tilt:.4f}° ±{np.rad2deg(tolerances.mitre):.3g}°"
+        at = view.at((half, high), (2.0, -4.0))
+        view.angle((half, low), 1.5 * half, 180.0 - tilt, 180.0, words, at)
+    view.text("A", (0.7 * half, 0.0), (0.0, -4.0), large=True)
+    view.text(f"FRONT (along +y), {_right(block)}", (0.0, high), (0.0, 12.0))
+
+
+def _foot(block: Block, view: View) -> None:
+    """Seen from below: x to the right, y downwards."""
+    half = 0.5 * MM * block.side
+    view.line([(-half, -half), (half, -half), (half, half), (-half, half)])
+    offsets = []
+    for number, bore in enumerate(block.bores, start=1):
+        if bore.direction[2] > 0.0:
+            place = MM * bore.mouth[:2] * [1.0, -1.0]
+            view.hole(place, MM * bore.diameter)
+            view.text(
+                f"{number}", place + np.array([0.5 * MM * bore.diameter, 0.0]), (1.5, -4.0), align="left"
+            )
+            offsets.append(float(place[1]))
+    a, b = min(offsets), max(offsets)
+    if b - a > 1.0:
+        for one, two in (((0.0, 0.0), (0.0, b)), ((0.0, a), (0.0, 0.0))):
+            view.across(one, two, (-11.0, 0.0), 90.0, "(<>)", by=(-half, 0.0))
+        view.text("C", (0.0, b), (3.0, 3.0), large=True)
+    view.across((-half, -half), (half, -half), (0.0, -11.0), 0.0, by=(0.0, -half))
+    view.across((half, -half), (half, half), (11.0, 0.0), 90.0, by=(half, 0.0))
+    view.text("B", (0.0, 0.0), (4.0, 3.0), large=True)
+    view.text(f"FOOT (from below), {_right(block)}", (0.0, half), (0.0, 4.0))
+
+
+def _face(block: Block, view: View, tolerances: Tolerances) -> None:
+    """Seen square on the face: u downhill to the right, v up."""
+    half = 0.5 * MM * block.side
+    slope = half / float(np.cos(block.tilt))
+    view.line([(-slope, -half), (slope, -half), (slope, half), (-slope, half)])
+    view.line([(-slope - 4.0, 0.0), (slope + 8.0, 0.0)], "CENTRES", closed=False)
+    for number, bore in enumerate(block.bores, start=1):
+        if bore.direction[2] > 0.0:
+            continue
+        place, radius = np.array(block.on_face(bore)), 0.5 * MM * bore.diameter
+        view.hole(place, 2.0 * radius)
+        if bore.purpose is not Purpose.MAGNET:
+            label = "1, 2" if block.bores[1].purpose is Purpose.MAGNET else f"{number}"
+            view.text(label, place + np.array([radius, 0.0]), (1.5, -4.0), align="left")
+        if bore.purpose is Purpose.INDEX:
+            _index(view, place, tolerances, view.at((0.0, half), (-14.0, 5.0)))
+    view.across((-slope, -half), (slope, -half), (0.0, -11.0), 0.0, "(<>)", by=(0.0, -half))
+    view.text("u", (slope + 9.0, -1.0), large=True)
+    view.text(f"FACE (square on), {_right(block)}", (0.0, half), (0.0, 16.0))
+
+
+def _index(view: View, place: np.ndarray, tolerances: Tolerances, top: np.ndarray) -> None:
+    """The index hole's distance and direction from downhill, its text at a place of the sheet."""
+    radius, angle = float(np.hypot(*place)), float(np.rad2deg(np.arctan2(place[1], place[0])))
+    words = f"{angle:.4f}° ±{np.rad2deg(tolerances.turn):.3g}°"
+    view.line([(0.0, 0.0), 1.5 * place], "CENTRES", closed=False)
+    if abs(angle) > 0.01:
+        view.angle((0.0, 0.0), 1.35 * radius, min(angle, 0.0), max(angle, 0.0), words, top)
+    else:
+        view.sheet.text(words, top)
+    side = np.array([-place[1], place[0]]) / radius
+    view.across((0.0, 0.0), place, side * (9.0 if angle >= 0.0 else -9.0), angle)
+
+
+def _bore_rows(block: Block, tolerances: Tolerances) -> Rows:
+    """One line a bore: where it starts, how large and deep, and how well it is placed."""
+    rows: Rows = [("hole", "for", "u / x", "v / y", "size", "depth", "position")]
+    for number, bore in enumerate(block.bores, start=1):
+        on_face = bore.direction[2] < 0.0
+        place = block.on_face(bore) if on_face else tuple(MM * bore.mouth[:2])
+        rows.append(
+            (
+                f"{number} {'face' if on_face else 'foot'}",
+                SHORT[bore.purpose],
+                *(f"({v:z.3f})" if bore.purpose is Purpose.INDEX else f"{v:z.3f}" for v in place),
+                bore.size.split(" (core")[0],
+                millimetres(bore.depth),
+                position_words(bore, tolerances),
+            )
+        )
+    return rows
+
+
+def _block_notes(fixture: Fixture, shape: BlockShape) -> list[str]:
+    block, tolerances, stock = shape.block, fixture.tolerances, fixture.stock
+    flat = block.tilt <= FLAT
+    seat = block.kind is Kind.SEAT
+    middle, turned = "axis of the foot's screw", f"the {'+x' if flat else 'low'} edge"
+    if stock.doweled:
+        middle, turned = "midway between the dowel holes", "their line"
+    pins = [f"Dowel holes fit pins Ø4 m6 × {dowel_length(fixture):g}."] if stock.doweled else []
+    mitre, height = f"{np.rad2deg(tolerances.mitre):.3g}°", f"height {MM * block.height:.3f} above A at B"
+    sloping = [
+        f"Face: mitre {np.rad2deg(block.tilt):.4f}° to A, {height};",
+        f"its level lines parallel to C within ±{mitre}; edges at",
+        f"{MM * block.heights[0]:.3f} (low) and {MM * block.heights[1]:.3f} (high) for reference.",
+    ]
+    index = [f"Index hole from downhill: see FACE, ±{np.rad2deg(tolerances.turn):.3g}° to C."] if seat else []
+    ball = [f"Cone for a ball of Ø{MM * stock.ball:.3g}, its centre over B."]
+    return [
+        f"Datums: A foot, B {middle}, C {turned} (square to u).",
+        "B lies in the foot's middle, u = v = 0 of the face over B;",
+        f"u runs {'along +x (mark this side)' if flat else 'downhill'}, v along +y (down in FOOT).",
+        f"Face holes are square to the face{f' within {UPRIGHT:g}' if seat else ''}.",
+        *([f"Face: parallel to A within ±{mitre}, {height}."] if flat else sloping),
+        *index,
+        *thread_notes(block.bores),
+        f"Budget: {tolerances.note}.",
+        *pins,
+        *(
+            ["Seat and index hole fit the probe's pins g6."]
+            if seat
+            else ball
+            if block.kind is Kind.SOCKET
+            else []
+        ),
+    ]
+
+
+def turned_sheet(fixture: Fixture, part: Turned) -> Sheet:
+    """Side view and end view."""
+    widest, sheet = MM * max(diameter for diameter, _ in part.steps), Sheet(MM * part.length)
+    side = sheet.view(0.0, 0.0)
+    end = sheet.view(*side.at((widest, 0.5 * MM * part.length), (40.0, 0.0)))
     z = 0.0
-    for i, (diameter, length) in enumerate(part.steps):
+    for number, (diameter, length) in enumerate(part.steps):
         radius, high = 0.5 * MM * diameter, MM * length
-        items.append(side.line([(-radius, z), (radius, z), (radius, z + high), (-radius, z + high)]))
-        items.append(Circle(end.origin, radius / scale, Layer.OUTLINE))
-        items.append(side.across((-radius, z), (radius, z), (0.0, -10.0 - 8.0 * i), 0.0, "Ø<>"))
+        side.line([(-radius, z), (radius, z), (radius, z + high), (-radius, z + high)])
+        end.circle((0.0, 0.0), 2.0 * radius, "OUTLINE")
+        side.across((-radius, z), (radius, z), (0.0, -10.0 - 8.0 * number), 0.0, "Ø<>")
         if len(part.steps) > 1:
-            words = "(<>)" if i == len(part.steps) - 1 else "<>"  # the whole length gives the last one
-            beside = (0.5 * widest / scale + 8.0, 0.0)
-            items.append(side.across((radius, z), (radius, z + high), beside, 90.0, words))
+            words = "(<>)" if number == len(part.steps) - 1 else "<>"  # the whole length gives the last one
+            side.across((radius, z), (radius, z + high), (8.0, 0.0), 90.0, words, by=(0.5 * widest, 0.0))
         z += high
     probe = part.name == "probe"
     whole = f"<> ±{LENGTH:g}" if probe else "<>"
-    items.append(side.across((0.0, 0.0), (0.0, z), (-0.5 * widest / scale - 10.0, 0.0), 90.0, whole))
-    items.append(side.line([(0.0, -4.0), (0.0, z + 4.0)], Layer.CENTRES, closed=False))
+    side.across((0.0, 0.0), (0.0, z), (-10.0, 0.0), 90.0, whole, by=(-0.5 * widest, 0.0))
+    side.line([(0.0, -4.0), (0.0, z + 4.0)], "CENTRES", closed=False)
     there: dict[tuple[float, float], list[Bore]] = {}
-    rows = [("hole", "for", "x", "y", "size", "depth", "position")]
+    rows: Rows = [("hole", "for", "x", "y", "size", "depth", "position")]
     for bore in part.bores:
         x, y = MM * bore.mouth[:2]
         across = 0.5 * MM * bore.diameter
         start, bottom = MM * bore.mouth[2], MM * bore.bottom[2]
         foot = 0.0 if bore.conical else across
-        corners = [(x - across, start), (x + across, start), (x + foot, bottom), (x - foot, bottom)]
-        items.append(side.line(corners, Layer.HIDDEN))
-        items += end.hole((x, y), 2.0 * across)
+        side.line(
+            [(x - across, start), (x + across, start), (x + foot, bottom), (x - foot, bottom)], "HIDDEN"
+        )
+        end.hole(MM * bore.mouth[:2], 2.0 * across)
         there.setdefault((round(x, 6), round(y, 6)), []).append(bore)
         depth = "through" if bore.through else millimetres(bore.depth)
         held = AXIAL if bore.conical else position_words(bore, fixture.tolerances)
         rows.append((bore.label, SHORT[bore.purpose], f"{x:z.3f}", f"{y:z.3f}", bore.size, depth, held))
-    for place, bores in there.items():
-        words, widest_bore = ", ".join(b.label for b in bores), max(b.diameter for b in bores)
+    for (x, y), bores in there.items():
+        words, neck = ", ".join(bore.label for bore in bores), 0.5 * MM * part.steps[-1][0]
         if bores[0].purpose is Purpose.FLANGE:  # outside the rim
-            at = end.at(RIM * np.array(place)) - [0.0, 0.5 * TEXT]
-            items.append(Words(words, at, TEXT, "center"))
+            end.text(words, (RIM * x, RIM * y), (0.0, -0.5 * TEXT))
             continue
-        neck = 0.5 * MM * part.steps[-1][0]
-        beyond = 0.8 * MM * widest_bore + 1.4 * TEXT * scale > neck  # no room within the neck: over it
-        items.append(end.label(place, neck / 0.8 if beyond else MM * widest_bore, words))
-    left = end.origin[0] + 0.5 * widest / scale + 22.0
-    items += table(rows, np.array([left, top - BORDER - 6.0]), (12, 26, 18, 18, 34, 20, 32))
-    items.append(end.title("END (from z = top), x right, y up", (0.0, 0.5 * widest), 6.0))
+        off = 0.4 * MM * max(bore.diameter for bore in bores)
+        beyond = 2.0 * off + 1.4 * TEXT * sheet.scale > neck  # no room within the neck: over it
+        end.text(words, (x, y + (neck if beyond else 2.0 * off)), (0.0, 0.6))
     notes = ["All stand-offs of one length within 0.02.", *thread_notes(part.bores)]
     if probe:
         pinned = any(bore.purpose is Purpose.PIN for bore in part.bores)
         notes = [*(PIN_NOTES if pinned else BALL_NOTES), *FLANGE_NOTES]
-    items += lines(notes, np.array([left, top - BORDER - 14.0 - LINE * len(rows)]))
-    items += title(
-        paper,
-        (
-            f"{fixture.name}: {part.name}",
-            f"quantity {part.quantity}; {STEEL}; scale 1:{scale:g}, mm",
-            f"general tolerances {GENERAL}; ends Ra 1.6, parallel 0.02",
-            f"file {part.name}.step / .stl / .dxf",
-        ),
+    title = (
+        f"{fixture.name}: {part.name}",
+        f"quantity {part.quantity}; {STEEL}; scale 1:{sheet.scale:g}, mm",
+        f"general tolerances {GENERAL}; ends Ra 1.6, parallel 0.02",
     )
-    return Page(name=part.name, paper=paper, scale=scale, items=tuple(items))
+    end.text("END (from z = top), x right, y up", (0.0, 0.5 * widest), (0.0, 6.0))
+    x, _ = end.at((0.5 * RIM * widest, 0.0), (20.0, 0.0))
+    sheet.column(x, float(side.at((0.0, z), (0.0, 10.0))[1]), title, rows, notes)
+    return sheet
 
 
 AXIAL = "Ø0.02 to the axis"
@@ -251,17 +368,3 @@ FLANGE_NOTES = [
     "F1–F4: flange ISO 9409-1-50-4-M6, x axis between F1 and F4.",
     "There is no register: clock P1 true to the flange's axis when mounting.",
 ]
-
-
-def pages_of(fixture: Fixture) -> tuple[Page, ...]:
-    """All pages in order, the plate first."""
-    drawn = [slab_page(fixture, fixture.slab)]
-    drawn += [block_page(fixture, shape) for shape in fixture.shapes]
-    drawn += [
-        slab_page(fixture, part) if isinstance(part, Slab) else turned_page(fixture, part)
-        for part in fixture.others
-    ]
-    return tuple(
-        replace(page, items=(*page.items, *sheet(page, number, len(drawn))))
-        for number, page in enumerate(drawn, start=1)
-    )

@@ -1,67 +1,112 @@
-"""All files that are needed to make a plate, in one folder: solids, drawings, lists and the sheet.
+"""All files that are needed to make a plate, in one folder: solids, drawings, lists, and what extras add.
 
-Formats whose optional library is missing are skipped and reported; the rest is written.
+A format whose optional library is missing is skipped and reported; the rest is written. One more is an entry
+point of `workbench.plate_exports`, or in a notebook
+
+    PLATE_FILES.register(PlateFile("summary", lambda job: {"summary.txt": job.plate.name.encode()}))
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from enum import StrEnum
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.files import check_folder, write_folder
-from workbench.base.progress import Report
+from workbench.base.progress import progress
+from workbench.base.registry import Registry
 from workbench.plate.parts.csv_lists import (
     blocks_csv,
     bores_csv,
     distances_csv,
     holes_csv,
-    inspection_csv,
     parts_csv,
     targets_csv,
 )
-from workbench.plate.parts.drawing import dxf_of, pdf_of
-from workbench.plate.parts.drawing_set import pages_of
+from workbench.plate.parts.drawing_set import drawings_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.parts import Fixture
-from workbench.plate.parts.sheet import PlateSheet
-from workbench.plate.parts.solids import mesh_of, step_of, stl, three_mf
+from workbench.plate.parts.solids import mesh_of, stl
 from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Kind, Plate
-from workbench.plate.score import score_plate
 from workbench.plate.tolerances import Making
 
 
-class Format(StrEnum):
-    """What a plate is written as."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlateJob:
+    """What is to be written.
 
-    STL = "stl"
-    THREE_MF = "3mf"
-    DXF = "dxf"
-    PDF = "pdf"
-    CSV = "csv"
-    STEP = "step"
-    SHEET = "sheet"
+    Args:
+        plate: As it was given.
+        fixture: Its parts.
+        drawn: The plate with what its drawings ask for: their tolerances, and the play of pins in seats.
+        robot: The arm that it is for; None if not named.
+        sigma: Standard deviations of a measurement on the plate [m], [rad]; usual ones if None.
+    """
+
+    plate: Plate
+    fixture: Fixture
+    drawn: Plate
+    robot: Robot | None
+    sigma: tuple[float, float] | None
 
 
-LEAN = (Format.STL, Format.THREE_MF, Format.DXF, Format.PDF, Format.CSV, Format.SHEET)
-"""Everything but STEP, whose library is a large download."""
+@dataclass(frozen=True)
+class PlateFile:
+    """A format.
+
+    Args:
+        name: What follows `--formats`.
+        write: Contents by the names of files.
+        is_usual: Whether it is written unless others are asked for.
+    """
+
+    name: str
+    write: Callable[[PlateJob], dict[str, bytes]]
+    is_usual: bool = True
 
 
-def formats_named(text: str) -> tuple[Format, ...]:
+def _solids(job: PlateJob) -> dict[str, bytes]:
+    return {f"{name}.stl": stl(mesh_of(part)) for name, part in job.fixture.made}
+
+
+def _drawings(job: PlateJob) -> dict[str, bytes]:
+    return {f"{name}.dxf": sheet.dxf().encode() for name, sheet in drawings_of(job.fixture).items()}
+
+
+def _lists(job: PlateJob) -> dict[str, bytes]:
+    fixture, plate = job.fixture, job.plate
+    lists = {"holes": holes_csv(fixture), "blocks": blocks_csv(fixture), "bores": bores_csv(fixture)}
+    lists |= {"targets": targets_csv(plate), "parts": parts_csv(fixture)}
+    if plate.anchors is not None:
+        lists["distances"] = distances_csv(plate)
+    return {f"{name}.csv": text.encode() for name, text in lists.items()}
+
+
+PLATE_FILES: Registry[PlateFile] = Registry(
+    "plate format",
+    PlateFile,
+    PlateFile("stl", _solids),
+    PlateFile("dxf", _drawings),
+    PlateFile("csv", _lists),
+    group="workbench.plate_exports",
+)
+"""Formats by what follows `--formats`."""
+
+
+def formats_named(text: str) -> tuple[str, ...]:
     """Formats with commas between."""
     names = [name.strip().lower() for name in text.split(",") if name.strip()]
-    unknown = [name for name in names if name not in list(Format)]
+    unknown = [name for name in names if name not in PLATE_FILES]
     if unknown or not names:
         raise OptionError(
-            f"there is no format '{unknown[0] if unknown else text}'; known are {', '.join(Format)}"
+            f"there is no format '{unknown[0] if unknown else text}'; known are {', '.join(PLATE_FILES)}"
         )
-    return tuple(Format(name) for name in names)
+    return tuple(names)
 
 
-class Exported(NamedTuple):
+class ExportedPlate(NamedTuple):
     """What was written.
 
     Args:
@@ -71,59 +116,52 @@ class Exported(NamedTuple):
 
     fixture: Fixture
     files: tuple[Path, ...]
-    missing: dict[Format, str]
+    missing: dict[str, str]
 
 
 def export_plate(
     plate: Plate,
     folder: Path | str,
     *,
-    formats: Sequence[Format] = LEAN,
+    formats: Sequence[str] = (),
     robot: Robot | None = None,
     sigma: tuple[float, float] | None = None,
     stock: Stock | None = None,
-    progress: Report | None = None,
-) -> Exported:
+) -> ExportedPlate:
     """Write a plate's files into a folder: all that can be written, or nothing where it can't be made.
 
     Args:
         plate: Which is made as it is drawn.
         folder: Made if it is not there.
-        formats: What to write.
-        robot: The arm that it is for: the sheet then says what accuracy to expect.
-        sigma: Standard deviations of a measurement on the plate [m], [rad], for that; usual ones if None.
+        formats: What to write; the usual ones if empty.
+        robot: The arm that it is for.
+        sigma: Standard deviations of a measurement on the plate [m], [rad]; usual ones if None.
 
     Raises:
         OptionError: the plate can't be made; says why.
         MissingExtraError: every format needs a library that is not installed.
         FileError: the folder can't be written.
     """
-    report = progress or (lambda part, words: None)
     check_folder(folder)
     stock = stock or Stock()
     fixture = fixture_of(plate, stock=stock)
+    drawn = as_drawn(plate, fixture, stock)
+    job = PlateJob(plate=plate, fixture=fixture, drawn=drawn, robot=robot, sigma=sigma)
+    wanted = [each for each in PLATE_FILES.values() if (each.name in formats if formats else each.is_usual)]
     files: dict[str, bytes] = {}
-    missing: dict[Format, MissingExtraError] = {}
-    for number, kind in enumerate(kind for kind in Format if kind in formats and kind is not Format.SHEET):
-        report(number / (len(Format) + 1), f"writing {kind}")
+    missing: dict[str, MissingExtraError] = {}
+    for number, each in enumerate(wanted):
+        progress(number / len(wanted), f"writing {each.name}")
         try:
-            files |= _WRITERS[kind](plate, fixture)
+            files |= each.write(job)
         except MissingExtraError as error:
-            missing[kind] = error
-    if Format.SHEET in formats:
-        report(0.7, "drawing the sheet")
-        score = None if robot is None else score_plate(robot, as_drawn(plate, fixture, stock), sigma=sigma)
-        lacking = tuple(f"not written: {kind}; {error}" for kind, error in missing.items())
-        sheet = PlateSheet(
-            fixture=fixture, files=tuple(files), score=score, notes=(*fixture.notes, *plate.notes, *lacking)
-        )
-        files |= {"sheet.html": sheet.html().encode(), "sheet.pdf": sheet.pdf()}
+            missing[each.name] = error
     if not files:
         raise next(iter(missing.values()))
     written = write_folder(folder, files)
-    report(1.0, "done")
+    progress(1.0, "done")
     paths = tuple(written / name for name in files)
-    return Exported(fixture, paths, {kind: str(error) for kind, error in missing.items()})
+    return ExportedPlate(fixture, paths, {name: str(error) for name, error in missing.items()})
 
 
 def as_drawn(plate: Plate, fixture: Fixture, stock: Stock) -> Plate:
@@ -131,29 +169,3 @@ def as_drawn(plate: Plate, fixture: Fixture, stock: Stock) -> Plate:
     asked = fixture.tolerances.making
     play = stock.play if any(t.kind is Kind.SEAT for t in plate.targets) else (0.0, 0.0)
     return replace(plate, making=Making(position=asked.position, angle=asked.angle, play=play))
-
-
-def _lists(plate: Plate, fixture: Fixture) -> dict[str, bytes]:
-    lists = {
-        "holes": holes_csv(fixture),
-        "blocks": blocks_csv(fixture),
-        "bores": bores_csv(fixture),
-        "targets": targets_csv(plate),
-        "parts": parts_csv(fixture),
-        "inspection": inspection_csv(plate, fixture),
-    }
-    if plate.anchors is not None:
-        lists["distances"] = distances_csv(plate)
-    return {f"{name}.csv": text.encode() for name, text in lists.items()}
-
-
-_WRITERS: dict[Format, Callable[[Plate, Fixture], dict[str, bytes]]] = {
-    Format.STL: lambda plate, fixture: {f"{name}.stl": stl(mesh_of(part)) for name, part in fixture.made},
-    Format.THREE_MF: lambda plate, fixture: {"fixture.3mf": three_mf(fixture)},
-    Format.DXF: lambda plate, fixture: {f"{p.name}.dxf": dxf_of(p).encode() for p in pages_of(fixture)},
-    Format.PDF: lambda plate, fixture: {"drawings.pdf": pdf_of(pages_of(fixture))},
-    Format.CSV: _lists,
-    Format.STEP: lambda plate, fixture: {
-        f"{name}.step": step_of(part, f"{plate.name} {name}") for name, part in fixture.made
-    },
-}

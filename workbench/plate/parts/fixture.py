@@ -233,7 +233,7 @@ FLANGE = 0.008
 """Thickness of the probe's flange [m]."""
 LEVEL = 1e-6
 """A plate leans if its normal is off the vertical by more [rad]."""
-SHORTEST = 0.025
+MIN_STANDOFF = 0.025
 """Least length of a stand-off: two threads and a wall [m]."""
 RIM = 0.03
 """Material of the bottom plate around its holes [m]."""
@@ -287,13 +287,13 @@ def base_parts(pose: Matrix4, slab: Slab, stock: Stock) -> tuple[Slab | None, Tu
     lean = float(np.arccos(np.clip(pose[2, 2], -1.0, 1.0)))
     height = float(pose[2, 3] - slab.size[2])
     mounts = [bore for bore in slab.bores if bore.purpose is Purpose.MOUNTING]
-    if lean > LEVEL or height < SHORTEST or len(mounts) < 3:
+    if lean > LEVEL or height < MIN_STANDOFF or len(mounts) < 3:
         why = (
             f"the plate leans by {np.rad2deg(lean):.2f}°"
             if lean > LEVEL
             else f"the plate's underside is {1e3 * height:.0f} mm above the robot's foot, a stand-off needs "
-            f"{1e3 * SHORTEST:.0f} mm"
-            if height < SHORTEST
+            f"{1e3 * MIN_STANDOFF:.0f} mm"
+            if height < MIN_STANDOFF
             else f"the plate has {len(mounts)} mounting holes"
         )
         return None, None, (f"{why}: no bottom plate and stand-offs are drawn to tie it to the robot",)

@@ -14,7 +14,6 @@ from workbench.arm.joint_units import shown_joints, shown_units, sliding
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
-from workbench.base.progress import Cancel, Progress
 from workbench.base.threads import one_thread
 from workbench.data.readers import read_trajectory
 from workbench.plate.door import door
@@ -37,8 +36,6 @@ def choose_poses(
     base: bool | None = None,
     tool: bool | None = None,
     seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> PoseSet:
     """Joint positions with a large observability index, in an order of measuring.
 
@@ -53,7 +50,6 @@ def choose_poses(
         base: Whether the base is unknown and identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of the random starts.
-        cancel: Asked now and then whether to stop with the best poses so far.
 
     Raises:
         DataError: fewer candidates than poses, or limits that conflict.
@@ -66,11 +62,11 @@ def choose_poses(
         raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")
     if rows is not None and len(rows) < number:
         raise DataError(f"{candidates}: {len(rows)} rows, but {number} poses are needed; give more rows")
-    matter = None
+    evaluation_poses = None
     if index == "I" and limits is not None and limits.region is not None:
         region, towards, cone = limits.region, limits.towards, limits.cone
         rng = np.random.default_rng(0)
-        matter = region_poses(robot, region, PLATE_POSES, rng=rng, towards=towards, cone=cone)
+        evaluation_poses = region_poses(robot, region, PLATE_POSES, rng=rng, towards=towards, cone=cone)
     return informative_poses(
         robot,
         number,
@@ -78,11 +74,9 @@ def choose_poses(
         candidates=rows,
         names=identified_names(robot, base=base, tool=tool),
         limits=limits,
-        matter=matter,
+        evaluation_poses=evaluation_poses,
         method=Method(method),
         rng=np.random.default_rng(seed),
-        progress=progress,
-        cancel=cancel,
     )
 
 

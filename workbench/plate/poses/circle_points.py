@@ -10,13 +10,13 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import OptionError
 
-LEAST = 5
+MIN_CIRCLE_POINTS = 5
 """Points of a circle at least."""
 ARC = float(np.deg2rad(240.0))
 """Longest arc [rad], centred in the joint's range."""
 POSTURES = 400
 """Random postures of which the one with the longest levers is taken."""
-SHORTEST = 1e-3
+MIN_LEVER = 1e-3
 """Levers count from here [m]: a point on an axis describes no circle, whatever the posture."""
 
 
@@ -31,10 +31,10 @@ def circle_poses(robot: Robot, number: int, *, rng: np.random.Generator) -> Floa
     """
     if sliding := [i for i, j in enumerate(robot.moving, start=1) if j.kind is not JointKind.REVOLUTE]:
         raise OptionError(f"joint {sliding[0]} of robot '{robot.name}' slides and describes no circle")
-    if number < LEAST * robot.dof:
+    if number < MIN_CIRCLE_POINTS * robot.dof:
         raise OptionError(
-            f"circle points need {LEAST} poses a joint, {LEAST * robot.dof} for robot '{robot.name}', "
-            f"not {number}"
+            f"circle points need {MIN_CIRCLE_POINTS} poses per joint, "
+            f"{MIN_CIRCLE_POINTS * robot.dof} for robot '{robot.name}', not {number}"
         )
     low, high = robot.search_limits.T
     posture = _posture(robot, rng)
@@ -59,4 +59,4 @@ def _posture(robot: Robot, rng: np.random.Generator) -> Float[np.ndarray, " n"]:
     """The posture whose levers have the greatest product."""
     low, high = robot.search_limits.T
     q = rng.uniform(low, high, (POSTURES, robot.dof))
-    return q[np.argmax(np.log(levers(robot, q) + SHORTEST).sum(axis=1))]
+    return q[np.argmax(np.log(levers(robot, q) + MIN_LEVER).sum(axis=1))]

@@ -9,8 +9,9 @@ after chosen block i has made way for candidate j, so a pass over all candidates
 and small determinants. C and all V_j follow each change by the same low-rank update; nothing is inverted but
 matrices of one block's size. The loops over candidates are compiled.
 
-The greedy choice starts from a ridge as C. The exchange replaces every chosen candidate in turn by the best
-one until a round changes nothing.
+The greedy choice starts from a ridge and inverts the information anew at each step, as an update that
+overcomes the ridge leaves only rounding. The exchange replaces every chosen candidate in turn by the best one
+until a round changes nothing.
 
 The bound: log det is concave in the candidates' weights w (Σ w = 1), so no choice of m candidates exceeds
 log det(m M(w)) + max_j tr(M(w)⁻¹ B_jᵀB_j) − p, for any w; multiplicative steps make it tight.
@@ -28,9 +29,7 @@ from jaxtyping import Bool, Float, Int
 from numba import njit
 
 from workbench.base.errors import OptionError
-from workbench.base.progress import Cancel
-from workbench.base.types import Outcome
-from workbench.plate.poses.exchange import ROUNDS, Exchanged
+from workbench.plate.exchange import Exchanged, descend
 
 RIDGE = 1e-10
 """Information known beforehand, as a share of the candidates' mean."""
@@ -63,12 +62,16 @@ def with_block(
     spread: Float[np.ndarray, "options r r"],
     new: int,
 ) -> Float[np.ndarray, "p p"]:
-    """C with one more block; every V_j is updated in place."""
+    """C with one more block; every V_j is updated in place.
+
+    C is kept symmetric: each update doubles what rounding has made of it that is not.
+    """
     count, rows, _ = blocks.shape
     reach = inverse @ blocks[new].T
     middle = -np.linalg.inv(np.eye(rows) + blocks[new] @ reach)
     add(spread, (flat @ reach).reshape(count, rows, rows), middle)
-    return inverse + reach @ middle @ reach.T
+    found = inverse + reach @ middle @ reach.T
+    return 0.5 * (found + found.T)
 
 
 @njit(cache=True)
@@ -165,20 +168,20 @@ def greedy_choice(
         Numbers of the options in the order of choice; fewer than asked where nothing is left.
     """
     count, rows, _ = blocks.shape
-    flat, inverse = flattened(blocks), np.linalg.inv(prior(blocks))
-    spread = spreads(blocks, flat, inverse)
-    nothing = np.zeros_like(spread)
+    flat, information = flattened(blocks), prior(blocks)
+    nothing = np.zeros((count, rows, rows))
     left, chosen = np.ones(count, bool), np.zeros(0, np.int64)
     while len(chosen) < number:
         after = left if follow is None or not len(chosen) else left & follow[chosen[-1]]
         if not after.any():
             break
+        spread = spreads(blocks, flat, np.linalg.inv(information))
         gains = growths(spread, nothing, np.eye(rows))
         new = int(np.argmax(np.where(after, gains, -np.inf)))
         new = new if len(chosen) or first is None else first
         chosen = np.append(chosen, new)
         left &= ~clash[new] if clash is not None else np.arange(count) != new
-        inverse = with_block(blocks, flat, inverse, spread, new)
+        information = information + blocks[new].T @ blocks[new]
     return chosen
 
 
@@ -189,11 +192,7 @@ HASTE = 2.0
 
 
 def d_exchange(
-    blocks: Float[np.ndarray, "options r p"],
-    number: int,
-    *,
-    start: Int[np.ndarray, " number"] | None = None,
-    cancel: Cancel | None = None,
+    blocks: Float[np.ndarray, "options r p"], number: int, *, start: Int[np.ndarray, " number"] | None = None
 ) -> Exchanged:
     """Choose different candidates so that det(JᵀJ) is greatest.
 
@@ -212,33 +211,30 @@ def d_exchange(
         raise OptionError(f"{number} poses can't be chosen from {count} candidates; give more candidates")
     flat, ridge = flattened(blocks), prior(blocks)
     chosen = greedy_choice(blocks, number) if start is None else start.copy()
-    history = [_cost(blocks[chosen])]
-    outcome = Outcome.ITERATION_LIMIT
-    for _ in range(ROUNDS):
-        inverse = np.linalg.inv(ridge + np.tensordot(blocks[chosen], blocks[chosen], ((0, 1), (0, 1))))
-        spread = spreads(blocks, flat, inverse)
-        changed = False
-        for slot in range(number):
-            if cancel is not None and cancel():
-                return Exchanged(chosen, _cost(blocks[chosen]), tuple(history), Outcome.CANCELLED)
-            old = chosen[slot]
-            reach = inverse @ blocks[old].T
-            cross = (flat @ reach).reshape(count, rows, rows)
-            middle = np.linalg.inv(np.eye(rows) - spread[old])
-            gains = growths(spread, cross, middle)
-            gains[chosen] = -np.inf
-            new = int(np.argmax(gains))
-            if gains[new] * np.linalg.det(np.eye(rows) - spread[old]) > 1.0 + BETTER:
-                chosen[slot] = new
-                inverse = inverse + reach @ middle @ reach.T
-                add(spread, cross, middle)
-                inverse = with_block(blocks, flat, inverse, spread, new)
-                changed = True
-        history.append(_cost(blocks[chosen]))
-        if not changed:
-            outcome = Outcome.CONVERGED
-            break
-    return Exchanged(chosen, history[-1], tuple(history), outcome)
+    inverse, spread = ridge, np.empty(0)
+
+    def improve(slot: int, cost: float) -> float:
+        nonlocal inverse, spread
+        if not slot:  # anew in each round, as updates gather rounding
+            inverse = np.linalg.inv(ridge + np.tensordot(blocks[chosen], blocks[chosen], ((0, 1), (0, 1))))
+            spread = spreads(blocks, flat, inverse)
+        old = chosen[slot]
+        reach = inverse @ blocks[old].T
+        cross = (flat @ reach).reshape(count, rows, rows)
+        middle = np.linalg.inv(np.eye(rows) - spread[old])
+        gains = growths(spread, cross, middle)
+        gains[chosen] = -np.inf
+        new = int(np.argmax(gains))
+        if gains[new] * np.linalg.det(np.eye(rows) - spread[old]) <= 1.0 + BETTER:
+            return cost
+        chosen[slot] = new
+        inverse = inverse + reach @ middle @ reach.T
+        add(spread, cross, middle)
+        inverse = with_block(blocks, flat, inverse, spread, new)
+        return _cost(blocks[chosen])
+
+    history, outcome = descend(range(number), improve, _cost(blocks[chosen]))
+    return Exchanged(chosen, history[-1], history, outcome)
 
 
 def d_bound(

@@ -12,14 +12,14 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import Bounds, minimize
 
-from workbench.arm.identification_jacobian import Linearisation, linearise
+from workbench.arm.linearisation import Linearisation, linearise
 from workbench.arm.robot import Robot
-from workbench.base.progress import Cancel, Cancelled
+from workbench.base.progress import Cancelled, cancelled, check_cancelled
 from workbench.base.types import Outcome
 from workbench.plate.free_constants import visible
 from workbench.plate.observability import AbstractIndex
 from workbench.plate.poses.pose_limits import PoseLimits
-from workbench.plate.poses.target_in_view import View
+from workbench.plate.poses.sight import AbstractSight
 
 STEP = 1e-5
 """Half-width of the central differences of the Jacobian [rad or m]; their error is about 1e-10."""
@@ -41,15 +41,14 @@ class PoseClimb:
         index: What is to become large.
         options: Of `linearise`: names, standard deviations.
         basis: Combinations of constants that the index is of, see `plate.free_constants`.
-        view: Cameras that measure; an instrument that sees full poses or points if None.
+        view: What the instrument sees; full poses or points everywhere if None.
     """
 
     robot: Robot
     index: AbstractIndex
     options: dict
     basis: Float[np.ndarray, "p r"] | None = None
-    cancel: Cancel | None = None
-    view: View | None = None
+    view: AbstractSight | None = None
 
     def at(self, q: Float[np.ndarray, "rows n"]) -> Linearisation:
         """The linearisation that the index looks at."""
@@ -82,8 +81,7 @@ class PoseClimb:
 
         def fall(x: np.ndarray) -> tuple[float, np.ndarray]:
             nonlocal best
-            if self.cancel is not None and self.cancel():
-                raise Cancelled
+            check_cancelled()
             trial = x.reshape(q.shape)
             value, slope = self.value_and_gradient(trial)
             if value > best[0]:
@@ -112,7 +110,7 @@ class PoseClimb:
         value, slope = self.value_and_gradient(q)
         history, stride = [value], STRIDE
         for _ in range(POLISH_STEPS):
-            if self.cancel is not None and self.cancel():
+            if cancelled():
                 return q, history, Outcome.CANCELLED
             steepest = np.abs(slope).max()
             if not steepest > 0:

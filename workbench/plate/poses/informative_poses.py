@@ -16,16 +16,16 @@ from enum import StrEnum
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.identification_jacobian import linearise
+from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import Cancel, Progress
+from workbench.base.progress import part_of, progress
 from workbench.base.types import Outcome, frozen
 from workbench.plate.criterion import criterion_of, goal_index
+from workbench.plate.exchange import Exchanged, exchange
 from workbench.plate.free_constants import visible_basis
 from workbench.plate.observability import OV1, AbstractIndex, O
 from workbench.plate.poses.d_optimal import d_bound, d_exchange, greedy_choice
-from workbench.plate.poses.exchange import Exchanged, exchange
 from workbench.plate.poses.gradient import PoseClimb
 from workbench.plate.poses.measurement_order import measuring_order, travels
 from workbench.plate.poses.pose_limits import PoseLimits, feasible_start, folded, sample_poses, walks
@@ -65,7 +65,6 @@ class PoseTask:
     candidates: np.ndarray | None
     method: Method
     rng: np.random.Generator
-    progress: Progress | None
 
     @property
     def robot(self) -> Robot:
@@ -93,11 +92,6 @@ class PoseTask:
                 "the limits; give more candidates or relax the limits"
             )
         return self.candidates[kept]
-
-    def report(self, share: float) -> None:
-        """Tell the share of the work done."""
-        if self.progress is not None:
-            self.progress(share)
 
     def blocks(self, pool: np.ndarray) -> np.ndarray:
         """Scaled, whitened Jacobian of each candidate."""
@@ -146,23 +140,22 @@ def informative_poses(
     candidates: Float[np.ndarray, "options n"] | None = None,
     names: tuple[str, ...] | None = None,
     limits: PoseLimits | None = None,
-    matter: Float[np.ndarray, "rows n"] | None = None,
+    evaluation_poses: Float[np.ndarray, "rows n"] | None = None,
     method: Method = Method.EXCHANGE,
     sigma_position: float = 1e-4,
     sigma_rotation: float | None = 3.490658503988659e-4,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> PoseSet:
     """Choose joint positions with a large observability index.
 
     Args:
-        index: `O`, `O1` … `O5`, `A`, `D`, `Ov1` for cameras, or `I`: the predicted error at `matter`.
+        index: `O`, `O1` … `O5`, `A`, `D`, `Ov1` where limits have a view, or `I`: the predicted error at
+            `evaluation_poses`.
         candidates: Joint positions to choose from, such as those of a `Dataset`; the result is then among
             them. Without, random ones, and the result is improved continuously within the limits.
         names: Constants to be identified, `base.…` and `tool.…` among them where these are unknown; the
             robot's default free ones if None.
         limits: Region, orientation cone, room, spread and travel.
-        matter: Poses that matter, for the index `I` [rad or m].
+        evaluation_poses: Poses that matter, for the index `I` [rad or m].
         method: Exchange after the greedy choice, or the greedy choice alone; both are then improved.
         sigma_position: Standard deviation of a measured coordinate [m].
         sigma_rotation: Standard deviation of a measured rotation [rad]; None for points.
@@ -171,7 +164,7 @@ def informative_poses(
         OptionError: no such index, no poses asked for, or too few for the parameters.
         DataError: fewer candidates than poses, or limits that conflict; says which.
     """
-    if index == "I" and matter is None:
+    if index == "I" and evaluation_poses is None:
         raise OptionError("index I is the predicted error over poses that matter; give a region or a plate")
     if number < 1:
         raise OptionError(f"the number of poses must be at least 1, got {number}")
@@ -185,12 +178,15 @@ def informative_poses(
     limits = limits or PoseLimits()
     basis = visible_basis(robot, names, sigma_rotation=sigma_rotation)
     middle = linearise(robot, robot.search_limits.mean(1)[None], names=names)
-    goal = index if matter is None or index != "I" else matter
+    goal = index if evaluation_poses is None or index != "I" else evaluation_poses
     aim = goal_index(goal, robot, middle, basis)
     if aim is OV1 and limits.view is None:
-        raise OptionError("index Ov1 needs cameras; give --camera, --target and --camera-at, or use index O1")
-    climb = PoseClimb(robot, aim, options, basis, cancel, limits.view)
-    task = PoseTask(climb, number, limits, candidates, method, rng, progress)
+        raise OptionError(
+            "index Ov1 needs what an instrument sees, such as --camera with --target and --camera-at; or "
+            "use index O1"
+        )
+    climb = PoseClimb(robot, aim, options, basis, limits.view)
+    task = PoseTask(climb, number, limits, candidates, method, rng)
     if isinstance(climb.index, O):
         return _single(task)
     _check_enough(number, len(middle.names) if basis is None else basis.shape[1], sigma_rotation)
@@ -254,7 +250,7 @@ def _climbed_one_by_one(task: PoseTask) -> PoseSet:
         better, _, ended = task.climb.climb(q[row : row + 1])
         q[row] = better[0]
         history.append(task.climb.value(q))
-        task.report((row + 1) / task.number)
+        progress((row + 1) / task.number, f"raising {task.index.name}")
         outcome = outcome if ended is Outcome.CONVERGED else ended
         if ended is Outcome.CANCELLED:
             break
@@ -279,7 +275,7 @@ def _set(task: PoseTask) -> PoseSet:
     else:
         found = _exchanged(task, blocks, start, clash, follow)
         choice, outcome = found.choice, found.outcome
-    task.report(0.6)
+    progress(0.6, f"raising {task.index.name}")
     q, value = pool[choice], task.climb.value(pool[choice])
     if value < before:  # the greedy choice is of D-optimality; and rounding
         q, value = pool[start], before
@@ -296,27 +292,24 @@ def _set(task: PoseTask) -> PoseSet:
 
 def _exchanged(task: PoseTask, blocks, start, clash, follow) -> Exchanged:
     """Exchange for the task's index, from the start and, without limits on pairs, from the D-optimal set."""
-    cancel = task.climb.cancel
     starts = [start]
     if clash is None:
         found = min(
-            (d_exchange(blocks, task.number, start=s, cancel=cancel) for s in (None, start)),
-            key=lambda result: result.cost,
+            (d_exchange(blocks, task.number, start=s) for s in (None, start)), key=lambda result: result.cost
         )
         if task.index.name in D_OPTIMAL:
             return found
         starts = [found.choice, start]
-    return exchange(
-        blocks.transpose(0, 2, 1) @ blocks,
-        np.ones((task.number, len(blocks)), bool),
-        criterion_of(task.index, task.number),
-        starts=np.stack(starts),
-        distinct=True,
-        clash=clash,
-        follow=follow,
-        progress=task.progress and (lambda share: task.report(0.5 * share)),
-        cancel=cancel,
-    )
+    with part_of(0.0, 0.5, f"raising {task.index.name}"):
+        return exchange(
+            blocks.transpose(0, 2, 1) @ blocks,
+            np.ones((task.number, len(blocks)), bool),
+            criterion_of(task.index, task.number),
+            starts=np.stack(starts),
+            distinct=True,
+            clash=clash,
+            follow=follow,
+        )
 
 
 def _bound(task: PoseTask, blocks) -> float | None:
@@ -330,5 +323,5 @@ def _bound(task: PoseTask, blocks) -> float | None:
 def _result(task: PoseTask, q: np.ndarray, before: float, history, outcome: Outcome) -> PoseSet:
     ordered = q[measuring_order(q, longest=task.limits.travel)]
     after = task.climb.value(ordered)
-    task.report(1.0)
+    progress(1.0, "done")
     return PoseSet(frozen(ordered), task.index.name, before, after, (*history, after), outcome)

@@ -42,7 +42,7 @@ POINTS = np.array([[0.5, 0.5], [0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9]])
 """P1 to P5 of a plane, along its two edges as shares."""
 EDGE = 5
 """Every so many further points lies on the cube's edge."""
-SAME = 1e-6
+SAME_POINT = 1e-6
 """Points nearer to each other than this [m] are one, such as the middles of all planes."""
 R2 = np.array([0.7548776662466927, 0.5698402909980532])
 """Steps of the evenly spread sequence."""
@@ -113,7 +113,7 @@ def plane_points(cube: Region, number: int) -> Float[np.ndarray, "number 3"]:
     along, up = np.array([point for _, point in shares]).T[:, :, None]
     a, b, d = np.array([planes[plane][[0, 1, 3]] for plane, _ in shares]).transpose(1, 0, 2)
     places = a + along * (b - a) + up * (d - a)
-    again = np.tril(cdist(places, places) < SAME, -1).any(axis=1)
+    again = np.tril(cdist(places, places) < SAME_POINT, -1).any(axis=1)
     return places[~again][:number]
 
 

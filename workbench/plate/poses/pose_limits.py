@@ -24,7 +24,7 @@ from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.plate import Plate
 from workbench.plate.poses.d_optimal import greedy_choice
 from workbench.plate.poses.sampling import in_base, poses_satisfying, random_poses
-from workbench.plate.poses.target_in_view import SLANT, View
+from workbench.plate.poses.sight import AbstractSight
 from workbench.plate.region import Region
 
 
@@ -40,7 +40,7 @@ class PoseLimits:
         dexterity: Least singular value of the geometric Jacobian, lengths in units of the arm's reach.
         spread: Least distance between the tool's places in two poses [m].
         travel: Greatest travel of any joint from one pose to the next [rad or m]; any if None.
-        view: What cameras have to see; nothing if None.
+        view: What the instrument has to see; nothing if None.
         clearance: Least distance of the arm from itself [m]; not looked at if None.
         solid: A plate whose solid the arm must not run into; none if None.
 
@@ -55,7 +55,7 @@ class PoseLimits:
     dexterity: float = 0.0
     spread: float = 0.0
     travel: float | None = None
-    view: View | None = None
+    view: AbstractSight | None = None
     clearance: float | None = None
     solid: Plate | None = None
 
@@ -201,9 +201,8 @@ def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str
         q = random_poses(robot, tries, rng=np.random.default_rng(0))
         seen = int(limits.view.admits(robot, q).sum())
         return (
-            f"of {tries} random joint positions of robot '{robot.name}' {seen} show the target in the "
-            f"picture, sharp and within {np.rad2deg(SLANT):.0f}° of its normal, {found} keep the other "
-            "limits too; correct --camera-at and --target-at, or move camera or target"
+            f"of {tries} random joint positions of robot '{robot.name}' {seen} {limits.view.condition}, "
+            f"{found} keep the other limits too; {limits.view.remedy}"
         )
     region, cone = limits.region, f"orientation cone of {np.rad2deg(limits.cone):.3g}°"
     if region is None:

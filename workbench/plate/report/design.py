@@ -1,6 +1,6 @@
 """Designed plates and their yield, for people and programs."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from rich.console import Group, RenderableType
@@ -13,12 +13,8 @@ from workbench.plate.optimiser.target_blocks import places_of
 from workbench.plate.plate import Kind
 from workbench.report.tables import new_table
 
-if TYPE_CHECKING:
-    from workbench.plate.tradeoff import Tradeoff
-
 DESIGN = "workbench.plate-design/1"
 YIELD = "workbench.plate-yield/1"
-TRADEOFF = "workbench.plate-tradeoff/1"
 
 Json = dict[str, Any]
 
@@ -96,28 +92,6 @@ def design_json(design: PlateDesign) -> Json:
         ],
         "history_mm": [1e3 * cost for cost in design.history],
         "notes": list(design.notes),
-    }
-
-
-def tradeoff_json(found: "Tradeoff") -> Json:
-    """Every choice with its price and predicted error."""
-    return {
-        "schema": TRADEOFF,
-        "choices": [
-            {
-                "name": choice.name,
-                "made": choice.manner,
-                "targets": len(choice.design.plate),
-                "shapes": choice.shapes,
-                "price_eur": choice.price,
-                "position_rms_mm": 1e3 * choice.design.cost,
-                "holds": choice.design.assumptions,
-                "share": choice.share,
-                "share_95": None if choice.tried is None else list(choice.tried.interval),
-                "front": choice in found.front,
-            }
-            for choice in found.choices
-        ],
     }
 
 

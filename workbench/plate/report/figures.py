@@ -9,7 +9,8 @@ from workbench.base import se3
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Plate
 from workbench.plate.score import PlateScore
-from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure, on_white
+from workbench.report.colours import NOMINAL
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_white
 
 SHARES = "share of I [%]"
 

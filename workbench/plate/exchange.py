@@ -3,7 +3,8 @@
 Slots are the poses of a set and share all candidates, or they are the targets of a plate and each has its
 own few inverse-kinematics solutions. From a start, every slot in turn takes the option that makes the
 criterion smallest with the other slots as they stand; a local optimum is reached when a whole round
-changes nothing. Several starts guard against poor ones. The cost never rises above that of the start.
+changes nothing (`descend`). Several starts guard against poor ones. The cost never rises above that of the
+start. `poses/d_optimal.py` and `optimiser/search.py` descend alike, with updates of their own criteria.
 
 Where a slot has many options, the criterion's slope ranks them, and only the best few that promise any gain
 are tried: where the cost is convex, those that promise none bring none.
@@ -12,16 +13,18 @@ Source: Fedorov, Theory of Optimal Experiments (1972), §3; coordinate form of M
 Technometrics 37(1), 1995.
 """
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from workbench.base.progress import Cancel, Progress
+from workbench.base.progress import cancelled, progress
 from workbench.base.types import Outcome
 from workbench.plate.criterion import AbstractCriterion
 
-ROUNDS = 50
+MAX_EXCHANGE_ROUNDS = 50
 """Greatest number of rounds from one start."""
 TRIED = 24
 """Options of a slot that are tried at a time."""
@@ -43,6 +46,40 @@ class Exchanged:
     outcome: Outcome
 
 
+def descend(
+    slots: Sequence[int],
+    improve: Callable[[int, float], float],
+    cost: float,
+    *,
+    rounds: int = MAX_EXCHANGE_ROUNDS,
+) -> tuple[tuple[float, ...], Outcome]:
+    """Give every slot in turn its best option, until a whole round changes none.
+
+    Args:
+        slots: Those that may change.
+        improve: Gives a slot its best option; takes the cost before and returns that afterwards, the very
+            same where nothing is changed.
+        cost: Of the start.
+        rounds: Greatest number of them.
+
+    Returns:
+        Cost of the start and after each round, and how it ended.
+    """
+    history, kept = [cost], 0  # slots in a row, over the rounds too, that have their best option already
+    for _ in range(rounds):
+        for slot in slots:
+            if cancelled():
+                return (*history, cost), Outcome.CANCELLED
+            before, cost = cost, improve(slot, cost)
+            kept = kept + 1 if cost == before else 0
+            if kept == len(slots):
+                break
+        history.append(cost)
+        if kept == len(slots):
+            return tuple(history), Outcome.CONVERGED
+    return tuple(history), Outcome.ITERATION_LIMIT
+
+
 def exchange(
     options: Float[np.ndarray, "options p p"],
     allowed: Bool[np.ndarray, "slots options"],
@@ -53,8 +90,6 @@ def exchange(
     clash: Bool[np.ndarray, "options options"] | None = None,
     follow: Bool[np.ndarray, "options options"] | None = None,
     locked: Bool[np.ndarray, " slots"] | None = None,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> Exchanged:
     """Choose an option for every slot so that the criterion of their summed information is least.
 
@@ -72,11 +107,10 @@ def exchange(
     best: Exchanged | None = None
     outcome = Outcome.CONVERGED
     for number, start in enumerate(starts):
-        found, outcome = search.descend(start, locked, cancel)
+        found, outcome = search.descend(start, locked)
         if best is None or found.cost < best.cost:
             best = found
-        if progress is not None:
-            progress((number + 1) / len(starts))
+        progress((number + 1) / len(starts), "exchanging")
         if outcome is Outcome.CANCELLED:
             break
     assert best is not None
@@ -95,27 +129,12 @@ class _Search:
     clash: np.ndarray | None
     follow: np.ndarray | None
 
-    def descend(self, start, locked, cancel) -> tuple[Exchanged, Outcome]:
+    def descend(self, start, locked) -> tuple[Exchanged, Outcome]:
         choice = start.copy()
         cost = float(self.criterion(self.options[choice].sum(0)[None])[0])
-        history = [cost]
-        outcome = Outcome.ITERATION_LIMIT
         free = [slot for slot in range(len(choice)) if locked is None or not locked[slot]]
-        kept = 0  # slots in a row, over the rounds too, that have their best option already
-        for _ in range(ROUNDS):
-            if cancel is not None and cancel():
-                outcome = Outcome.CANCELLED
-                break
-            for slot in free:
-                before, cost = cost, self.improve(choice, slot, cost)
-                kept = kept + 1 if cost == before else 0
-                if kept == len(free):
-                    break
-            history.append(cost)
-            if kept == len(free):
-                outcome = Outcome.CONVERGED
-                break
-        return Exchanged(choice, cost, tuple(history), outcome), outcome
+        history, outcome = descend(free, partial(self.improve, choice), cost)
+        return Exchanged(choice, history[-1], history, outcome), outcome
 
     def improve(self, choice: np.ndarray, slot: int, cost: float) -> float:
         """Give a slot its best option; the cost afterwards."""

@@ -1,0 +1,164 @@
+"""A plate from the table of a measuring machine: its targets, in the robot's base.
+
+The file is a table like any other (CSV, decimal commas, Excel …): `target` counts from 1, then the place
+`x[mm] y[mm] z[mm]`, an orientation in any of the usual forms if there is one, and `sigma_x[mm] …` if the
+machine says how well it knows.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.base import se3
+from workbench.base.errors import FileError
+from workbench.base.types import frozen
+from workbench.base.units import parse_heading
+from workbench.data.readers.fields import Fields, fields_of
+from workbench.data.readers.orientation import read_orientation
+from workbench.data.readers.read import read_table
+from workbench.data.readers.table import Table
+from workbench.plate.plate import Kind, Plate, Target
+from workbench.plate.plate_toml import built_in_plates
+from workbench.plate.plate_toml import load_plate as load_plate_toml
+from workbench.plate.region import Region
+
+UNCERTAINTY = (5e-6, float(np.deg2rad(0.01)))
+"""Standard deviations of a measuring machine that does not say: position along each axis [m], rotation about
+each [rad] of a face as wide as a block."""
+THINNEST = 0.01
+"""Least edge of a region that is drawn about measured targets [m]."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class MeasuredTargets:
+    """What the machine's file says.
+
+    Args:
+        numbers: Target of each row, counted from 1.
+        poses: Their poses; the identity's rotation where the file gives none [m].
+        turned: Whether the file gives orientations.
+        sigma: Standard deviation of position and rotation of each target [m, rad].
+    """
+
+    source: str
+    numbers: tuple[int, ...]
+    poses: Float[np.ndarray, "targets 4 4"]
+    turned: bool
+    sigma: tuple[tuple[float, float], ...]
+    notes: tuple[str, ...] = ()
+
+
+def load_plate(source: Path | str) -> Plate:
+    """A plate for any `--plate`: a TOML file, a built-in one, or the table of a measuring machine."""
+    path = Path(source)
+    if str(source).lower() in built_in_plates() or path.suffix.lower() in (".toml", ""):
+        return load_plate_toml(source)
+    return measured_plate(read_measured_targets(path))
+
+
+def read_measured_targets(
+    path: Path | str, *, uncertainty: tuple[float, float] = UNCERTAINTY
+) -> MeasuredTargets:
+    """The table of a measuring machine.
+
+    Args:
+        uncertainty: Standard deviations of the machine where the file has none [m], [rad].
+
+    Raises:
+        FileError: no column `target` or x, y, z; a number given twice; a gap.
+    """
+    table = read_table(Path(path), columns=None, sheet=None)
+    numbers = _numbers(table)
+    fields = fields_of(table)
+    usable = np.ones(fields.rows, bool)
+    missing = [axis for axis in "xyz" if axis not in fields.values]
+    if missing:
+        raise fields.error(f"there is no column {missing[0]}[mm]; give the place of every target", 0)
+    places = np.column_stack([fields.values[axis] for axis in "xyz"])
+    rotation, said = read_orientation(fields, usable=usable)
+    for values, what in ((places, "place"), (rotation, "orientation")):
+        if values is not None and not np.isfinite(values).all():
+            row = int(np.flatnonzero(~np.isfinite(values.reshape(len(places), -1)).all(axis=1))[0])
+            raise fields.error(f"target {numbers[row]} has no {what}; fill it in, or leave the row out", row)
+    upright = np.broadcast_to(np.eye(3), (len(places), 3, 3))
+    sigma, assumed = _sigma(fields, uncertainty)
+    decided = tuple(note for note in fields.notes if "goal" not in note)
+    return MeasuredTargets(
+        source=fields.source,
+        numbers=numbers,
+        poses=frozen(se3.pose(upright if rotation is None else rotation, places)),
+        turned=rotation is not None,
+        sigma=sigma,
+        notes=(*decided, *said, *assumed),
+    )
+
+
+def _numbers(table: Table) -> tuple[int, ...]:
+    column = next((i for i, h in enumerate(table.headings) if parse_heading(h).name.lower() == "target"), -1)
+    if column < 0:
+        raise FileError("there is no column 'target'; number the targets from 1", path=table.source)
+    numbers: list[int] = []
+    for line, cell in zip(table.lines, table.columns[column], strict=True):
+        if not cell.isdecimal() or int(cell) < 1 or int(cell) in numbers:
+            wrong = f"target {cell} is given twice" if cell.isdecimal() and int(cell) in numbers else None
+            raise FileError(
+                wrong or f"'{cell}' is no target; number the targets from 1",
+                path=table.source,
+                line=line,
+                column="target",
+            )
+        numbers.append(int(cell))
+    return tuple(numbers)
+
+
+def _sigma(
+    fields: Fields, uncertainty: tuple[float, float]
+) -> tuple[tuple[tuple[float, float], ...], tuple[str, ...]]:
+    """Root mean square of the axes' standard deviations of every row, and what was assumed of the machine."""
+    means, silent = [], []
+    for keys, usual in zip(
+        (("sigma_x", "sigma_y", "sigma_z"), ("sigma_rx", "sigma_ry", "sigma_rz")), uncertainty, strict=True
+    ):
+        given = np.array([fields.values[key] for key in keys if key in fields.values]).reshape(
+            -1, fields.rows
+        )
+        mean = np.full(fields.rows, usual)
+        said = np.isfinite(given).all(axis=0) & (len(given) > 0)
+        if said.any():
+            mean[said] = np.sqrt(np.mean(given[:, said] ** 2, axis=0))
+        means.append(mean)
+        silent.append(not said.all())
+    words = (f"{1e3 * uncertainty[0]:.3g} mm", f"{np.rad2deg(uncertainty[1]):.3g}°")
+    assumed = ", ".join(word for word, missing in zip(words, silent, strict=True) if missing)
+    note = f"{fields.source} does not state the machine's accuracy; assuming {assumed} (one σ)"
+    return tuple(zip(means[0].tolist(), means[1].tolist(), strict=True)), (note,) if assumed else ()
+
+
+def measured_plate(measured: MeasuredTargets) -> Plate:
+    """A plate of nothing but measured targets, in the robot's base; its region is their bounding box."""
+    order = np.argsort(measured.numbers)
+    kind = Kind.SEAT if measured.turned else Kind.SOCKET
+    targets = tuple(Target.at(measured.poses[i], kind=kind, sigma=measured.sigma[i]) for i in order)
+    places = measured.poses[:, :3, 3]
+    low, high = places.min(axis=0), places.max(axis=0)
+    centre = 0.5 * (low + high)
+    note = (
+        f"{measured.source}: {len(targets)} targets as measured, in the robot's base; it names no region, so "
+        "the targets' bounding box is the region"
+    )
+    return Plate(
+        name=f"{Path(measured.source).stem} (as measured)",
+        targets=targets,
+        region=Region(
+            min=np.minimum(low, centre - 0.5 * THINNEST), max=np.maximum(high, centre + 0.5 * THINNEST)
+        ),
+        xyz=frozen(centre),
+        notes=(note, *by_position(measured), *measured.notes),
+    )
+
+
+def by_position(measured: MeasuredTargets) -> tuple[str, ...]:
+    """A note where orientations were not measured."""
+    return () if measured.turned else (f"{measured.source} gives places, no orientations",)
