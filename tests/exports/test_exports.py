@@ -1,4 +1,4 @@
-"""Every form for every built-in arm: written, and read by somebody else."""
+"""Formats of `--for`: the file is the arm that it says, to readers of other code."""
 
 import json
 import re
@@ -10,21 +10,16 @@ import pytest
 from tests.exports import readers
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
-from workbench.arm.joint_frames import joint_frames
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
-from workbench.base.errors import FileError, OptionError, RobotError, ShapeError
+from workbench.base.errors import RobotError, ShapeError
 from workbench.exports import FORMS, Job, export_robot
-from workbench.exports.offsets import read_motors
 
 EXACT = 1e-9
-MOTORS = json.dumps({
-    f"motor{k}": {"id": k, "drive_mode": 0, "homing_offset": 40 - k, "range_min": 700 + k, "range_max": 3300}
-    for k in range(1, 9)
-})  # fmt: skip
 
 
 def calibrated(name: str, seed: int = 0) -> tuple[Robot, Robot]:
@@ -47,298 +42,48 @@ def flanges(robot: Robot, q: np.ndarray) -> np.ndarray:
     return tool_poses(robot.with_frames(base=Frame(), tool=Frame()), Motion(q))
 
 
-def refusing(nominal: Robot) -> set[str]:
-    """Forms that have no place for such an arm."""
-    out = set()
-    turning = all(joint.kind == "revolute" for joint in nominal.moving)
-    for name, dofs in (("ur", (6,)), ("xarm", (5, 6, 7)), ("franka", (7,)), ("openarm", (7,))):
-        if nominal.dof not in dofs or not turning:
-            out.add(f"{name}-kinematics")
-    if nominal.dof == 6 and not nominal.name.startswith("UR"):
-        out.add("ur-kinematics")  # no other arm's wrist has its first axis parallel to the elbow's
-    standard = nominal.convention in ("dh", "hayati") and all(
-        joint.kind == "revolute" for joint in nominal.joints
-    )
-    if not standard or any(row.get("beta") for row in _rows(nominal)):
-        out.add("ur-calibration")
-    return out if turning else out | {"lerobot"}
-
-
 @pytest.mark.parametrize("name", built_in_robots())
-def test_every_form_of_every_built_in_arm_round_trips_or_says_what_is_lost(name, tmp_path):
-    nominal, arm = calibrated(name)
-    losing = {"dh-latex": 1e-5, "lerobot": 0.02, "card": 0.02}
-    refused = refusing(nominal)
-    for form in FORMS.values():
-        job = Job(robot=arm, nominal=nominal, source=MOTORS if form.name == "lerobot" else None)
-        path = tmp_path / f"{form.name}{form.ending}"
-        if form.name in refused:
-            with pytest.raises((OptionError, RobotError), match=form.name):
-                export_robot(form, path, job)
-            assert not path.exists()
-            continue
-        done = export_robot(form, path, job, rows=40)
-        assert done.path.read_text()
-        if done.position is not None:
-            assert max(done.position, done.rotation) < losing.get(form.name, EXACT), form.name
-            assert ("agrees" in done.verdict) == (form.name not in losing), form.name
-
-
-@pytest.mark.parametrize(("form", "name"), [
-    ("ur-kinematics", "ur10"), ("xarm-kinematics", "ur5"), ("franka-kinematics", "panda"),
-    ("openarm-kinematics", "iiwa14"),
-])  # fmt: skip
-def test_kinematics_files_mean_the_arm_to_an_independent_reader(form, name, tmp_path):
-    _, arm = calibrated(name)
-    arm = arm.with_frames(tool=Frame())
-    text = export_robot(FORMS[form], tmp_path / "k.yaml", Job(robot=arm), rows=5).path.read_text()
-    head, inner = ("kinematics", "") if form[0] in "ux" else ("", "kinematic")
-    pose = readers.kinematics_file(text, head, inner)
-    q = joints(arm)
-    last = joint_frames(arm)
-    left = np.eye(4) if inner else se3.inverse(pose(np.zeros(arm.dof))) @ last.at_zero[-1]
-    for row, wanted in zip(q, flanges(arm, q), strict=True):
-        np.testing.assert_allclose(pose(row) @ left, wanted, atol=EXACT)
-
-
-def test_ur_files_have_the_vendors_frames_and_a_hash_of_their_own(tmp_path):
-    """Of a nominal arm they are the numbers of ur_description itself, which meshes hang on."""
-    import yaml
-
-    text = export_robot(FORMS["ur-kinematics"], tmp_path / "k.yaml", Job(robot=load_robot("ur5")), rows=5)
-    table = yaml.safe_load(text.path.read_text())["kinematics"]
-    assert table["shoulder"]["z"] == pytest.approx(0.089159)
-    assert table["upper_arm"]["roll"] == pytest.approx(np.pi / 2)
-    assert table["wrist_1"] == pytest.approx(
-        {"x": -0.39225, "y": 0, "z": 0.10915, "roll": 0, "pitch": 0, "yaw": 0}
-    )
-    assert table["wrist_2"]["y"] == pytest.approx(-0.09465)
-    assert table["hash"].startswith("calib_")
-    other = export_robot(FORMS["ur-kinematics"], tmp_path / "o.yaml", Job(robot=calibrated("ur5")[1]), rows=5)
-    assert table["hash"] not in other.path.read_text()
-    assert any("TCP" in note for note in other.notes)
-    assert not any("TCP" in note for note in text.notes)
-
-
-def test_frames_follow_those_of_a_file_that_is_brought_up_to_date(tmp_path):
-    """xArm's links are turned against the table's, and its meshes with them."""
-    _, arm = calibrated("ur5")
-    own = joint_frames(arm)
-    turn = [
-        se3.pose(se3.rotvec_to_matrix(np.array([0, 0, a])), np.array([0, 0, a / 9]))
-        for a in (1, -1, 2, 3, 0, -2)
-    ]
-    other = own.with_origins(
-        [
-            (se3.inverse(turn[k - 1]) if k else np.eye(4)) @ joint.origin @ turn[k]
-            for k, joint in enumerate(own.joints)
-        ],
-        se3.inverse(turn[-1]) @ own.flange,
-    )
-    form = FORMS["xarm-kinematics"]
-    job = Job(robot=other.robot(arm))
-    source = form.write(job)
-    done = export_robot(form, tmp_path / "k.yaml", Job(robot=arm, source=source), rows=20)
-    assert max(done.position, done.rotation) < EXACT
-    numbers = [
-        [float(line.split(": ")[1]) for line in text.splitlines() if ": " in line and "#" not in line]
-        for text in (done.path.read_text(), source)
-    ]
-    np.testing.assert_allclose(numbers[0][:30], numbers[1][:30], atol=1e-9)
-    with pytest.raises(FileError):
-        export_robot(form, tmp_path / "k.yaml", Job(robot=arm, source="kinematics:\n  joint1:\n    x: 0\n"))
-
-
-def test_a_ur_controller_computes_the_calibrated_arm_and_keeps_its_other_lines(tmp_path):
-    nominal, arm = calibrated("ur10")
-    source = (
-        "[mounting]\ndelta_theta = [ 0, 0, 0, 0, 0, 0]\ndelta_a = [ 0, 0, 0, 0, 0, 0]\n"
-        "delta_d = [ 0, 0, 0, 0, 0, 0]\ndelta_alpha = [ 0, 0, 0, 0, 0, 0]\njoint_checksum = [ 0x6e0f7bf]\n"
-    )
-    arm = arm.with_frames(tool=Frame())
-    form = FORMS["ur-calibration"]
-    job = Job(robot=arm, nominal=nominal, source=source)
-    text = export_robot(form, tmp_path / "calibration.conf", job, rows=20).path.read_text()
-    assert "joint_checksum = [ 0x6e0f7bf]" in text
-    assert len(text.splitlines()) == len(source.splitlines())
-    rows = np.array([[t[c] for c in ("theta", "d", "a", "alpha")] for t in _rows(nominal)])
-    pose = readers.ur_controller(text, rows)
-    q = joints(arm)
-    left = se3.inverse(pose(np.zeros(6))) @ flanges(arm, np.zeros((1, 6)))[0]
-    for row, wanted in zip(q, flanges(arm, q), strict=True):
-        np.testing.assert_allclose(pose(row) @ left, wanted, atol=EXACT)
-    again = form.read(text, job)
-    assert again.convention == "dh"
-    for wrong in ("panda", "ur5"):
-        with pytest.raises((OptionError, FileError)):
-            form.write(
-                Job(robot=arm, nominal=load_robot(wrong), source=source if wrong == "panda" else "x = 1")
-            )
-
-
-def _rows(robot: Robot) -> list[dict]:
-    from workbench.arm.robot_toml import robot_to_table
-
-    return robot_to_table(robot)["joint"]
-
-
-@pytest.mark.parametrize("text", ["kinematics: 5", "kinematics:\n  shoulder: 5", "{numbers}"])
-def test_a_kinematics_file_without_finite_numbers_is_one_sentence(text):
-    arm = load_robot("ur10")
-    job = Job(robot=arm, nominal=arm)
-    whole = re.sub("x: .*", "x: 1e999", FORMS["ur-kinematics"].write(job), count=1)
-    with pytest.raises(FileError, match="has no numbers x, y, z, roll, pitch, yaw for '"):
-        FORMS["ur-kinematics"].read(whole if text == "{numbers}" else text, job)
-
-
-@pytest.mark.parametrize("name", ["aria", "panda", "katana450"])
 def test_spreadsheets_hold_the_arm(name, tmp_path):
     _, arm = calibrated(name)
-    text = export_robot(FORMS["dh-csv"], tmp_path / "t.csv", Job(robot=arm), rows=5).path.read_text()
+    done = export_robot(FORMS["dh-csv"], tmp_path / "t.csv", Job(robot=arm), rows=40)
+    assert max(done.position, done.rotation) < EXACT
+    assert "agrees" in done.verdict
+    text = done.path.read_text()
     pose, q = readers.spreadsheet(text), joints(arm)
     for row, wanted in zip(q, flanges(arm, q), strict=True):
         np.testing.assert_allclose(pose(row), wanted, atol=EXACT)
 
 
-@pytest.mark.parametrize("name", ["aria", "ur10", "panda"])
-def test_mujoco_models_are_read_by_pinocchio(name, tmp_path):
-    _, arm = calibrated(name)
-    arm = arm.with_frames(base=Frame(np.array([0.3, 0.1, 0.5]), se3.rpy_to_matrix(np.array([0.2, 0.1, 1.0]))))
-    path = export_robot(FORMS["mjcf"], tmp_path / "arm.xml", Job(robot=arm), rows=5).path
-    pose, q = readers.mjcf(str(path)), joints(arm)
-    for row, wanted in zip(q, tool_poses(arm, Motion(q)), strict=True):
-        np.testing.assert_allclose(pose(row), wanted, atol=EXACT)
-
-
-def test_mujoco_bodies_weigh_where_the_links_do(tmp_path):
-    """Moments that hold the arm, by pinocchio from the model, are those that the package computes."""
-    import pinocchio as pin
-
-    from workbench.arm.statics.moments import joint_moments
-
-    _, arm = calibrated("ur10")
-    path = export_robot(FORMS["mjcf"], tmp_path / "arm.xml", Job(robot=arm), rows=5).path
-    model = pin.buildModelFromMJCF(str(path))
-    data, q = model.createData(), joints(arm, 3)
-    for row, wanted in zip(q, joint_moments(arm, Motion(q)).about, strict=True):
-        np.testing.assert_allclose(pin.computeGeneralizedGravity(model, data, row), wanted, atol=1e-3)
-
-
-def test_xacro_properties_make_a_urdf(tmp_path):
-    xacro = pytest.importorskip("xacro")
-    _, arm = calibrated("aria")
-    path = export_robot(FORMS["xacro"], tmp_path / "arm.xacro", Job(robot=arm), rows=5).path
-    head = (
-        '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro">'
-        f'<xacro:include filename="{path}"/><link name="l0"/>'
-    )
-    body = "".join(
-        f'<link name="l{k}"/><joint name="j{k}" type="continuous">'
-        f'<parent link="l{k - 1}"/><child link="l{k}"/>'
-        f'<origin xyz="${{joint{k}_xyz}}" rpy="${{joint{k}_rpy}}"/><axis xyz="0 0 1"/></joint>'
-        for k in range(1, 7)
-    )
-    tail = "".join(
-        f'<link name="{name}"/><joint name="{name}_j" type="fixed">'
-        f'<parent link="{before}"/><child link="{name}"/>'
-        f'<origin xyz="${{{name}_xyz}}" rpy="${{{name}_rpy}}"/></joint>'
-        for before, name in (("l6", "flange"), ("flange", "tool"))
-    )
-    own = tmp_path / "own.xacro"
-    own.write_text(head + body + tail + "</robot>")
-    urdf = tmp_path / "own.urdf"
-    urdf.write_text(xacro.process_file(str(own)).toxml())
-    q = joints(arm)
-    np.testing.assert_allclose(
-        tool_poses(load_robot(urdf, tip="tool"), Motion(q)), tool_poses(arm, Motion(q)), atol=EXACT
-    )
-
-
-def test_lerobot_zeros_move_by_the_offsets_within_half_a_count(tmp_path):
-    nominal = load_robot("aria")
-    rng = np.random.default_rng(3)
-    offsets = rng.normal(0.0, 0.02, nominal.dof)
-    names = nominal.joint_offsets
-    arm = nominal.with_values(dict(zip(names, (nominal.values(names) + offsets).tolist(), strict=True)))
-    job = Job(robot=arm, nominal=nominal, source=MOTORS)
-    text = export_robot(FORMS["lerobot"], tmp_path / "c.json", job, rows=20).path.read_text()
-    counts = np.full(6, 2000.0)
-    moved = np.deg2rad(readers.lerobot_degrees(text, counts) - readers.lerobot_degrees(MOTORS, counts))
-    free = [0] if not nominal.base.free else []  # turns about the first axis: the base's, or the joint's
-    np.testing.assert_allclose(
-        np.delete(moved, free), np.delete(offsets, free), atol=1.01 * np.pi / 4095 / 2 + 1e-9
-    )
-    old, new = read_motors(MOTORS, 6), read_motors(text, 6)
-    for a, b in zip(old, new, strict=True):
-        assert (a.id, a.drive_mode, a.homing_offset) == (b.id, b.drive_mode, b.homing_offset)
-        assert a.range_min <= b.range_min < b.range_max <= a.range_max
-    motor = old[0]
-    ends = np.array([motor.range_min, motor.range_max], float)
-    np.testing.assert_allclose(motor.angles(ends), motor.limits)
-    np.testing.assert_allclose(motor.counts(np.array([-100.0, 100.0])), ends)
-    for bad in ("{", "[]", '{"a": {"id": 1}}', "{}"):
-        with pytest.raises(FileError):
-            read_motors(bad, 1)
-
-
 def test_what_effects_cost_is_in_the_figure(tmp_path):
     _, arm = calibrated("aria")
-    bent = arm.with_effects(EFFECTS["joint-compliance"]((1,), (1e-4,)))
-    done = export_robot(FORMS["xarm-kinematics"], tmp_path / "k.yaml", Job(robot=bent), rows=40)
+    deflected = arm.with_effects(EFFECTS["joint-compliance"]((1,), (1e-4,)))
+    done = export_robot(FORMS["dh-csv"], tmp_path / "k.csv", Job(robot=deflected), rows=40)
     assert 1e-4 < done.position < 1e-2
     assert any("joint-compliance" in note for note in done.notes)
     warm = arm.with_effects(EFFECTS["thermal-growth"]((), (2e-5,)))
-    done = export_robot(FORMS["xarm-kinematics"], tmp_path / "k.yaml", Job(robot=warm), rows=5)
+    done = export_robot(FORMS["dh-csv"], tmp_path / "k.csv", Job(robot=warm), rows=5)
     assert done.position < EXACT
     assert any("does not include" in note and "thermal-growth" in note for note in done.notes)
 
 
 def test_the_command(run, tmp_path):
-    out: Path = tmp_path / "k.yaml"
-    code, said, _ = run(
-        "export", "ur5", "--for", "ur-kinematics", "--out", out, "--json", tmp_path / "r.json"
-    )
+    out: Path = tmp_path / "k.csv"
+    code, said, _ = run("export", "ur5", "--for", "dh-csv", "--out", out, "--json", tmp_path / "r.json")
     assert code == 0
     assert "1e-09" in said
     assert json.loads((tmp_path / "r.json").read_text())["left"]["position_m"] < EXACT
     code, said, _ = run("export", "ur5", "--for", "list")
     assert code == 0
     assert all(name in said for name in FORMS)
-    for words in (
-        ["--for", "nonsense", "--out", out],
-        ["--for", "card", "--out", out],
-        ["--for", "card"],
-        ["--out", out],
-    ):
+    for words in (["--for", "nonsense", "--out", out], ["--for", "dh-csv"], ["--out", out]):
         code, _, error = run("export", "ur5", *words)
         assert code == 64, words
         assert "--" in error or "choose" in error
 
 
-@pytest.mark.parametrize("form", sorted(FORMS))
-def test_no_form_is_written_against_another_arms_nominal_model(form, tmp_path):
-    """A calibration.conf of ARIA with UR5's table as nominal would be loaded into a UR5."""
+def test_no_table_is_written_against_another_arms_nominal_model(tmp_path):
     path = tmp_path / "file"
     for name, other in (("aria", "ur5"), ("ur5e", "ur5"), ("iiwa14", "panda"), ("panda", "ur5")):
-        arm = calibrated(name)[1]
         with pytest.raises((RobotError, ShapeError), match=re.escape(load_robot(other).name)):
-            export_robot(FORMS[form], path, Job(robot=arm, nominal=load_robot(other), source=MOTORS))
+            export_robot(FORMS["dh-csv"], path, Job(robot=calibrated(name)[1], nominal=load_robot(other)))
     assert not path.exists()
-
-
-def test_a_nominal_arm_with_other_zeros_base_and_flange_is_the_same_arm(tmp_path):
-    nominal, arm = calibrated("ur5e")
-    q = np.array([0.0, 0.8, 0.0, -0.5, 0.0, 2.0])
-    moved = dict(zip(arm.joint_offsets, (arm.values(arm.joint_offsets) + q).tolist(), strict=True))
-    arm = arm.with_values(moved).with_frames(base=Frame(np.array([1.0, 2.0, 3.0])))
-    done = export_robot(FORMS["ur-calibration"], tmp_path / "c.conf", Job(robot=arm, nominal=nominal))
-    assert done.position < EXACT
-    real = Job(robot=load_robot("aria-table4"), nominal=load_robot("aria"))
-    assert export_robot(FORMS["ur-calibration"], tmp_path / "c.conf", real).position < EXACT
-
-
-def test_a_drivers_file_of_another_arm_is_not_brought_up_to_date(tmp_path):
-    form = FORMS["ur-kinematics"]
-    source = form.write(Job(robot=load_robot("ur10")))
-    with pytest.raises(RobotError, match="source"):
-        export_robot(form, tmp_path / "k.yaml", Job(robot=calibrated("ur5")[1], source=source))

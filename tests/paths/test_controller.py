@@ -5,13 +5,13 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.calibration_record import Calibration
+from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.observed import Expected, Observed
-from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
-from workbench.identification.controller_parameters import Part, controller_numbers
+from workbench.identification.controller_parameters import ControllerPart, controller_numbers
 
 OFFSETS = np.array([0.01, -0.02, 0.005, 0.03, -0.004, 0.002])
 
@@ -69,7 +69,7 @@ def test_more_parts_leave_less_and_what_is_left_is_said(nominal):
     wrong = nominal.values(names) + rng.normal(size=len(names)) * sizes
     calibrated = nominal.with_values(dict(zip(names, wrong, strict=True)))
     q = rng.uniform(-1.5, 1.5, (100, 6))
-    found = [controller_numbers(calibrated, nominal, q=q, parts=list(Part)[:k]) for k in (1, 2, 3)]
+    found = [controller_numbers(calibrated, nominal, q=q, parts=list(ControllerPart)[:k]) for k in (1, 2, 3)]
 
     def cost(errors):
         return errors.position_mean + 0.3 * errors.rotation_mean

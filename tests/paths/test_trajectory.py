@@ -8,12 +8,12 @@ import pytest
 from scipy.optimize import brentq
 
 from workbench.arm.effects import EFFECTS
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.arm.robot_toml import read_toml
 from workbench.base.errors import DataError, OptionError, ShapeError
-from workbench.paths.correction import Method, compensate
+from workbench.paths.correction import CorrectionMethod, compensate
 from workbench.paths.path import command_joints, command_poses
 
 SOFT = np.zeros((6, 3))
@@ -42,7 +42,7 @@ def arc(rows=60):
 
 
 def missed(hidden, q, poses, **bend):
-    """Distance of the generator's bent arm from the poses [m]."""
+    """Distance of the generator's deflected arm from the poses [m]."""
     return np.linalg.norm(hidden.pose(q, hidden.sag(q, **bend))[:, :3, 3] - poses[:, :3, 3], axis=1)
 
 
@@ -74,8 +74,8 @@ def test_the_one_step_is_the_damped_step_of_the_thesis(arms):
     model = model.with_effects(EFFECT)
     q = arc(12)
     commanded = command_joints(model, nominal, q)
-    found = compensate(commanded, method=Method.ONE_STEP)
-    bent, step = tool_poses(model, Motion(q)), 1e-6
+    found = compensate(commanded, method=CorrectionMethod.ONE_STEP)
+    deflected, step = tool_poses(model, Motion(q)), 1e-6
     for row in range(len(q)):
         columns = []
         for joint in range(6):
@@ -84,9 +84,9 @@ def test_the_one_step_is_the_damped_step_of_the_thesis(arms):
             still = tool_poses(model.with_effects(), Motion(q[row][None]))[0]
             turn = (pose[:3, :3] - still[:3, :3]) @ still[:3, :3].T / step
             columns.append([*(pose[:3, 3] - still[:3, 3]) / step, turn[2, 1], turn[0, 2], turn[1, 0]])
-        error = bent[row][:3, :3] @ commanded.poses[row][:3, :3].T
+        error = deflected[row][:3, :3] @ commanded.poses[row][:3, :3].T
         miss = [
-            *(bent[row][:3, 3] - commanded.poses[row][:3, 3]),
+            *(deflected[row][:3, 3] - commanded.poses[row][:3, 3]),
             *(
                 0.5
                 * np.array([error[2, 1] - error[1, 2], error[0, 2] - error[2, 0], error[1, 0] - error[0, 1]])

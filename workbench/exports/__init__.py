@@ -1,32 +1,11 @@
-"""Export formats for controllers, drivers and programs: one file per format, and one line here."""
+"""Formats of `--for`: the joint table here, those of controllers, drivers and simulators from elsewhere."""
 
 from workbench.base.errors import OptionError
 from workbench.base.registry import Registry
-from workbench.exports.compensation import CHeader, PythonModule
+from workbench.exports.dh_csv import DhCsv
 from workbench.exports.export_format import AbstractForm, Exported, Job, export_robot
-from workbench.exports.kinematics_yaml import FRANKA, OPENARM, UR, XARM
-from workbench.exports.offsets import MotorCalibration, OffsetsCard
-from workbench.exports.simulators import Mjcf, XacroProperties
-from workbench.exports.tables import DhCsv, DhLatex, UrCalibration
 
-FORMS: Registry[AbstractForm] = Registry(
-    "form",
-    AbstractForm,
-    UR,
-    XARM,
-    FRANKA,
-    OPENARM,
-    UrCalibration(),
-    MotorCalibration(),
-    Mjcf(),
-    XacroProperties(),
-    DhCsv(),
-    DhLatex(),
-    OffsetsCard(),
-    PythonModule(),
-    CHeader(),
-    group="workbench.exports",
-)
+FORMS: Registry[AbstractForm] = Registry("form", AbstractForm, DhCsv(), group="workbench.exports")
 """The forms by what follows `--for`."""
 
 

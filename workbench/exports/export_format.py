@@ -24,7 +24,7 @@ from workbench.arm.usable import (
     PoseErrors,
     away_words,
     divided,
-    off_words,
+    nominal_arm,
     unobserved_words,
     usable_arm,
 )
@@ -46,11 +46,13 @@ class Job:
         robot: The calibrated arm.
         nominal: The arm as its controller computes it; None if not given.
         source: Text of a file of this form that is to be brought up to date; None for a new one.
+        before: The calibrated arm with its constants as they were before; None if nobody says.
     """
 
     robot: Robot
     nominal: Robot | None = None
     source: str | None = None
+    before: Robot | None = None
 
     @cached_property
     def frames(self) -> JointFrames:
@@ -63,6 +65,12 @@ class Job:
             raise OptionError(f"--for {form} needs --nominal ROBOT, the model that the controller has")
         return self.nominal
 
+    def require_before(self, form: str) -> Robot:
+        """The arm before its calibration; refused if nobody says."""
+        if self.before is None:
+            raise OptionError(f"--for {form} --into needs --nominal ROBOT, the model that was calibrated")
+        return self.before
+
 
 class AbstractForm(ABC):
     """One form. `write` and `read` have no default."""
@@ -71,8 +79,6 @@ class AbstractForm(ABC):
     """Usual ending of its files."""
     takes_calibrated: ClassVar[bool] = False
     """Whether `write` takes the calibrated arm itself, instead of what a geometry can carry of it."""
-    is_typed: ClassVar[bool] = False
-    """Whether people type its numbers in, instead of loading the file."""
 
     @property
     @abstractmethod
@@ -163,12 +169,14 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         RobotError, ShapeError: the nominal arm is not the one that was calibrated.
         FileError: the file can't be written, or the source is not of this form.
     """
+    before = _before(job)
     calibrated, whole = job.robot, usable_arm(job.robot, nominal=job.nominal)
     if job.nominal is not None:
         require_same_arm(whole.robot, job.nominal)
     carried = whole if form.takes_calibrated else usable_arm(job.robot, nominal=job.nominal, effects=False)
     if not form.takes_calibrated:
         job = replace(job, robot=carried.in_first_session)
+    job = replace(job, before=before)
     text = form.write(job)
     read = form.read(text, job)
     left = whole.left if max(whole.left.position_max, whole.left.rotation_max) > EXACT else None
@@ -190,21 +198,28 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
     return Exported(
         path=write_text(path, text),
         left=left,
-        verdict=_verdict(form, calibrated, left, rows),
+        verdict=_verdict(calibrated, left, rows),
         rows=rows,
         notes=tuple(notes),
         doubt=form.doubt(job),
     )
 
 
-def _verdict(form: AbstractForm, robot: Robot, left: PoseErrors | None, poses: int) -> str:
+def _before(job: Job) -> Robot | None:
+    """The arm before its calibration: by its record, or the nominal arm if it has the same constants."""
+    if job.robot.calibration is not None:
+        return nominal_arm(job.robot, job.nominal)
+    other = job.nominal
+    same = other is not None and [e.name for e in other.elements] == [e.name for e in job.robot.elements]
+    return other if same else None
+
+
+def _verdict(robot: Robot, left: PoseErrors | None, poses: int) -> str:
     """How far a file is from the calibrated arm, in words."""
     if left is None:
         return "the file computes with the whole calibrated model"
     if max(left.position_max, left.rotation_max) < EXACT:
         return f"the file agrees with the calibrated model to {EXACT:g} m and rad at {poses} poses"
-    if form.is_typed:
-        return f"entered, the arm stays up to {off_words(robot, left)[1]} from the calibrated model"
     return away_words("file", robot, left, poses)[0]
 
 

@@ -1,7 +1,7 @@
 """Joint trajectories corrected with a calibrated model, effects included.
 
     one step     Δq = −Jᵀ (J Jᵀ + λ)⁻¹ Δx,      Δx what the calibrated arm would miss at the commanded joints
-    iterated     until the bent arm is at the commanded pose (`arm.inverse.bent_arm`)
+    iterated     until the deflected arm is at the commanded pose (`arm.inverse.deflected_arm`)
 
 The one step is Katana eq. (5.22) with damping. No row becomes worse: one that would keeps its commanded
 joints, and is named. Loads are those of the arm at rest, unless the motion has velocities and accelerations.
@@ -18,7 +18,7 @@ from rich.console import RenderableType
 
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import WEIGHT, Refined, refine
-from workbench.arm.inverse.deflected_arm import refine_bent, rigid_targets
+from workbench.arm.inverse.deflected_arm import refine_deflected, rigid_targets
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.motion import Motion
@@ -30,7 +30,7 @@ from workbench.report.result_display import AbstractShown
 
 GREATEST = 0.35
 """Correction of a joint beyond which no calibration is at work but a singularity [rad or m]."""
-CLEAR = 1e-6
+ACCEPTED_ERROR = 1e-6
 """Error that an iterated correction may leave without being said [m]."""
 AT_LIMIT = 1e-9
 """A joint this near to its limit is held by it [rad or m]."""
@@ -40,7 +40,7 @@ BOUNDARY = 0.02
 """Singular value of the Jacobian below which a run that ends short has met the boundary of its branch."""
 
 
-class Method(StrEnum):
+class CorrectionMethod(StrEnum):
     """How a trajectory is corrected."""
 
     ONE_STEP = "one-step"
@@ -76,7 +76,7 @@ class Compensation(AbstractShown):
 
     commanded: Commanded
     motion: Motion
-    method: Method
+    method: CorrectionMethod
     before: PathErrors
     after: PathErrors
     kept: Bool[np.ndarray, " rows"]
@@ -98,7 +98,7 @@ def compensate(
     commanded: Commanded,
     *,
     motion: Motion | None = None,
-    method: Method | str = Method.ITERATED,
+    method: CorrectionMethod | str = CorrectionMethod.ITERATED,
     max_speed: float | None = None,
 ) -> Compensation:
     """Joint positions with which the calibrated arm takes the commanded poses.
@@ -113,9 +113,9 @@ def compensate(
             and joint; or a row to which the iteration finds no correction.
     """
     try:
-        method = Method(method)
+        method = CorrectionMethod(method)
     except ValueError:
-        raise OptionError(f"there is no method '{method}'; choose {' or '.join(Method)}") from None
+        raise OptionError(f"there is no method '{method}'; choose {' or '.join(CorrectionMethod)}") from None
     robot, q, time = commanded.calibrated, commanded.q, commanded.time
     state = Motion(q) if motion is None else motion.at(q)
     refuse_beyond(robot, q, time)
@@ -124,7 +124,7 @@ def compensate(
     after = _corrected(commanded, state, method)
     places, weight = compile_arm(robot).places, WEIGHT * compile_arm(robot).length
     _refuse_stopped(robot, after.x[:, places], after, time)
-    if method is Method.ITERATED:
+    if method is CorrectionMethod.ITERATED:
         _refuse_unconverged(commanded, after)
     _refuse_large(after.x[:, places] - q, time)
     worse = after.cost(weight) > before.cost(weight)
@@ -152,18 +152,18 @@ def compensate(
 
 
 def _missed(commanded: Commanded, state: Motion) -> Refined:
-    """What the bent arm misses in a state."""
+    """What the deflected arm misses in a state."""
     arm = compile_arm(commanded.calibrated)
     wanted = rigid_targets(commanded.calibrated, commanded.poses, state)
     return refine(arm, wanted, state.q[:, arm.columns], task=commanded.task, iterations=0)
 
 
-def _corrected(commanded: Commanded, state: Motion, method: Method) -> Refined:
+def _corrected(commanded: Commanded, state: Motion, method: CorrectionMethod) -> Refined:
     """Corrected joints with what they still miss."""
     robot, task = commanded.calibrated, commanded.task
     limits = robot.limits
-    if method is Method.ITERATED:
-        return refine_bent(robot, commanded.poses, state.q, task=task, limits=limits, motion=state)
+    if method is CorrectionMethod.ITERATED:
+        return refine_deflected(robot, commanded.poses, state.q, task=task, limits=limits, motion=state)
     arm = compile_arm(robot)
     wanted = rigid_targets(robot, commanded.poses, state)
     step = refine(arm, wanted, state.q[:, arm.columns], task=task, limits=limits[arm.columns], iterations=1)
@@ -201,7 +201,7 @@ def _refuse_unconverged(commanded: Commanded, after: Refined) -> None:
     singularity, on the boundary of what this branch reaches.
     """
     robot = commanded.calibrated
-    left = after.position_error > CLEAR + _play(robot)
+    left = after.position_error > ACCEPTED_ERROR + _play(robot)
     if left.any():
         row = int(np.argmax(left))
         jacobian = task_jacobian(compile_arm(robot), after.x[row : row + 1], commanded.task)
@@ -241,7 +241,7 @@ def _notes(method, errors: PathErrors, worse, speed, max_speed) -> Iterable[str]
     if worse.any():
         rows = ", ".join(str(r) for r in np.flatnonzero(worse)[:10]) + (" …" if worse.sum() > 10 else "")
         yield f"{int(worse.sum())} rows keep their commanded joints, as a correction would miss more: {rows}"
-    if method is Method.ITERATED and (left := errors.position > CLEAR).any():
+    if method is CorrectionMethod.ITERATED and (left := errors.position > ACCEPTED_ERROR).any():
         row = int(np.argmax(errors.position))
         yield (
             f"{int(left.sum())} rows can't be met, row {row} misses {1e3 * errors.position[row]:.3g} mm: a "

@@ -24,7 +24,7 @@ from workbench.base.types import Positions, Vector3, frozen
 
 FLAT = 1e-3
 """Points whose second spread is a smaller share of the first lie in a line."""
-LEAST = 1e-6
+MIN_LENGTH = 1e-6
 """Length below which a curve is a point [m]."""
 
 Shares = Float[np.ndarray, " rows"]
@@ -104,7 +104,7 @@ def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
     if len(points) < 3:
         raise OptionError(f"a circle needs at least 3 points, got {len(points)}")
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
-    if spread[0] < LEAST or spread[1] < FLAT * spread[0]:
+    if spread[0] < MIN_LENGTH or spread[1] < FLAT * spread[0]:
         raise OptionError("the points of the circle lie in a line or in one place; give three that do not")
     fitted = fit_circle(points)
     normal = fitted.axes[2]
@@ -122,7 +122,7 @@ def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
 
 def line(start: Vector3, end: Vector3) -> Line:
     """The straight line between two points [m]."""
-    if np.linalg.norm(end - start) < LEAST:
+    if np.linalg.norm(end - start) < MIN_LENGTH:
         raise OptionError("the ends of a line must differ; these are the same point")
     return Line(start=frozen(np.array(start, float)), end=frozen(np.array(end, float)))
 

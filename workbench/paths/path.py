@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.frame import Frame
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import LIMIT_SLACK, margins, quality
 from workbench.arm.inverse.damped_newton import Task, refine
@@ -21,7 +22,7 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.observed import Expected
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.arm.usable import away_words, expected_error, usable_arm
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
@@ -159,7 +160,7 @@ def command_poses(
     )
 
 
-class Compared(NamedTuple):
+class ComparedArms(NamedTuple):
     """Two arms in the robot's base frame and with one tool.
 
     Args:
@@ -178,7 +179,7 @@ class Compared(NamedTuple):
     notes: list[str]
 
 
-def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None = None) -> Compared:
+def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None = None) -> ComparedArms:
     """Both arms in the robot's base frame and with the calibrated tool; the instrument's drift left out."""
     usable = usable_arm(calibrated, nominal=nominal)
     require_same_arm(usable.robot, nominal)
@@ -196,7 +197,7 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
             "orientations of the path are met by the arm used, which no measured orientation confirms"
         )
     here, arm = Frame(), usable.robot
-    return Compared(
+    return ComparedArms(
         calibrated=arm.with_effects(*effects).with_frames(base=here),
         nominal=nominal.with_frames(base=here, tool=arm.tool),
         task=Task.POSITION if place else Task.default(nominal.dof),

@@ -2,8 +2,8 @@
 
 The tool's orientation is held from beginning to end. Arms of six joints and more hold all of it. Arms of five
 hold the direction of the tool's z axis and leave the turn about it as it comes: position and axis are five
-conditions. Where the arm can't hold that all the way, `CLEAR` of its limits and of singularities, positions
-alone are met and the axis stays as near as it can (`holding`), which is said.
+conditions. Where the arm can't hold that all the way, `LIMIT_MARGIN` from its limits and from singularities,
+positions alone are met and the axis stays as near as it can (`holding`), which is said.
 
 Joints between the rows are those of a spline of fifth degree that begins and ends at rest; its derivatives
 are the velocities and accelerations.
@@ -14,13 +14,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.frame import Frame
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.reduced_arm import compile_arm
 from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import JointRows, Poses, Rotations, Vector3, frozen
@@ -32,7 +33,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 """Where a tool points on a line, and along which sense of a plane's normal."""
 UPRIGHT = 1e-6
 """Share of a normal that may point down before it says on which side of its plane the tool is."""
-CLEAR = float(np.deg2rad(1.0))
+LIMIT_MARGIN = float(np.deg2rad(1.0))
 """Distance from limits that a path keeps for its correction [rad or m]."""
 APART = 0.02
 """Dimensionless singular value that a path keeps."""
@@ -182,7 +183,7 @@ def _clear(command: Commanded) -> bool:
     arm = compile_arm(command.nominal)
     jacobian = task_jacobian(arm, command.q[:, arm.columns], command.task)
     singular = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
-    return bool(margins(command.q, command.nominal.limits).min() > CLEAR and singular.min() > APART)
+    return bool(margins(command.q, command.nominal.limits).min() > LIMIT_MARGIN and singular.min() > APART)
 
 
 def _above(curve: Curve) -> Vector3:

@@ -14,9 +14,10 @@ from workbench.arm.joint_units import shown_joints, sliding
 from workbench.arm.observed import Expected
 from workbench.arm.statics.moments import JointMoments
 from workbench.identification.row_errors import Spread
-from workbench.paths.correction import CLEAR, Compensation, PathErrors
+from workbench.paths.correction import ACCEPTED_ERROR, Compensation, PathErrors
 from workbench.paths.planning import Planned
-from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure, png
+from workbench.report.colours import NOMINAL
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure, png
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short
 from workbench.report.tables import line, new_table
@@ -147,7 +148,7 @@ def compensation_table(found: Compensation) -> RenderableType:
     """Predicted errors before and after, and what was decided."""
     table = new_table("", "predicted error", "mean [mm]", "max [mm]", "mean [°]", "max [°]")
     shown = [("as commanded", found.before)]
-    if found.after.position.max() > CLEAR:
+    if found.after.position.max() > ACCEPTED_ERROR:
         shown.append((f"left by the correction ({found.method})", found.after))
     for words, errors in shown:
         position, turn = Spread.of(1e3 * errors.position), Spread.of(np.rad2deg(errors.rotation))

@@ -17,7 +17,7 @@ from scipy import linalg
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import Task, refine
-from workbench.arm.inverse.reduced_arm import Arm, compile_arm
+from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -31,9 +31,9 @@ EXACT = 1e4
 """Weight of the positions [1/m]."""
 SMOOTH = 3.0
 """Weight s of the bends of the joints' paths."""
-CLEAR = float(np.deg2rad(3.0))
+LIMIT_MARGIN = float(np.deg2rad(3.0))
 """Margin m from the limits [rad or m]."""
-LEAST = float(np.deg2rad(1.0))
+MIN_LIMIT_MARGIN = float(np.deg2rad(1.0))
 """Margin that every row must have [rad or m]."""
 LIMIT_WEIGHT = 30.0
 """Weight h of what a joint lacks of its margin."""
@@ -72,7 +72,7 @@ def follow_near_direction(robot: Robot, curve: Curve, shares: Shares, wanted: Ve
         x, cost = _optimised(arm, knots, led, wanted, limits)
         rows = make_interp_spline(few, x, k=5)(shares)
         met = refine(arm, aims, rows, task=Task.POSITION, limits=limits)
-        if met.position_error.max() < ALLOWED and margins(met.x, limits).min() > LEAST:
+        if met.position_error.max() < ALLOWED and margins(met.x, limits).min() > MIN_LIMIT_MARGIN:
             found.append((cost, met.x[:, arm.places]))
     return min(found, key=lambda pair: pair[0])[1] if found else None
 
@@ -91,7 +91,9 @@ def _aims(points: Positions) -> Float[np.ndarray, "rows 4 4"]:
     return se3.pose(np.tile(np.eye(3), (len(points), 1, 1)), points)
 
 
-def _followed_from(arm: Arm, points: np.ndarray, start: np.ndarray, limits: np.ndarray) -> np.ndarray | None:
+def _followed_from(
+    arm: ReducedArm, points: np.ndarray, start: np.ndarray, limits: np.ndarray
+) -> np.ndarray | None:
     """Postures one after the other by the least motion; None where a point is not met within the limits."""
     x = [start]
     for aim in _aims(points):
@@ -103,7 +105,7 @@ def _followed_from(arm: Arm, points: np.ndarray, start: np.ndarray, limits: np.n
 
 
 def _optimised(
-    arm: Arm, points: np.ndarray, x: np.ndarray, wanted: Vector3, limits: np.ndarray
+    arm: ReducedArm, points: np.ndarray, x: np.ndarray, wanted: Vector3, limits: np.ndarray
 ) -> tuple[np.ndarray, float]:
     """The postures of least cost near the given ones, and their cost."""
     closed = bool(np.linalg.norm(points[-1] - points[0]) < ALLOWED)
@@ -138,7 +140,7 @@ def _bends(rows: int, closed: bool) -> Float[np.ndarray, "bends rows"]:
 
 
 def _terms(
-    arm: Arm, points: np.ndarray, x: np.ndarray, wanted: Vector3, limits: np.ndarray, bends: np.ndarray
+    arm: ReducedArm, points: np.ndarray, x: np.ndarray, wanted: Vector3, limits: np.ndarray, bends: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """All terms of the sum, and their derivatives in the joints of all knots."""
     rows, n = x.shape
@@ -148,15 +150,15 @@ def _terms(
     slides = arm.slides[None, :, None]
     moves = EXACT * np.where(slides, axes, lever)
     turns = np.where(slides, 0.0, np.cross(axes, pointing[:, None]))
-    low, high = CLEAR - (x - limits[:, 0]), CLEAR - (limits[:, 1] - x)
+    low, high = LIMIT_MARGIN - (x - limits[:, 0]), LIMIT_MARGIN - (limits[:, 1] - x)
     near = np.where(low > 0.0, low, np.where(high > 0.0, -high, 0.0))
     push = -LIMIT_WEIGHT * (near != 0.0)
     own = np.concatenate([np.swapaxes(moves, 1, 2), np.swapaxes(turns, 1, 2), push[:, None] * np.eye(n)], 1)
     jacobian = np.zeros((rows, own.shape[1], rows, n))
     jacobian[np.arange(rows), :, np.arange(rows)] = own
     value = np.concatenate([EXACT * (tool[:, :, 3] - points), pointing - wanted, LIMIT_WEIGHT * near], 1)
-    bent = SMOOTH * np.einsum("br,ij->birj", bends, np.eye(n))
+    deflected = SMOOTH * np.einsum("br,ij->birj", bends, np.eye(n))
     return (
         np.concatenate([value.ravel(), SMOOTH * (bends @ x).ravel()]),
-        np.concatenate([jacobian.reshape(-1, rows * n), bent.reshape(-1, rows * n)]),
+        np.concatenate([jacobian.reshape(-1, rows * n), deflected.reshape(-1, rows * n)]),
     )

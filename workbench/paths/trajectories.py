@@ -6,10 +6,11 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.frame import Frame
 from workbench.arm.joint_units import sliding_numbers
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
@@ -21,7 +22,7 @@ from workbench.data.readers import read_trajectory
 from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory
 from workbench.data.writer import write_measurements
-from workbench.paths.correction import Compensation, Method, compensate
+from workbench.paths.correction import Compensation, CorrectionMethod, compensate
 from workbench.paths.curves import Circle, circle_through
 from workbench.paths.path import Commanded, command_joints, command_poses
 from workbench.paths.planning import Planned, derivatives
@@ -38,7 +39,7 @@ def compensate_trajectory(
     trajectory: Trajectory,
     *,
     nominal: Robot | None = None,
-    method: Method | str = Method.ITERATED,
+    method: CorrectionMethod | str = CorrectionMethod.ITERATED,
     payload: float | None = None,
     temperature: float | None = None,
     max_speed: float | None = None,
@@ -120,7 +121,7 @@ def path_state(
 
     Args:
         q: Joint positions, a row of the trajectory each [rad or m].
-        trajectory: Where time, payload and temperature come from.
+        trajectory: Where time, payload, temperature and other drivers come from.
         payload: Mass at the tool instead [kg].
         temperature: Temperature instead [degC].
     """
@@ -128,16 +129,12 @@ def path_state(
     time = np.arange(rows, dtype=float) if trajectory.time is None else trajectory.time
     path = with_directions(Dataset(q=q, row=np.arange(rows), time=time))
 
-    def constant(value: float | None, own: np.ndarray | None) -> np.ndarray | None:
-        return own if value is None else np.full(rows, value)
-
-    return Motion(
-        q,
-        direction=path.direction,
-        time=trajectory.time,
-        payload=constant(payload, trajectory.payload),
-        temperature=constant(temperature, trajectory.temperature),
-    )
+    instead = {"payload": payload, "temperature": temperature}
+    drivers = {
+        **trajectory.drivers,
+        **{name: np.full(rows, value) for name, value in instead.items() if value is not None},
+    }
+    return replace(Motion.with_drivers(q, drivers), direction=path.direction, time=trajectory.time)
 
 
 def planned_moments(planned: Planned) -> JointMoments | None:

@@ -16,16 +16,18 @@ from typing import Any, Literal
 
 import matplotlib
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
+from matplotlib.ticker import LogLocator, NullFormatter
 
 from workbench.base.errors import OptionError
+from workbench.report.colours import CALIBRATED, GEOMETRY
 
 INK = "#1b2129"
 """Stands for the page's text colour; replaced when the picture is written."""
-NOMINAL = "#8c939c"
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9")
+COLOURS = (GEOMETRY, CALIBRATED, "#009e73", "#cc79a7", "#56b4e9")
 """Okabe & Ito's colours, which the colour-blind can tell apart: one per algorithm, in order."""
 LOOK: Any = {
     "svg.hashsalt": "workbench",
@@ -66,7 +68,7 @@ _ONE_AT_A_TIME = threading.RLock()
 
 
 @dataclass(frozen=True)
-class Drawing:
+class DrawnFigure:
     """A finished picture.
 
     Args:
@@ -106,12 +108,12 @@ class Picture:
     caption: str
     draw: Callable[[], Figure | None]
 
-    def drawn(self) -> tuple[Figure, Drawing] | None:
+    def drawn(self) -> tuple[Figure, DrawnFigure] | None:
         """The figure, and the same for a page; None if the result has nothing for it."""
         figure = self.draw()
         if figure is None:
             return None
-        return figure, Drawing(self.name, self.title, self.caption, svg(figure, self.name))
+        return figure, DrawnFigure(self.name, self.title, self.caption, svg(figure, self.name))
 
 
 def draw(pictures: Sequence[Picture], name: str) -> Figure:
@@ -153,6 +155,14 @@ def on_white(figure: Figure) -> Figure:
     """The figure on paper of its own, for a notebook or a file, dark or light."""
     figure.set_facecolor("white")
     return figure
+
+
+def plain_ticks(axis: Axis) -> None:
+    """Plain numbers on a logarithmic axis, after its data: 1, 2, 5 where it spans less than two decades."""
+    low, high = axis.get_view_interval()
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 100.0 * low else (1.0,)))
+    axis.set_major_formatter("{x:g}")
+    axis.set_minor_formatter(NullFormatter())
 
 
 def grid(axes: Axes, which: Literal["both", "x", "y"] = "y") -> None:

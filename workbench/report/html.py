@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from workbench.base.files import write_folder
 from workbench.base.wording import readable
-from workbench.report.figures import COLOURS, Drawing
+from workbench.report.figures import COLOURS, DrawnFigure
 from workbench.report.json import Json, json_text
 from workbench.report.numbers import short, signed, standard_error
 
@@ -46,7 +46,7 @@ def themed(svg: str) -> str:
 def write_page(
     folder: Path | str,
     page: str,
-    drawings: Sequence[Drawing],
+    drawings: Sequence[DrawnFigure],
     result: Json,
     *,
     replaces: Iterable[str] = (),

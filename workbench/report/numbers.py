@@ -78,6 +78,7 @@ READABLE = {
     "m/N": (1e6, "µm/N"),
     "1/K": (1e6, "µm/(m·K)"),
     "m/s": (3.6e6, "mm/h"),
+    "rad/(N*m*m)": (1e3, "mrad/(N·m) per m"),
     "rad/s": (3.6e6, "mrad/h"),
     "rad/m": (1.0, "mrad/mm"),
     "m/rad": (1.0, "mm/mrad"),

@@ -1,0 +1,171 @@
+"""Charts described once, by values and colours, and drawn as SVG: for the page, and for HTML reports.
+
+Words and frames take the colour of the text around them, so that a chart reads on light and on dark pages.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from html import escape
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.report.numbers import significant
+
+WIDTH = 340.0
+LEFT, FOOT, MARGIN = 44.0, 16.0, 6.0
+"""Room for the numbers of an upright axis, and below a chart; free room inside the frame."""
+ROW, THICK = 26.0, 14.0
+"""Height of a row with a bar, and of the bar."""
+LONGEST_BAR = 0.5
+"""Of the width, beside its number."""
+SIZE = 12
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A named size; `note` stands behind its number."""
+
+    name: str
+    value: float
+    colour: str
+    note: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Marks:
+    """Points over the chart's x axis, or a line through them.
+
+    Args:
+        y: NaN where there is none.
+        titles: Of each point, shown when it is pointed at.
+        links: Where a click on each leads; empty for nowhere.
+    """
+
+    x: Float[np.ndarray, " n"]
+    y: Float[np.ndarray, " n"]
+    colour: str
+    titles: Sequence[str] = ()
+    links: Sequence[str] = ()
+    radius: float = 2.6
+    is_line: bool = False
+
+
+@dataclass(frozen=True)
+class Upright:
+    """A dashed upright line with words beside its top."""
+
+    x: float
+    words: str
+    colour: str
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """Marks in one frame.
+
+    Args:
+        ends: Words below the left and the right end.
+        floor: Where the upright axis begins; None: at the smallest value.
+        now: Place of an upright line [x], if any.
+        uprights: Lines that mark where something happened, over the marks.
+    """
+
+    marks: Sequence[Marks]
+    height: float = 90.0
+    ends: tuple[str, str] = ("", "")
+    is_log: bool = False
+    floor: float | None = None
+    now: float | None = None
+    uprights: Sequence[Upright] = ()
+    testid: str = field(default="chart", kw_only=True)
+
+    def svg(self) -> str:
+        """The drawing; empty where there is nothing to draw."""
+        x, y = (np.concatenate([getattr(m, axis) for m in self.marks]) for axis in ("x", "y"))
+        if not np.isfinite(y).any():
+            return ""
+        low, high = np.nanmin(y) if self.floor is None else self.floor, np.nanmax(y)
+        parts = [f'<path d="M{LEFT} 0V{self.height:.0f}H{WIDTH:.0f}" fill="none" {_ink("stroke", 0.3)}/>']
+        parts += [
+            words(LEFT - 4, MARGIN + 6, significant(float(high)), anchor="end"),
+            words(LEFT - 4, self.height, significant(float(low)), anchor="end"),
+            words(LEFT, self.height + FOOT - 2, self.ends[0]),
+            words(WIDTH - 2, self.height + FOOT - 2, self.ends[1], anchor="end"),
+        ]
+        first, last = float(x.min()), float(x.max())
+        for one in self.marks:
+            across = self._across(one.x, first, last)
+            parts.append(_drawn(one, across, self._up(one.y, float(low), float(high))))
+        if self.now is not None:
+            at = float(self._across(np.array([self.now]), first, last)[0])
+            parts.append(f'<path d="M{at:.1f} 0V{self.height:.0f}" {_ink("stroke", 0.8)}/>')
+        for k, line in enumerate(self.uprights):
+            at = float(self._across(np.array([line.x]), first, last)[0])
+            anchor, aside = ("end", -4) if at > 0.5 * (LEFT + WIDTH) else ("start", 4)
+            parts += [
+                f'<path d="M{at:.1f} 0V{self.height:.0f}" style="stroke:{line.colour}" stroke-width="1.6" '
+                'stroke-dasharray="5 3" data-testid="event-line"/>',
+                words(at + aside, MARGIN + 5 + (SIZE + 2) * k, line.words, anchor=anchor),
+            ]
+        return framed(self.height + FOOT, parts, self.testid)
+
+    def _across(self, x: np.ndarray, first: float, last: float) -> np.ndarray:
+        room = WIDTH - LEFT - 2 * MARGIN
+        return LEFT + MARGIN + room * (x - first) / max(last - first, 1e-12)
+
+    def _up(self, y: np.ndarray, low: float, high: float) -> np.ndarray:
+        if self.is_log:
+            y = np.log(np.maximum(y, 1e-12))
+            low, high = (float(np.log(max(v, 1e-12))) for v in (low, high))
+        room = self.height - 2 * MARGIN
+        return MARGIN + room * (1.0 - (y - low) / max(high - low, 1e-12))
+
+
+def bars(rows: Sequence[Bar], *, unit: str = "mm", testid: str = "bars") -> str:
+    """Bars one below another, each with its name above it and its number behind it."""
+    longest = max((row.value for row in rows), default=0.0)
+    parts = []
+    for k, row in enumerate(rows):
+        y, length = (ROW + 6.0) * k, LONGEST_BAR * WIDTH * max(row.value, 0.0) / max(longest, 1e-12)
+        size = f"{significant(row.value)} {unit}" + (f" · {row.note}" if row.note else "")
+        parts += [
+            words(0, y + 11, row.name),
+            f'<rect x="0" y="{y + 15:.1f}" width="{max(length, 1.5):.1f}" height="{THICK:.0f}" rx="2" '
+            f'style="fill:{row.colour}"><title>{escape(f"{row.name}: {size}")}</title></rect>',
+            words(max(length, 1.5) + 6, y + 26, size),
+        ]
+    return framed((ROW + 6.0) * len(rows), parts, testid) if rows else ""
+
+
+def framed(height: float, parts: Sequence[str], testid: str) -> str:
+    """The drawing of these parts, as wide as the place where it stands."""
+    return (
+        f'<svg viewBox="0 0 {WIDTH:.0f} {height:.0f}" width="100%" font-size="{SIZE}" '
+        f'data-testid="{testid}">{"".join(parts)}</svg>'
+    )
+
+
+def words(x: float, y: float, said: str, *, anchor: str = "start") -> str:
+    """Words in a drawing."""
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="currentColor">{escape(said)}</text>'
+
+
+def _ink(what: str, opacity: float) -> str:
+    return f'{what}="currentColor" {what}-opacity="{opacity}"'
+
+
+def _drawn(marks: Marks, x: np.ndarray, y: np.ndarray) -> str:
+    known = np.flatnonzero(np.isfinite(y))
+    if marks.is_line:
+        line = " ".join(f"{x[k]:.1f},{y[k]:.1f}" for k in known)
+        return f'<polyline points="{line}" fill="none" style="stroke:{marks.colour}" stroke-width="1.2"/>'
+    return "".join(_dot(marks, k, x[k], y[k]) for k in known.tolist())
+
+
+def _dot(marks: Marks, k: int, x: float, y: float) -> str:
+    title = f"<title>{escape(marks.titles[k])}</title>" if marks.titles else ""
+    style = f'style="fill:{marks.colour}"'
+    dot = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{marks.radius}" {style}>{title}</circle>'
+    link = marks.links[k] if marks.links else ""
+    return f'<a href="{escape(link)}">{dot}</a>' if link else dot

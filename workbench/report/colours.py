@@ -1,0 +1,9 @@
+"""One colour for each model of an arm, on the page, in recordings and in reports (Okabe & Ito's palette)."""
+
+NOMINAL = "#8c939c"
+GEOMETRY = "#0072b2"
+"""The calibrated geometry where causes came on top of it."""
+CALIBRATED = "#d55e00"
+"""The model that is shown, saved or reported as the result."""
+EVENT = "#0ea5e9"
+"""What happened while rows were measured."""
