@@ -1,6 +1,5 @@
 """Commands carried out in the test's own thread, without a worker."""
 
-from workbench.base.progress import never
 from workbench.session.state import Session
 
 
@@ -9,7 +8,7 @@ def done(session: Session, *commands) -> Session:
     for command in commands:
         command.check(session)
         if hasattr(command, "compute"):
-            result = command.compute(session, progress=lambda share, words: None, cancel=never)
+            result = command.compute(session)
             session = command.finish(session, result)
         else:
             session = command.apply(session)

@@ -21,7 +21,7 @@ from workbench.identification.evaluate import evaluate
 from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.identify import Identify
-from workbench.session.comparison import STAGES, Stage
+from workbench.session.comparison import STAGES, ModelStage
 from workbench.session.export import next_poses_csv
 from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law_along_joints, shown_effect
 from workbench.session.journal.numbers import numbers_of
@@ -37,7 +37,7 @@ def the_law_of_the_cause_is_laid_over_the_errors(session):
     q, law = law_along_joints(found, effect.label)
     assert q.shape == law.shape
     rows = session.comparison
-    left = -along_joints(session.robot, rows.q, rows.residuals)[..., STAGES.index(Stage.GEOMETRY)]
+    left = -along_joints(session.robot, rows.q, rows.residuals)[..., STAGES.index(ModelStage.GEOMETRY)]
     shown = np.isin(rows.q[:, 0], q[:, 0])
     order = [int(np.flatnonzero(rows.q[:, 0] == value)[0]) for value in q[:, 0]]
     known = np.isfinite(law) & np.isfinite(left[order])
@@ -102,7 +102,7 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     saved = evaluate(run.calibrated, read_measurements(path)).errors
     assert saved.position_mm.rms < expected.errors.position_mm.rms
     if name == "joint-compliance":
-        assert (1e3 * errors.mean(), 1e3 * errors.max()) == pytest.approx((0.0751, 0.134), rel=5e-3)
+        assert (1e3 * errors.mean(), 1e3 * errors.max()) == pytest.approx((0.0746, 0.1347), rel=5e-3)
 
 
 @pytest.fixture(scope="module")
@@ -147,6 +147,6 @@ def test_a_result_is_kept_though_its_rows_cannot_be_compared(timed, task, do, mo
     session = do(task)
     assert (session.identification or session.diagnosis) is not None
     assert session.comparison is None
-    (told,) = [m for m in session.messages if m.severity is not Severity.INFO]
+    (told,) = [m for m in session.messages if m.severity in (Severity.WARNING, Severity.ERROR)]
     assert "humidity" in told.text
     assert do(Identify()).identification is not None

@@ -18,8 +18,10 @@ from workbench.session.commands.compare import SetOverlay, ShowFit, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
+from workbench.session.commands.measure import BeginMeasuring
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml, columns_toml
+from workbench.session.journal.codec import decode
 from workbench.session.state import Focus, Severity
 
 
@@ -54,6 +56,13 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     (tmp_path / name).write_bytes(content)
     wanted = found.runs["opt2"].calibrated.values(first.robot.default_free)
     assert np.allclose(read_toml(tmp_path / name).values(first.robot.default_free), wanted, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("errors", "shown"), [((1e-3, np.deg2rad(0.3)), "1 mm and 0.3°"), ((5e-3, 0.01), "5 mm")]
+)
+def test_the_hidden_errors_are_said_as_they_are_made(errors, shown, do):
+    assert shown in dict(do(MeasureVirtualArm(3, errors=errors)).loaded.facts)["Arm"]
 
 
 @pytest.mark.parametrize(("name", "millimetres"), [("laser-tracker", 0.02), ("optotrak", 0.00577)])
@@ -193,3 +202,26 @@ def test_too_few_rows_are_said(do, file):
 def test_nothing_to_save_yet(first):
     with pytest.raises(Exception, match="identified"):
         calibrated_toml(first)
+
+
+@pytest.mark.parametrize(
+    ("fields", "length", "angle"),
+    [({}, 5e-3, 5.0), ({"errors": [1e-3, np.deg2rad(0.3)]}, 1e-3, 0.3)],
+    ids=["of an older journal", "as the page asks for now"],
+)
+def test_a_virtual_arm_has_the_errors_that_its_journal_says(do, fields, length, angle):
+    session = do(decode("MeasureVirtualArm", {"seed": 3, **fields}, bytes))
+    robot, actual = session.robot, session.loaded.actual
+    names = robot.default_free
+    hidden = np.abs(actual.values(names) - robot.values(names))
+    turns = np.array([robot.chain.elements[i].axis.turns for i in robot.chain.indices(names)])
+    assert 0.5 * length < hidden[~turns].max() <= length
+    assert 0.5 * angle < np.rad2deg(hidden[turns].max()) <= angle
+
+
+@pytest.mark.parametrize("errors", [(-1e-3, 0.0), (1e-3, 1.0), (np.nan, 0.0)])
+@pytest.mark.parametrize("command", [MeasureVirtualArm, BeginMeasuring])
+def test_hidden_errors_that_no_arm_has_are_refused(do, command, errors):
+    session = do(command(seed=1, errors=errors))
+    assert session.messages[-1].severity is Severity.ERROR
+    assert session.loaded is session.measuring is None

@@ -17,12 +17,12 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import BeginMeasuring
 from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.commands.trajectory import PlanTrack
-from workbench.session.comparison import Stage as ComparedStage
+from workbench.session.comparison import ModelStage as ComparedStage
 from workbench.session.guide import Action, Tone, guide, share_of_noise, stages
-from workbench.session.state import Drag, Focus, Job, Session, Source, Tab
+from workbench.session.state import Drag, Focus, RunningJob, Session, Source, Tab
 from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page.panels.figure import error_figure
-from workbench.views.page.panels.residuals import stage_means
+from workbench.views.page.panels.legend import stage_means
 from workbench.views.page.panels.result_card import numbers, result_card
 from workbench.views.page.render import LEAST_WIDTH
 from workbench.views.page.style import WIDEST
@@ -119,7 +119,7 @@ STATES = [
         "Measure",
     ),
     ("first", lambda s: replace(s, caption="A story."), "A story.", Tone.PLAIN, None, None, None),
-    ("first", lambda s: replace(s, job=Job("Diagnose")), "Diagnose …", Tone.PLAIN, None, None, None),
+    ("first", lambda s: replace(s, job=RunningJob("Diagnose")), "Diagnose …", Tone.PLAIN, None, None, None),
     (
         "first",
         lambda s: replace(s, source=Source("arm"), focus=Focus.JOG),
@@ -131,14 +131,14 @@ STATES = [
     ),
     ("first", lambda s: done(s, BeginMeasuring(1)), "0 of 10 stored", Tone.PLAIN, None, None, None),
     ("first", lambda s: done(s, PlanTrack("line", 4.0)), "as commanded", Tone.PLAIN, "Compare", None, None),
-    ("loaded", lambda s: s, "rows of", Tone.PLAIN, "Identify the geometry", Tab.IDENTIFY, "Measure"),
+    ("loaded", lambda s: s, "rows of", Tone.PLAIN, "Identify the geometry", Tab.CALIBRATE, "Measure"),
     (
         "identified",
         lambda s: with_noise(s, 7.0),
         "7 × the instrument: something is not geometry",
         Tone.CAREFUL,
         "Find the cause",
-        Tab.DIAGNOSE,
+        Tab.CALIBRATE,
         "Save the arm",
     ),
     (
@@ -147,7 +147,7 @@ STATES = [
         "is instrument noise",
         Tone.GOOD,
         "Save the arm",
-        Tab.IDENTIFY,
+        Tab.EXPORT,
         "Compare",
     ),
     (
@@ -156,7 +156,7 @@ STATES = [
         "or something that is not geometry?",
         Tone.PLAIN,
         "Find the cause",
-        Tab.DIAGNOSE,
+        Tab.CALIBRATE,
         "Save the arm",
     ),
     ("identified", few_rows, "too few", Tone.CAREFUL, "Measure more", Tab.MEASURE, "Compare"),
@@ -166,7 +166,7 @@ STATES = [
         "joint-compliance",
         Tone.GOOD,
         "Add what was found",
-        Tab.IDENTIFY,
+        Tab.CALIBRATE,
         "Make the next poses targets",
     ),
     (
@@ -175,7 +175,7 @@ STATES = [
         "No cause can be named",
         Tone.CAREFUL,
         "Add what was found",
-        Tab.IDENTIFY,
+        Tab.CALIBRATE,
         "Make the next poses targets",
     ),
     (
@@ -202,7 +202,7 @@ STATES = [
         "all of it noise",
         Tone.GOOD,
         "Save the arm",
-        Tab.IDENTIFY,
+        Tab.EXPORT,
         "Compare",
     ),
     (
@@ -211,7 +211,7 @@ STATES = [
         "held-out rows miss 1 mm per axis",
         Tone.BAD,
         "Save the arm",
-        Tab.IDENTIFY,
+        Tab.EXPORT,
         "Compare",
     ),
     (
@@ -229,7 +229,7 @@ STATES = [
         "The model now describes the real arm",
         Tone.GOOD,
         "Save the arm",
-        Tab.IDENTIFY,
+        Tab.EXPORT,
         "Compare",
     ),
     (
@@ -238,7 +238,7 @@ STATES = [
         "A residual map predicts the rest; no cause is named",
         Tone.GOOD,
         "Save the arm",
-        Tab.IDENTIFY,
+        Tab.EXPORT,
         "Compare",
     ),
     (
@@ -247,17 +247,17 @@ STATES = [
         "(cannot tell)",
         Tone.CAREFUL,
         "Add what was found",
-        Tab.IDENTIFY,
+        Tab.CALIBRATE,
         "Make the next poses targets",
     ),
-    ("added", unsure, "no cause is certain", Tone.GOOD, "Save the arm", Tab.IDENTIFY, "Compare"),
+    ("added", unsure, "no cause is certain", Tone.GOOD, "Save the arm", Tab.EXPORT, "Compare"),
     (
         "added",
         lambda s: told(s, verdict=Verdict.PARTLY),
         "No known effect explains the rest",
         Tone.GOOD,
         "Save the arm",
-        Tab.IDENTIFY,
+        Tab.EXPORT,
         "Compare",
     ),
 ]
@@ -277,9 +277,9 @@ def test_every_state_says_where_it_stands_and_what_is_next(
     assert (step.other and step.other.label) == other
 
 
-def test_taking_the_arm_away_offers_its_formats(walked):
+def test_taking_the_arm_away_opens_the_tab_of_its_files(walked):
     step = guide(walked["added"])
-    assert step.next.offers_formats
+    assert step.next.tab is Tab.EXPORT
     assert step.next.command is None
 
 
@@ -350,9 +350,9 @@ def test_the_instrument_is_known_where_rows_state_it(first):
 
 
 def test_the_same_tab_can_be_opened_again(first):
-    once = OpenTab(Tab.DIAGNOSE).apply(first)
-    assert once.opened is not OpenTab(Tab.DIAGNOSE).apply(once).opened
-    assert OpenTab(Tab.DIAGNOSE).is_automatic  # messages stay
+    once = OpenTab(Tab.CALIBRATE).apply(first)
+    assert once.opened is not OpenTab(Tab.CALIBRATE).apply(once).opened
+    assert OpenTab(Tab.CALIBRATE).is_automatic  # messages stay
 
 
 def test_a_drag_tells_its_outcome_meanwhile(first):

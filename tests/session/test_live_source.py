@@ -1,5 +1,6 @@
 """A real arm's live source: the scene follows it, guided measuring takes its rows from it."""
 
+import json
 import queue
 import socket
 import threading
@@ -26,6 +27,7 @@ from workbench.session.commands.measure import (
     TellSource,
     UseRows,
 )
+from workbench.session.journal.codec import decode, encode
 from workbench.session.live import LiveSource
 from workbench.session.state import Focus, Severity
 
@@ -221,3 +223,44 @@ def test_without_a_source_nothing_is_followed(do):
 def test_nobody_listening_is_one_sentence():
     with pytest.raises(FileError, match="nothing answers there"):
         connect("127.0.0.1:9", timeout=1.0)
+
+
+def test_an_arm_that_is_only_followed_is_one_step_of_the_journal(worker, do, first):
+    """It grew by 0.6 MB a minute."""
+    ways = [TakeSample(0.05 * k, tuple(np.add(Q, 1e-3 * k).tolist())) for k in range(200)]
+    live = do(TellSource("arm"), *ways)
+    assert [type(e.command) for e in worker.journal] == [TellSource, TakeSample]
+    assert replay(first, worker.journal).jogged.tolist() == live.jogged.tolist() == list(ways[-1].q)
+
+
+def test_a_measurement_keeps_only_what_its_rows_need(worker, do, first):
+    """Quick and slow samples, standstill, a clock that goes back, an instrument that loses the tool: every
+    state of the acquisition comes out of the journal as it was, from a few lines instead of hundreds."""
+    rng = np.random.default_rng(3)
+    time, q, taken = 0.0, np.array(first.states[0].q), []
+    for k in range(300):
+        time += rng.choice([0.004, 0.05, 0.3], p=[0.3, 0.6, 0.1])
+        if k == 140:
+            time = 0.5
+        q = q + (1e-3 if k // 40 % 2 else 0.0)
+        xyz = None if 200 <= k < 230 else (0.3, 0.0, 0.1)
+        taken.append(TakeSample(time, tuple(q.tolist()), xyz))
+    do(TellSource("arm"), MeasureLive())
+    for begin in range(0, 300, 30):
+        live = do(*taken[begin : begin + 30], StoreRow(anywhere=True)).measuring.acquisition
+        again = replay(first, worker.journal).measuring.acquisition
+        assert [s.time for s in again.judged] == [s.time for s in live.judged]
+        assert (again.latest.time, again.arm_state, again.rows) == (
+            live.latest.time,
+            live.arm_state,
+            live.rows,
+        )
+    assert live.rows > 2
+    steps = [e.command for e in worker.journal if isinstance(e.command, TakeSample)]
+    assert len(steps) < 20
+    for step in steps:
+        assert decode("TakeSample", encode(step)[0], bytes) == step
+    do(*(TakeSample(time + 0.05 * k, taken[-1].q, (0.3, 0.0, 0.1)) for k in range(1, 1200)))
+    last = worker.journal[-1].command
+    assert last.time == time + 0.05 * 1199
+    assert len(json.dumps(encode(last)[0])) < 5000  # of a minute

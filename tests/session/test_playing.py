@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.session import Worker, replay
 from workbench.session.commands.arm import Jog, drawn_joints
 from workbench.session.commands.data import MeasureVirtualArm

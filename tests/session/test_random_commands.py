@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule, run_state_machine_as_test
 
 from workbench.base.errors import WorkbenchError
-from workbench.base.wording import LONGEST
+from workbench.base.wording import MAX_SENTENCE
 from workbench.session.command import AbstractChange, AbstractTask, kinds
 from workbench.session.journal import codec
 from workbench.session.journal.numbers import changed_numbers
@@ -55,7 +55,7 @@ def values_of(hint) -> st.SearchStrategy:
     if isinstance(hint, type) and issubclass(hint, Enum):
         return st.sampled_from(list(hint))
     if dataclasses.is_dataclass(hint):
-        return st.builds(hint, **fields_of(hint))
+        return st.deferred(lambda: st.builds(hint, **fields_of(hint)))
     of_type = {float: NUMBERS, int: COUNTS, str: WORDS, bool: (True, False), bytes: (b"", b"q1[deg]\n1\n")}
     return st.sampled_from(of_type[hint]) if hint in of_type else st.none()
 
@@ -101,7 +101,7 @@ class Commands(RuleBasedStateMachine):
     @invariant()
     def the_session_is_whole(self):
         session = self.session
-        assert len(self.sentence) <= LONGEST
+        assert len(self.sentence) <= MAX_SENTENCE
         assert "\n" not in self.sentence
         assert len(session.plate.targets) == len(session.states) > 0
         assert all(np.isfinite(state.q).all() for state in session.states if state.q is not None)

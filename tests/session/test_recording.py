@@ -321,7 +321,6 @@ def test_a_drag_that_was_cut_off_is_let_go(record, first):
     [
         (lambda lines: [*lines[:3], b"{oops", *lines[4:]], "step 3"),
         (lambda lines: lines[:3] + lines[4:], "it says step 4"),
-        (lambda lines: [*lines[:2], lines[2].replace(b"MoveTarget", b"FlyTarget"), *lines[3:]], "FlyTarget"),
         (lambda lines: [lines[0].replace(b"journal/1", b"journal/2"), *lines[1:]], "newer"),
         (lambda lines: [b"{}", *lines[1:]], "no schema"),
         (lambda lines: [b"[" * 5000, *lines[1:]], "no schema"),

@@ -10,6 +10,7 @@ from workbench.arm.inverse import solve as inverse
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
+from workbench.base.progress import cancelled
 from workbench.plate.cubes import map_cubes
 from workbench.plate.predicted_error import predicted_error
 from workbench.plate.readings import assumptions, usual_sigma
@@ -18,12 +19,14 @@ from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.score import score_plate
 from workbench.session import Worker
 from workbench.session.command import AbstractChore
+from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.data import MeasureVirtualArm
-from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
-from workbench.session.cubes import values
+from workbench.session.cubes import are_shown, shown_cubes, values
 from workbench.session.journal import Ending
 from workbench.session.state import CubeView, Field, Severity
+from workbench.views.drawables.region import region as region_items
 from workbench.views.page.panels import index
 
 LOW, HIGH = (0.1, 0.1, 0.2), (0.5, 0.5, 0.4)
@@ -56,7 +59,7 @@ def test_a_new_region_is_judged_anew(run, first):
 
 
 def test_cubes_are_looked_at_only_when_shown(run):
-    assert after(run, SetRegion(LOW, HIGH, 0.1)).cubes is None
+    assert after(run, ShowCubes(CubeView()), SetRegion(LOW, HIGH, 0.1)).cubes is None
     session = after(run, ShowCubes(CubeView(field=Field.REACH)))
     assert len(session.cubes) == 32
     assert session.cubes.region is session.plate.region
@@ -125,10 +128,10 @@ class Stubborn(AbstractChore):
     def check(self, session):
         pass
 
-    def compute(self, session, *, progress, cancel):
+    def compute(self, session):
         if self.selected == 5:
             raise ValueError("no")
-        while not cancel():
+        while not cancelled():
             threading.Event().wait(0.005)
         return "late"
 
@@ -170,3 +173,39 @@ def test_a_changed_plate_is_judged_over_the_poses_of_the_one_that_was_loaded(run
     session = after(run, SetRegion(LOW, HIGH, 0.1))
     loaded = replace(first.first_plate, region=session.plate.region)
     np.testing.assert_array_equal(session.region_q, plate_region_poses(first.robot, loaded))
+
+
+def test_the_first_thing_shown_is_one_layer_of_predicted_errors_at_the_plate_s_surface(run):
+    session = after(run, SelectTarget(0))
+    numbers = values(session)
+    shown = shown_cubes(session, session.cube_view, numbers)
+    heights = session.plate.region.centres[shown, 2]
+    assert shown.sum() == np.prod(session.plate.region.shape[:2])
+    assert np.ptp(heights) < 1e-12
+    assert abs(heights[0] - session.plate.pose[2, 3]) <= 0.5 * session.plate.region.cube
+    assert heights[0] < min(target.xyz[2] for target in session.plate.targets)
+    errors = session.cubes.errors(session.score.linearisation)
+    assert np.array_equal(numbers.numbers, errors, equal_nan=True)
+
+
+def test_a_layer_that_nobody_asked_for_gives_way_to_measured_rows(run):
+    assert are_shown(after(run, SelectTarget(0)))
+    session = after(run, MeasureVirtualArm(2, more=30), ShowRow(4))
+    assert not are_shown(session)
+    assert {i.path: i.shown for i in region_items(session)}["region/cubes"] is False
+    asked = after(run, ShowCubes(replace(session.cube_view, asked=True)))
+    assert are_shown(asked)
+
+
+def test_the_scale_stays_that_of_the_first_plate(run, first):
+    """So that a plate that is worse everywhere looks worse everywhere."""
+    before = values(after(run, SelectTarget(0)))
+    x, y, z = (first.plate.targets[0].xyz + 0.2).tolist()
+    moved = after(run, MoveTarget(0, (x, y, z), tuple(first.plate.targets[0].rpy.tolist())))
+    now = values(moved)
+    assert (now.low, now.high) == (before.low, before.high)
+    reached = np.isfinite(now.numbers)
+    assert moved.score.position > 1.05 * first.score.position
+    assert np.median(now.shares[reached] - before.shares[reached]) > 0.05
+    lowest, highest = np.percentile(before.numbers[reached], (5.0, 95.0))
+    assert before.low < lowest < highest < before.high

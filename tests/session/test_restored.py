@@ -15,6 +15,7 @@ from workbench.data.writer import write_measurements
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.simulated_measurement import measure_poses
 from workbench.session import Worker
+from workbench.session.command import UnknownCommand
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
@@ -160,6 +161,16 @@ def test_another_version_is_named(plain):
     plain(2, spoil_error)
     found = restore(plain(0, lambda header: header.update(workbench="0.0.9")))
     assert "version 0.0.9" in found.warning
+
+
+def test_a_command_of_an_extra_that_is_not_installed_is_named_and_left_out(plain):
+    recording = plain(1, lambda line: line.update(command="WeighGears", title="Weigh the gears"))
+    assert recording.entries[0].command == UnknownCommand("WeighGears", "Weigh the gears")
+    found = restore(plain(2, lambda line: line.update(ending="refused")))
+    assert found.session.loaded is None
+    assert {d.step for d in found.differences} == {1}
+    assert "WeighGears" in found.warning
+    assert any("WeighGears" in message.text for message in found.session.messages)
 
 
 def test_the_same_numbers_go_on_in_the_same_folder(plain):

@@ -41,7 +41,7 @@ def test_clustering_gives_equal_indices_in_different_cubes(do):
 
 
 def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first, monkeypatch):
-    quick = partial(optimise_plate, wish=DesignRequest(places=150, starts=1))
+    quick = partial(optimise_plate, request=DesignRequest(places=150, starts=1))
     monkeypatch.setattr("workbench.plate.design.optimise_plate", quick)
     worker.submit(ImprovePlate())
     while worker.session.job is None or not worker.session.job.text:

@@ -2,15 +2,18 @@
 
 import numpy as np
 import pytest
+from stories import own_files
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.session import replay
+from workbench.session import replay, start
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.undo import Redo, ResetTargets, Undo
 from workbench.session.journal import Ending
+from workbench.session.start import default_plate
 from workbench.session.state import Focus, Severity
 
 RPY = (-2.6, 0.05, 0.1)
@@ -29,6 +32,15 @@ def test_all_of_table_2_is_reached_and_clear(first):
     assert first.score.rank == first.score.parameters == 24
     assert first.score.position < 0.5e-3
     assert len({s.branch for s in first.states}) > 1
+
+
+def test_an_arm_of_a_urdf_leaves_nothing_undetermined_that_any_pose_could_show(tmp_path):
+    """Its six constants a joint are more than poses tell apart: 26 of 36."""
+    session = start(robot := load_robot(own_files(tmp_path)[0]), default_plate(robot))
+    assert session.score.rank == session.score.parameters == 26
+    assert np.isfinite(session.score.condition)
+    assert (session.score.rises > 0.0).all()
+    assert session.score.indices["O1"] > 0.0
 
 
 def test_a_drag_moves_the_target_and_the_arm_follows(do, first):

@@ -41,7 +41,7 @@ class Noted(AbstractTask):
     def check(self, session):
         pass
 
-    def compute(self, session, *, progress, cancel):
+    def compute(self, session):
         return session.plate.targets[2].xyz
 
     def finish(self, session, result):

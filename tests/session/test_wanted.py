@@ -36,7 +36,7 @@ from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.judgement import arm_judgement, plate_judgement
 from workbench.session.start import default_circle
-from workbench.session.state import Severity, Step, Trial
+from workbench.session.state import PlateTrial, Severity, UndoStep
 from workbench.views.page.first_view import first_view
 from workbench.views.page.html import INKS
 from workbench.views.page.panels.fit import _requirement
@@ -81,7 +81,7 @@ def test_the_guide_and_the_panel_judge_a_predicted_error_alike(first, position, 
     An rms over poses can't show that every pose keeps it: nothing is called good before it was tried.
     """
     score = replace(first.score, position=1e-3 * position, rotation=float(np.deg2rad(degrees)))
-    session = replace(first, done=(Step(first.plate, first.states),), score=score)
+    session = replace(first, done=(UndoStep(first.plate, first.states),), score=score)
     judged, step = plate_judgement(session), guide(session)
     assert judged.tone is step.tone is (Tone.PLAIN if good else Tone.CAREFUL)
     assert "1 mm per axis and 0.66°" in judged.text
@@ -95,8 +95,8 @@ def test_the_yield_judges_the_plate_once_it_is_known(first, share, tone, positio
     """Green within the wanted 0.15 mm stood beside a yield of 13.5 %."""
     score = replace(first.score, position=1e-3 * position)
     found = SimpleNamespace(**vars(yield_of(first.wanted)) | {"share": share})
-    trial = Trial(first.plate, first.noise, found, first.wanted)
-    session = replace(first, done=(Step(first.plate, first.states),), score=score, trial=trial)
+    trial = PlateTrial(first.plate, first.noise, found, first.wanted)
+    session = replace(first, done=(UndoStep(first.plate, first.states),), score=score, trial=trial)
     judged, step = plate_judgement(session), guide(session)
     assert judged.tone is step.tone is tone
     assert judged.text in step.sentence
@@ -166,7 +166,7 @@ def test_a_recording_knows_that_its_plate_was_given(first, tmp_path):
 
 
 def test_the_plate_is_judged_by_what_is_wanted(first, monkeypatch):
-    moved = replace(first, done=(Step(first.plate, first.states),))
+    moved = replace(first, done=(UndoStep(first.plate, first.states),))
     assert guide(moved).next.command == TryPlate()
     strict = replace(moved, wanted=Wanted(position=1e-4))
     assert guide(strict).tone is Tone.CAREFUL
@@ -184,7 +184,9 @@ def test_the_plate_is_judged_by_what_is_wanted(first, monkeypatch):
 
 def yield_of(wanted):
     """A yield of 97 %."""
-    return SimpleNamespace(wanted=wanted, share=0.97, arms=200, interval=(0.94, 0.99), blame=None)
+    return SimpleNamespace(
+        wanted=wanted, share=0.97, arms=200, interval=(0.94, 0.99), blame=None, reached=np.ones(200, bool)
+    )
 
 
 def test_room_for_a_target_is_where_its_block_and_the_arm_keep_clear(first):

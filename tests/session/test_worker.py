@@ -7,8 +7,9 @@ from collections.abc import Hashable
 import pytest
 from threadpoolctl import threadpool_info
 
-from workbench.base.progress import Cancelled
+from workbench.base.progress import check_cancelled, progress
 from workbench.session import AbstractChange, AbstractTask, replay
+from workbench.session.commands.compare import FollowSystem
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.messages import Dismiss, Tell
 from workbench.session.journal import Ending
@@ -51,11 +52,10 @@ class Slow(AbstractTask):
     def check(self, session):
         pass
 
-    def compute(self, session, *, progress, cancel):
+    def compute(self, session):
         progress(0.5, "half way")
         while not self.go.wait(0.01):
-            if cancel():
-                raise Cancelled
+            check_cancelled()
         if self.fails:
             raise ValueError("no")
         return session.selected
@@ -190,3 +190,9 @@ def test_news_goes_when_the_user_goes_on_errors_stay(do):
     session = do(Tell("careful"), Tell("by the way", Severity.INFO), SelectTarget(1))
     assert [m.text for m in session.messages] == ["careful"]
     assert do(Dismiss()).messages == ()
+
+
+def test_what_every_page_says_as_it_connects_is_no_step(worker, do):
+    for is_dark in (True, False, True):
+        assert do(FollowSystem(is_dark)).is_dark is is_dark
+    assert worker.journal == ()

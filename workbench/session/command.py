@@ -10,13 +10,14 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Hashable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any, ClassVar, dataclass_transform
+from pathlib import Path
+from typing import Any, ClassVar, Generic, TypeVar, dataclass_transform
 
-from workbench.base.progress import Cancel
 from workbench.base.registry import plugins
-from workbench.session.state import Session
+from workbench.session.state import Session, Severity
 
-Progress = Callable[[float, str], None]
+Result = TypeVar("Result")
+"""What a task computes."""
 
 
 def computed(value: Callable[[Any], Hashable]) -> Any:
@@ -32,8 +33,11 @@ class AbstractCommand(ABC):
 
     is_automatic: ClassVar[bool] = False
     """Whether the program sends it by itself: it does not show that somebody has read the messages."""
+    is_kept: ClassVar[bool] = True
+    """Whether the journal keeps it; what every page says anew as it connects is not kept."""
 
     def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
         dataclass(frozen=True)(cls)
 
     @property
@@ -76,22 +80,52 @@ class AbstractChange(AbstractCommand):
         return None
 
 
-class AbstractTask(AbstractCommand):
+class UnknownCommand(AbstractChange):
+    """A command of a recording that no installed package knows: nothing is done in its place.
+
+    Args:
+        name: Its name.
+        recorded: Its title as it was recorded.
+    """
+
+    name: str
+    recorded: str
+
+    title = computed(lambda self: self.recorded)
+
+    def apply(self, session: Session) -> Session:
+        note = f"'{self.recorded}' is left out: '{self.name}' is part of an extra that isn't installed here"
+        return session.tell(Severity.WARNING, note)
+
+
+class AbstractTask(AbstractCommand, Generic[Result]):
     """A long command, computed beside the worker from the session at its start.
 
     Other commands go on meanwhile; what was computed is put into the session as it is at the end.
     """
 
     @abstractmethod
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        """The long part; once `cancel` says so it raises `Cancelled`, or returns anything: it is dropped."""
+    def compute(self, session: Session) -> Result:
+        """The long part, which reports its `progress`; once `cancelled` it may return anything, or raise."""
 
     @abstractmethod
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: Result) -> Session:
         """The present session with the result."""
 
 
-class AbstractChore(AbstractTask):
+class AbstractLoad(AbstractTask[Result]):
+    """A task that reads a file as measurements, given its `name` and `content`."""
+
+    endings: ClassVar[tuple[str, ...]]
+    """Of the files' names, in lower case."""
+
+    @classmethod
+    def packed(cls, folder: Path) -> tuple[str, bytes] | None:
+        """Name and content of a file that holds a folder's measurements; None where folders are not read."""
+        return None
+
+
+class AbstractChore(AbstractTask[Result]):
     """A computation that the session itself requests, so that no change has to wait for it.
 
     Chores run beside tasks, one at a time, and are cancelled when the session no longer needs them.
@@ -102,7 +136,7 @@ class AbstractChore(AbstractTask):
 
     @classmethod
     @abstractmethod
-    def needed(cls, session: Session) -> "AbstractChore | None":
+    def needed(cls, session: Session) -> "AbstractChore[Any] | None":
         """The chore that this session needs; None if none. Equal chores compute the same."""
 
 
@@ -110,7 +144,7 @@ def kinds() -> dict[str, type[AbstractCommand]]:
     """All commands that are defined, by name; no other package's takes the place of one of ours."""
     _load_plugins()
     found = sorted(_below(AbstractCommand), key=lambda kind: kind.__module__.startswith("workbench."))
-    return {kind.__name__: kind for kind in found}
+    return {kind.__name__: kind for kind in found if kind is not UnknownCommand}
 
 
 @cache

@@ -4,7 +4,7 @@ Every session of measurements may have its own base and tool. The base of the sh
 one, the nominal base) brings measured and predicted poses alike into the base's frame.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 from functools import cached_property
@@ -13,19 +13,21 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
+from workbench.arm.effects.events import AbstractEvent
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Poses, frozen
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 
-STEPS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0)
+EXAGGERATIONS = (1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 2000.0, 5000.0)
 """Exaggerations that are chosen by themselves."""
 DRAWN_LENGTH = 0.05
 """Longest that a typical error is then drawn [m]."""
 
 
-class Stage(StrEnum):
+class ModelStage(StrEnum):
     """Stages of the model."""
 
     NOMINAL = "nominal"
@@ -33,7 +35,7 @@ class Stage(StrEnum):
     CAUSES = "with causes"
 
 
-STAGES = tuple(Stage)
+STAGES = tuple(ModelStage)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +53,8 @@ class Comparison:
         residuals: From measured to predicted position, for every stage [m]; NaN where there is no such model,
             or no position was measured.
         set_apart: Measured positions of rows that no arm explains [m]: set apart, or suspects held out.
+        over: Which events were over at each row, in the order in which they happened; None: nothing is known
+            to have happened.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -62,6 +66,7 @@ class Comparison:
     calibrated: Float[np.ndarray, "rows 4 4"] | None
     residuals: Float[np.ndarray, "rows 3 3"]
     set_apart: Float[np.ndarray, "k 3"] = field(default_factory=lambda: np.zeros((0, 3)))
+    over: Bool[np.ndarray, "rows events"] | None = None
 
     def __len__(self) -> int:
         return len(self.q)
@@ -79,22 +84,27 @@ class Comparison:
         return frozen(np.linalg.norm(self.residuals, axis=2))
 
     @cached_property
-    def stages(self) -> tuple[Stage, ...]:
+    def stages(self) -> tuple[ModelStage, ...]:
         """Stages whose errors are known."""
         known = np.isfinite(self.stage_errors).any(0)
         return tuple(stage for stage, is_known in zip(STAGES, known, strict=True) if is_known)
 
-    def nearest_stage(self, wanted: Stage) -> Stage:
+    @property
+    def is_earlier(self) -> Bool[np.ndarray, " rows"]:
+        """Rows before the last event."""
+        return np.zeros(len(self), bool) if self.over is None else ~np.asarray(self.over.all(1))
+
+    def nearest_stage(self, wanted: ModelStage) -> ModelStage:
         """The stage that is shown where this one is wanted: the last known one up to it."""
         up_to = STAGES.index(wanted)
-        return next((s for s in reversed(self.stages) if STAGES.index(s) <= up_to), Stage.NOMINAL)
+        return next((s for s in reversed(self.stages) if STAGES.index(s) <= up_to), ModelStage.NOMINAL)
 
 
 def exaggeration_for(errors: Float[np.ndarray, " rows"]) -> float:
     """A round factor that draws a typical error [m] about 5 cm long at most, and never smaller than it is."""
     typical = np.nanmedian(errors) if np.isfinite(errors).any() else 0.0
-    fitting = [step for step in STEPS if step * typical <= DRAWN_LENGTH]
-    return max(fitting, default=STEPS[0])
+    fitting = [step for step in EXAGGERATIONS if step * typical <= DRAWN_LENGTH]
+    return max(fitting, default=EXAGGERATIONS[0])
 
 
 def compare(
@@ -102,7 +112,8 @@ def compare(
     checks: Dataset | None,
     nominal: Robot,
     calibrated: Robot | None,
-    models: Mapping[Stage, Robot] | None = None,
+    models: Mapping[ModelStage, Robot] | None = None,
+    events: Sequence[AbstractEvent] = (),
 ) -> Comparison:
     """Measured and predicted poses of all rows.
 
@@ -112,10 +123,11 @@ def compare(
         nominal: The nominal arm, on its best base.
         calibrated: The calibrated arm, if there is one.
         models: The arm of every stage that is known.
+        events: What happened while they were measured.
     """
-    parts = [_compared(fitted, nominal, calibrated, models or {}, held_out=False)]
+    parts = [_compared(fitted, nominal, calibrated, models or {}, events, held_out=False)]
     if checks is not None and len(checks):
-        parts.append(_compared(checks, nominal, calibrated, models or {}, held_out=True))
+        parts.append(_compared(checks, nominal, calibrated, models or {}, events, held_out=True))
     columns: dict[str, Any] = {}
     for f in fields(Comparison):
         values = [getattr(part, f.name) for part in parts]
@@ -124,7 +136,13 @@ def compare(
 
 
 def _compared(
-    data: Dataset, nominal: Robot, calibrated: Robot | None, models: Mapping[Stage, Robot], *, held_out: bool
+    data: Dataset,
+    nominal: Robot,
+    calibrated: Robot | None,
+    models: Mapping[ModelStage, Robot],
+    events: Sequence[AbstractEvent],
+    *,
+    held_out: bool,
 ) -> Comparison:
     """The rows of one dataset, with whatever it knows of payload, temperature and the like."""
     to_base = into_base(nominal if calibrated is None else calibrated, data)
@@ -144,6 +162,7 @@ def _compared(
         nominal=to_base @ predicted[id(nominal)],
         calibrated=None if calibrated is None else to_base @ predicted[id(calibrated)],
         residuals=residuals,
+        over=np.stack([event.is_over(Motion.of(data)) for event in events], 1) if events else None,
     )
 
 
@@ -193,10 +212,10 @@ class Overlay:
     nominal: bool = True
     calibrated: bool = True
     points: bool = True
-    stage: Stage = Stage.CAUSES
+    stage: ModelStage = ModelStage.CAUSES
     frames: bool = False
     arrows: bool = True
-    ghosts: bool = True
+    ghosts: bool = False
     exaggeration: float = 50.0
     exaggeration_after: float = 50.0
     law: str = ""

@@ -6,15 +6,16 @@ from functools import lru_cache
 import numpy as np
 from jaxtyping import Bool, Float
 
-from workbench.arm.identification_jacobian import Linearisation
+from workbench.arm.linearisation import Linearisation
 from workbench.plate.cubes import CubeMap
+from workbench.plate.plate import Plate
 from workbench.session.comparison import Comparison
-from workbench.session.state import CubeView, Field, Session, Trial
+from workbench.session.state import CubeView, Field, Focus, PlateTrial, Session
 
 TITLES = {
     Field.REACH: "Reachability",
     Field.INDEX: "Best index O",
-    Field.PREDICTED: "Predicted error",
+    Field.PREDICTED: "Predicted error after calibration",
     Field.MEASURED: "Measured error",
     Field.YIELD: "Error of virtual arms",
 }
@@ -24,6 +25,12 @@ FACTORS = {Field.REACH: 100.0, Field.INDEX: 1.0} | dict.fromkeys(IN_MILLIMETRES,
 LARGER_IS_BETTER = {Field.REACH, Field.INDEX}
 CROWDED = 95.0
 """Percentile at which the colour scale of errors ends, so that a few bad cubes don't hide the rest."""
+SMOOTH = 5.0
+"""Percentile at which that of predicted errors begins."""
+BELOW = 0.03
+"""How far below a target without a plate the cubes are shown [m]."""
+ROOM = 0.2
+"""Share beyond both, in which a plate may get better or worse than the first one was."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,13 +73,32 @@ def values(session: Session) -> CubeValues | None:
     linearisation = session.score.linearisation
     if linearisation is None:
         return CubeValues(np.where(cubes.reached > 0, np.inf, np.nan), 0.0, 1.0)
-    return _predicted(cubes, linearisation)
+    return _predicted(cubes, linearisation, session.first_score.linearisation)
+
+
+def are_shown(session: Session) -> bool:
+    """Whether the scene has cubes; nobody asked for those that are there at first."""
+    view = session.cube_view
+    return view.field is not Field.NONE and (view.asked or session.focus is Focus.TARGET)
 
 
 @lru_cache(maxsize=2)
-def _predicted(cubes: CubeMap, linearisation: Linearisation) -> CubeValues:
-    """Asked for by the scene and by the panel alike."""
-    return _scaled(cubes.errors(linearisation))
+def _predicted(cubes: CubeMap, now: Linearisation, first: Linearisation | None) -> CubeValues:
+    """On the scale of the first plate, so that one sees what a target's move makes better or worse."""
+    errors = cubes.errors(now)
+    scale = None if first is None else _scale_of(cubes, first)
+    return _scaled(errors) if scale is None else CubeValues(errors, *scale)
+
+
+@lru_cache(maxsize=2)
+def _scale_of(cubes: CubeMap, first: Linearisation) -> tuple[float, float] | None:
+    """Ends of a scale about a plate's errors, of two digits [m]; None where nothing bounds any of them."""
+    errors = cubes.errors(first)
+    finite = errors[np.isfinite(errors)]
+    if not finite.any():
+        return None
+    low, high = np.percentile(finite, (SMOOTH, CROWDED)) * (1.0 - ROOM, 1.0 + ROOM)
+    return float(f"{low:.2g}"), float(f"{high:.2g}")
 
 
 def measured_errors(session: Session, comparison: Comparison) -> Float[np.ndarray, " cubes"]:
@@ -87,7 +113,7 @@ def measured_errors(session: Session, comparison: Comparison) -> Float[np.ndarra
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
 
 
-def trial_errors(trial: Trial) -> Float[np.ndarray, " cubes"]:
+def trial_errors(trial: PlateTrial) -> Float[np.ndarray, " cubes"]:
     """Root mean square position error of the virtual arms of a trial in each cube [m]."""
     errors = np.full(trial.plate.region.cubes, np.nan)
     errors[trial.found.cells] = trial.found.observed[:, 0]
@@ -102,9 +128,24 @@ def shown_cubes(session: Session, view: CubeView, numbers: CubeValues) -> Bool[n
     if view.field in (Field.MEASURED, Field.YIELD) or view.least > 0.0 or view.greatest < 1.0:
         keep &= ~np.isnan(shares)
     if view.cut is not None:
-        layer = np.indices(shape)[view.cut].ravel()
-        keep &= layer == min(view.layer, shape[view.cut] - 1)
+        keep &= np.indices(shape)[view.cut].ravel() == shown_layer(session)
     return keep
+
+
+def shown_layer(session: Session) -> int:
+    """Which layer across the cut is shown: the chosen one, or that of the plate's surface."""
+    view, region = session.cube_view, session.plate.region
+    axis = 2 if view.cut is None else view.cut
+    layer = view.layer
+    if not view.asked:
+        layer = int((plate_surface(session.plate) - region.min[2]) // (region.size[2] / region.shape[2]))
+    return int(np.clip(layer, 0, region.shape[axis] - 1))
+
+
+def plate_surface(plate: Plate) -> float:
+    """Height of what blocks stand on [m]; without a plate, a little below the lowest target."""
+    lowest = min(float(target.xyz[2]) for target in plate.targets) - BELOW
+    return lowest if plate.size is None else float(plate.pose[2, 3])
 
 
 def _scaled(numbers: np.ndarray) -> CubeValues:

@@ -47,14 +47,14 @@ def bending_robot(session: Session) -> Robot | None:
 
 def bend(robot: Robot, q: Float[np.ndarray, " n"]) -> Bending:
     """The arm at rest at these joint positions, under its own weight."""
-    bent = deflect(robot, Motion(q[None]))
+    deflected = deflect(robot, Motion(q[None]))
     chain = robot.chain
     elements = [chain.index[driven(chain, j).name] for j in range(robot.dof)]
     return Bending(
-        shift=bent.shift,
-        about=bent.shift[0, elements],
-        across=np.array([_tipped(robot, bent.shift[0], j) for j in range(robot.dof)]),
-        moment=_moments(robot, bent.wrenches[0]) if len(bent.wrenches) else None,
+        shift=deflected.shift,
+        about=deflected.shift[0, elements],
+        across=np.array([_tipped(robot, deflected.shift[0], j) for j in range(robot.dof)]),
+        moment=_moments(robot, deflected.wrenches[0]) if len(deflected.wrenches) else None,
     )
 
 

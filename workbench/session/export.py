@@ -30,7 +30,7 @@ File = tuple[str, bytes]
 
 def plate_toml(session: Session) -> File:
     """The plate with its current targets."""
-    return f"{_stem(session.plate.name)}.toml", plate_text(session.plate).encode()
+    return f"{stem_of(session.plate.name)}.toml", plate_text(session.plate).encode()
 
 
 def measurements_csv(session: Session) -> File:
@@ -42,7 +42,7 @@ def measurements_csv(session: Session) -> File:
     if session.loaded is None:
         raise DataError("there are no measurements to save; load a file or measure a virtual arm first")
     content = writer.measurements_csv(session.loaded.dataset, prismatic=sliding_numbers(session.robot))
-    return f"{_stem(Path(session.loaded.name).stem)}.csv", content.encode()
+    return f"{stem_of(Path(session.loaded.name).stem)}.csv", content.encode()
 
 
 def columns_toml(session: Session) -> File:
@@ -54,7 +54,7 @@ def columns_toml(session: Session) -> File:
     file = session.unread or (None if session.loaded is None else session.loaded.file)
     if file is None:
         raise DataError("no file was read; load measurements first")
-    return f"{_stem(Path(file.name).stem)}-columns.toml", mapping_text(file.preview).encode()
+    return f"{stem_of(Path(file.name).stem)}-columns.toml", mapping_text(file.preview).encode()
 
 
 def next_poses_csv(session: Session) -> File:
@@ -70,12 +70,12 @@ def next_poses_csv(session: Session) -> File:
     reasons = [reason.sentence for reason in found.next_reasons] or [""] * len(shown)
     rows = ([*row, why] for row, why in zip(shown.tolist(), reasons, strict=True))
     content = _csv([*_headings(session.robot), "tells"], rows)
-    return f"{_stem(session.robot.name)}-next-poses.csv", content.encode()
+    return f"{stem_of(session.robot.name)}-next-poses.csv", content.encode()
 
 
 def robot_toml(session: Session) -> File:
     """The session's nominal robot."""
-    return f"{_stem(session.robot.name)}.toml", robot_text(session.robot).encode()
+    return f"{stem_of(session.robot.name)}.toml", robot_text(session.robot).encode()
 
 
 def calibrated_toml(session: Session) -> File:
@@ -84,7 +84,7 @@ def calibrated_toml(session: Session) -> File:
     Raises:
         DataError: nothing has been identified.
     """
-    return f"{_stem(session.robot.name)}-calibrated.toml", robot_text(_calibrated(session)).encode()
+    return f"{stem_of(session.robot.name)}-calibrated.toml", robot_text(_calibrated(session)).encode()
 
 
 def calibrated_urdf(session: Session) -> File:
@@ -97,19 +97,7 @@ def calibrated_urdf(session: Session) -> File:
 
     with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
         path = write_urdf(_calibrated(session), Path(folder, "file.urdf"))
-        return f"{_stem(session.robot.name)}-calibrated.urdf", path.read_bytes()
-
-
-def rezeroed_toml(session: Session) -> File:
-    """The calibrated arm with the identified zeros.
-
-    Raises:
-        DataError: none were, or what was found speaks against them.
-    """
-    if session.rezero is None or session.rezero.doubts:
-        raise DataError("no zeros have been found; press Find moved joints first")
-    robot = session.rezero.robot
-    return f"{_stem(robot.name)}-zeros.toml", robot_text(robot).encode()
+        return f"{stem_of(session.robot.name)}-calibrated.urdf", path.read_bytes()
 
 
 def captured_csv(session: Session) -> File:
@@ -120,7 +108,7 @@ def captured_csv(session: Session) -> File:
     """
     if not session.captured:
         raise DataError("no poses have been kept; press Keep this pose first")
-    return f"{_stem(session.robot.name)}-poses.csv", captured_table(session).encode()
+    return f"{stem_of(session.robot.name)}-poses.csv", captured_table(session).encode()
 
 
 def report_zip(session: Session) -> File:
@@ -133,7 +121,7 @@ def report_zip(session: Session) -> File:
 
     found = _identified(session)
     content = _packed(lambda folder: write_report(found, folder, wanted=session.wanted), "report")
-    return f"{_stem(session.robot.name)}-report.zip", content
+    return f"{stem_of(session.robot.name)}-report.zip", content
 
 
 def fixture_zip(session: Session) -> File:
@@ -150,7 +138,7 @@ def fixture_zip(session: Session) -> File:
     content = _packed(
         lambda folder: export_plate(session.plate, folder, robot=session.robot, sigma=sigma), "fixture"
     )
-    return f"{_stem(session.plate.name)}-fixture.zip", content
+    return f"{stem_of(session.plate.name)}-fixture.zip", content
 
 
 def _identified(session: Session) -> Identification:
@@ -161,8 +149,8 @@ def _identified(session: Session) -> Identification:
 
 def _calibrated(session: Session) -> Robot:
     found = _identified(session)
-    if found.gate is not None and found.gate.refused:
-        raise DataError(f"there is no calibrated arm to save: {found.gate.refused}")
+    if found.identifiability is not None and found.identifiability.refused:
+        raise DataError(f"there is no calibrated arm to save: {found.identifiability.refused}")
     return found.runs[session.fit].calibrated
 
 
@@ -177,7 +165,8 @@ def _packed(write: Callable[[Path], object], name: str) -> bytes:
     return packed.getvalue()
 
 
-def _stem(name: str) -> str:
+def stem_of(name: str) -> str:
+    """A name as the beginning of a file's name."""
     return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-") or "file"
 
 
@@ -185,7 +174,7 @@ COORDINATES = ("x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
 
 
 @dataclass(frozen=True, eq=False)
-class Captured:
+class CapturedPoses:
     """Poses that were kept while jogging, before and after a calibration as in the thesis (Katana §3.4).
 
     Args:
@@ -206,11 +195,11 @@ class Captured:
         return np.linalg.norm(self.calibrated[:, :3, 3] - self.nominal[:, :3, 3], axis=1)
 
 
-def captured(session: Session) -> Captured:
+def captured(session: Session) -> CapturedPoses:
     """The kept poses as the present models have them."""
     q = np.array(session.captured).reshape(-1, session.robot.dof)
     calibrated = None if session.calibrated is None else _in_base(session.calibrated, q)
-    return Captured(q, _in_base(session.robot, q), calibrated)
+    return CapturedPoses(q, _in_base(session.robot, q), calibrated)
 
 
 def captured_table(session: Session) -> str:

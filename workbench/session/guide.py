@@ -42,18 +42,16 @@ class Action:
         tab: Where its outcome is seen.
         command: What is carried out, if anything.
         save: What is handed out as a file, if anything.
-        offers_formats: Whether it offers the formats in which the calibrated arm can be saved.
     """
 
     label: str
     tab: Tab
     command: AbstractCommand | None = None
     save: Callable[[Session], File] | None = None
-    offers_formats: bool = False
 
 
 @dataclass(frozen=True)
-class Step:
+class GuideStep:
     """The state of a session.
 
     Args:
@@ -73,20 +71,20 @@ class Step:
 
 LOAD = Action("Measure", Tab.MEASURE)
 MORE = Action("Measure more", Tab.MEASURE)
-FIT = Action("Identify the geometry", Tab.IDENTIFY, Identify())
-CAUSE = Action("Find the cause", Tab.DIAGNOSE, Diagnose())
-ADD = Action("Add what was found", Tab.IDENTIFY, AddEffects())
+FIT = Action("Identify the geometry", Tab.CALIBRATE, Identify())
+CAUSE = Action("Find the cause", Tab.CALIBRATE, Diagnose())
+ADD = Action("Add what was found", Tab.CALIBRATE, AddEffects())
 TRY = Action("Try it on virtual arms", Tab.PLATE, TryPlate())
 COMPARE = Action("Compare", Tab.COMPARE)
-TAKE = Action("Save the arm", Tab.IDENTIFY, offers_formats=True)
+TAKE = Action("Save the arm", Tab.EXPORT)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
-OTHER_ARM = Action("Choose the robot", Tab.MORE)
+OTHER_ARM = Action("Choose the robot", Tab.ROBOT)
 POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
 
 
-def guide(session: Session) -> Step:
+def guide(session: Session) -> GuideStep:
     """The state of this session; where it advises to save the arm, the verdict on it decides the tone."""
-    step, file = _guide(session), session.unread
+    step, file = _levelled(_guide(session), session.levelled), session.unread
     if session.loaded is not None and session.job is None and file is not None and file.match is not None:
         step = replace(step, other=_change_to(file.match))
     judged = arm_judgement(session) if step.next == TAKE else None
@@ -95,20 +93,31 @@ def guide(session: Session) -> Step:
     return replace(step, sentence=f"{step.sentence} {judged.text}.", tone=judged.tone)
 
 
-def _guide(session: Session) -> Step:
+def _levelled(step: GuideStep, levelled: bool) -> GuideStep:
+    """The step whose buttons know whether the instrument is levelled."""
+
+    def told(action: Action | None) -> Action | None:
+        if action is None or not isinstance(action.command, Identify | Diagnose):
+            return action
+        return replace(action, command=replace(action.command, levelled=levelled))
+
+    return replace(step, next=told(step.next), other=told(step.other))
+
+
+def _guide(session: Session) -> GuideStep:
     if session.caption:
-        return Step(session.caption, figure=_figure(session))
+        return GuideStep(session.caption, figure=_figure(session))
     if session.job is not None:
-        return Step(f"{session.job.title} … Meanwhile you can go on working.")
+        return GuideStep(f"{session.job.title} … Meanwhile you can go on working.")
     if session.drag is not None:
-        return Step(f"Release to keep this position; {_predicted(session)}.")
+        return GuideStep(f"Release to keep this position; {_predicted(session)}.")
     if session.measuring is not None:
         return _measuring(session.measuring)
     if session.source is not None and session.source.is_followed and session.focus is Focus.JOG:
-        return Step("The arm follows the real one. Store its rows target by target.", next=LOAD)
+        return GuideStep("The arm follows the real one. Store its rows target by target.", next=LOAD)
     if session.focus is Focus.TRACK:
-        return Step(
-            "The solid arm moves as commanded, the amber one as the calibrated arm does.", next=COMPARE
+        return GuideStep(
+            "The solid arm moves as commanded, the orange one as the calibrated arm does.", next=COMPARE
         )
     file = session.unread
     if session.loaded is None and file is not None and file.match is not None and file.match.rival:
@@ -119,7 +128,7 @@ def _guide(session: Session) -> Step:
         rows = len(session.loaded.dataset)
         if session.loaded.match is not None and session.loaded.is_foreign:
             return _foreign(session.loaded.match)
-        return Step(f"{rows} rows of {session.loaded.name} are loaded.", next=FIT, other=LOAD)
+        return GuideStep(f"{rows} rows of {session.loaded.name} are loaded.", next=FIT, other=LOAD)
     if session.accepted:
         found, left = session.diagnosis, "The model now describes the real arm"
         if found is not None and not found.causes:
@@ -128,13 +137,13 @@ def _guide(session: Session) -> Step:
             left = "What was added predicts the rest; no cause is certain"
         elif found is not None and found.verdict is Verdict.PARTLY:
             left = "No known effect explains the rest"
-        return Step(f"{stages_in_words(session)} mm. {left}.", Tone.GOOD, TAKE, COMPARE)
+        return GuideStep(f"{stages_in_words(session)} mm. {left}.", Tone.GOOD, TAKE, COMPARE)
     if session.diagnosis is not None:
         return _diagnosed(session.diagnosis)
     return _identified(session, session.identification)
 
 
-def _measuring(measuring: Measuring) -> Step:
+def _measuring(measuring: Measuring) -> GuideStep:
     """Where the arm stands, and the rows stored so far."""
     acquisition, stored = measuring.acquisition, measuring.acquisition.rows
     done = Action("End with these rows", Tab.MEASURE, UseRows()) if stored else None
@@ -145,28 +154,28 @@ def _measuring(measuring: Measuring) -> Step:
             f"The arm stands at target {number + 1}, not at target {measuring.target + 1}, the current one."
         )
         here = Action(f"Store it as target {number + 1}", Tab.MEASURE, StoreRow(target=number))
-        return Step(words, Tone.CAREFUL, here, done)
+        return GuideStep(words, Tone.CAREFUL, here, done)
     words = "Drive the arm to the current target, wait until it is still, store the row"
-    return Step(f"{words}; {stored} of {len(measuring.numbers)} stored.", next=done)
+    return GuideStep(f"{words}; {stored} of {len(measuring.numbers)} stored.", next=done)
 
 
-def _foreign(match: ArmMatch) -> Step:
+def _foreign(match: ArmMatch) -> GuideStep:
     """Rows of another arm: change to that one, if it is known."""
     anyway = OTHER_ARM
     if match.joints[0] == match.joints[1]:
-        anyway = Action("Identify all the same", Tab.IDENTIFY, Identify(anyway=True))
-    return Step(f"{capital(match.words)}.", Tone.BAD, _change_to(match), anyway)
+        anyway = Action("Identify all the same", Tab.CALIBRATE, Identify(anyway=True))
+    return GuideStep(f"{capital(match.words)}.", Tone.BAD, _change_to(match), anyway)
 
 
 def _change_to(match: ArmMatch) -> Action:
     """To the built-in arm that the rows fit, with them; to choose one if none does."""
     if not match.rival:
         return OTHER_ARM
-    return Action(f"Change to {match.rival_name}", Tab.IDENTIFY, ChooseRobot(match.rival, keep=True))
+    return Action(f"Change to {match.rival_name}", Tab.CALIBRATE, ChooseRobot(match.rival, keep=True))
 
 
 @dataclass(frozen=True, eq=False)
-class Stage:
+class StageErrors:
     """Errors up to one stage of the model.
 
     Args:
@@ -180,25 +189,25 @@ class Stage:
     rows: Float[np.ndarray, " rows"]
 
     @classmethod
-    def of(cls, title: str, errors: Validation | Run, rows: tuple[RowErrors, RowErrors]) -> "Stage":
+    def of(cls, title: str, errors: Validation | Run, rows: tuple[RowErrors, RowErrors]) -> "StageErrors":
         """Errors on held-out rows; on the fitted ones where none were held out."""
         fitted, held_out = rows
         chosen = fitted if errors.held_out is None else held_out
         return cls(title, judged(errors).position_mm.mean, chosen.position)
 
 
-def stages(session: Session) -> tuple[Stage, ...]:
+def stages(session: Session) -> tuple[StageErrors, ...]:
     """Errors of the nominal arm, with its geometry, with what was found: what there is, on the same rows."""
     found, diagnosis = session.identification, session.diagnosis
     if found is None:
         return ()
-    out = [Stage.of("nominal", found.nominal, found.nominal_rows)]
+    out = [StageErrors.of("nominal", found.nominal, found.nominal_rows)]
     if session.accepted and diagnosis is not None:
-        out.append(Stage.of("geometry", diagnosis.before, diagnosis.before_rows))
+        out.append(StageErrors.of("geometry", diagnosis.before, diagnosis.before_rows))
     has_cause = diagnosis is None or bool(diagnosis.causes)
     title = "geometry" if not session.accepted else "causes" if has_cause else "residual map"
     run = found.runs[session.fit]
-    return (*out, Stage.of(title, run, (run.train_rows, run.held_out_rows)))
+    return (*out, StageErrors.of(title, run, (run.train_rows, run.held_out_rows)))
 
 
 def stages_in_words(session: Session) -> str:
@@ -232,7 +241,7 @@ def _figure(session: Session) -> str:
     return f"{predicted:.3f} mm rms predicted" if np.isfinite(predicted) else ""
 
 
-def _design(session: Session) -> Step:
+def _design(session: Session) -> GuideStep:
     """The step for the plate, before anything is measured on it."""
     bad = [(i, state) for i, state in enumerate(session.states) if not state.measurable]
     if bad:
@@ -240,24 +249,24 @@ def _design(session: Session) -> Step:
         why = "is out of reach" if not state.reached else f"is blocked: {state.hit}"
         words = f"{count - len(bad)} of {count} targets can be measured; target {first + 1} {why}."
         fix = Action(f"Show target {first + 1}", Tab.PLATE, SelectTarget(first))
-        return Step(words, Tone.BAD, fix, LOAD)
+        return GuideStep(words, Tone.BAD, fix, LOAD)
     improve = Action("Improve the plate", Tab.PLATE, ImprovePlate(seed=len(session.history)))
     if _takes_next_poses(session):
-        return Step("The poses to measure next are on the plate; measure there.", next=LOAD, other=FIT)
+        return GuideStep("The poses to measure next are on the plate; measure there.", next=LOAD, other=FIT)
     if not session.done:
         words = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
-        return Step(f"{words}. Or let the program place all targets.", next=improve, other=LOAD)
+        return GuideStep(f"{words}. Or let the program place all targets.", next=improve, other=LOAD)
     words = capital(_predicted(session))
     if (judged := plate_judgement(session)) is None:
         words = f"{words}. Good enough? Set the required error below (Wanted [mm]), or measure."
-        return Step(words, next=LOAD, other=improve)
+        return GuideStep(words, next=LOAD, other=improve)
     if judged.tone is Tone.GOOD:
-        return Step(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
+        return GuideStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     if session.tried is not None:
-        return Step(f"{capital(judged.text)}.", judged.tone, improve, LOAD)
+        return GuideStep(f"{capital(judged.text)}.", judged.tone, improve, LOAD)
     if judged.tone is Tone.CAREFUL:
-        return Step(f"{words}: {judged.text}. Improve it.", judged.tone, improve, LOAD)
-    return Step(f"{words}: {judged.text}. Good enough? Try it, or measure.", judged.tone, TRY, LOAD)
+        return GuideStep(f"{words}: {judged.text}. Improve it.", judged.tone, improve, LOAD)
+    return GuideStep(f"{words}: {judged.text}. Good enough? Try it, or measure.", judged.tone, TRY, LOAD)
 
 
 def _predicted(session: Session) -> str:
@@ -279,47 +288,51 @@ def _takes_next_poses(session: Session) -> bool:
     )
 
 
-def _identified(session: Session, found: Identification) -> Step:
+def _identified(session: Session, found: Identification) -> GuideStep:
     run = found.runs[session.fit]
     left = judged(run).position_mm.mean
     if doubts := found.doubts(run):
         words = f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}"
-        return Step(words, Tone.CAREFUL, COMPARE, LOAD)
-    if (gate := found.gate) is not None and gate.refused:
-        words = f"The pictures identify nothing of the arm: {gate.advice or gate.steps[-1].refused}."
-        return Step(words, Tone.CAREFUL, MORE, COMPARE)
-    if gate is not None:
-        words = f"{stages_in_words(session)} mm; {gate.step.name} identified from pictures."
-        return Step(words, Tone.GOOD, TAKE, COMPARE)
+        return GuideStep(words, Tone.CAREFUL, COMPARE, LOAD)
+    if (identifiability := found.identifiability) is not None and identifiability.refused:
+        words = (
+            f"These rows identify nothing of the arm: {identifiability.advice or identifiability.refused}."
+        )
+        return GuideStep(words, Tone.CAREFUL, MORE, COMPARE)
+    if identifiability is not None:
+        words = f"{stages_in_words(session)} mm; {identifiability.title} identified."
+        return GuideStep(words, Tone.GOOD, TAKE, COMPARE)
     rows, times = len(found.train_rows), share_of_noise(session, found)
     if times <= BEYOND_NOISE:
         words = f"{stages_in_words(session)} mm: the remaining error is instrument noise."
-        return Step(words, Tone.GOOD, TAKE, COMPARE)
+        return GuideStep(words, Tone.GOOD, TAKE, COMPARE)
     if rows < LEAST_ROWS:
         words = f"{significant(left)} mm left. {rows} rows are too few to look for a cause; "
         words += f"it takes {LEAST_ROWS}."
-        return Step(words, Tone.CAREFUL, MORE, COMPARE)
+        return GuideStep(words, Tone.CAREFUL, MORE, COMPARE)
     if np.isnan(times):
         words = f"{significant(left)} mm left. Noise, or something that is not geometry?"
-        return Step(words, Tone.PLAIN, CAUSE, TAKE)
+        return GuideStep(words, Tone.PLAIN, CAUSE, TAKE)
     words = f"{left:.3g} mm left, {times:.2g} × the instrument: something is not geometry."
-    return Step(words, Tone.CAREFUL, CAUSE, TAKE)
+    return GuideStep(words, Tone.CAREFUL, CAUSE, TAKE)
 
 
-def _diagnosed(found: Diagnosis) -> Step:
+def _diagnosed(found: Diagnosis) -> GuideStep:
     before, after = (judged(errors).position_mm.mean for errors in (found.before, found.after))
     poses = POSES if len(found.measure_next) else MORE
     if found.harm is not None:
-        return Step(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
+        return GuideStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
         fall = f"{significant(before)} → {significant(after)} mm"
         if not found.causes:
-            return Step(f"No cause can be named; a residual map predicts {fall}.", Tone.CAREFUL, ADD, poses)
+            return GuideStep(
+                f"No cause can be named; a residual map predicts {fall}.", Tone.CAREFUL, ADD, poses
+            )
         first, more = found.causes[0], len(found.causes) - 1
         others = f" and {more} more" if more else ""
         tone = Tone.GOOD if found.is_named else Tone.CAREFUL
-        return Step(f"{first.label} ({first.confidence}){others}: {fall}.", tone, ADD, poses)
+        return GuideStep(f"{first.label} ({first.confidence}){others}: {fall}.", tone, ADD, poses)
     if found.verdict is Verdict.UNEXPLAINED:
-        return Step(f"{significant(before)} mm left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
+        return GuideStep(f"{significant(before)} mm left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
     words = f"{significant(before)} mm left, all of it noise: the geometry is enough."
-    return Step(words, Tone.GOOD, TAKE, COMPARE)
+    return GuideStep(words, Tone.GOOD, TAKE, COMPARE)

@@ -98,8 +98,8 @@ def _fitted(arm: Robot, effect: AbstractEffect, data: Dataset) -> Float[np.ndarr
     plain, columns = _positions(arm, data), []
     for k in range(len(effect.names)):
         unit = tuple(STEP if i == k else 0.0 for i in range(len(effect.names)))
-        bent = arm.with_effects(*arm.effects, replace(effect, coefficients=unit))
-        columns.append((_positions(bent, data) - plain).ravel())
+        deflected = arm.with_effects(*arm.effects, replace(effect, coefficients=unit))
+        columns.append((_positions(deflected, data) - plain).ravel())
     assert data.position is not None
     left = (data.position - plain).ravel()
     basis, seen = np.stack(columns, axis=1), np.isfinite(left)

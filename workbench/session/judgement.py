@@ -15,7 +15,7 @@ from workbench.identification.pass_or_fail import Judged, judge
 from workbench.identification.result import Identification
 from workbench.session.state import Session
 
-ENOUGH = 0.95
+PASSING_SHARE = 0.95
 """Share of virtual arms that have to keep the wanted error."""
 
 
@@ -51,7 +51,9 @@ def plate_judgement(session: Session) -> Judgement | None:
         return None
     if found is not None:
         kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms keep {wanted.words} everywhere"
-        return Judgement(Tone.GOOD if found.share >= ENOUGH else Tone.CAREFUL, kept)
+        if (short := int((~found.reached).sum())) > (1.0 - PASSING_SHARE) * found.arms:
+            kept += f"; {short} of them can't reach every target within their joint limits"
+        return Judgement(Tone.GOOD if found.share >= PASSING_SHARE else Tone.CAREFUL, kept)
     if not wanted.within_by_norms(score.position, score.rotation):
         return Judgement(Tone.CAREFUL, f"rms beyond the wanted {wanted.words}")
     return Judgement(Tone.PLAIN, f"not yet tried against the wanted {wanted.words}")

@@ -10,7 +10,7 @@ import numpy as np
 
 from workbench.base import se3
 from workbench.data.live.sample import Sample, samples
-from workbench.data.simulation.driver import Pace, drive
+from workbench.data.simulation.driver import DrivePace, drive
 from workbench.session.commands.measure import TakeSample, TellSource
 from workbench.session.commands.messages import Tell
 from workbench.session.loaded_measurements import Ride, VirtualArm
@@ -18,7 +18,7 @@ from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 
-PACE = Pace(rate=20.0)
+PACE = DrivePace(rate=20.0)
 """How the arm moves, and how often it is looked at."""
 
 

@@ -1,7 +1,6 @@
 """Measurements of a session, how they were interpreted, and the running guided measurement."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -47,7 +46,6 @@ class Loaded:
         actual: The virtual arm that was measured, hidden from every computation.
         read: The rows as they were read, before anything was said of them for an arm; None: virtual ones.
         match: How well they and the arm go together; None: not asked.
-        pictures: Small JPEG of every picture, by camera and image.
         file: Where they were read; None: virtual ones.
     """
 
@@ -60,7 +58,6 @@ class Loaded:
     actual: Robot | None = None
     read: Dataset | None = None
     match: ArmMatch | None = None
-    pictures: Mapping[tuple[str, str], bytes] = field(default_factory=dict)
     file: MeasurementFile | None = None
 
     @property

@@ -9,7 +9,7 @@ from workbench.arm.robot import Robot
 
 
 @dataclass(frozen=True)
-class Place:
+class CirclePlace:
     """Where a trajectory runs.
 
     Args:

@@ -20,22 +20,17 @@ from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.solve import follow, solve
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
-from workbench.base.progress import Cancel, Cancelled, never
+from workbench.base.progress import check_cancelled
 from workbench.base.types import Matrix4, frozen
 from workbench.plate.collision import hits, unobstructed
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.score import STARTS
 from workbench.plate.target_branches import choose_branches
-from workbench.session.state import TargetState
+from workbench.session.target_state import TargetState
 
 
 def solve_all_targets(
-    robot: Robot,
-    plate: Plate,
-    *,
-    region_q: Float[np.ndarray, "poses n"],
-    seed: int = 0,
-    cancel: Cancel = never,
+    robot: Robot, plate: Plate, *, region_q: Float[np.ndarray, "poses n"], seed: int = 0
 ) -> tuple[TargetState, ...]:
     """The arm at every target, in the most informative mix of branches for the region.
 
@@ -44,7 +39,6 @@ def solve_all_targets(
         plate: Its targets; those that name a branch or joint positions keep them.
         region_q: Poses that matter [rad or m]; without any, each target takes its best branch.
         seed: Of the mixes that are tried.
-        cancel: Asked at each target whether to stop.
 
     Raises:
         Cancelled: asked to stop.
@@ -52,8 +46,7 @@ def solve_all_targets(
     results = []
     for target in plate.targets:
         results.append(_solve(robot, target))
-        if cancel():
-            raise Cancelled
+        check_cancelled()
     states = [_first(robot, t, r) for t, r in zip(plate.targets, results, strict=True)]
     open_ = [i for i, t in enumerate(plate.targets) if states[i].reached and t.q is None]
     if len(open_) > 1 and len(region_q):
@@ -63,6 +56,7 @@ def solve_all_targets(
         part = replace(plate, targets=tuple(targets))
         rng = np.random.default_rng(seed)
         choice = choose_branches(robot, part, solutions, goal=region_q, rng=rng, starts=STARTS)
+        check_cancelled()  # a mix that was cut short is no answer
         for i, q, name in zip(open_, choice.q, choice.branches, strict=True):
             states[i] = _reached(frozen(q.copy()), name)
     return with_clear_branches(robot, plate, with_obstacles(robot, plate, tuple(states)))

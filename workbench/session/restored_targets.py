@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from workbench.base.types import frozen
-from workbench.session.state import Score, Session, Step, TargetState
+from workbench.session.state import Session, UndoStep
+from workbench.session.target_state import Score, TargetState
 from workbench.session.target_steps import score_of, with_branches
 
 
@@ -27,7 +28,7 @@ def recall_targets(session: Session, numbers: Mapping[str, Any]) -> Session:
     if written is None:
         return session
     known = "position_rms" in written
-    now = _score(written, session) if known else score_of(session, Step(session.plate, session.states))
+    now = _score(written, session) if known else score_of(session, UndoStep(session.plate, session.states))
     return replace(session, score=now)
 
 
@@ -35,7 +36,7 @@ def with_full_scores(session: Session) -> Session:
     """The session with all that is shown of its present score, and the branches of its target."""
     now, best = session.score, session.best_score
     if now.linearisation is None:
-        now = score_of(session, Step(session.plate, session.states))
+        now = score_of(session, UndoStep(session.plate, session.states))
     if best is session.score:
         best = now
     elif best is not None and best.linearisation is None and session.best is not None:

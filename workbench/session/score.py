@@ -4,21 +4,23 @@ Errors are predicted for poses of the region about the orientations of the plate
 plate the same number as `plate score` says, of a changed one that of `plate compare` with it.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.identification_jacobian import Linearisation
+from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.free_constants import identified_names
+from workbench.plate.free_constants import identified_names, visible, visible_basis, visible_weight
 from workbench.plate.observability import INDICES, O, evaluate
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import position_weight, predicted_error, rise_without_each
 from workbench.plate.readings import linearise_targets
 from workbench.plate.region_poses import plate_region_poses
-from workbench.session.state import Score, TargetState
+from workbench.session.target_state import Score, TargetState
 
 WORST = 3
 """How many of the worst-determined parameters are named."""
@@ -58,22 +60,32 @@ def score(
         sigma=(noise.position, noise.rotation),
     )
     per_target[used] = O().per_pose(linearisation)
+    basis = _visible_basis(robot, names)
+    seen = visible(linearisation, basis)
     expected = predicted_error(linearisation, robot, region_q) if len(region_q) else None
     if expected is not None:
-        rises[used] = rise_without_each(linearisation, position_weight(robot, region_q, names))
+        scale = None if basis is None else linearisation.weights
+        weight = visible_weight(position_weight(robot, region_q, names, scale), basis)
+        rises[used] = rise_without_each(seen, weight)
     return Score(
         per_target=frozen(per_target),
-        indices=evaluate(linearisation),
+        indices=evaluate(seen) | {"O": evaluate(linearisation)["O"]},
         measurable=len(used),
-        rank=linearisation.rank(),
-        parameters=len(names),
-        condition=linearisation.condition,
+        rank=seen.rank(),
+        parameters=len(seen.names),
+        condition=seen.condition,
         position=np.nan if expected is None else expected.position_rms,
         rotation=np.nan if expected is None else expected.rotation_rms,
         rises=frozen(rises),
         worst=worst_determined(linearisation),
         linearisation=linearisation,
     )
+
+
+@lru_cache(maxsize=4)
+def _visible_basis(robot: Robot, names: tuple[str, ...]) -> Float[np.ndarray, "p r"] | None:
+    """As `visible_basis`; kept, since a drag asks for it again and again."""
+    return visible_basis(robot, names)
 
 
 def worst_determined(linearisation: Linearisation) -> tuple[tuple[str, float, str], ...]:

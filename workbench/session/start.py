@@ -17,7 +17,6 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.base.progress import Cancel, never
 from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import default_requirement
 from workbench.identification.problem_blocks import Noise
@@ -28,7 +27,8 @@ from workbench.plate.plate_toml import load_plate
 from workbench.plate.readings import usual_sigma
 from workbench.session.reach import branches_to, solve_all_targets
 from workbench.session.score import draw_region, score
-from workbench.session.state import Session, TargetState
+from workbench.session.state import Session
+from workbench.session.target_state import TargetState
 from workbench.session.target_steps import commit_step
 
 
@@ -40,7 +40,6 @@ def start(
     is_given: bool = False,
     noise: Noise | None = None,
     states: tuple[TargetState, ...] = (),
-    cancel: Cancel = never,
 ) -> Session:
     """A session in which nothing has happened yet.
 
@@ -53,7 +52,6 @@ def start(
         is_given: Whether the plate is the user's, not one made for the arm.
         noise: The instrument; the usual one of the plate if None.
         states: How the arm stands at every target; in the branches that tell most if empty.
-        cancel: Asked at each target whether to stop.
 
     Raises:
         OptionError: the plate has no targets.
@@ -65,7 +63,7 @@ def start(
     is_quick = robot.dof >= int(Task.POSE)
     region_q = draw_region(robot, plate) if is_quick else frozen(np.zeros((0, robot.dof)))
     if len(states) != len(plate):
-        states = solve_all_targets(robot, plate, region_q=region_q, cancel=cancel)
+        states = solve_all_targets(robot, plate, region_q=region_q)
     first = score(robot, plate, states, noise=noise, region_q=region_q)
     return commit_step(
         Session(

@@ -4,15 +4,15 @@ Nothing here computes. Parts that a command does not touch stay the same objects
 what it has to draw anew.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import AbstractEffect
-from workbench.arm.identification_jacobian import Linearisation
 from workbench.arm.inverse.branch import Branch
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
@@ -20,18 +20,14 @@ from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.problem_blocks import Noise
 from workbench.identification.result import Identification, Run
-from workbench.identification.rezero.result import Rezero
 from workbench.plate.cubes import CubeMap
 from workbench.plate.monte_carlo.production_yield import Yield
 from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay
-from workbench.session.image_capture import Shooting
 from workbench.session.loaded_measurements import Loaded, MeasurementFile, Measuring
 from workbench.session.planned_trajectory import Play, Track
-
-if TYPE_CHECKING:
-    from workbench.plate.tradeoff import Tradeoff
+from workbench.session.target_state import Score, TargetState
 
 UNDO_STEPS = 200
 """How many moves can be taken back."""
@@ -69,13 +65,23 @@ class Units(StrEnum):
 class Tab(StrEnum):
     """The tabs of the page, in their order."""
 
+    ROBOT = "Robot"
     PLATE = "Plate"
-    REGION = "Region"
     MEASURE = "Measure"
-    IDENTIFY = "Identify"
-    DIAGNOSE = "Diagnose"
+    CALIBRATE = "Calibrate"
     COMPARE = "Compare"
-    MORE = "More"
+    EXPORT = "Export"
+
+    @classmethod
+    def _missing_(cls, value: object) -> "Tab | None":
+        """By a name that it had in earlier recordings."""
+        former = {
+            "Region": cls.PLATE,
+            "Identify": cls.CALIBRATE,
+            "Diagnose": cls.CALIBRATE,
+            "More": cls.ROBOT,
+        }
+        return former.get(str(value))
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,6 +94,8 @@ class Opened:
 class Severity(StrEnum):
     """How a message is meant."""
 
+    LOG = "log"
+    """For the recording alone: the page shows the same elsewhere."""
     INFO = "info"
     WARNING = "warning"
     ERROR = "error"
@@ -111,71 +119,7 @@ class Message:
 
 
 @dataclass(frozen=True, eq=False)
-class TargetState:
-    """The arm's posture at a target.
-
-    Args:
-        q: Joint positions: of the solution, or of the nearest that the arm comes [rad or m].
-        reached: Whether the tool meets the target within the joint limits.
-        branch: Name of the inverse-kinematics solution; empty where none is reached.
-        reason: Why it is out of reach; empty where it is reached.
-        missing: Distance that is missing [m] and angle [rad].
-        hit: What the arm would run into there, and with which link, as far as a quick look tells.
-    """
-
-    q: Float[np.ndarray, " n"]
-    reached: bool
-    branch: str = ""
-    reason: str = ""
-    missing: tuple[float, float] = (0.0, 0.0)
-    hit: str = ""
-
-    @property
-    def measurable(self) -> bool:
-        """Whether the arm can stand there: the target is reached, and nothing is in the way."""
-        return self.reached and not self.hit
-
-    @property
-    def obstacle(self) -> str:
-        """Why the target can't be measured, in words; empty where it can."""
-        if not self.reached:
-            return "out of reach"
-        return f"blocked ({self.hit})" if self.hit else ""
-
-
-@dataclass(frozen=True, eq=False)
-class Score:
-    """How well the current targets would determine the robot.
-
-    Args:
-        per_target: Index O of each target alone (ARIA eq. 17); NaN where it can't be measured.
-        indices: O and O1 … O5 of the measurable targets together.
-        measurable: How many targets count: the arm reaches them and runs into nothing there.
-        rank: Parameter combinations that the set determines.
-        parameters: How many there are.
-        condition: Condition number of the scaled Jacobian; infinite below full rank.
-        position: Predicted position error in the region after calibration, rms [m]; NaN if unknown.
-        rotation: Predicted rotation error there, rms [rad]; NaN if unknown.
-        rises: By what share the predicted error would rise without each target; NaN where nothing is lost.
-        worst: Worst-determined parameters first: name, standard error and its unit (m or rad).
-        linearisation: The measurable targets' Jacobian; None without any.
-    """
-
-    per_target: Float[np.ndarray, " targets"]
-    indices: dict[str, float]
-    measurable: int
-    rank: int
-    parameters: int
-    condition: float
-    position: float
-    rotation: float
-    rises: Float[np.ndarray, " targets"]
-    worst: tuple[tuple[str, float, str], ...] = ()
-    linearisation: Linearisation | None = None
-
-
-@dataclass(frozen=True, eq=False)
-class Trial:
+class PlateTrial:
     """A plate tried on a production of virtual arms.
 
     Args:
@@ -200,7 +144,7 @@ class Drag:
 
 
 @dataclass(frozen=True, eq=False)
-class Step:
+class UndoStep:
     """Targets before or after a move, for undo.
 
     Args:
@@ -215,7 +159,7 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Job:
+class RunningJob:
     """Long work under way: title, share done, and what it is doing."""
 
     title: str
@@ -235,6 +179,7 @@ class CubeView:
         greatest: Cubes above this share are hidden.
         picked: Number of the cube whose values are shown; None: none.
         corners: Whether the corners of the region carry handles.
+        asked: Whether a user chose this; else it gives way to measured rows and trajectories.
     """
 
     field: Field = Field.NONE
@@ -244,6 +189,11 @@ class CubeView:
     greatest: float = 1.0
     picked: int | None = None
     corners: bool = False
+    asked: bool = True
+
+
+FIRST_VIEW = CubeView(field=Field.PREDICTED, cut=2, asked=False)
+"""The layer of the plate's surface: a map on which targets stand."""
 
 
 @dataclass(frozen=True)
@@ -261,6 +211,16 @@ class Source:
     is_open: bool = True
     silence: float = 0.0
     is_followed: bool = True
+
+
+class AbstractPart:
+    """What an extra keeps in the session: a frozen record, one of its type."""
+
+    is_of_measurements: ClassVar[bool] = False
+    """Whether it goes with the measurements, and stays on another plate; else it goes with the plate."""
+
+
+Part = TypeVar("Part", bound=AbstractPart)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -293,22 +253,20 @@ class Session:
         best: The plate with the least predicted error so far.
         best_score: Its score.
         trial: The last trial of a plate on virtual arms, if any.
-        tradeoff: Plates that could be made, with their errors and prices, once they were weighed.
         jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
         captured: Joint positions that were kept [rad or m].
         track: The planned trajectory, if any.
         play: How far it is played.
         wanted: Errors that the user wants the calibrated arm to keep; None: nothing is judged.
         fixed: Parameters that are not identified, though the robot would have them free.
+        levelled: Whether the z axis of the measuring frame is vertical, as the user says.
         left_out: Measured rows that the user keeps out, counted as in the data.
         loaded: Measurements, if any.
         unread: A file whose columns can't be read as they are understood, until another one is.
         measuring: The guided measurement under way, if any.
         source: The live source, if there is one.
-        shooting: Pictures that are being taken, if any.
         identification: The last identification of these measurements, if any.
         diagnosis: The last diagnosis of these measurements, if any.
-        rezero: The last search of these measurements for joints that moved, if any.
         accepted: Effects that were added to the model, as the diagnosis found them.
         fit: Name of the algorithm whose robot is shown.
         comparison: Measured against predicted, row by row, once there are measurements.
@@ -325,6 +283,7 @@ class Session:
         messages: The last messages, oldest first.
         message_count: Number of messages so far.
         revision: Number of changes so far.
+        parts: What extras keep, by type; see `part`.
     """
 
     robot: Robot
@@ -338,36 +297,34 @@ class Session:
     is_plate_given: bool = False
     sampled: Region | None = None
     cubes: CubeMap | None = None
-    cube_view: CubeView = field(default_factory=CubeView)
+    cube_view: CubeView = FIRST_VIEW
     branches: tuple[Branch, ...] = ()
     branches_of: Target | None = None
     noise: Noise = field(default_factory=Noise)
     selected: int = 0
     focus: Focus = Focus.TARGET
     drag: Drag | None = None
-    done: tuple[Step, ...] = ()
-    undone: tuple[Step, ...] = ()
+    done: tuple[UndoStep, ...] = ()
+    undone: tuple[UndoStep, ...] = ()
     history: tuple[Score, ...] = ()
-    past: tuple[Step, ...] = ()
-    best: Step | None = None
+    past: tuple[UndoStep, ...] = ()
+    best: UndoStep | None = None
     best_score: Score | None = None
-    trial: Trial | None = None
-    tradeoff: "Tradeoff | None" = None
+    trial: PlateTrial | None = None
     jogged: Float[np.ndarray, " n"] | None = None
     captured: tuple[tuple[float, ...], ...] = ()
     track: Track | None = None
     play: Play = field(default_factory=Play)
     wanted: Wanted | None = None
     fixed: frozenset[str] = frozenset()
+    levelled: bool = False
     left_out: frozenset[int] = frozenset()
     loaded: Loaded | None = None
     unread: MeasurementFile | None = None
     measuring: Measuring | None = None
     source: Source | None = None
-    shooting: Shooting | None = None
     identification: Identification | None = None
     diagnosis: Diagnosis | None = None
-    rezero: Rezero | None = None
     accepted: tuple[AbstractEffect, ...] = ()
     fit: str = ""
     comparison: Comparison | None = None
@@ -379,11 +336,31 @@ class Session:
     is_dark: bool = False
     is_dark_chosen: bool = False
     units: Units = Units.MILLIMETRES
-    job: Job | None = None
+    job: RunningJob | None = None
     chore: str = ""
     messages: tuple[Message, ...] = ()
     message_count: int = 0
     revision: int = 0
+    parts: Mapping[type[AbstractPart], AbstractPart] = field(default_factory=dict)
+
+    def part(self, kind: type[Part]) -> Part | None:
+        """What an extra keeps under this type; None if nothing."""
+        found = self.parts.get(kind)
+        return found if isinstance(found, kind) else None
+
+    def with_part(self, part: AbstractPart) -> "Session":
+        """The session with this in place of what was kept under its type."""
+        return replace(self, parts={**self.parts, type(part): part})
+
+    def with_parts(self, *, of_measurements: bool) -> "Session":
+        """The session with those parts alone that go with the measurements, or with the plate."""
+        kept = {k: p for k, p in self.parts.items() if k.is_of_measurements is of_measurements}
+        return self if len(kept) == len(self.parts) else replace(self, parts=kept)
+
+    def without_part(self, kind: type[AbstractPart]) -> "Session":
+        """The session with nothing kept under this type."""
+        kept = {k: p for k, p in self.parts.items() if k is not kind}
+        return self if len(kept) == len(self.parts) else replace(self, parts=kept)
 
     @property
     def run(self) -> Run | None:
@@ -441,6 +418,7 @@ class Session:
 
     def without_info_messages(self) -> "Session":
         """The session without messages that only inform; the user has gone on."""
-        if all(m.severity is not Severity.INFO for m in self.messages):
+        passing = (Severity.LOG, Severity.INFO)
+        if all(m.severity not in passing for m in self.messages):
             return self
-        return replace(self, messages=tuple(m for m in self.messages if m.severity is not Severity.INFO))
+        return replace(self, messages=tuple(m for m in self.messages if m.severity not in passing))

@@ -11,7 +11,8 @@ from workbench.plate.readings import usual_sigma
 from workbench.session.command import AbstractChange
 from workbench.session.reach import branches_to, with_clear_branches, with_obstacles
 from workbench.session.score import score
-from workbench.session.state import UNDO_STEPS, Focus, Score, Session, Step, TargetState
+from workbench.session.state import UNDO_STEPS, Focus, Session, UndoStep
+from workbench.session.target_state import Score, TargetState
 
 
 def check_free(session: Session) -> None:
@@ -20,7 +21,7 @@ def check_free(session: Session) -> None:
         raise OptionError(f"target {session.drag.target + 1} is being dragged; wait until it is released")
 
 
-class AbstractStep(AbstractChange):
+class AbstractTargetStep(AbstractChange):
     """A change of the targets that has to wait for the end of a drag."""
 
     def check(self, session: Session) -> None:
@@ -36,7 +37,7 @@ def check_unlocked(session: Session, number: int) -> None:
 
 def begin_step(session: Session) -> Session:
     """Make the current session the one that undo restores."""
-    step = Step(session.plate, session.states)
+    step = UndoStep(session.plate, session.states)
     return replace(session, done=(*session.done, step)[-UNDO_STEPS:], undone=())
 
 
@@ -51,7 +52,7 @@ def with_targets(
         plate=plate,
         states=states,
         noise=instrument_for(session, plate),
-        score=score_of(session, Step(plate, states)),
+        score=score_of(session, UndoStep(plate, states)),
         selected=min(max(chosen, 0), len(plate) - 1),
         focus=Focus.TARGET,
     )
@@ -75,7 +76,7 @@ def commit_step(session: Session) -> Session:
 
 def with_history(session: Session) -> Session:
     """The session with its score in the history, and as the best one if it is."""
-    step = Step(session.plate, session.states)
+    step = UndoStep(session.plate, session.states)
     told = replace(session.score, linearisation=None)  # its matrices are ten times the rest
     history, past = (*session.history, told), (*session.past, step)
     session = replace(session, history=history[-UNDO_STEPS:], past=past[-UNDO_STEPS:])
@@ -98,7 +99,7 @@ def instrument_for(session: Session, plate: Plate) -> Noise:
     return other if session.noise == own != other else session.noise
 
 
-def score_of(session: Session, step: Step) -> Score:
+def score_of(session: Session, step: UndoStep) -> Score:
     """What the targets of a step would tell about the session's robot."""
     noise = instrument_for(session, step.plate)
     return score(session.robot, step.plate, step.states, noise=noise, region_q=session.region_q)
@@ -106,8 +107,11 @@ def score_of(session: Session, step: Step) -> Score:
 
 def rescore(session: Session) -> Session:
     """The session after what the scores mean has changed: now, first and best are compared alike."""
-    best = Step(session.plate, session.states)
-    now, first = score_of(session, best), score_of(session, Step(session.first_plate, session.first_states))
+    best = UndoStep(session.plate, session.states)
+    now, first = (
+        score_of(session, best),
+        score_of(session, UndoStep(session.first_plate, session.first_states)),
+    )
     session = replace(session, score=now, first_score=first, best=best, best_score=now)
     return with_history(replace(session, history=(), past=()))
 

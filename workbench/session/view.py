@@ -2,7 +2,9 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
+from typing import Any
 
+from workbench.base.registry import Registry
 from workbench.session.journal.entry import Entry
 from workbench.session.state import Session, Severity
 
@@ -22,6 +24,11 @@ class AbstractView(ABC):
         """Stop showing; nothing is drawn afterwards."""
 
 
+WATCHERS: Registry[Callable[[Any], AbstractView]] = Registry(
+    "watcher", AbstractView, group="workbench.watchers", classes=True
+)
+"""Views of other packages that look beyond the session and send what they see as commands: each is made with
+the worker."""
 Tell = Callable[[Severity, str], None]
 """Tells the user something, from any thread."""
 

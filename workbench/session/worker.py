@@ -18,12 +18,12 @@ from functools import partial
 from typing import Any
 
 from workbench.base.errors import WorkbenchError
-from workbench.base.progress import Cancelled
+from workbench.base.progress import Cancelled, running
 from workbench.base.threads import one_thread
 from workbench.session.command import AbstractChange, AbstractChore, AbstractCommand, AbstractTask
 from workbench.session.commands.messages import Tell
 from workbench.session.journal import Ending, Entry
-from workbench.session.state import Job, Session, Severity
+from workbench.session.state import RunningJob, Session, Severity
 from workbench.session.view import AbstractKeeper, AbstractView
 
 PROGRESS_INTERVAL = 0.1
@@ -120,6 +120,14 @@ class Worker:
 
         self._put(join)
 
+    def begin_chores(self, chores: Iterable[type[AbstractChore]]) -> None:
+        """Let the session ask for these from now on, as once a page has been drawn."""
+
+        def begin() -> None:
+            self._chores = tuple(chores)
+
+        self._put(begin)
+
     def wait(self, timeout: float = 60.0) -> bool:
         """Block until nothing is waiting or running; False after the timeout [s]."""
         with self._changed:
@@ -186,7 +194,8 @@ class Worker:
             is_read = after.message_count == before.message_count and not command.is_automatic
             after = after.without_refusals(type(command).__name__)
             self._session = after.without_info_messages() if is_read else after
-            self._note(self._merged(command, before), Ending.DONE, basis, time.monotonic() - begin)
+            if command.is_kept:
+                self._note(self._merged(command, before), Ending.DONE, basis, time.monotonic() - begin)
         except Exception as error:
             self._fail(command, error, basis, time.monotonic() - begin)
 
@@ -209,7 +218,9 @@ class Worker:
             return
         self._task = task
         self._cancel.clear()
-        self._session = replace(self._session.without_refusals(type(task).__name__), job=Job(task.title))
+        self._session = replace(
+            self._session.without_refusals(type(task).__name__), job=RunningJob(task.title)
+        )
         self._start(task, basis, self._cancel)
 
     def _look_for_chores(self) -> None:
@@ -240,7 +251,8 @@ class Worker:
 
         result, failure = None, None
         try:
-            result = task.compute(session, progress=progress, cancel=cancel.is_set)
+            with running(progress, cancel.is_set):
+                result = task.compute(session)
             if cancel.is_set() and not is_chore:
                 raise Cancelled
         except Exception as error:

@@ -6,7 +6,6 @@ import weakref
 from collections.abc import Iterable
 from dataclasses import field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -16,18 +15,18 @@ from workbench.arm.own_robot.check import check_robot, convention_notes
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import FileError, OptionError, WorkbenchError
-from workbench.base.progress import Cancel
+from workbench.base.progress import progress
 from workbench.base.types import frozen
 from workbench.plate.plate_toml import read_plate
-from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
+from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.start import default_plate, is_default_plate, start
-from workbench.session.state import Focus, Session, Severity, Step
+from workbench.session.state import Focus, Session, Severity, UndoStep
 from workbench.session.target_steps import instrument_for
 
 LOADED = ("loaded", "left_out", "fixed", "wanted", "captured", "source", "overlay")
-FOUND = ("identification", "fit", "diagnosis", "accepted", "rezero", "comparison", "row")
+FOUND = ("identification", "fit", "diagnosis", "accepted", "comparison", "row")
 """What a session knows of its arm, whichever plate it is on: as it came, and found from it."""
 PAGE = ("message_count", "revision", "job", "is_dark", "is_dark_chosen", "units")
 """What it knows of the page, whichever arm is on it."""
@@ -35,7 +34,7 @@ LARGEST_MODEL = 2 * 1024 * 1024
 """Robot and plate files beyond this size are refused [bytes]."""
 
 
-class ChooseRobot(AbstractTask):
+class ChooseRobot(AbstractTask[Session]):
     """Start over with another built-in robot; undo restores the current one with its measurements.
 
     Args:
@@ -59,15 +58,15 @@ class ChooseRobot(AbstractTask):
         ):
             raise OptionError("there are no measurements of a file to keep")
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> Session:
         progress(0.2, "solving inverse kinematics for the targets")
         robot = _robot_that_gives(self.name, self.poses) if self.poses else load_robot(self.name)
         if self.keep and (file := self._unread(session)) is not None:
-            begun = start_with(robot, session, cancel=cancel)
+            begun = start_with(robot, session)
             again = LoadData(file.name, file.content, file.mapping)
-            return again.finish(begun, again.compute(begun, progress=progress, cancel=cancel))
+            return again.finish(begun, again.compute(begun))
         loaded = matched_to_arm(robot, session.loaded) if self.keep and session.loaded is not None else None
-        begun = start_with(robot, session, cancel=cancel)
+        begun = start_with(robot, session)
         return begun if loaded is None else with_data(begun, loaded)
 
     def _unread(self, session: Session) -> MeasurementFile | None:
@@ -77,11 +76,11 @@ class ChooseRobot(AbstractTask):
             return file
         return file if file.match is not None and file.match.rival == self.name else None
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: Session) -> Session:
         return _in_the_page(session, result)
 
 
-class LoadModel(AbstractTask):
+class LoadModel(AbstractTask[Session]):
     """Start over with a robot or plate from a file.
 
     Args:
@@ -105,7 +104,7 @@ class LoadModel(AbstractTask):
                 path=safe_name(self.name),
             )
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> Session:
         progress(0.1, "reading")
         folder, source = tempfile.mkdtemp(prefix="workbench-"), None
         path = Path(folder) / safe_name(self.name)
@@ -114,12 +113,13 @@ class LoadModel(AbstractTask):
             if b"[[target]]" in self.content:
                 plate = read_plate(path)
                 noise = instrument_for(session, plate)
-                given = start(session.robot, plate, is_given=True, noise=noise, cancel=cancel)
+                given = start(session.robot, plate, is_given=True, noise=noise)
                 # measurements of the same arm, and what was found from them, stay
-                return with_parts_of(given, session, LOADED + FOUND)
+                measured = session.with_parts(of_measurements=True)
+                return with_parts_of(given, measured, (*LOADED, *FOUND, "parts"))
             robot = _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
             source = robot.urdf
-            return start_with(robot, session, cancel=cancel)
+            return start_with(robot, session)
         except WorkbenchError as error:
             raise OptionError(str(error).replace(f"{folder}/", "")) from error
         finally:
@@ -128,8 +128,18 @@ class LoadModel(AbstractTask):
             else:  # a calibrated URDF is a copy of this file, made later
                 weakref.finalize(source, shutil.rmtree, folder, ignore_errors=True)
 
-    def finish(self, session: Session, result: Any) -> Session:
-        return _in_the_page(session, result)
+    def finish(self, session: Session, result: Session) -> Session:
+        opened = _in_the_page(session, result)
+        has_meshes = result.robot.urdf is not None and b"<mesh" in self.content
+        return (
+            opened.tell(Severity.INFO, f"{opened.messages[-1].text}; {NO_MESHES}") if has_meshes else opened
+        )
+
+
+NO_MESHES = (
+    "drawn from its joints, since meshes don't come with an uploaded file: to see them, start with "
+    "'workbench serve --robot FILE'"
+)
 
 
 class Jog(AbstractChange):
@@ -203,15 +213,15 @@ def _robot_that_gives(source: Path | str, poses: tuple[str, ...]) -> Robot:
     return replace(found.robot, notes=(*found.robot.notes, *convention_notes(found)))
 
 
-def start_with(robot: Robot, session: Session, *, cancel: Cancel) -> Session:
+def start_with(robot: Robot, session: Session) -> Session:
     """A session with another robot: on its own plate, or on the user's if it reaches half of the targets."""
     if not is_default_plate(session):
         given = session.is_plate_given
-        begun = start(robot, session.plate, is_given=given, noise=session.noise, cancel=cancel)
+        begun = start(robot, session.plate, is_given=given, noise=session.noise)
         if 2 * begun.score.measurable >= len(session.plate):
             return begun
     plate = default_plate(robot)
-    return start(robot, plate, noise=instrument_for(session, plate), cancel=cancel)
+    return start(robot, plate, noise=instrument_for(session, plate))
 
 
 def with_parts_of(into: Session, session: Session, names: Iterable[str]) -> Session:
@@ -220,7 +230,9 @@ def with_parts_of(into: Session, session: Session, names: Iterable[str]) -> Sess
 
 
 def _in_the_page(session: Session, begun: Session) -> Session:
-    begun = replace(with_parts_of(begun, session, PAGE), done=(Step(session.plate, session.states, session),))
+    begun = replace(
+        with_parts_of(begun, session, PAGE), done=(UndoStep(session.plate, session.states, session),)
+    )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     words = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
     checked = [note for note in begun.robot.notes if note.startswith(("it fits:", "change:"))]

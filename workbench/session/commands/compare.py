@@ -11,7 +11,14 @@ from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
 from workbench.session.command import AbstractChange, computed
-from workbench.session.comparison import Comparison, Overlay, Stage, compare, numbered_after, places_in_base
+from workbench.session.comparison import (
+    Comparison,
+    ModelStage,
+    Overlay,
+    compare,
+    numbered_after,
+    places_in_base,
+)
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import Focus, Session, Severity, Units
 
@@ -45,7 +52,7 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
     found, nominal, shown = session.identification, session.robot, None
     if found is not None:
         run = found.runs[session.fit]
-        nominal, shown = found.aligned, run.judged or run.calibrated
+        nominal, shown = found.aligned, run.as_measured
     models = _models(session, shown)
     robots = [robot for robot in (nominal, shown, *models.values()) if robot is not None]
     fitted = _driven(robots, loaded.dataset)
@@ -56,7 +63,8 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
         checks = _directed(found.held_out_data, held_out)
     if found is None or not len(found.held_out_rows):
         checks = numbered_after(fitted, checks)
-    rows = compare(fitted, checks, nominal, shown, models)
+    events = () if session.diagnosis is None else session.diagnosis.events
+    rows = compare(fitted, checks, nominal, shown, models, events)
     apart = np.isin(loaded.dataset.row, list(_set_apart(session)))
     return replace(
         rows, set_apart=places_in_base(nominal if shown is None else shown, loaded.dataset.take(apart))
@@ -89,19 +97,19 @@ def _directed(rows: Dataset, whole: Dataset | None) -> Dataset:
     return replace(rows, direction=whole.direction[np.isin(whole.row, rows.row)])
 
 
-def _models(session: Session, shown: Robot | None) -> dict[Stage, Robot]:
+def _models(session: Session, shown: Robot | None) -> dict[ModelStage, Robot]:
     """Arms by what they have of the actual one; none of them saw the held-out rows."""
     models, diagnosis = {}, session.diagnosis
     if diagnosis is not None:
-        models = {Stage.NOMINAL: diagnosis.aligned, Stage.GEOMETRY: diagnosis.before_fit.calibrated}
+        models = {ModelStage.NOMINAL: diagnosis.aligned, ModelStage.GEOMETRY: diagnosis.before_fit.calibrated}
         if diagnosis.effects:
-            models[Stage.CAUSES] = diagnosis.after_fit.calibrated
+            models[ModelStage.CAUSES] = diagnosis.after_fit.calibrated
     if session.identification is not None and shown is not None:
-        models[Stage.NOMINAL] = session.identification.aligned
+        models[ModelStage.NOMINAL] = session.identification.aligned
         if session.accepted:
-            models[Stage.CAUSES] = shown
+            models[ModelStage.CAUSES] = shown
         else:  # one number for one stage: the diagnosis has fitted the geometry for itself
-            models.setdefault(Stage.GEOMETRY, shown)
+            models.setdefault(ModelStage.GEOMETRY, shown)
     return models
 
 
@@ -184,7 +192,7 @@ class FollowSystem(AbstractChange):
 
     title = "As the system prefers"
     key = "system"
-    is_automatic = True
+    is_automatic, is_kept = True, False
 
     is_dark: bool
 

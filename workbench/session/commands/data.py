@@ -4,25 +4,32 @@ import re
 import tempfile
 from dataclasses import field, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.errors import DataError, OptionError, WorkbenchError
-from workbench.base.progress import Cancel
+from workbench.base.errors import DataError, FileError, OptionError, WorkbenchError
+from workbench.base.progress import progress
+from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.data.misread import checked
 from workbench.data.readers.preview import Preview
-from workbench.data.simulation.hidden_effects import surprise
+from workbench.data.simulation.hidden_effects import hidden_effects, surprise
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.identification.arm_match import ArmMatch, arm_match
 from workbench.plate.region import Region
 from workbench.plate.region_poses import nearby_poses
-from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
+from workbench.session.command import (
+    AbstractChange,
+    AbstractCommand,
+    AbstractLoad,
+    AbstractTask,
+    computed,
+    kinds,
+)
 from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
@@ -39,6 +46,8 @@ CHECKS = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
 MARGIN, ACROSS = 0.01, 12
 """Of a region about rows: room beyond them [m], cubes along its longest side."""
+EARLIER_ERRORS = 5e-3, float(np.deg2rad(5.0))
+"""Those of virtual arms in journals that don't say them: largest errors of lengths [m] and angles [rad]."""
 FEW = 8
 """Fewer rows show no region."""
 MOST_SEED = 2**32 - 1
@@ -51,7 +60,7 @@ def virtual_instruments() -> tuple[str, ...]:
     return tuple(name for name, instrument in INSTRUMENTS.items() if instrument.observes in seen)
 
 
-class LoadData(AbstractTask):
+class LoadData(AbstractTask[Loaded | MeasurementFile]):
     """Read a measurement file and replace the present measurements.
 
     Args:
@@ -73,16 +82,16 @@ class LoadData(AbstractTask):
             words = too_large(self.name, len(self.content), LARGEST_FILE)
             raise DataError(f"{words}; use 'workbench identify' for larger files")
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> Loaded | MeasurementFile:
         progress(0.0, "reading")
         with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
             path = Path(folder) / safe_name(self.name)
             path.write_bytes(self.content)
             try:
-                understood = self._understood(path, session.robot, cancel, session.robot.dof)
+                understood = self._understood(path, session.robot, session.robot.dof)
                 file = MeasurementFile(path.name, self.content, understood, self.mapping)
                 if understood.dataset is None and understood.columns and understood.layout == "plain":
-                    return replace(file, match=self._other_arm(path, session.robot, understood, cancel))
+                    return replace(file, match=self._other_arm(path, session.robot, understood))
                 if understood.dataset is None:
                     problem = understood.problems[0]
                     raise DataError(_on_page(problem, ELSEWHERE) if OPTION in problem else problem)
@@ -96,14 +105,14 @@ class LoadData(AbstractTask):
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "")) from error
 
-    def _other_arm(self, path: Path, robot: Robot, understood: Preview, cancel: Cancel) -> ArmMatch | None:
+    def _other_arm(self, path: Path, robot: Robot, understood: Preview) -> ArmMatch | None:
         """Which built-in arm rows are of that can't be the session's, by their number of joints."""
         if understood.joints in (0, robot.dof):
             return None
-        rows = self._understood(path, robot, cancel, None).dataset
+        rows = self._understood(path, robot, None).dataset
         return None if rows is None else arm_match(robot, rows)
 
-    def _understood(self, path: Path, robot: Robot, cancel: Cancel, joints: int | None) -> Preview:
+    def _understood(self, path: Path, robot: Robot, joints: int | None) -> Preview:
         from workbench.data.readers import preview
         from workbench.data.readers.mapping import ColumnMapping, read_mapping
 
@@ -119,12 +128,11 @@ class LoadData(AbstractTask):
             sheet=stored.sheet,
             joints=joints,
             base=robot.base.pose,
-            cancel=cancel,
         )
         problems = tuple(words.replace(f"{path.parent}/", "") for words in found.problems)
         return replace(found, path=path.name, problems=problems)
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: Loaded | MeasurementFile) -> Session:
         if isinstance(result, MeasurementFile):
             session = replace(session, unread=result)
             if result.match is not None and result.match.rival:
@@ -132,12 +140,12 @@ class LoadData(AbstractTask):
             return session.tell(Severity.ERROR, _on_page(result.preview.problems[0], HERE))
         session = with_data(session, result)
         words = f"{len(result.dataset)} rows read from {result.name}"
-        if result.is_foreign:
+        if result.match is not None and result.is_foreign:
             return session.tell(Severity.WARNING, f"{words}; {result.match.words}")
         return session.tell(Severity.INFO, words)
 
 
-class MeasureVirtualArm(AbstractTask):
+class MeasureVirtualArm(AbstractTask[Loaded]):
     """Measure a virtual arm with hidden manufacturing errors at the targets as they stand.
 
     It is also measured at poses in the region near the targets, which are used for checking only.
@@ -147,17 +155,22 @@ class MeasureVirtualArm(AbstractTask):
         surprise: Whether the arm also has a hidden effect that its geometry can't explain.
         more: Poses of the region that are measured for fitting besides the targets.
         instrument: What measures, of `virtual_instruments`; the seats with the session's noise if empty.
+        errors: Largest hidden errors of lengths [m] and angles [rad]; older journals don't say them.
+        effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
     """
 
     seed: int = 1
     surprise: bool = False
     more: int = 0
     instrument: str = ""
+    errors: tuple[float, float] = EARLIER_ERRORS
+    effects: tuple[str, ...] = ()
 
     title = computed(lambda self: f"Measure virtual arm {self.seed}")
 
     def check(self, session: Session) -> None:
         check_seed(self.seed)
+        check_errors(self.errors)
         if not 0 <= self.more <= MOST_MORE:
             raise OptionError(f"the number of extra poses must be 0 to {MOST_MORE}, got {self.more}")
         if self.instrument and self.instrument not in (offered := virtual_instruments()):
@@ -165,13 +178,14 @@ class MeasureVirtualArm(AbstractTask):
             raise OptionError(f"unknown instrument '{self.instrument}'; choose one of {known}")
         check_measurable(session)
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> Loaded:
         rng = np.random.default_rng(self.seed)
         robot = session.robot
         progress(0.1, "building the arm")
-        actual = virtual_arm(robot, rng=rng)
+        actual = virtual_arm(robot, rng=rng, length=self.errors[0], angle=self.errors[1])
         if self.surprise:
             actual = actual.with_effects(*robot.effects, surprise(robot, rng=rng))
+        actual = actual.with_effects(*actual.effects, *hidden_effects(actual, self.effects, rng=rng)[0])
         instrument = self.instrument_in(session)
         progress(0.3, "measuring at the targets")
         used, near = reached_postures(actual, session)
@@ -191,7 +205,7 @@ class MeasureVirtualArm(AbstractTask):
         """What measures."""
         return INSTRUMENTS[self.instrument] if self.instrument else instrument_of(session)
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: Loaded) -> Session:
         return with_data(session, result).tell(
             Severity.INFO, f"{result.name} was measured at {len(result.dataset)} poses"
         )
@@ -209,6 +223,13 @@ class ForgetData(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return with_data(session, None)
+
+
+def check_errors(errors: tuple[float, float]) -> None:
+    """Refuse hidden errors that no arm has."""
+    if not all(0.0 <= error <= most for error, most in zip(errors, EARLIER_ERRORS, strict=True)):
+        length, angle = 1e3 * errors[0], np.rad2deg(errors[1])
+        raise OptionError(f"hidden errors must be 0 to 5 mm and 0 to 5°, got {length:g} mm and {angle:g}°")
 
 
 def check_seed(seed: int) -> None:
@@ -285,20 +306,39 @@ def reached_postures(actual: Robot, session: Session) -> tuple[list[int], np.nda
     return used, np.stack(postures)
 
 
+def load_command(name: str, content: bytes) -> AbstractCommand:
+    """The command that reads a measurement file: that of an extra for its endings, or `LoadData`."""
+    loads = (kind for kind in kinds().values() if issubclass(kind, AbstractLoad))
+    found = next((kind for kind in loads if name.lower().endswith(kind.endings)), LoadData)
+    return found(name=name, content=content)  # type: ignore[call-arg]
+
+
+def packed(folder: Path) -> tuple[str, bytes]:
+    """Name and content of the file that `load_command` takes for a folder of measurements.
+
+    Raises:
+        FileError: no installed package reads folders.
+    """
+    for kind in kinds().values():
+        if issubclass(kind, AbstractLoad) and (found := kind.packed(folder)) is not None:
+            return found
+    raise FileError("is a folder, and nothing that is installed reads one; give a file", path=str(folder))
+
+
 def with_data(session: Session, loaded: Loaded | None) -> Session:
     """The session with other measurements, or none; results from the old ones are dropped."""
     view = session.cube_view
     session = replace(
-        session,
+        session.with_parts(of_measurements=False),
         loaded=loaded,
         unread=None,
         identification=None,
         diagnosis=None,
-        rezero=None,
         accepted=(),
         fit="",
         row=0,
         focus=Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW,
+        levelled=False,
         left_out=frozenset(),
         cube_view=replace(view, field=Field.NONE) if view.field is Field.MEASURED else view,
     )
@@ -324,7 +364,8 @@ def _around_rows(session: Session, rows: Comparison) -> Session:
 def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:
     position, rotation = command.instrument_in(session).deviations
     left_out = len(session.states) - targets
-    hidden = "hidden errors up to 5 mm and 5° per constant"
+    length, angle = command.errors
+    hidden = f"hidden errors up to {1e3 * length:.3g} mm and {np.rad2deg(angle):.3g}° per constant"
     more = f", and {command.more} poses of the region" if command.more else ""
     return (
         ("Arm", hidden + (", and an effect beyond geometry" if command.surprise else "")),
@@ -360,7 +401,7 @@ OBSERVATIONS = (
     ("rotation", None, "orientation of the tool"),
     ("tilt", None, "tilt of links"),
 )
-LONGEST = 12
+MAX_LISTED_COLUMNS = 12
 """Columns that are listed one by one."""
 
 
@@ -397,5 +438,5 @@ def observation_words(dataset: Dataset) -> str:
 def _columns(understood: Preview) -> str:
     read = [c for c in understood.columns if c.key is not None]
     ignored = [c.heading for c in understood.columns if c.key is None]
-    words = ", ".join(c.heading for c in read[:LONGEST]) + (" …" if len(read) > LONGEST else "")
-    return words + (f" (ignored: {', '.join(ignored[:LONGEST])})" if ignored else "")
+    words = first_of([c.heading for c in read], MAX_LISTED_COLUMNS)
+    return words + (f" (ignored: {', '.join(ignored[:MAX_LISTED_COLUMNS])})" if ignored else "")

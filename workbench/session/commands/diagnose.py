@@ -1,7 +1,7 @@
-"""Commands that find missing effects, add them, measure at the most informative poses, find moved zeros."""
+"""Commands that find missing effects, add them, and measure at the most informative poses."""
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -9,35 +9,37 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import Cancel
 from workbench.base.types import frozen
+from workbench.diagnosis.result import Diagnosis
+from workbench.identification.own_preparation import preparation_of
 from workbench.plate.collision import allows_target
 from workbench.plate.patterns import MOST_TARGETS
 from workbench.plate.plate import Target
-from workbench.session.command import AbstractChange, AbstractTask, Progress
+from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.commands.compare import with_comparison
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
-from workbench.session.commands.identify import Identify
+from workbench.session.commands.identify import IdentifiedRows, Identify
 from workbench.session.commands.target_placement import place_targets
+from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free
 
 if TYPE_CHECKING:
     from workbench.diagnosis.next_poses import Measurable
-    from workbench.diagnosis.result import Diagnosis
 
 
 LEAST_ROWS = 20
 """Fewer rows can't tell one effect from another."""
 
 
-class Diagnose(AbstractTask):
+class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
     """Find the effect that the model lacks.
 
     Args:
         held_out: Share of the rows that is kept for judging; they choose nothing.
         seed: Of the held-out rows and the folds.
         anyway: Whether to go on though the rows are clearly another arm's.
+        levelled: Whether the z axis of the measuring frame is vertical.
     """
 
     title = "Diagnose"
@@ -45,12 +47,13 @@ class Diagnose(AbstractTask):
     held_out: float = 0.2
     seed: int = 0
     anyway: bool = False
+    levelled: bool = False
 
     def check(self, session: Session) -> None:
         check_same_arm(session, anyway=self.anyway or session.identification is not None)
         dataset = measurements(session).dataset
-        if dataset.rig is not None:
-            raise DataError("pictures can't be diagnosed; Identify decides what they can determine")
+        if (own := preparation_of(dataset)) is not None:
+            raise DataError(own.undiagnosed)
         rows = len(dataset) - len(session.left_out)
         if rows < LEAST_ROWS:
             raise DataError(
@@ -58,7 +61,7 @@ class Diagnose(AbstractTask):
                 "(for a virtual arm, raise 'More poses' in the Measure tab)"
             )
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> tuple[Loaded, Diagnosis]:
         from workbench.diagnosis.diagnose import diagnose
 
         loaded = measurements(session)
@@ -68,21 +71,23 @@ class Diagnose(AbstractTask):
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             free=tuple(n for n in session.robot.default_free if n not in session.fixed),
             exclude=dict.fromkeys(sorted(session.left_out), "left out by hand"),
+            levelled=self.levelled,
             seed=self.seed,
             measurable=_on_the_plate(session) if loaded.virtual else None,
-            progress=progress,
-            cancel=cancel,
         )
         return loaded, found
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: tuple[Loaded, Diagnosis]) -> Session:
         loaded, found = result
         check_unchanged(session, loaded, "diagnose")
         session = with_comparison(replace(session, diagnosis=found))
-        return session.tell(Severity.INFO, found.message)
+        return session.tell(Severity.LOG, found.message)
 
 
-class AddEffects(AbstractTask):
+Added = tuple[Diagnosis, IdentifiedRows]
+
+
+class AddEffects(AbstractTask[Added]):
     """Make the arm of the diagnosis, its geometry and effects fitted on all rows, the calibrated one."""
 
     title = "Add the effects to the model"
@@ -91,11 +96,11 @@ class AddEffects(AbstractTask):
         if not _found(session).effects:
             raise DataError("the diagnosis found no effect to add")
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> tuple[Diagnosis, IdentifiedRows]:
         found = _found(session)
-        return found, (session.loaded, found.identification())
+        return found, (measurements(session), found.identification())
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: Added) -> Session:
         found, fits = result
         return Identify().finish(replace(session, accepted=tuple(a.effect for a in found.effects)), fits)
 
@@ -117,10 +122,11 @@ class TakeNextPoses(AbstractChange):
         q = np.asarray(_found(session).measure_next)
         poses = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, Motion(q))
         new = tuple(Target.at(pose, q=frozen(row.copy())) for pose, row in zip(poses, q, strict=True))
-        plate = session.plate
+        plate, standing = session.plate, [state.q for state in session.states if state.measurable]
         for target, row in zip(new, q, strict=True):
-            if _on_the_plate(replace(session, plate=plate))(row[None])[0]:
+            if allows_target(session.robot, plate, np.array(standing), row[None])[0]:
                 plate = replace(plate, targets=(*plate.targets, target))
+                standing.append(row)
         added, count = len(plate) - len(session.plate), len(new)
         if not added:
             raise DataError(
@@ -142,42 +148,3 @@ def _found(session: Session) -> "Diagnosis":
     if session.diagnosis is None:
         raise DataError("no diagnosis yet; press Diagnose first")
     return session.diagnosis
-
-
-class FindZeros(AbstractTask):
-    """Find which joints' zeros moved since the robot of the session was calibrated.
-
-    Args:
-        replaced: Joints that were replaced, counted from 1.
-    """
-
-    title = "Find moved joint zeros"
-
-    replaced: tuple[int, ...] = ()
-
-    def check(self, session: Session) -> None:
-        if session.loaded is None:
-            raise DataError("there are no measurements yet; load a few poses measured after the knock")
-        for joint in self.replaced:
-            if not 1 <= joint <= session.robot.dof:
-                raise OptionError(f"replaced joints must be 1–{session.robot.dof}, got {joint}")
-
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        from workbench.identification.rezero.moved_joints import rezero
-
-        loaded = measurements(session)
-        left_out = dict.fromkeys(sorted(session.left_out), "left out by hand")
-        return loaded, rezero(
-            session.robot,
-            loaded.dataset,
-            replaced=self.replaced,
-            exclude=left_out,
-            progress=progress,
-            cancel=cancel,
-        )
-
-    def finish(self, session: Session, result: Any) -> Session:
-        loaded, found = result
-        check_unchanged(session, loaded, "find the zeros")
-        severity = Severity.WARNING if found.doubts else Severity.INFO
-        return replace(session, rezero=found).tell(severity, found.sentence)

@@ -19,7 +19,8 @@ from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractCommand, computed
 from workbench.session.reach import follow_target, with_branch_name
 from workbench.session.restored_targets import recall_targets
-from workbench.session.state import Drag, Focus, Session, TargetState
+from workbench.session.state import Drag, Focus, Session
+from workbench.session.target_state import TargetState
 from workbench.session.target_steps import (
     begin_step,
     check_free,

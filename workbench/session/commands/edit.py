@@ -12,7 +12,13 @@ from workbench.session.command import AbstractChange, computed
 from workbench.session.commands.target_placement import place_plate
 from workbench.session.reach import place
 from workbench.session.state import Session
-from workbench.session.target_steps import AbstractStep, check_free, check_unlocked, move_targets, with_item
+from workbench.session.target_steps import (
+    AbstractTargetStep,
+    check_free,
+    check_unlocked,
+    move_targets,
+    with_item,
+)
 
 BESIDE = np.array([0.06, 0.0, 0.0])
 """Where a copy stands, from its original [m]."""
@@ -158,7 +164,7 @@ class ChooseBranch(AbstractChange):
         )
 
 
-class MixBranches(AbstractStep):
+class MixBranches(AbstractTargetStep):
     """Take the mix of branches that predicts the least error; branches chosen by hand stay."""
 
     title = "Choose the best mix of branches"

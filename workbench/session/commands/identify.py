@@ -1,23 +1,24 @@
 """The command that identifies the robot from the loaded measurements."""
 
 from dataclasses import replace
-from typing import Any
 
 from workbench.base.errors import OptionError
-from workbench.base.progress import Cancel
 from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.identify_with_effects import identify
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.result import Identification, judged
 from workbench.report.numbers import significant
-from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
+from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.compare import with_fit
 from workbench.session.commands.data import check_same_arm, check_unchanged, measurements
 from workbench.session.comparison import exaggeration_for
+from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import Focus, Session, Severity
 
+IdentifiedRows = tuple[Loaded, Identification]
 
-class Identify(AbstractTask):
+
+class Identify(AbstractTask[IdentifiedRows]):
     """Identify the robot's parameters.
 
     Args:
@@ -26,6 +27,7 @@ class Identify(AbstractTask):
         frames: `auto`, `shared` or `per-session`: whether base and tool differ between sessions.
         seed: Of the choice of held-out rows.
         anyway: Whether to go on though the rows are clearly another arm's.
+        levelled: Whether the z axis of the measuring frame is vertical.
     """
 
     title = "Identify the parameters"
@@ -35,6 +37,7 @@ class Identify(AbstractTask):
     frames: str = "auto"
     seed: int = 0
     anyway: bool = False
+    levelled: bool = False
 
     def check(self, session: Session) -> None:
         check_same_arm(session, anyway=self.anyway)
@@ -46,7 +49,7 @@ class Identify(AbstractTask):
         if not 0.0 <= self.held_out < 1.0:
             raise OptionError(f"the held-out share must be 0 to 99 %, got {self.held_out:.0%}")
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> IdentifiedRows:
         loaded = measurements(session)
         robot, added = session.robot, session.accepted
         found = identify(
@@ -58,13 +61,12 @@ class Identify(AbstractTask):
             free=tuple(n for n in session.robot.default_free if n not in session.fixed),
             exclude=dict.fromkeys(sorted(session.left_out), "left out by hand"),
             effects=tuple(name for effect in added for name in effect.names),
+            levelled=self.levelled,
             seed=self.seed,
-            progress=progress,
-            cancel=cancel,
         )
         return loaded, found
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: IdentifiedRows) -> Session:
         loaded, found = result
         check_unchanged(session, loaded, "identify")
         fit = found.best.fit.algorithm
@@ -74,7 +76,7 @@ class Identify(AbstractTask):
             before, after = map(exaggeration_for, session.comparison.errors.T)
             overlay = replace(session.overlay, exaggeration=before, exaggeration_after=after)
             session = replace(session, overlay=overlay)
-        return session.tell(Severity.INFO, _summary(found, fit))
+        return session.tell(Severity.LOG, _summary(found, fit))
 
 
 def _summary(found: Identification, fit: str) -> str:
@@ -114,6 +116,19 @@ class SetWanted(AbstractChange):
 
     def apply(self, session: Session) -> Session:
         return replace(session, wanted=self.wanted())
+
+
+class SetLevelled(AbstractChange):
+    """Say whether the instrument is levelled, for what is identified and diagnosed from now on."""
+
+    key = "levelled"
+
+    levelled: bool
+
+    title = computed(lambda self: f"The instrument is {'' if self.levelled else 'not '}levelled")
+
+    def apply(self, session: Session) -> Session:
+        return replace(session, levelled=self.levelled)
 
 
 class LeaveRowsOut(AbstractChange):

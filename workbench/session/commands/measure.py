@@ -2,13 +2,12 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import Cancel
+from workbench.base.progress import progress
 from workbench.base.types import frozen
 from workbench.base.wording import plural
 from workbench.data.live.acquisition import (
@@ -17,6 +16,7 @@ from workbench.data.live.acquisition import (
     Acquisition,
     Event,
     StandstillDetector,
+    continues,
 )
 from workbench.data.live.capture import Capture
 from workbench.data.live.sample import Sample
@@ -25,8 +25,10 @@ from workbench.data.simulation.simulate import simulate_targets, virtual_arm
 from workbench.plate.guided_measurement import plate_targets
 from workbench.plate.plate import Kind
 from workbench.plate.simulated_measurement import STEERING, beside
-from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
+from workbench.session.command import AbstractChange, AbstractCommand, AbstractTask, computed
 from workbench.session.commands.data import (
+    EARLIER_ERRORS,
+    check_errors,
     check_measurable,
     check_seed,
     instrument_of,
@@ -42,26 +44,29 @@ NOISY = 10.0
 """Extent of an instrument's noise in a window of standstill, in standard deviations, at most."""
 
 
-class BeginMeasuring(AbstractTask):
+class BeginMeasuring(AbstractTask[Measuring]):
     """Begin a guided measurement of a virtual arm at the targets as they stand.
 
     Args:
         seed: Of the hidden errors and of the noise: the same seed is the same arm.
+        errors: As of `MeasureVirtualArm`.
     """
 
     seed: int = 1
+    errors: tuple[float, float] = EARLIER_ERRORS
 
     title = computed(lambda self: f"Measure virtual arm {self.seed} step by step")
 
     def check(self, session: Session) -> None:
         check_seed(self.seed)
+        check_errors(self.errors)
         _check_not_measuring(session)
         check_measurable(session)
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> Measuring:
         rng = np.random.default_rng(self.seed)
         progress(0.1, "building the arm")
-        actual = virtual_arm(session.robot, rng=rng)
+        actual = virtual_arm(session.robot, rng=rng, length=self.errors[0], angle=self.errors[1])
         numbers, near = reached_postures(actual, session)
         steered = beside(session.plate.poses[numbers], STEERING, rng)
         exact = INSTRUMENTS["ideal"]
@@ -73,7 +78,7 @@ class BeginMeasuring(AbstractTask):
             virtual=VirtualArm(seed=self.seed, actual=actual, instrument=instrument, postures=rows.q),
         )
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: Measuring) -> Session:
         return replace(session, measuring=result)
 
 
@@ -113,6 +118,7 @@ class TakeSample(AbstractChange):
         xyz: Measured position of the tool, measuring frame [m]; None where it is not seen.
         quat: Measured orientation [w, x, y, z]; None where it is not seen.
         capture: Whether the source asks to store it.
+        before: Samples before this one that standstill is judged by, where the journal has one step for all.
     """
 
     is_automatic = True
@@ -123,25 +129,41 @@ class TakeSample(AbstractChange):
     xyz: tuple[float, float, float] | None = None
     quat: tuple[float, float, float, float] | None = None
     capture: bool = False
+    before: tuple["TakeSample", ...] = ()
 
     key = computed(lambda self: None if self.capture else "sample")
 
     def check(self, session: Session) -> None:
-        session.robot.check_joints(np.array([self.q]))
-        numbers = (self.time, *self.q, *(self.xyz or ()), *(self.quat or (1.0,)))
-        if not np.isfinite(numbers).all() or not any(self.quat or (1.0,)):
-            raise DataError("a sample with numbers that are not finite was dropped")
+        for taken in (*self.before, self):
+            session.robot.check_joints(np.array([taken.q]))
+            numbers = (taken.time, *taken.q, *(taken.xyz or ()), *(taken.quat or (1.0,)))
+            if not np.isfinite(numbers).all() or not any(taken.quat or (1.0,)):
+                raise DataError("a sample with numbers that are not finite was dropped")
 
     def apply(self, session: Session) -> Session:
         if session.measuring is not None:
             acquisition = session.measuring.acquisition.copy()
-            acquisition.update(self._sample())
+            for taken in (*self.before, self):
+                acquisition.update(taken._sample())
             session = replace(session, measuring=replace(session.measuring, acquisition=acquisition))
         elif session.source is None or not session.source.is_followed:
             return session
         if session.drag is not None:
             return session
         return replace(session, jogged=frozen(np.array(self.q)), focus=Focus.JOG)
+
+    def merged_with(self, previous: AbstractCommand, session: Session) -> "TakeSample | None":
+        """Only the last place of the arm counts, and in a measurement what standstill is judged by."""
+        if not isinstance(previous, TakeSample) or previous.capture or self.capture:
+            return None
+        if session.measuring is None:
+            return self
+        judged = session.measuring.acquisition.judged
+        if not judged or not continues(judged[-1], self._sample()):
+            return None
+        times = {sample.time for sample in judged}
+        earlier = (*previous.before, replace(previous, before=()))
+        return replace(self, before=tuple(taken for taken in earlier if taken.time in times))
 
     def _sample(self) -> Sample:
         return Sample(

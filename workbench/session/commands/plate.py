@@ -1,23 +1,20 @@
-"""Commands for whole plates: equal index (ARIA §4.2), least error, yield, error against price."""
+"""Commands for whole plates: equal index (ARIA §4.2), least error, yield."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from workbench.base.errors import OptionError
-from workbench.base.progress import Cancel
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.patterns import MOST_TARGETS
-from workbench.plate.plate import AUTO
-from workbench.plate.readings import usual_sigma
-from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
-from workbench.session.commands.target_placement import place_plate, place_targets
-from workbench.session.state import Session, Severity, Trial
+from workbench.plate.plate import AUTO, Plate, Target
+from workbench.session.command import AbstractChange, AbstractTask, computed
+from workbench.session.commands.target_placement import place_targets
+from workbench.session.state import PlateTrial, Session, Severity
 from workbench.session.target_steps import check_free, is_better, rescore
 
 
-class ClusterTargets(AbstractTask):
+class ClusterTargets(AbstractTask[Plate]):
     """Replace the targets by poses with equal O in mutually different cubes of the region.
 
     Args:
@@ -36,29 +33,21 @@ class ClusterTargets(AbstractTask):
         if not 2 <= self.number <= most:
             raise OptionError(f"the number of poses must be 2 to {most}, got {self.number}")
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> Plate:
         from workbench.plate.design import cluster_region
 
         plate = session.plate
-        found = cluster_region(
-            session.robot,
-            plate.region,
-            number=self.number,
-            solid=plate,
-            seed=self.seed,
-            progress=lambda share: progress(share, "searching"),
-            cancel=cancel,
-        )
+        found = cluster_region(session.robot, plate.region, number=self.number, solid=plate, seed=self.seed)
         return found.plate(plate)
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: Plate) -> Session:
         check_free(session)
         session = place_targets(session, result.targets)
         words = (f"the targets are now {len(result)} poses of equal index", *result.notes)
         return session.tell(Severity.INFO, "; ".join(words))
 
 
-class ImprovePlate(AbstractTask):
+class ImprovePlate(AbstractTask[tuple[Target, ...]]):
     """Let the program place all targets but the locked ones for the least predicted error in the region.
 
     Args:
@@ -74,7 +63,7 @@ class ImprovePlate(AbstractTask):
         if all(target.locked for target in session.plate.targets):
             raise OptionError("all targets are locked; unlock those that may be moved")
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> tuple[Target, ...]:
         from workbench.plate.design import optimise_plate
 
         noise = session.noise
@@ -84,26 +73,24 @@ class ImprovePlate(AbstractTask):
             making=session.plate.making,
             sigma=(noise.position, noise.rotation),
             seed=self.seed,
-            progress=lambda share: progress(share, "placing targets"),
-            cancel=cancel,
         )
         return found.plate.targets
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: tuple[Target, ...]) -> Session:
         check_free(session)
         pairs = zip(session.plate.targets, result, strict=True)
         better = place_targets(session, tuple(old if old.locked else new for old, new in pairs))
         if not is_better(better.score, session.score):
             return session.tell(Severity.INFO, "the search found no better plate")
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
-        return better.tell(Severity.INFO, f"predicted error in the region: {before:.3g} → {now:.3g} mm")
+        return better.tell(Severity.LOG, f"predicted error in the region: {before:.3g} → {now:.3g} mm")
 
 
 MOST_ARMS = 100_000
 """More arms than this are refused: the page would be busy for hours."""
 
 
-class TryPlate(AbstractTask):
+class TryPlate(AbstractTask[PlateTrial]):
     """Find the yield: the share of virtual arms that keep the wanted error after a calibration on this plate.
 
     Args:
@@ -125,7 +112,7 @@ class TryPlate(AbstractTask):
             if not state.measurable:
                 raise OptionError(f"target {i + 1} is {state.obstacle}; move it, then try the plate")
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> PlateTrial:
         from workbench.plate.design import try_plate
 
         plate, noise = session.plate, session.noise
@@ -137,16 +124,14 @@ class TryPlate(AbstractTask):
             sigma=(noise.position, noise.rotation),
             wanted=session.wanted,
             seed=self.seed,
-            progress=lambda share: progress(share, "building, calibrating and checking arms"),
-            cancel=cancel,
         )
-        return Trial(plate, noise, found, session.wanted)
+        return PlateTrial(plate, noise, found, session.wanted)
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: PlateTrial) -> Session:
         from workbench.plate.report.design import yield_sentence
 
         session = replace(session, trial=result)
-        return session.tell(Severity.INFO, yield_sentence(result.found))
+        return session.tell(Severity.LOG, yield_sentence(result.found))
 
 
 LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))
@@ -179,71 +164,3 @@ class SetNoise(AbstractChange):
     def apply(self, session: Session) -> Session:
         noise = Noise(self.position, self.rotation)
         return rescore(replace(session, noise=noise))
-
-
-class WeighPlates(AbstractTask):
-    """Search plates of several sizes and manufacturing methods, and compare their errors and prices.
-
-    Args:
-        numbers: Of targets.
-        places: Random blocks from which each search begins.
-        seed: Of the searches.
-    """
-
-    title = "Weigh plates against their price"
-
-    numbers: tuple[int, ...] = (8, 12)
-    places: int = 150
-    seed: int = 0
-
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
-        from workbench.plate.tradeoff import weigh_choices
-
-        return weigh_choices(
-            session.robot,
-            session.plate,
-            numbers=self.numbers,
-            places=self.places,
-            seed=self.seed,
-            progress=lambda share: progress(share, "searching plates"),
-            cancel=cancel,
-        )
-
-    def finish(self, session: Session, result: Any) -> Session:
-        words = f"{len(result.choices)} plates compared; {len(result.front)} are not beaten by another"
-        return replace(session, tradeoff=result).tell(Severity.INFO, words)
-
-
-class OpenChoice(AbstractChange):
-    """Replace the current plate by one from the comparison; Undo restores the current one.
-
-    Args:
-        number: Of the choice, counted from 0, the cheapest first.
-    """
-
-    number: int
-
-    title = computed(lambda self: f"Open plate {self.number + 1} of those weighed")
-
-    def check(self, session: Session) -> None:
-        check_free(session)
-        count = 0 if session.tradeoff is None else len(session.tradeoff.choices)
-        if not 0 <= self.number < count:
-            raise OptionError(
-                f"the plate must be 1 to {count}, got {self.number + 1}"
-                if count
-                else "no plates have been compared yet; press Weigh plates first"
-            )
-
-    def apply(self, session: Session) -> Session:
-        assert session.tradeoff is not None
-        choice = session.tradeoff.choices[self.number]
-        plate = replace(choice.design.plate, name=choice.name, region=session.plate.region)
-        opened, weighed = place_plate(session, plate, selected=0), usual_sigma(plate)[0]
-        if np.isclose(weighed, opened.noise.position):
-            return opened
-        return opened.tell(
-            Severity.INFO,
-            f"this plate was weighed with an instrument of {1e3 * weighed:g} mm; predicted is with "
-            f"yours, {1e3 * opened.noise.position:g} mm: set its noise to see the same error",
-        )

@@ -1,18 +1,17 @@
 """Commands for the region: its corners and cubes, their colours, and the computations behind these."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
 from workbench.base.errors import DataError, OptionError
-from workbench.base.progress import Cancel, Cancelled
+from workbench.base.progress import Cancelled
 from workbench.plate.cubes import CubeMap, map_cubes
 from workbench.plate.free_constants import identified_names
 from workbench.plate.region import Region
-from workbench.session.command import AbstractChange, AbstractChore, Progress, computed
+from workbench.session.command import AbstractChange, AbstractChore, computed
 from workbench.session.commands.data import measurements
-from workbench.session.cubes import values
+from workbench.session.cubes import are_shown, values
 from workbench.session.score import draw_region
 from workbench.session.state import CubeView, Field, Session
 from workbench.session.target_steps import begin_step, rescore
@@ -87,7 +86,7 @@ class ShowCubes(AbstractChange):
         return replace(session, cube_view=self.view)
 
 
-class SampleRegion(AbstractChore):
+class SampleRegion(AbstractChore[tuple[Region, np.ndarray]]):
     """Draw the poses of the region for which errors are predicted."""
 
     title = "Sampling poses in the region"
@@ -103,19 +102,19 @@ class SampleRegion(AbstractChore):
             return None
         return cls(corner(region.min), corner(region.max), session.robot.name)
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> tuple[Region, np.ndarray]:
         region = session.plate.region
         return region, draw_region(session.robot, replace(session.first_plate, region=region))
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: tuple[Region, np.ndarray]) -> Session:
         region, drawn = result
         if session.plate.region is not region:
             raise Cancelled
         return rescore(replace(session, sampled=region, region_q=drawn))
 
 
-class MapCubes(AbstractChore):
-    """Evaluate every cube of the region, once the cubes are shown."""
+class MapCubes(AbstractChore[CubeMap]):
+    """Evaluate every cube of the region, while the cubes are shown."""
 
     is_redone = True
 
@@ -130,28 +129,25 @@ class MapCubes(AbstractChore):
     def needed(cls, session: Session) -> "MapCubes | None":
         region = session.plate.region
         is_known = session.cubes is not None and session.cubes.region is region
-        if is_known or session.cube_view.field in (Field.NONE, Field.MEASURED, Field.YIELD):
+        if is_known or not are_shown(session) or session.cube_view.field in (Field.MEASURED, Field.YIELD):
             return None
         return cls(corner(region.min), corner(region.max), region.cube, session.robot.name)
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> CubeMap:
         found = map_cubes(
             session.robot,
             session.plate.region,
             session.plate.poses[:ORIENTATIONS, :3, :3],
             names=identified_names(session.robot),
-            progress=lambda share: progress(share, "solving for every cube"),
-            cancel=cancel,
         )
         if found is None:
             raise Cancelled
         return found
 
-    def finish(self, session: Session, result: Any) -> Session:
-        found: CubeMap = result
-        if session.plate.region is not found.region:
+    def finish(self, session: Session, result: CubeMap) -> Session:
+        if session.plate.region is not result.region:
             raise Cancelled
-        return replace(session, cubes=found)
+        return replace(session, cubes=result)
 
 
 CHORES = (SampleRegion, MapCubes)

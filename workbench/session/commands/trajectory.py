@@ -6,7 +6,6 @@ thesis (§5.5.1), the line being a diameter of the circle.
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -15,16 +14,16 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
-from workbench.base.progress import Cancel
+from workbench.base.progress import progress
 from workbench.base.types import frozen
 from workbench.base.wording import in_mm
-from workbench.paths.correction import CLEAR, compensate
+from workbench.paths.correction import ACCEPTED_ERROR, compensate
 from workbench.paths.curves import Circle, Curve, circle_through, line
 from workbench.paths.path import command_joints
 from workbench.paths.planning import plan
-from workbench.session.command import AbstractChange, AbstractTask, Progress, computed
+from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.deflection import bending_robot
-from workbench.session.planned_trajectory import Place, Play, Track
+from workbench.session.planned_trajectory import CirclePlace, Play, Track
 from workbench.session.state import Focus, Session, Severity
 from workbench.session.target_steps import check_free
 
@@ -76,7 +75,7 @@ def default_trajectory_circle(session: Session) -> Circle:
     return found
 
 
-def chosen_curve(kind: str, place: Place) -> Curve:
+def chosen_curve(kind: str, place: CirclePlace) -> Curve:
     """The curve of a kind about a centre: a circle, or a straight line through it, in a plane."""
     along, across = PLANES[place.plane]
     centre = np.array(place.centre)
@@ -86,7 +85,7 @@ def chosen_curve(kind: str, place: Place) -> Curve:
 
 
 def make_track(
-    session: Session, kind: str, *, duration: float, is_corrected: bool, place: Place | None = None
+    session: Session, kind: str, *, duration: float, is_corrected: bool, place: CirclePlace | None = None
 ) -> Track:
     """Plan a trajectory, and see where the tools go.
 
@@ -136,7 +135,7 @@ SLOWEST, FASTEST = 0.1, 10.0
 """Pace at which it is played, in multiples of its own."""
 
 
-class PlanTrack(AbstractTask):
+class PlanTrack(AbstractTask[tuple[Robot, Track]]):
     """Plan a trajectory with the nominal arm, and compute how the calibrated one follows it.
 
     Args:
@@ -175,15 +174,15 @@ class PlanTrack(AbstractTask):
         if self.is_corrected and deviating_robot(session) is None:
             raise OptionError("there is no calibrated arm to correct with; identify it first")
 
-    def compute(self, session: Session, *, progress: Progress, cancel: Cancel) -> Any:
+    def compute(self, session: Session) -> tuple[Robot, Track]:
         progress(0.2, "solving for joint positions along it")
-        place = None if self.centre is None else Place(self.centre, self.radius, self.plane)
+        place = None if self.centre is None else CirclePlace(self.centre, self.radius, self.plane)
         track = make_track(
             session, self.kind, duration=self.duration, is_corrected=self.is_corrected, place=place
         )
         return session.robot, track
 
-    def finish(self, session: Session, result: Any) -> Session:
+    def finish(self, session: Session, result: tuple[Robot, Track]) -> Session:
         robot, track = result
         if session.robot is not robot:
             raise OptionError("the arm has changed since; plan again")
@@ -300,7 +299,7 @@ def corrected(track: Track) -> str:
         else f"{in_mm(track.model_error)} on held-out rows"
     )
     left = float(track.errors.max())
-    beside = f", beside up to {in_mm(left)} that can't be corrected" if left > CLEAR else ""
+    beside = f", beside up to {in_mm(left)} that can't be corrected" if left > ACCEPTED_ERROR else ""
     return f"corrected, the model's own error remains ({own}){beside}"
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, computed
 from workbench.session.commands.arm import PAGE, with_parts_of
-from workbench.session.state import Session, Severity, Step
+from workbench.session.state import Session, Severity, UndoStep
 from workbench.session.target_steps import (
-    AbstractStep,
+    AbstractTargetStep,
     begin_step,
     check_free,
     commit_step,
@@ -16,7 +16,7 @@ from workbench.session.target_steps import (
 )
 
 
-class Undo(AbstractStep):
+class Undo(AbstractTargetStep):
     """Take the last step back."""
 
     title = "Undo"
@@ -26,13 +26,13 @@ class Undo(AbstractStep):
             return session.tell(Severity.INFO, "nothing to undo")
         step = session.done[-1]
         if step.session is not None:
-            whole = replace(step.session, undone=(Step(session.plate, session.states, session),))
+            whole = replace(step.session, undone=(UndoStep(session.plate, session.states, session),))
             return _restored(session, whole)
-        undone = (*session.undone, Step(session.plate, session.states))
+        undone = (*session.undone, UndoStep(session.plate, session.states))
         return go_to_step(replace(session, done=session.done[:-1], undone=undone), step)
 
 
-class Redo(AbstractStep):
+class Redo(AbstractTargetStep):
     """Make the last undone step again."""
 
     title = "Redo"
@@ -43,11 +43,11 @@ class Redo(AbstractStep):
         step = session.undone[-1]
         if step.session is not None:
             return _restored(session, step.session)
-        done = (*session.done, Step(session.plate, session.states))
+        done = (*session.done, UndoStep(session.plate, session.states))
         return go_to_step(replace(session, undone=session.undone[:-1], done=done), step)
 
 
-class ResetTargets(AbstractStep):
+class ResetTargets(AbstractTargetStep):
     """Restore the plate as loaded; can be undone."""
 
     title = "Reset the targets"
@@ -56,10 +56,10 @@ class ResetTargets(AbstractStep):
         first = session.first_plate
         if session.plate is first:
             return session.tell(Severity.INFO, f"the targets are already as in '{first.name}'")
-        return go_to_step(begin_step(session), Step(first, session.first_states))
+        return go_to_step(begin_step(session), UndoStep(first, session.first_states))
 
 
-class RestoreBest(AbstractStep):
+class RestoreBest(AbstractTargetStep):
     """Restore the best plate so far; can be undone."""
 
     title = "Back to the best plate so far"
@@ -100,7 +100,7 @@ def _restored(now: Session, whole: Session) -> Session:
     return session.tell(Severity.INFO, f"back on {whole.robot.name}, plate '{whole.plate.name}'{loaded}")
 
 
-def go_to_step(session: Session, step: Step) -> Session:
+def go_to_step(session: Session, step: UndoStep) -> Session:
     """The session with the targets of a step, the first one that differs selected."""
     return commit_step(
         with_targets(session, step.plate, step.states, selected=first_difference(session.plate, step.plate))

@@ -1,8 +1,8 @@
 """Commands as plain data and back, by their field's types; files in them go beside the journal.
 
 A command is a frozen record of plain values, so every command is written and read by the same few rules. A
-field that an older journal lacks has its default; a command or a field that is unknown here is refused. A
-line ends with a checksum of what comes before it; lines of older versions have none.
+field that an older journal lacks has its default; a field that is unknown here is refused. A line ends with a
+checksum of what comes before it; lines of older versions have none.
 """
 
 import dataclasses
@@ -18,7 +18,7 @@ from enum import Enum
 from pathlib import PurePosixPath
 from typing import Any
 
-from workbench.session.command import AbstractCommand, kinds
+from workbench.session.command import AbstractCommand, UnknownCommand, kinds
 
 INPUTS = "inputs"
 """Folder of the files that commands brought."""
@@ -47,20 +47,23 @@ def encode(command: AbstractCommand) -> tuple[dict[str, Any], dict[str, bytes]]:
     return _record(command, files, ending), files
 
 
-def decode(name: str, values: Mapping[str, Any], load: Load) -> AbstractCommand:
-    """The command of a line.
+def decode(name: str, values: Mapping[str, Any], load: Load, *, title: str = "") -> AbstractCommand:
+    """The command of a line; an `UnknownCommand` where its package isn't installed.
 
     Args:
         name: Of the command.
         values: Its fields.
         load: Gives the content of a file by its place in the recording.
+        title: Of the command, as it was recorded.
 
     Raises:
-        ValueError: there is no such command, or it has no such fields.
+        ValueError: the command has no such fields.
     """
     kind = kinds().get(name)
     if kind is None:
-        raise ValueError(f"the command '{name}' is unknown")
+        if not name.isidentifier():
+            raise ValueError(f"'{name}' is no name of a command")
+        return UnknownCommand(name, title)
     return _build(kind, values, load)
 
 

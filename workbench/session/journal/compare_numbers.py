@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from workbench.session.command import Progress
+from workbench.base.progress import progress
 from workbench.session.journal.numbers import numbers_of
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
@@ -100,7 +100,7 @@ class Replayed:
         }
 
 
-def check(recording: Recording, *, progress: Progress = lambda part, title: None) -> Replayed:
+def check(recording: Recording) -> Replayed:
     """Replay all commands and compare every number of the journal."""
     session, written = recording.first, recording.header.get("numbers", {})
     compared, unequal = 0, list[Difference]()

@@ -20,7 +20,8 @@ from workbench.plate.plate import Plate
 from workbench.report.json import Json, plain
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.planned_trajectory import Track
-from workbench.session.state import Score, Session, TargetState
+from workbench.session.state import Session
+from workbench.session.target_state import Score, TargetState
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,6 @@ SUBJECTS: Registry[Subject] = Registry(
     ),
     Subject("identification", lambda s: (s.identification,), _identification),
     Subject("diagnosis", lambda s: (s.diagnosis,), _diagnosis),
-    Subject("rezero", lambda s: (s.rezero,), lambda found: found.json()),
     Subject("accepted", lambda s: (s.accepted,), _accepted),
     Subject(
         "best", lambda s: (s.best_score,), lambda b: {"position_rms": b.position, "rotation_rms": b.rotation}

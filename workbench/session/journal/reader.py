@@ -10,7 +10,7 @@ import contextlib
 import json
 from dataclasses import dataclass, field, replace
 from datetime import datetime
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +63,7 @@ def inputs(folder: Path) -> tuple[Robot, Plate]:
 
 
 @dataclass(frozen=True, eq=False)
-class Line:
+class JournalLine:
     """One command of a recording.
 
     Args:
@@ -101,7 +101,7 @@ class Recording:
 
     folder: Path
     header: dict[str, Any]
-    lines: tuple[Line, ...]
+    lines: tuple[JournalLine, ...]
     length: int
     notes: tuple[str, ...] = ()
     unsettled: str = ""
@@ -225,7 +225,7 @@ def _header(text: bytes, path: Path) -> dict[str, Any]:
     return header
 
 
-def _line(text: bytes, step: int, path: Path) -> Line:
+def _line(text: bytes, step: int, path: Path) -> JournalLine:
     try:
         if not codec.is_whole(text):
             raise ValueError("it isn't as it was written")
@@ -236,7 +236,8 @@ def _line(text: bytes, step: int, path: Path) -> Line:
             raise ValueError("its fields and numbers must be tables")
         if _is_mixed(found):
             raise ValueError("it begins with one place of a drag and ends with another")
-        command = codec.decode(found["command"], found["fields"], lambda name: _load(path.parent, name))
+        load = partial(_load, path.parent)
+        command = codec.decode(found["command"], found["fields"], load, title=found["title"])
         entry = Entry(
             command=command,
             ending=Ending(found["ending"]),
@@ -246,7 +247,7 @@ def _line(text: bytes, step: int, path: Path) -> Line:
             text=found["text"],
             at=float(found["at"]),
         )
-        return Line(entry, found["title"], tuple(found["says"]), found["numbers"], text.decode())
+        return JournalLine(entry, found["title"], tuple(found["says"]), found["numbers"], text.decode())
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         why = f"'{error.args[0]}' is missing" if isinstance(error, KeyError) else str(error)
         raise FileError(
@@ -261,13 +262,11 @@ def _is_mixed(line: dict[str, Any]) -> bool:
 
     Earlier versions wrote places over one another, and a kill could leave half of each.
     """
+    if line["command"] != "MoveTarget":
+        return False
     fields = line["fields"]
     place = line["numbers"].get("targets", {}).get(str(fields.get("target", -1) + 1))
-    return (
-        line["command"] == "MoveTarget"
-        and place is not None
-        and any(place[name] != fields[name] for name in ("xyz", "rpy"))
-    )
+    return place is not None and any(place[name] != fields[name] for name in ("xyz", "rpy"))
 
 
 def _load(folder: Path, name: str) -> bytes:

@@ -7,6 +7,7 @@ in between. Its entry says how many entries there were at its start, so that a r
 from collections.abc import Iterable, Iterator
 
 from workbench.base.errors import OptionError
+from workbench.base.progress import running
 from workbench.session.command import AbstractChange, AbstractCommand, AbstractTask
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.state import Session
@@ -52,5 +53,6 @@ def _do_again(session: Session, command: AbstractCommand, basis: Session | None)
         return command.apply(session)
     assert isinstance(command, AbstractTask)
     assert basis is not None, "it began from a step that is not there"
-    result = command.compute(basis, progress=lambda fraction, text: None, cancel=lambda: False)
+    with running():
+        result = command.compute(basis)
     return command.finish(session, result)

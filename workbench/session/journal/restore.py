@@ -16,12 +16,13 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.installed_package import package_version
-from workbench.session.command import AbstractChange, AbstractChore, AbstractTask, Progress
+from workbench.base.progress import progress
+from workbench.session.command import AbstractChange, AbstractChore, AbstractTask, UnknownCommand
 from workbench.session.journal import codec
 from workbench.session.journal.compare_numbers import ROUNDING, Difference, compare
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.numbers import numbers_of
-from workbench.session.journal.reader import Line, Recording
+from workbench.session.journal.reader import JournalLine, Recording
 from workbench.session.journal.replay import do_again
 from workbench.session.restored_targets import with_full_scores
 from workbench.session.state import Session
@@ -62,7 +63,7 @@ class Restored:
         )
 
 
-def restore(recording: Recording, *, progress: Progress = lambda part, text: None) -> Restored:
+def restore(recording: Recording) -> Restored:
     """The session after the recording's last command, to go on from there.
 
     What a command can recall from the journal's numbers (the steps of drags) is taken from there, to the last
@@ -72,7 +73,6 @@ def restore(recording: Recording, *, progress: Progress = lambda part, text: Non
 
     Args:
         recording: As it was read.
-        progress: Called for every command that is done again: the share of the recording, and its title.
     """
     session, lines = recording.first, list(recording.lines)
     bases, differences = {0: session}, list[Difference]()
@@ -103,14 +103,14 @@ def _is_needed(entry: Entry) -> bool:
     return entry.ending is Ending.DONE and not is_redone
 
 
-def _recalled(session: Session, line: Line) -> Session | None:
+def _recalled(session: Session, line: JournalLine) -> Session | None:
     """The session afterwards from the journal's numbers; None where they are not enough or contradictory."""
     command = line.entry.command
     known = command.recalled(session, line.numbers) if isinstance(command, AbstractChange) else None
     return known if known is None or line.is_sealed or _meets_targets(known, line) else None
 
 
-def _meets_targets(session: Session, line: Line) -> bool:
+def _meets_targets(session: Session, line: JournalLine) -> bool:
     """Whether the recorded postures reach their targets, as far as they are said to."""
     found = [int(name) - 1 for name in line.numbers.get("targets", {})]
     found = [i for i in found if session.states[i].reached]
@@ -121,7 +121,7 @@ def _meets_targets(session: Session, line: Line) -> bool:
     return bool(np.abs(errors).max() < MET)
 
 
-def _rewritten(line: Line, numbers: dict[str, Any]) -> Line:
+def _rewritten(line: JournalLine, numbers: dict[str, Any]) -> JournalLine:
     """The line with other numbers."""
     fields = {name: value for name, value in json.loads(line.text).items() if name != codec.CHECK}
     text = json.dumps(fields | {"numbers": numbers}, ensure_ascii=False, allow_nan=False)
@@ -143,6 +143,9 @@ def _number(difference: Difference) -> str:
 
 def _reason(recording: Recording, step: int) -> str:
     """Why a step probably gives another result here."""
+    commands = (entry.command for entry in recording.entries[:step])
+    if unknown := [c.name for c in commands if isinstance(c, UnknownCommand)]:
+        return f"the extra with the command '{unknown[-1]}' is not installed here"
     missing = sorted(name for name in _effects(recording.lines[step - 1].numbers) if name not in EFFECTS)
     if missing:
         return f"the effect '{missing[0]}' is not installed here"

@@ -1,0 +1,38 @@
+"""What is said of the instrument's z axis reaches every fit, from the page and from the guide."""
+
+from tests.session.direct_commands import done
+from workbench.session.commands.data import ForgetData, MeasureVirtualArm
+from workbench.session.commands.diagnose import Diagnose
+from workbench.session.commands.identify import Identify, SetLevelled
+from workbench.session.commands.sessions import MakeSession
+from workbench.session.guide import CAUSE, TAKE, GuideStep, _levelled, guide
+from workbench.session.journal.codec import decode, encode
+
+
+def test_fits_know_whether_the_instrument_is_levelled(first):
+    session = done(first, MeasureVirtualArm(3, more=20))
+    for levelled in (False, True):
+        found = done(session, Identify(("opt2",), levelled=levelled), Diagnose(levelled=levelled))
+        assert found.identification.best.fit.problem.frames.levelled is levelled
+        assert found.diagnosis.final_fit.problem.frames.levelled is levelled
+
+
+def test_the_guides_buttons_say_what_the_box_says(first):
+    session = done(first, MeasureVirtualArm(3, more=20))
+    assert guide(session).next.command == Identify()
+    session = done(session, SetLevelled(True))
+    assert guide(session).next.command == Identify(levelled=True)
+    assert _levelled(GuideStep("", next=TAKE, other=CAUSE), True).other.command == Diagnose(levelled=True)
+
+
+def test_it_is_said_of_these_measurements(first):
+    session = done(first, MeasureVirtualArm(3), SetLevelled(True))
+    assert done(session, MakeSession(4)).levelled
+    assert not done(session, ForgetData()).levelled
+
+
+def test_recordings_from_before_there_was_a_box_open():
+    for command in (Identify(), Diagnose()):
+        written = encode(command)[0]
+        del written["levelled"]
+        assert decode(type(command).__name__, written, bytes) == command

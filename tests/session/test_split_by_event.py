@@ -1,0 +1,95 @@
+"""The rows after an event as a session of their own: asked for on the page, undone, replayed."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.session.direct_commands import done
+from workbench.arm.effects.events import FrameStep, ToolStep
+from workbench.base.errors import DataError
+from workbench.base.types import Freedom
+from workbench.data.writer import write_measurements
+from workbench.session import Worker, replay, start
+from workbench.session.commands.data import LoadData, MeasureVirtualArm
+from workbench.session.commands.diagnose import Diagnose
+from workbench.session.commands.identify import LeaveRowsOut
+from workbench.session.commands.sessions import MakeSession, new_frames
+from workbench.session.commands.undo import Redo, Undo
+from workbench.session.start import default_plate
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
+from events import CASES, make
+
+
+def loaded(name, folder):
+    """A session with the rows of an arm to which something happened, and what that was."""
+    made = make(CASES[name], 0, "aria")
+    content = write_measurements(made.data, folder / "rows.csv").read_bytes()
+    return done(start(made.robot, default_plate(made.robot)), LoadData("rows.csv", content)), made.truth
+
+
+@pytest.mark.parametrize(("name", "kind"), [("slip", ToolStep), ("knock", FrameStep)])
+def test_with_a_session_of_their_own_nothing_happens_any_more(name, kind, tmp_path):
+    first, (truth,) = loaded(name, tmp_path)
+    worker = Worker(first)
+    try:
+        for command in (LeaveRowsOut((3,)), Diagnose()):
+            worker.submit(command)
+        assert worker.wait(120.0)
+        found = worker.session.diagnosis
+        (event,) = found.events
+        assert isinstance(event, kind)
+        assert list(new_frames(found)) == [event.row]
+        for command in (MakeSession(event.row), Diagnose()):
+            worker.submit(command)
+        assert worker.wait(120.0)
+        after = worker.session
+        data = after.loaded.dataset
+        assert np.array_equal(data.session == data.session[-1], data.row >= event.row)
+        assert after.diagnosis.effects == ()
+        assert not len(after.diagnosis.outliers)
+        assert after.diagnosis.noise.position == pytest.approx(found.noise.position, rel=0.1)
+        between = {row for row, _ in found.excluded} - {3}
+        assert after.left_out == {3} | between
+        assert all(min(truth.row, event.row) <= row < event.row for row in between)
+        again = replay(first, worker.journal)
+        assert np.array_equal(again.loaded.dataset.session, data.session)
+        assert again.diagnosis.message == after.diagnosis.message
+        for command in (Undo(), Redo(), Undo()):
+            worker.submit(command)
+        assert worker.wait(30.0)
+        assert worker.session.diagnosis is found
+        assert worker.session.loaded.dataset.session is None
+        assert worker.session.left_out == {3}
+    finally:
+        worker.close()
+
+
+def test_a_joint_has_no_frame_of_its_own(tmp_path):
+    session = done(loaded("zero", tmp_path)[0], Diagnose())
+    assert session.diagnosis.events
+    assert not new_frames(session.diagnosis)
+
+
+def test_a_known_base_is_said_not_to_become_a_sessions_own(tmp_path):
+    session = done(loaded("knock", tmp_path)[0], Diagnose())
+    base = replace(session.robot.base, free=Freedom.FIXED)
+    session = replace(session, robot=replace(session.robot, base=base))
+    with pytest.raises(DataError, match=r"\[base\]"):
+        MakeSession(session.diagnosis.events[0].row).check(session)
+
+
+def test_checking_rows_of_a_virtual_arm_are_of_the_last_session(first):
+    session = done(first, MeasureVirtualArm(3), MakeSession(4))
+    assert set(session.loaded.checks.session) == {session.loaded.dataset.session[-1]}
+    assert dict(session.loaded.facts)["Sessions"] == "before row 4, from row 4"
+
+
+def test_rows_that_are_sessions_already_are_refused(first):
+    session = done(first, MeasureVirtualArm(3), MakeSession(4))
+    for row in (4, 10**6, -1):
+        with pytest.raises(DataError):
+            MakeSession(row).check(session)

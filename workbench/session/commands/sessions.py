@@ -1,0 +1,80 @@
+"""The command that makes the rows after an event a session of their own."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from workbench.arm.effects.events import FrameStep, ToolStep
+from workbench.base.errors import DataError
+from workbench.base.types import Freedom
+from workbench.base.wording import ranges
+from workbench.data.order import split_sessions
+from workbench.diagnosis.event_notes import UNDECIDED
+from workbench.diagnosis.result import Diagnosis
+from workbench.session.command import AbstractChange, computed
+from workbench.session.commands.data import measurements, with_data
+from workbench.session.loaded_measurements import Loaded
+from workbench.session.state import UNDO_STEPS, Session, Severity, UndoStep
+
+
+class MakeSession(AbstractChange):
+    """Make the rows from one on, as they were measured, a session with base and tool of their own.
+
+    Args:
+        row: Number of the first of them, counted from 0.
+    """
+
+    row: int
+
+    title = computed(lambda self: f"Make the rows from row {self.row} on a session")
+
+    def check(self, session: Session) -> None:
+        split(measurements(session), self.row)
+        for event in () if session.diagnosis is None else session.diagnosis.events:
+            what = {FrameStep: "base", ToolStep: "tool"}.get(type(event))
+            if event.row == self.row and what and getattr(session.robot, what).free is Freedom.FIXED:
+                raise DataError(
+                    f"the {what} is held at what the robot's file says, so no session can have its own; "
+                    f"set free = true under [{what}] there"
+                )
+
+    def apply(self, session: Session) -> Session:
+        loaded, found = split(measurements(session), self.row), session.diagnosis
+        undecided = [row for row, why in (() if found is None else found.excluded) if why == UNDECIDED]
+        step = UndoStep(session.plate, session.states, session)
+        after = replace(
+            with_data(session, loaded),
+            levelled=session.levelled,
+            left_out=session.left_out.union(undecided),
+            done=(*session.done, step)[-UNDO_STEPS:],
+            undone=(),
+        )
+        words = f"the rows from row {self.row} on are a session of their own; diagnose again"
+        if undecided:
+            words += (
+                f" (held-out rows that nothing places before or after it are excluded: {ranges(undecided)})"
+            )
+        return after.tell(Severity.INFO, words)
+
+
+def new_frames(found: Diagnosis) -> dict[int, str]:
+    """First row after each step of base or tool that is named, and the sentence on it."""
+    steps = ((c.event, c.sentence) for c in found.causes)
+    said = {event.row: words for event, words in steps if isinstance(event, FrameStep | ToolStep)}
+    return dict(sorted(said.items()))
+
+
+def split(loaded: Loaded, row: int) -> Loaded:
+    """Measurements with the rows from one on in sessions of their own; checking rows are of the last one."""
+    data = split_sessions(loaded.dataset, row)
+    assert data.session is not None
+    last, checks = str(data.session[data.row == row][-1]), loaded.checks
+    facts = [fact for fact in loaded.facts if fact[0] != "Sessions"]
+    return replace(
+        loaded,
+        dataset=data,
+        facts=(*facts, ("Sessions", ", ".join(data.sessions))),
+        notes=(*loaded.notes, data.notes[-1]),
+        read=None if loaded.read is None else replace(loaded.read, session=data.session, notes=data.notes),
+        checks=None if checks is None else replace(checks, session=np.full(len(checks), last)),
+    )
