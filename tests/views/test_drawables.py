@@ -9,7 +9,7 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
-from workbench.session.state import CubeView, Drag, Field, Focus, Step, Trial
+from workbench.session.state import CubeView, Drag, Field, Focus, PlateTrial, UndoStep
 from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.scene_contents import in_motion, on_page
 from workbench.views.drawables.sink import AbstractSink, Item, is_same
@@ -124,9 +124,9 @@ def test_every_item_is_made_from_its_inputs(session):
 
 def test_no_target_of_the_last_plate_haunts_another_arm(session):
     """Blocks of the plate before a move are shadows; those of the plate of another robot would be ghosts."""
-    stepped = replace(moved(session, 0, 0.05), done=(Step(session.plate, session.states),))
+    stepped = replace(moved(session, 0, 0.05), done=(UndoStep(session.plate, session.states),))
     assert [item.path for item in plate_before(stepped)] == ["plate/before/1"]
-    opened = replace(stepped, done=(Step(session.plate, session.states, session),))
+    opened = replace(stepped, done=(UndoStep(session.plate, session.states, session),))
     assert list(plate_before(opened)) == []
 
 
@@ -155,7 +155,7 @@ def test_cubes_follow_a_new_trial(session):
             cells=np.arange(4), observed=np.full((4, 1), error) * np.arange(1, 5)[:, None]
         )
         assert found.cells.max() < region.cubes
-        return replace(session, trial=Trial(session.plate, session.noise, found))
+        return replace(session, trial=PlateTrial(session.plate, session.noise, found))
 
     shown = replace(session, cube_view=CubeView(field=Field.YIELD))
     sink = Notebook()

@@ -18,8 +18,8 @@ from workbench.session.commands.undo import GoBackTo, Undo
 from workbench.session.judgement import plate_judgement
 from workbench.views.drawables.plate import plate_before
 from workbench.views.drawables.region import envelope
-from workbench.views.page.panels.history import _plot, step_names
-from workbench.views.page.panels.index import judgement, worth
+from workbench.views.page.panels.history import plot, step_names
+from workbench.views.page.panels.index import alone_or_together, judgement, worth
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +44,30 @@ def test_every_bar_says_what_is_lost_without_its_target(first):
         assert f">+{100 * rise:.0f}</text>" in words
     heights = [float(part.split('"')[0]) for part in words.split('height="')[1:]]
     assert np.argmax(heights) == np.argmax(first.score.rises)
+
+
+@pytest.mark.parametrize(
+    ("own", "error", "words"),
+    [
+        (1.02, 1.007, ("less", "rises")),
+        (0.97, 0.95, ("more", "falls")),
+        (1.02, 0.95, ()),
+        (0.97, 1.1, ()),
+        (1.02, 1.0, ()),
+        (1.0, 1.007, ()),
+    ],
+)
+def test_an_index_that_rises_with_the_error_is_explained_beside_it(first, own, error, words):
+    """The index is of one target alone; the error is of all of them."""
+    at_first, now = first.first_score, first.score
+    per_target = np.array(at_first.per_target)
+    per_target[3] *= own
+    now = replace(now, per_target=per_target, position=error * at_first.position)
+    said = alone_or_together(replace(first, score=now, selected=3))
+    assert bool(said) is bool(words)
+    assert all(word in said for word in words)
+    assert not said or said in worth(replace(first, score=now, selected=3))
+    assert alone_or_together(replace(first, score=now, selected=2)) == ""
 
 
 def test_a_target_that_nothing_replaces_is_marked(first):
@@ -78,8 +102,8 @@ def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):
     names = step_names(moved.history, 0)
     assert [name.split(":")[0] for name in names] == ["Step 2", "Step 1"]
     assert sum("(best)" in name for name in names) <= 1
-    words = _plot(moved.history, 0)
-    assert words.count("<circle") == 3
+    words = plot(moved.history, 0)
+    assert words.count("<circle") == 4  # the best one twice
     best = 1e3 * min(score.position for score in moved.history)
     assert f"{best:.3f}" in words
     assert "step 1" in words

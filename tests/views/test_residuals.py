@@ -9,23 +9,27 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.session.comparison import STAGES, Comparison, Overlay, Stage, exaggeration_for
+from workbench.report import colours as report_colours
+from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay, exaggeration_for
 from workbench.session.joint_errors import along_joints
 from workbench.session.state import Focus
 from workbench.views.appearance.colours import (
     FITTED,
-    GHOST,
     HELD_OUT,
     LEFT_OUT,
     NO_VALUE,
+    REACHED,
+    SELECTED,
     SET_APART,
     ErrorScale,
     scale_colours,
+    stage_colours,
 )
-from workbench.views.drawables.measured import error_scale, measured, selected_row_marks
-from workbench.views.page.camera import FAR
+from workbench.views.drawables.arms import calibrated_arm
+from workbench.views.drawables.measured import error_scale, measured, point_radius, selected_row_marks
+from workbench.views.page.camera import BALL_FILLS_PICTURE
 from workbench.views.page.first_view import view_of_rows
-from workbench.views.page.panels.residuals import arrow_factors, colour_bar, row_errors, stage_means
+from workbench.views.page.panels.legend import arrow_factors, colour_bar, row_errors, stage_means
 from workbench.views.page.scene.picking import nearest_to_ray, picked
 
 ERRORS = 1e-3 * np.array([[1.0, 0.3, 0.1], [2.0, 0.2, 0.1], [4.0, 0.4, 0.2], [3.0, 0.3, 0.1]])
@@ -60,7 +64,9 @@ def drawn(rows, **kwargs):
     return {item.path: item.make(*item.inputs) for item in items if item.shown}
 
 
-@pytest.mark.parametrize(("stages", "shown"), [(1, Stage.NOMINAL), (2, Stage.GEOMETRY), (3, Stage.CAUSES)])
+@pytest.mark.parametrize(
+    ("stages", "shown"), [(1, ModelStage.NOMINAL), (2, ModelStage.GEOMETRY), (3, ModelStage.CAUSES)]
+)
 def test_points_have_the_colour_of_their_error_at_the_last_known_stage(stages, shown):
     rows = comparison(stages)
     scene = drawn(rows)
@@ -84,7 +90,7 @@ def test_rows_that_no_arm_explains_are_red_and_let_clicks_through():
 
 def test_a_stage_is_chosen_and_rows_left_out_are_grey():
     rows = comparison()
-    scene = drawn(rows, overlay=Overlay(stage=Stage.NOMINAL), left_out=frozenset({1, 7}))
+    scene = drawn(rows, overlay=Overlay(stage=ModelStage.NOMINAL), left_out=frozenset({1, 7}))
     expected = error_scale(rows).colours(ERRORS[:, 0])
     assert tuple(scene["measured"].colours[1]) == LEFT_OUT
     assert np.array_equal(scene["measured"].colours[[0, 2]], expected[[0, 2]])
@@ -114,11 +120,33 @@ def test_all_of_many_rows_are_drawn():
     )  # fmt: skip
     scene = drawn(many)
     assert len(scene["measured"].places) + len(scene["measured/held_out"].places) == count
-    assert len(scene["errors/nominal"].starts) <= 400
+    arrows, few = scene["errors/nominal"], drawn(rows)["errors/nominal"]
+    assert few.thick == 1.0
+    assert 60 < len(arrows.starts) <= 120
+    assert len(arrows.starts) * arrows.thick**2 <= 30.001  # more would hide the points
 
 
-def test_amber_means_the_calibrated_arm_alone():
-    assert HELD_OUT != GHOST
+def test_the_calibrated_arm_has_one_colour_on_the_page_and_in_reports():
+    arm, report = load_robot("aria"), tuple(bytes.fromhex(report_colours.CALIBRATED[1:]))
+    assert drawn(comparison())["errors/calibrated"].colour == report
+    assert calibrated_arm(arm, np.zeros(arm.dof)).ghost == report
+    assert {stage_colours(2)[-1], stage_colours(3)[-1]} == {report}
+    assert len({*stage_colours(3), HELD_OUT, REACHED, SELECTED}) == 6
+
+
+def test_the_colour_scale_ranks_by_lightness_alone_and_leaves_its_colours_to_errors():
+    """As the colour-blind and a printer without colours see it (relative luminance of sRGB, IEC 61966)."""
+    colours = scale_colours(np.linspace(0.0, 1.0, 50)).astype(float)
+    luminance = (colours / 255.0) ** 2.2 @ [0.2126, 0.7152, 0.0722]
+    assert (np.diff(luminance) > 0.0).all()
+    for other in (REACHED, SELECTED, stage_colours(2)[-1]):
+        assert np.linalg.norm(colours - other, axis=1).min() > 60.0
+
+
+@pytest.mark.parametrize("count", [300, 1000, 2300])
+def test_many_points_cover_no_more_of_the_scene_than_few(count):
+    assert count * point_radius(count) ** 2 <= 300 * point_radius(300) ** 2 * (1 + 1e-9)
+    assert point_radius(10) == point_radius(300) > point_radius(count + 1) >= point_radius(12_000) > 1.5e-3
 
 
 @pytest.mark.parametrize(
@@ -154,7 +182,7 @@ def test_a_scale_of_nothing_known_is_there():
 
 def test_the_legend_says_whose_errors_and_how_long_arrows_are():
     rows, robot = comparison(), load_robot("aria")
-    words = stage_means(rows, Stage.GEOMETRY)
+    words = stage_means(rows, ModelStage.GEOMETRY)
     assert "3.00" in words  # of the held-out row alone
     assert "0.300" in words
     assert "Mean of 1 held-out poses; colours: geometry" in words
@@ -184,7 +212,7 @@ def test_a_click_means_the_nearest_point_under_the_pointer():
 def test_the_camera_sees_all_rows_and_the_arm_from_their_side():
     robot, rows = load_robot("aria"), comparison()
     position, middle = view_of_rows(robot, rows)
-    reach = np.linalg.norm(position - middle) / FAR
+    reach = np.linalg.norm(position - middle) / BALL_FILLS_PICTURE
     assert np.linalg.norm(rows.measured - middle, axis=1).max() <= reach + 1e-9
     assert position[:2] @ rows.measured[:, :2].mean(0) > 0.0
     assert position[2] > 0.0

@@ -12,7 +12,6 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
-from conftest import browser_program
 from playwright.sync_api import Browser, Page, sync_playwright
 
 from workbench.arm.built_in_arms import load_robot
@@ -29,9 +28,9 @@ FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-b
 SIZES = ((390, 844), (900, 700), (1500, 950), (2560, 1440))
 STEPS: tuple[tuple[str, tuple[AbstractCommand, ...]], ...] = (
     ("plate", (OpenTab(Tab.PLATE),)),
-    ("identify", (MeasureVirtualArm(5, surprise=True, more=70), Identify(), OpenTab(Tab.IDENTIFY))),
-    ("diagnose", (Diagnose(), OpenTab(Tab.DIAGNOSE))),
-    ("result", (AddEffects(), OpenTab(Tab.IDENTIFY))),
+    ("identify", (MeasureVirtualArm(5, surprise=True, more=70), Identify(), OpenTab(Tab.CALIBRATE))),
+    ("diagnose", (Diagnose(), OpenTab(Tab.CALIBRATE))),
+    ("result", (AddEffects(), OpenTab(Tab.CALIBRATE))),
 )
 """Name of a picture, and the commands that lead to it."""
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
@@ -89,6 +88,9 @@ def shoot(browser: Browser, app: App, states: dict[str, Session], folder: Path) 
 
 def main(folder: Path) -> None:
     """Make them all."""
+    sys.path.append(str(Path(__file__).resolve().parents[2]))
+    from browser import browser_program
+
     folder.mkdir(parents=True, exist_ok=True)
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=browser_program(), args=FLAGS)

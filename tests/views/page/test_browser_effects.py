@@ -1,11 +1,15 @@
 """Effects with columns of their own, from the file to the comparison, in a real browser."""
 
+import numpy as np
 import pytest
 from driven_effects import DRIVEN, driven_file
 
 from workbench.data.readers import read_measurements
 from workbench.identification.evaluate import evaluate
-from workbench.views.page.html import number
+from workbench.session.commands.compare import ShowRow
+from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.identify import Identify
+from workbench.views.page.html import number as as_shown
 
 pytestmark = pytest.mark.browser
 OFTEN = "temperature"
@@ -21,23 +25,23 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path, driver):
     screen.tab("Measure")
     screen.give("Load measurements", path)
     screen.wait_text("preview", path.name)
-    screen.tab("Identify")
+    screen.tab("Calibrate")
     screen.press("Identify")
     screen.wait_text("result", "held-out poses", timeout=120_000)
     nominal = screen.text("result").split()[0]
-    screen.tab("Diagnose")
+    screen.tab("Calibrate")
     screen.press("Diagnose")
     screen.wait_text("verdict", "Working: ")
-    screen.wait_text("verdict", "Mean error on", timeout=120_000)
-    assert not any(word in screen.text("diagnosis") for word in ("[nat]", "evidence", "chance", "10⁻"))
+    screen.wait_text("verdict", "Left after all", timeout=120_000)
+    assert not any(word in screen.text("verdict") for word in ("[nat]", "evidence", "chance", "10⁻"))
     screen.press("Add the effects to the model")
-    screen.wait_text("verdict", "Now part of the model", timeout=120_000)
+    screen.wait_text("verdict", "now part of the model", timeout=120_000)
     screen.shoot(f"added-{name}")
     session = app.worker.session
     assert [effect.name for effect in session.accepted] == [name]
     expected = evaluate(session.identification.runs[session.fit].judged, read_measurements(path))
     errors = dict(zip(expected.row_numbers.tolist(), expected.rows.position.tolist(), strict=True))
-    screen.tab("Identify")
+    screen.tab("Calibrate")
     assert screen.text("result").split()[0] == nominal
     screen.tab("Compare")
     slider = screen.page.get_by_role("slider").first
@@ -48,8 +52,32 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path, driver):
         row = int(session.comparison.number[place - 1])
         shown = screen.text("row").split("Calibrated")[1].split()[0]
         assert f"data row {row} " in screen.text("row")
-        assert shown == number(1e3 * errors[row])
+        assert shown == as_shown(1e3 * errors[row])
     compared = 1e3 * session.comparison.errors[:, 1]
     assert compared.mean() == pytest.approx(expected.errors.position_mm.mean, rel=1e-9)
     assert compared.max() == pytest.approx(expected.errors.position_mm.max, rel=1e-9)
     screen.shoot(f"compared-{name}")
+
+
+def test_a_click_on_a_row_of_the_chart_and_playing_put_the_arm_there(app, look):
+    screen = look()
+    app.worker.submit(MeasureVirtualArm(5, surprise=True, more=20))
+    assert app.worker.wait(60.0)
+    app.worker.submit(Identify())
+    assert app.worker.wait(120.0)
+    screen.tab("Calibrate")
+    dots = screen.page.locator('[data-testid="row-chart"] a')
+    assert dots.count() == len(app.worker.session.comparison)
+    dots.nth(7).locator("circle").dispatch_event("click")
+    session = screen.until(lambda session: session.row > 0)
+    number = int(np.sort(session.comparison.number)[7])
+    assert session.comparison.number[session.row] == number
+    screen.wait_text("row-errors", f"Data row {number}")
+    screen.press("Play the rows")
+    session = screen.until(lambda session: session.comparison.number[session.row] > number + 2)
+    screen.press("Play the rows")
+    screen.page.wait_for_timeout(700)
+    stopped = app.worker.session.row
+    screen.page.wait_for_timeout(900)
+    assert app.worker.session.row == stopped
+    assert [type(entry.command) for entry in app.worker.journal][-1] is ShowRow

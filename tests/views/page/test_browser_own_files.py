@@ -8,10 +8,13 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
+from workbench.arm.urdf import write_urdf
 from workbench.data.readers.mapping import read_mapping
 from workbench.data.readers.preview import preview
 from workbench.data.writer import write_measurements
 from workbench.plate.simulated_measurement import measure_poses
+from workbench.session.commands.data import LARGEST_FILE
+from workbench.views.page.viser_internals import controls
 
 pytestmark = pytest.mark.browser
 
@@ -30,16 +33,22 @@ def test_rows_of_another_arm_are_refused_and_undo_brings_an_arm_back(app, look, 
     screen.give("Load measurements", write_measurements(rows, tmp_path / "rows.csv"))
     screen.wait_text("hint", "these rows are not ARIA's; UR5 (CB3) fits to")
     aria = screen.until(lambda session: session.loaded is not None)
-    screen.tab("Identify")
+    screen.tab("Calibrate")
     screen.press("Identify")
     screen.page.wait_for_selector('[data-testid="message"][data-severity="error"]')
     assert app.worker.session.identification is None
-    screen.tab("More")
+    screen.tab("Robot")
     screen.choose("Robot", "katana450")
     screen.press("Change to this robot")
     screen.wait_text("question", "Undo restores them")
     screen.press("Cancel")
     screen.page.wait_for_selector('[data-testid="question"]', state="detached")
+    path = write_urdf(load_robot("ur5"), tmp_path / "other.urdf")
+    screen.give("Open a robot or plate", path)
+    screen.wait_text("question", "will be removed")
+    screen.press("Cancel")
+    screen.page.wait_for_selector('[data-testid="question"]', state="detached")
+    assert app.worker.session.loaded is aria.loaded
     screen.press("Change to UR5 (CB3)")
     screen.until(lambda session: session.robot.name == "UR5 (CB3)" and len(session.loaded.dataset) == 40)
     screen.wait_text("hint", "40 rows of rows.csv are loaded")
@@ -55,7 +64,7 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     table, typed, shown = pendant(arm, 3)
     (tmp_path / "mine.csv").write_text(table)
     screen = look()
-    screen.tab("More")
+    screen.tab("Robot")
     screen.page.get_by_text("Your own robot", exact=True).click()
     screen.give("DH table, URDF, xacro", tmp_path / "mine.csv")
     screen.page.get_by_role("button", name="mine.csv", exact=True).wait_for()
@@ -90,3 +99,19 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     choice = read_mapping(saved(screen, "Save this choice (TOML)", tmp_path / "choice.toml"))
     again = preview(tmp_path / "log.csv", columns=choice.columns)
     assert np.array_equal(again.dataset.q, session.loaded.dataset.q)
+
+
+def test_a_file_that_is_too_large_is_refused_before_it_is_sent(app, look, tmp_path):
+    screen = look()
+    screen.tab("Measure")
+    (tmp_path / "large.csv").write_bytes(b"1," * (LARGEST_FILE // 2 + 1))
+    arrived = []
+    button = next(
+        c for c in controls(app.server.gui).values() if getattr(c, "label", "") == "Load measurements"
+    )
+    button.on_upload(arrived.append)
+    screen.give("Load measurements", tmp_path / "large.csv")
+    screen.page.wait_for_selector('[data-testid="message"][data-severity="error"]')
+    assert f"at most {LARGEST_FILE / 2**20:.3g} MiB" in screen.text("message")
+    screen.page.wait_for_timeout(1000)
+    assert arrived == []

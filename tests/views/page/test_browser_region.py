@@ -8,7 +8,7 @@ pytestmark = pytest.mark.browser
 
 def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(app, look):
     screen = look()
-    screen.tab("Region")
+    screen.tab("Plate")
     screen.choose("Cubes show", "Predicted error")
     screen.wait_text("legend", "mm")
     screen.shoot("cubes")
@@ -20,7 +20,7 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.tab("Plate")
     screen.press("Undo")
     screen.until(lambda session: session.plate is first)
-    screen.tab("Region")
+    screen.tab("Plate")
     screen.choose("Slice", "one layer of z")
     region = screen.until(lambda session: session.cube_view.cut == 2).plate.region
     wanted = int(np.argmin(np.linalg.norm(region.centres - [0.47, 0.35, region.centres[0, 2]], axis=1)))

@@ -49,7 +49,7 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
         app.worker.wait()
         files.nth(1).set_input_files(rows)
         says("90 rows")
-        opened(Tab.IDENTIFY)
+        opened(Tab.CALIBRATE)
         page.wait_for_function("() => !document.querySelector('.mantine-Notification-loader')")
         assert page.locator('[data-testid="start"]').count() == 0
         press("Identify the geometry")
@@ -59,14 +59,21 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
         assert page.locator('[data-testid="requirement"]').count() == 0
         press("Find the cause")
         says(name)
-        opened(Tab.DIAGNOSE)
+        opened(Tab.CALIBRATE)
         page.mouse.wheel(0, 2000)  # the strip stays where it is
         box = page.locator('[data-testid="hint"]').bounding_box()
         assert 0 < box["y"] < 844 - box["height"]
         assert box["width"] > 300
+        before = page.locator('[data-testid="file-errors"]:visible').first.inner_text()
         press("Add what was found")
+        page.wait_for_function(
+            "old => [...document.querySelectorAll('[data-testid=file-errors]')].some(e => e.checkVisibility()"
+            " && e.innerText !== old)",
+            arg=before,
+            timeout=120_000,
+        )
         says(" → ")
-        opened(Tab.IDENTIFY)
+        opened(Tab.CALIBRATE)
         paths = [tmp_path / f"calibrated.{kind}" for kind in ("toml", "urdf")]
         for label, path in zip(("TOML", "URDF"), paths, strict=True):
             with page.expect_download(timeout=120_000) as download:
@@ -77,3 +84,19 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
     refitted = None if found.best.judged is None else found.best.fit.problem.data.row
     saved = Saved(*paths, shown=shown, held_out=found.held_out_data.row, refitted=refitted)
     saved.check(read_rows(rows))
+
+
+def test_the_card_says_what_the_program_is_for_and_has_one_main_answer(app, chromium):
+    page = chromium.new_page(viewport={"width": 900, "height": 700})
+    try:
+        page.goto(f"{app.url}/?fixedDpr=1")
+        answers = ("A robot and measurements", "Only a robot", "Nothing yet: show me", "Look around")
+        buttons = [page.get_by_role("button", name=label, exact=True) for label in answers]
+        buttons[0].wait_for(timeout=60_000)
+        grounds = [b.evaluate("e => getComputedStyle(e).backgroundColor") for b in buttons]
+        assert grounds[0] not in grounds[1:]
+        assert len(set(grounds[1:])) == 1
+        assert "calibrates a robot arm" in page.locator('[data-testid="start"]').inner_text()
+        page.wait_for_function("() => document.title === 'workbench – ARIA'")
+    finally:
+        page.close()

@@ -9,8 +9,10 @@ from workbench.plate.collision import hits
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.messages import SetCaption, Steer, SteerDemo
 from workbench.session.reach import place
+from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page import demo
 from workbench.views.page.demo import END, Demo
+from workbench.views.page.panels.caption import WITH_MY_ROBOT
 
 pytestmark = pytest.mark.browser
 SEEN = """() => {
@@ -28,7 +30,7 @@ FIGURE = """document.querySelector('[data-testid="figure-now"]').innerText"""
 
 
 def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
-    monkeypatch.setattr(demo, "STEPS", 8)
+    monkeypatch.setattr(demo, "DRAG_PLACES", 8)
     screen = look()
     screen.page.evaluate(SEEN)
     app.play_demo(0.06)
@@ -36,25 +38,48 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
     app.worker.submit(SteerDemo(Steer.PAUSE))  # or else a page that is late would never show it
     screen.page.wait_for_function(f"() => {FIGURE}.split('→').length === 3", timeout=60_000)
     app.worker.submit(SteerDemo(Steer.ON))
-    screen.wait_text("message", END[:40], timeout=120_000)
-    bent = "window.__viserSceneTree.getState()['/arm/bent_words']?.message.props.text"
-    screen.page.wait_for_function(f"() => {bent}?.startsWith('bent × ')")
+    screen.wait_text("caption", END[:40], timeout=120_000)
+    the_last_picture_is_the_bare_arm_with_its_three_numbers(screen)
     seen = screen.page.evaluate("() => { window.__watch.disconnect(); return [...window.__seen] }")
-    assert {"Diagnose", "Compare"} <= set(seen)
+    assert {"Calibrate", "Compare"} <= set(seen)
+    screen.page.get_by_role("link", name=WITH_MY_ROBOT).click()
+    screen.page.get_by_role("button", name="A robot and measurements", exact=True).wait_for()
     app.demo.join(10.0)
     assert app.demo.is_finished
+    session = screen.until(lambda session: not session.caption and session.overlay.points)
+    assert session.overlay.law == ""
+    screen.press("Look around")
     captions = [e.command.text for e in app.worker.journal if isinstance(e.command, SetCaption)]
     assert max(map(len, captions)) < 150  # three lines that are read while they stand
     session = app.worker.session
-    hidden = session.loaded.actual.effects[0]
-    assert [(e.name, e.joints) for e in session.accepted] == [(hidden.name, hidden.joints)]
+    hidden = session.loaded.actual.effects
+    assert {(e.name, e.joints) for e in session.accepted} == {(e.name, e.joints) for e in hidden}
+    assert session.robot.name.startswith("UR10")
     found = session.diagnosis
     after = session.identification.runs["opt2"].held_out.position_mm.mean
     assert after < 0.7 * found.before.held_out.position_mm.mean
-    screen.tab("Diagnose")
+    screen.tab("Calibrate")
     screen.wait_text("verdict", "part of the model")
     screen.shoot("diagnosed")
     suggested_poses_that_are_blocked_become_no_targets(screen, found)
+
+
+def the_last_picture_is_the_bare_arm_with_its_three_numbers(screen):
+    """Large, in the middle of what the panel leaves of the window."""
+    numbers, words = (
+        screen.page.locator(f'[data-testid="{name}"]').bounding_box() for name in ("figure-now", "caption")
+    )
+    canvas = screen.page.locator("canvas[data-engine]").bounding_box()
+    for box in (numbers, words):
+        assert box["x"] > 0.0
+        assert box["x"] + box["width"] < canvas["x"] + canvas["width"]
+    assert numbers["height"] > 30.0
+    first, second, third = (float(n) for n in screen.text("figure-now").removesuffix(" mm").split(" → "))
+    assert third < 0.5 * second < 0.5 * first < 1.0  # as on a real UR10: 0.74, 0.37, 0.07 mm
+    session = screen.until(lambda session: not session.overlay.points)
+    seen = {item.path for item in on_page(session) if item.shown}
+    assert {path for path in seen if path.startswith("arm/")} == {"arm/nominal"}
+    assert not any(path.startswith(("measured", "errors", "row")) for path in seen)
 
 
 def suggested_poses_that_are_blocked_become_no_targets(screen, found):
@@ -72,7 +97,7 @@ def suggested_poses_that_are_blocked_become_no_targets(screen, found):
     session = screen.until(lambda now: any(words in message.text for message in now.messages))
     added = len(session.plate) - before
     assert 0 < added < number
-    assert all(state.measurable for state in session.states)
+    assert [state.obstacle for state in session.states if not state.measurable] == []
     screen.wait_text("rank", f"{before + added} targets")
     screen.shoot("next")
 
@@ -80,7 +105,7 @@ def suggested_poses_that_are_blocked_become_no_targets(screen, found):
 def test_touching_anything_ends_the_demo(app, look):
     screen = look()
     slow = Demo(app.worker, pace=1.0)
-    screen.wait_text("caption", "calibration tool", timeout=60_000)
+    screen.wait_text("caption", "data sheet", timeout=60_000)
     screen.shoot("demo")
     screen.press("Stop the demo")
     slow.join(20.0)

@@ -20,15 +20,13 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     screen.shoot("locked")
     screen.press("Delete")
     screen.wait_text("message", "locked")
-    page.get_by_text("Other searches", exact=True).click()
-    for search in ("Search poses of equal index", "Improve this plate"):
-        screen.press(search)  # it places the others, and says so where it is seen
-        page.locator('[data-testid="job"]').wait_for()
-        strip = page.get_by_role("button", name="Cancel", exact=True)
-        assert 0.0 < strip.bounding_box()["y"] < page.viewport_size["height"] - 30
-        strip.click()
-        screen.until(lambda session: session.job is None)
-    page.get_by_text("Other searches", exact=True).click()
+    screen.press("Improve this plate")  # it places the others, and says so where it is seen
+    page.locator('[data-testid="job"]').wait_for()
+    strip = page.get_by_role("button", name="Cancel", exact=True)
+    assert 0.0 < strip.bounding_box()["y"] < page.viewport_size["height"] - 30
+    strip.click()
+    screen.until(lambda session: session.job is None)
+    page.get_by_text("Branch of the arm", exact=True).click()
     screen.press("Undo")
     screen.press("Undo")
     session = screen.until(lambda session: session.plate is first)
@@ -42,14 +40,8 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     screen.shoot("branch")
     a_blocked_branch_counts_nowhere(screen)
 
-    page.get_by_text("Coordinates of all targets").click()
-    table = page.locator("textarea").first
-    lines = table.input_value().splitlines()
-    assert len(lines) == 10
-    table.fill("\n".join(["500 340 240 -150 0 10", *lines[1:8]]))
-    screen.press("Apply the coordinates")
-    session = screen.until(lambda session: len(session.plate) == 8)
-    assert session.plate.targets[0].xyz == pytest.approx([0.5, 0.34, 0.24])
+    screen.press("Delete")
+    screen.until(lambda session: len(session.plate) == 9)
     page.get_by_text("Pattern", exact=True).first.click()
     screen.press("Apply the pattern")
     session = screen.until(lambda session: len(session.plate) == 10)
@@ -60,7 +52,7 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     page.keyboard.press("n")
     screen.until(lambda session: session.selected == (before + 1) % 10)
     page.keyboard.press("Control+z")
-    screen.until(lambda session: len(session.plate) == 8)
+    screen.until(lambda session: len(session.plate) == 9)
 
 
 def a_blocked_branch_counts_nowhere(screen):

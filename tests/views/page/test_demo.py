@@ -1,18 +1,20 @@
 """The demo as a film: it waits, goes back a scene, shows the tab where each scene's outcome is seen."""
 
 import time
+from dataclasses import replace
 
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import Worker, start
+from workbench.session.commands.compare import FollowSystem, SetOverlay
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.messages import SetCaption, Steer, SteerDemo
 from workbench.session.guide import guide
 from workbench.session.state import Tab
 from workbench.views.page import demo
-from workbench.views.page.demo import Demo, Scene, story
+from workbench.views.page.demo import Demo, DemoScene, story
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +25,7 @@ def session():
 @pytest.fixture
 def film(session, monkeypatch):
     """A film of three scenes, and its worker."""
-    scenes = (Scene("one"), Scene("two", (SelectTarget(3),), tab=Tab.REGION), Scene("three"))
+    scenes = (DemoScene("one"), DemoScene("two", (SelectTarget(3),), tab=Tab.MEASURE), DemoScene("three"))
     monkeypatch.setattr(demo, "story", lambda now: iter(scenes))
     worker = Worker(session)
     playing = Demo(worker, pace=0.05)
@@ -71,7 +73,7 @@ def test_anything_else_ends_it_even_where_it_waits(film):
 
 def test_the_tabs_follow_and_the_number_is_beside_the_caption(film):
     playing, worker = film
-    until(lambda: worker.session.caption == "two" and worker.session.opened.tab is Tab.REGION)
+    until(lambda: worker.session.caption == "two" and worker.session.opened.tab is Tab.MEASURE)
     assert guide(worker.session).figure == f"{1e3 * worker.session.score.position:.3f} mm rms predicted"
     until(lambda: playing.is_finished)
     worker.wait()
@@ -81,7 +83,28 @@ def test_the_tabs_follow_and_the_number_is_beside_the_caption(film):
 def test_every_scene_that_finds_something_is_shown_where_it_is_found(session):
     scenes = list(story(lambda: session))
     shown = {type(command).__name__: scene.tab for scene in scenes for command in scene.commands}
-    assert shown["Identify"] is Tab.IDENTIFY
-    assert shown["Diagnose"] is Tab.DIAGNOSE
+    assert shown["Identify"] is Tab.CALIBRATE
+    assert shown["Diagnose"] is Tab.CALIBRATE
     assert shown["MeasureVirtualArm"] is Tab.MEASURE
     assert shown["ShowRow"] is Tab.COMPARE
+
+
+def test_the_last_picture_stands_until_something_is_done_and_what_it_hid_comes_back(session, monkeypatch):
+    bare = replace(session.overlay, **demo.BARE)
+    monkeypatch.setattr(
+        demo, "story", lambda now: iter((DemoScene("the end", (SetOverlay(bare),), seconds=0.1),))
+    )
+    worker = Worker(session)
+    playing = Demo(worker, pace=0.05)
+    until(lambda: playing.is_finished)
+    time.sleep(0.3)
+    assert (worker.session.caption, worker.session.overlay) == ("the end", bare)
+    worker.submit(FollowSystem(is_dark=True))  # as a page does that comes
+    time.sleep(0.3)
+    assert worker.session.caption == "the end"
+    worker.submit(SelectTarget(5))
+    playing.join(5.0)
+    until(lambda: worker.session.caption == "")
+    worker.wait()
+    assert worker.session.overlay == session.overlay
+    worker.close()

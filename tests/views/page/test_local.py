@@ -1,6 +1,7 @@
 """The door: only pages of this server get in, and nobody opens a tunnel."""
 
 import asyncio
+import re
 import signal
 import socket
 import subprocess
@@ -301,3 +302,14 @@ def test_requests_that_it_cannot_answer_are_one_line_a_minute(server, caplog, mo
     assert line.isprintable()
     assert [record.exc_info for record in records] == [None, None]
     assert urllib.request.urlopen(f"http://127.0.0.1:{port}/").status == 200
+
+
+def test_the_pages_of_a_server_bear_our_name_from_the_first_moment(server):
+    """Whether the browser takes compressed answers or not; all of the page is there."""
+    address = f"http://127.0.0.1:{server.get_port()}/"
+    for given in ({}, {"Accept-Encoding": "gzip"}):
+        with urllib.request.urlopen(urllib.request.Request(address, headers=given), timeout=20) as answer:
+            content = answer.read()
+            assert int(answer.headers["Content-Length"]) == len(content)
+        assert re.findall(rb"<title>(.*)</title>", content) == [b"workbench"]
+        assert content.rstrip().endswith(b"</html>")

@@ -4,6 +4,7 @@ import threading
 
 import pytest
 
+from workbench.views.appearance.colours import SKY
 from workbench.views.page.local_server import local_server, page_address
 from workbench.views.page.tabs import PageSignals
 
@@ -27,6 +28,8 @@ def test_links_do_something_a_hand_at_work_costs_fewer_pixels_and_the_end_is_sai
             page.wait_for_function("([f, v]) => f.value === v", arg=[field.element_handle(), shown])
         assert typed.value[0] == 7.0
         assert page.title() == "workbench"
+        ground = "() => getComputedStyle(document.querySelector('canvas[data-engine]')).backgroundColor"
+        assert page.evaluate(ground) == f"rgb{SKY}"
         page.locator("#dot").click()
         assert opened.wait(10.0)
         page.wait_for_timeout(300)

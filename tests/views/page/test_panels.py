@@ -28,14 +28,14 @@ from workbench.data.writer import write_measurements
 from workbench.identification.algorithms import ALGORITHMS, AbstractIdentifier
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.arm_match import ArmMatch
-from workbench.plate.plate_toml import read_plate
+from workbench.plate.plate_toml import load_plate, read_plate
 from workbench.plate.region import Region
 from workbench.session.commands.arm import ChooseRobot, drawn_joints
 from workbench.session.commands.compare import SetUnits, ShowFit
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.messages import Tell
+from workbench.session.commands.messages import OpenTab, Tell
 from workbench.session.commands.plate import SetNoise
 from workbench.session.commands.trajectory import PlanTrack, PlayTrack, SetPace
 from workbench.session.export import (
@@ -47,6 +47,7 @@ from workbench.session.export import (
     report_zip,
 )
 from workbench.session.guide import guide
+from workbench.session.journal.codec import decode
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.state import Focus, Severity, Tab, Units
 from workbench.session.worker import Worker
@@ -54,16 +55,16 @@ from workbench.views.appearance.bodies import body_frames
 from workbench.views.appearance.colours import SKY
 from workbench.views.drawables.drawable import Cubes, Points
 from workbench.views.drawables.sink import Item
+from workbench.views.page import app as page_app
 from workbench.views.page import html
 from workbench.views.page.local_server import local_server
-from workbench.views.page.panels import fit
+from workbench.views.page.panels import PANELS, fit
 from workbench.views.page.panels.choices import read_rows
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.header import Header
-from workbench.views.page.panels.influence import InfluencePanel
+from workbench.views.page.panels.history import HistoryPanel
 from workbench.views.page.panels.start_card import StartCard
-from workbench.views.page.panels.target_placement import rows_of, table_of
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.render import BrowserView
 from workbench.views.page.style import RULES
@@ -146,7 +147,7 @@ def test_what_is_put_off_in_a_drag_comes_once_the_hand_is_still(app):
     app.worker.wait()
 
 
-def test_a_click_means_a_target_before_its_measured_points_and_a_cube_before_the_target(app):
+def test_a_click_means_a_target_before_its_points_and_both_before_a_cube_in_front_of_them(app):
     session, scene = app.worker.session, app.view._scene
     place, down = session.plate.targets[3].xyz, np.array([0.0, 0.0, -1.0])
     ray = SimpleNamespace(ray_origin=place - down, ray_direction=down)
@@ -162,14 +163,18 @@ def test_a_click_means_a_target_before_its_measured_points_and_a_cube_before_the
     app.worker.wait()
     assert app.worker.session.focus is Focus.TARGET
     assert app.worker.session.selected == 3
-    region = Region(min=place - 0.05, max=place + 0.05, cube=0.1)
+    region = Region(min=place - 0.2, max=place + 0.2, cube=0.4)
     one = np.ones(1, bool)
     cube = Cubes(region=region, shown=one, known=one, colours=np.zeros((1, 3), np.uint8), picked=None)
-    with scene._lock:
-        scene._sink.update([Item("region/cubes", lambda: cube, ())])
-    scene._clicked(ray)
-    app.worker.wait()
-    assert app.worker.session.cube_view.picked == 0
+    inward = np.mean([target.xyz for target in session.plate.targets], axis=0) - place
+    aside = ray.ray_origin + 0.1 * inward / np.linalg.norm(inward)
+    for origin, clicked in ((ray.ray_origin, None), (aside, 0)):
+        with scene._lock:
+            scene._sink.update([Item("region/cubes", lambda *given: cube, (object(),))])
+        scene._clicked(SimpleNamespace(ray_origin=origin, ray_direction=down))
+        app.worker.wait()
+        assert app.worker.session.selected == 3
+        assert app.worker.session.cube_view.picked == clicked
 
 
 def test_no_selector_makes_a_browser_search_the_page_at_every_change():
@@ -217,15 +222,6 @@ def test_changes_are_green_where_better():
     assert html.change(np.inf, 1.0, larger_is_better=True) == ""
 
 
-def test_a_typed_table_says_which_line_is_wrong(app):
-    plate = app.worker.session.plate
-    assert rows_of(table_of(plate), plate)[3] == (*plate.targets[3].xyz, *plate.targets[3].rpy)
-    assert rows_of("1; 2; 3; 0; 0; 90", plate)[0] == pytest.approx((1e-3, 2e-3, 3e-3, 0, 0, np.pi / 2))
-    for words, wanted in (("1 2 3", "3 numbers"), ("1 2 3 4 5 6\n1 2 x 4 5 6", "line 2")):
-        with pytest.raises(OptionError, match=wanted):
-            rows_of(words, plate)
-
-
 def test_coordinates_are_shown_and_typed_in_metres_and_radians_too(app):
     def control(label):
         handles = app.server.gui._gui_input_handle_from_uuid.values()
@@ -237,9 +233,6 @@ def test_coordinates_are_shown_and_typed_in_metres_and_radians_too(app):
     assert app.worker.wait()
     assert control("Position [m]").value == (0.566, 0.354, 0.235)
     assert control("Angles [rad]").value == (-2.61799, 0.0, 0.0)
-    table = control("x y z [m] r p y [rad]").value
-    assert rows_of(table, plate, Units.METRES)[3] == (*plate.targets[3].xyz, *plate.targets[3].rpy)
-    assert rows_of("1 2 3 0 0 0.5", plate, Units.METRES)[0] == (1.0, 2.0, 3.0, 0.0, 0.0, 0.5)
     targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
     targets._xyz.control.value = (0.6, 0.354, 0.235)
     assert targets._xyz.typed == (0.6, *plate.targets[0].xyz[1:])
@@ -263,7 +256,7 @@ def test_the_card_opens_again_beside_a_file_of_another_arm_and_closes_at_the_nex
     card.show(replace(session, message_count=session.message_count + 1))
     assert not sent
     card.show(replace(session, unread=replace(file, name="eight.csv")))
-    assert [command.tab for command in sent] == [Tab.IDENTIFY]
+    assert [command.tab for command in sent] == [Tab.CALIBRATE]
 
 
 def test_what_needs_data_is_off_until_there_are_some(app):
@@ -271,7 +264,7 @@ def test_what_needs_data_is_off_until_there_are_some(app):
         handles = app.server.gui._gui_input_handle_from_uuid.values()
         return next(c.disabled for c in handles if getattr(c, "label", "") == label)
 
-    labels = ("Measurements (CSV)", "Report (ZIP)", "Identify", "Pose", "Exclude this row")
+    labels = ("Measurements (CSV)", "Identify", "Pose", "Exclude this row")
     assert all(is_off(label) for label in labels)
     assert not is_off("Plate (TOML)")
     app.worker.submit(MeasureVirtualArm(2))
@@ -417,8 +410,8 @@ def test_a_move_sets_only_what_it_changes(app, monkeypatch):
     assert jog.value != before
 
 
-def test_a_refused_entry_goes_back_and_a_typed_table_stays(app):
-    place, table = control(app, "Position [mm]"), control(app, "x y z [mm] r p y [°]")
+def test_a_refused_entry_goes_back_and_typed_poses_stay(app):
+    place, table = control(app, "Position [mm]"), control(app, "Poses")
     before = place.value
     place.value, table.value = (1e6, 0.0, 0.0), "1 2 3"
     targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
@@ -448,7 +441,7 @@ def test_a_panel_that_raises_stops_no_other_and_is_told_of_once(app, monkeypatch
         raise RuntimeError("no humidity")
 
     monkeypatch.setattr(app.view, "_failed", set())
-    monkeypatch.setattr(InfluencePanel, "show", raises)
+    monkeypatch.setattr(HistoryPanel, "show", raises)
     for number, position in ((3, 2e-4), (4, 3e-4)):
         app.worker.submit(SelectTarget(number))
         app.worker.submit(SetNoise(position, 1e-3))
@@ -456,7 +449,7 @@ def test_a_panel_that_raises_stops_no_other_and_is_told_of_once(app, monkeypatch
     assert control(app, "Noise [mm]").value == 0.3
     told = [m for m in app.worker.session.messages if "humidity" in m.text]
     assert [m.severity for m in told] == [Severity.ERROR]
-    assert "InfluencePanel" in told[0].text
+    assert "HistoryPanel" in told[0].text
     assert len([record for record in caplog.records if record.exc_info]) == 1
 
 
@@ -476,8 +469,8 @@ def test_an_algorithm_that_was_registered_later_is_shown_like_the_others(app):
     class Late(AbstractIdentifier):
         name, title, summary = "late", "LATE", "Gauss-Newton under another name."
 
-        def search(self, problem, *, on_step=None):
-            return Ols().search(problem, on_step=on_step)
+        def search(self, problem):
+            return Ols().search(problem)
 
     ALGORITHMS.register(Late())
     try:
@@ -506,7 +499,7 @@ def test_targets_that_are_not_in_the_scene_cannot_be_edited_until_the_plate_is_s
     app.worker.submit(LoadData("rows.csv", file))
     assert app.worker.wait(60.0)
     panel = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
-    edits = [panel._xyz.control, panel._rpy.control, panel._branch, panel._locked]
+    edits = [panel._xyz.control, panel._rpy.control, control(app, "Branch"), panel._locked]
     assert not app.worker.session.shows_plate
     assert (panel._show_plate.visible, panel._edit.visible) == (True, False)
     assert all(edit.disabled for edit in edits)
@@ -539,7 +532,7 @@ def test_a_page_that_comes_before_the_tabs_opens_the_first_one_once_they_are_the
     drawn = Event()
     drawn.set()
     told = SimpleNamespace(drawn=lambda words: ("", drawn))
-    tabs = Tabs(server, told, first=Tab.MORE)
+    tabs = Tabs(server, told, first=Tab.ROBOT)
     assert sent == []
     for tab in Tab:
         tabs.add(tab)
@@ -547,4 +540,55 @@ def test_a_page_that_comes_before_the_tabs_opens_the_first_one_once_they_are_the
     end = monotonic() + 10.0
     while len(sent) < 2 and monotonic() < end:
         sleep(0.01)
-    assert sent == [(Tab.MORE,), tuple(Tab)]
+    assert sent == [(Tab.ROBOT,), tuple(Tab)]
+
+
+def test_panels_stand_in_the_order_of_their_numbers(app):
+    """An extra's panel finds its place among ours by one number."""
+    for tab in Tab:
+        orders = [
+            panel.order for panel in app.view._panels if panel.tab is tab and type(panel) in PANELS.values()
+        ]
+        assert orders
+        assert orders == sorted(set(orders))
+
+
+@pytest.mark.parametrize(
+    ("former", "tab"),
+    [("Region", Tab.PLATE), ("Identify", Tab.CALIBRATE), ("Diagnose", Tab.CALIBRATE), ("More", Tab.ROBOT)],
+)
+def test_tabs_of_earlier_recordings_open_those_that_took_their_panels(former, tab):
+    assert decode("OpenTab", {"tab": former}, bytes) == OpenTab(tab)
+
+
+def test_a_note_for_the_recording_alone_is_not_on_the_page_and_ends_what_only_informs(app):
+    header = next(p for p in app.view._panels if isinstance(p, Header))
+    told = app.worker.session.tell(Severity.WARNING, "one").tell(Severity.INFO, "two")
+    for session, shown in (
+        (told, "Two."),
+        (told.tell(Severity.LOG, "three"), "One."),
+        (told.tell(Severity.LOG, "three").without_info_messages(), "One."),
+    ):
+        header.show(session)
+        assert shown in header._message.content
+    header.show(replace(told, messages=told.messages[1:]).tell(Severity.LOG, "three"))
+    assert not header._message.visible
+
+
+def test_the_map_of_the_plate_is_worked_out_once_the_page_is_made(monkeypatch):
+    """The first picture doesn't wait for it."""
+    known = []
+
+    class Noting(BrowserView):
+        def __init__(self, server, worker, **options):
+            super().__init__(server, worker, **options)
+            known.append((worker.session.chore, worker.session.cubes))
+
+    monkeypatch.setattr(page_app, "BrowserView", Noting)
+    running = page_app.App(load_robot("aria"), load_plate("table2"))
+    try:
+        assert running.worker.wait(60.0)
+        assert known == [("", None)]
+        assert len(running.worker.session.cubes) == running.worker.session.plate.region.cubes
+    finally:
+        running.close()

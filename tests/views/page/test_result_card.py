@@ -6,13 +6,13 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from workbench.session.guide import Stage
+from workbench.session.guide import StageErrors
 from workbench.views.page.panels.result_card import HEIGHT, WIDTH, histogram, numbers, weighed
 
 
-def stage(title: str, mean: float, seed: int = 0) -> Stage:
+def stage(title: str, mean: float, seed: int = 0) -> StageErrors:
     rows = 1e-3 * mean * np.random.default_rng(seed).lognormal(0.0, 0.4, 40)
-    return Stage(title, mean, rows)
+    return StageErrors(title, mean, rows)
 
 
 STAGES = (stage("nominal", 0.739), stage("geometry", 0.375), stage("causes", 0.072))
@@ -41,8 +41,8 @@ def test_every_stage_is_an_outline_inside_the_drawing():
 
 def test_without_noise_there_is_no_line_and_without_rows_no_drawing():
     assert "instrument" not in histogram(STAGES, float("nan"))
-    assert histogram((Stage("nominal", float("nan"), np.full(3, np.nan)),), 0.1) == ""
-    exact = histogram((STAGES[0], Stage("geometry", 0.0, np.zeros(40))), 0.1)
+    assert histogram((StageErrors("nominal", float("nan"), np.full(3, np.nan)),), 0.1) == ""
+    exact = histogram((STAGES[0], StageErrors("geometry", 0.0, np.zeros(40))), 0.1)
     assert "nan" not in exact
 
 

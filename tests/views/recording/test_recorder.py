@@ -12,6 +12,7 @@ import pytest
 from tests.views.recording.demo import drag
 from workbench import cli
 from workbench.arm.built_in_arms import load_robot
+from workbench.base.progress import running
 from workbench.session import Worker
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.undo import Undo
@@ -248,14 +249,9 @@ def test_a_comparison_says_how_far_it_is(copy, tmp_path):
     lines = (copy / JOURNAL).read_text().splitlines(keepends=True)
     (copy / JOURNAL).write_text("".join(lines[:6]))
     recording, told = read_recording(copy), []
-    compared = compare_recordings([recording] * 2, progress=lambda part, text: told.append(part))
-    write_comparison(
-        recording,
-        recording,
-        tmp_path / "ab.rrd",
-        compared=compared,
-        progress=lambda part, _: told.append(part),
-    )
+    with running(lambda part, text: told.append(part)):
+        compared = compare_recordings([recording] * 2)
+        write_comparison(recording, recording, tmp_path / "ab.rrd", compared=compared)
     assert len(told) > 4
     assert 0.5 < max(told) <= 1.0
 

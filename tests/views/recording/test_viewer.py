@@ -38,10 +38,10 @@ def test_the_sample_is_drawn_at_its_end(screen, sample, tmp_path):
         (Path(folder) / "sample.png").write_bytes(content)
     image = matplotlib.image.imread(io.BytesIO(content), format="png")[..., :3]
     scene = image[80 : image.shape[0] // 2 + 150, : int(0.49 * image.shape[1])]
-    amber = np.abs(scene - np.array([245, 158, 11]) / 255).max(-1) < 0.2
-    green = (scene[..., 1] > scene[..., 0] + 0.15) & (scene[..., 1] > scene[..., 2])
-    assert amber.sum() > 200  # the calibrated arm, which is there at the end only
-    assert green.sum() > 200  # blocks that are reached
+    orange = np.abs(scene - np.array([213, 94, 0]) / 255).max(-1) < 0.2
+    sand = np.abs(scene - np.array([202, 168, 120]) / 255).max(-1) < 0.15
+    assert orange.sum() > 200  # the calibrated arm, which is there at the end only
+    assert sand.sum() > 200  # blocks that are reached
 
 
 def test_a_session_streams_to_an_open_viewer(screen, sample):

@@ -5,15 +5,22 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from workbench.report import colours as models
+
+
+def _rgb(code: str) -> tuple[int, int, int]:
+    red, green, blue = bytes.fromhex(code[1:])
+    return red, green, blue
+
+
 LINK = (233, 237, 242)
 JOINT = (92, 112, 146)
 FOOT = (92, 112, 146)
 PROBE = (120, 130, 146)
 PLATE = (203, 210, 220)
-GHOST = (245, 158, 11)
 BENT = (147, 51, 234)
 
-REACHED = (45, 155, 120)
+REACHED = (202, 168, 120)
 SELECTED = (37, 99, 235)
 BLOCKED = (133, 77, 14)
 OUT_OF_REACH = (220, 68, 55)
@@ -27,13 +34,17 @@ SKY_DARK = (24, 27, 33)
 GRID_DARK = (46, 51, 60)
 GRID_SECTION_DARK = (66, 73, 85)
 
-BEFORE = (220, 68, 55)
-AFTER = (45, 155, 120)
-ARROW_BEFORE = (168, 26, 170)
-ARROW_AFTER = (8, 130, 170)
+NOMINAL, GEOMETRY, CALIBRATED = map(_rgb, (models.NOMINAL, models.GEOMETRY, models.CALIBRATED))
 MARK = (250, 204, 21)
 
+
+def stage_colours(number: int) -> tuple[tuple[int, int, int], ...]:
+    """Colours of so many stages of the model: nominal first, the result last."""
+    return (NOMINAL, *(GEOMETRY,) * (number - 2), CALIBRATED)[:number]
+
+
 BLAMED = (225, 29, 72)
+EVENT = _rgb(models.EVENT)
 BRANCH = (100, 116, 139)
 FITTED = (37, 99, 235)
 HELD_OUT = (219, 39, 119)
@@ -41,8 +52,19 @@ LEFT_OUT = (148, 163, 184)
 SET_APART = (220, 20, 60)
 NO_VALUE = (176, 184, 196)
 UNBOUNDED = (110, 20, 40)
-SCALE = np.array([(199, 54, 66), (236, 146, 60), (240, 214, 104), (112, 190, 122), (20, 130, 110)], float)
-"""From bad to good."""
+SCALE = np.array(
+    [
+        (68, 1, 84),
+        (70, 50, 126),
+        (54, 92, 141),
+        (39, 127, 142),
+        (31, 161, 135),
+        (74, 193, 109),
+        (160, 218, 57),
+    ],
+    float,
+)
+"""Viridis without its palest end, from bad to good."""
 GAMMA = 2.2
 
 
@@ -66,7 +88,7 @@ LOWEST, HIGHEST = 0.05, 0.95
 """Quantiles of the errors of the best and of the worst model that the scale lies between."""
 LEAST_SPAN = 5.0
 """Least ratio of its ends."""
-SMALLEST = 1e-6
+MIN_ERROR = 1e-6
 """Errors below this are one colour [m]."""
 ROOM = 0.16
 """Share of the scale that the words at its ends take."""
@@ -91,7 +113,7 @@ class ErrorScale:
         known = errors[:, np.isfinite(errors).any(0)]
         if not known.size:
             return cls(1e-4, 1e-3)
-        low = max(float(np.nanquantile(known, LOWEST, axis=0).min()), SMALLEST)
+        low = max(float(np.nanquantile(known, LOWEST, axis=0).min()), MIN_ERROR)
         high = max(float(np.nanquantile(known, HIGHEST, axis=0).max()), LEAST_SPAN * low)
         return cls(_round(low, up=False), _round(high, up=True))
 

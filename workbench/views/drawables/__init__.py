@@ -9,6 +9,8 @@
 | `plate/before/N`, `reach/envelope` | targets before the last step; the arm's reach during a drag |
 | `region/outline`, `region/cubes` | the region of interest and its cube field |
 | `measured`, `measured/held_out` | measured positions, coloured by their error |
+| `measured/before`, `measured/held_out/before` | likewise those before an event, smaller |
+| `event/arrow/N`, `event/words/N` | what happened: how base or tool stepped, exaggerated, and its row |
 | `measured/set_apart` | rows that no arm explains |
 | `errors/nominal`, `errors/calibrated` | errors as arrows, exaggerated |
 | `row/frames`, `row/mark` | measured orientations, the selected measured position |

@@ -10,7 +10,7 @@ from workbench.session.deflection import bend, bending_robot, drawable_bending
 from workbench.session.joint_errors import shown_effect
 from workbench.session.state import Field, Focus, Session
 from workbench.views.appearance.bodies import body_frames
-from workbench.views.appearance.colours import BENT, BLAMED, BRANCH, GHOST
+from workbench.views.appearance.colours import BENT, BLAMED, BRANCH, CALIBRATED
 from workbench.views.appearance.shapes import ball
 from workbench.views.drawables.drawable import Arm, Label, Mesh
 from workbench.views.drawables.nominal_arm import bodies_of, nominal_arm_at
@@ -24,7 +24,7 @@ ABOVE = 0.05
 """Height of the words over the bent arm's tool [m]."""
 GLOW = 0.075
 """Radius of the glow about a blamed joint, in reaches."""
-SAME = 1e-6
+SAME_POSTURE = 1e-6
 """Joint positions this near are one posture [rad or m]."""
 
 
@@ -67,7 +67,7 @@ def branches(session: Session) -> Iterator[Item]:
         and session.branches_of is session.plate.targets[session.selected]
     )
     now = session.states[session.selected].q
-    others = [b.q for b in session.branches if np.abs(b.q - now).max() > SAME] if is_shown else []
+    others = [b.q for b in session.branches if np.abs(b.q - now).max() > SAME_POSTURE] if is_shown else []
     for i in range(MOST_BRANCHES):
         q = others[i] if i < len(others) else None
         yield Item(f"arm/branch/{i + 1}", _branch, (session.robot, q), shown=q is not None)
@@ -75,13 +75,15 @@ def branches(session: Session) -> Iterator[Item]:
 
 def calibrated_arm(robot: Robot, q: np.ndarray) -> Arm:
     """A shell about the nominal arm."""
-    return Arm(bodies=bodies_of(robot, swell=SHELL), frames=body_frames(robot, q), ghost=GHOST, opacity=0.3)
+    return Arm(
+        bodies=bodies_of(robot, swell=SHELL), frames=body_frames(robot, q), ghost=CALIBRATED, opacity=0.3
+    )
 
 
 def deviating_arm(robot: Robot, q: np.ndarray) -> Arm:
     """The shell that follows a trajectory, drawn from its geometry alone and without a foot."""
     bodies = bodies_of(robot, swell=SHELL, is_plain=True, has_foot=False)
-    return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=GHOST, opacity=0.3)
+    return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=CALIBRATED, opacity=0.3)
 
 
 def _bent(robot: Robot, q: np.ndarray, bending: float) -> Arm:

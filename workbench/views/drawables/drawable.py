@@ -54,11 +54,12 @@ class Points:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Arrows:
-    """Arrows of one colour."""
+    """Arrows of one colour, so many times thicker than those of errors."""
 
     starts: Float[np.ndarray, "arrows 3"]
     ends: Float[np.ndarray, "arrows 3"]
     colour: Colour
+    thick: float = 1.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -81,13 +82,18 @@ class Cuboid:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Cubes:
-    """Cubes of a region: which are shown, which have a number (others are grey), which one was clicked."""
+    """Cubes of a region: which are shown, which have a number (others are grey), which one was clicked.
+
+    Where one layer alone is shown, `cut` is the axis across it, and `level` where on it the layer is [m].
+    """
 
     region: Region
     shown: Bool[np.ndarray, " cubes"]
     known: Bool[np.ndarray, " cubes"]
     colours: UInt8[np.ndarray, "cubes 3"]
     picked: int | None
+    cut: int | None = None
+    level: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -6,14 +6,14 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.base import se3
-from workbench.session.comparison import STAGES, Comparison, Stage
+from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.state import Focus, Session
 from workbench.views.appearance.colours import (
-    ARROW_AFTER,
-    ARROW_BEFORE,
+    CALIBRATED,
     FITTED,
     LEFT_OUT,
     MARK,
+    NOMINAL,
     SET_APART,
     ErrorScale,
 )
@@ -21,10 +21,14 @@ from workbench.views.appearance.shapes import Solid, ball
 from workbench.views.drawables.drawable import Arrows, Axes, Colour, Mesh, Points
 from workbench.views.drawables.sink import Item
 
-MOST_ROWS = 250
+MOST_ROWS = 120
 """Rows with arrows or frames at most; of more, evenly chosen ones."""
-RADIUS, SMALL, MANY = 0.005, 0.0045, 2000
-"""Radius of a measured point, and where there are more than so many [m]."""
+RADIUS, SMALLEST, FEW = 0.005, 0.0018, 300
+"""Radius of each of few measured points, and of each of very many [m]: together they cover the same area."""
+FEW_ARROWS = 30
+"""Arrows of full thickness; more are thinner, so that together they cover the same area."""
+EARLIER = 0.5
+"""Radius of points before the last event, as a part of the others'."""
 
 
 def measured(session: Session) -> Iterator[Item]:
@@ -34,13 +38,19 @@ def measured(session: Session) -> Iterator[Item]:
         return
     is_shown = overlay.points and session.focus is not Focus.TRACK
     inputs = rows, rows.nearest_stage(overlay.stage), session.left_out
-    yield Item("measured", _points, (*inputs, False), shown=is_shown)
-    yield Item("measured/held_out", _points, (*inputs, True), shown=is_shown)
+    for path, *which in (
+        ("measured", False, False),
+        ("measured/before", False, True),
+        ("measured/held_out", True, False),
+        ("measured/held_out/before", True, True),
+    ):
+        if not which[1] or rows.over is not None:
+            yield Item(path, _points, (*inputs, *which), shown=is_shown)
     yield Item("measured/set_apart", _set_apart, (rows,), shown=is_shown)
     is_compared = rows.calibrated is not None and session.focus in (Focus.ROW, Focus.JOG)
     arms = (
-        ("nominal", rows.nominal, overlay.exaggeration, ARROW_BEFORE),
-        ("calibrated", rows.calibrated, overlay.exaggeration_after, ARROW_AFTER),
+        ("nominal", rows.nominal, overlay.exaggeration, NOMINAL),
+        ("calibrated", rows.calibrated, overlay.exaggeration_after, CALIBRATED),
     )
     for name, poses, times, colour in arms:
         if poses is not None:
@@ -56,7 +66,8 @@ def selected_row_marks(session: Session) -> Iterator[Item]:
         return
     is_shown = session.overlay.frames and session.focus is not Focus.TRACK
     yield Item("row/frames", _axes, (rows,), shown=is_shown)
-    place = rows.measured[session.row] if session.focus is Focus.ROW else None
+    is_marked = session.focus is Focus.ROW and session.overlay.points
+    place = rows.measured[session.row] if is_marked else None
     if place is not None and np.isfinite(place).all():
         yield Item("row/mark", mark, (0.012, place, 0.75))
 
@@ -72,10 +83,15 @@ def mark(radius: float, place: np.ndarray, opacity: float = 1.0) -> Mesh:
     return Mesh(solid=_ball(radius), colour=MARK, opacity=opacity, pose=se3.pose(np.eye(3), place))
 
 
-def _points(rows: Comparison, stage: Stage, left_out: frozenset[int], held_out: bool) -> Points | None:
-    """Coloured by the error at a stage; of one colour before there is any, grey where left out by hand."""
+def _points(
+    rows: Comparison, stage: ModelStage, left_out: frozenset[int], held_out: bool, before: bool
+) -> Points | None:
+    """Coloured by the error at a stage; of one colour before there is any, grey where left out by hand.
+
+    Those before the last event are small.
+    """
     known = np.isfinite(rows.measured).all(1)
-    chosen = np.flatnonzero(known & (rows.held_out == held_out))
+    chosen = np.flatnonzero(known & (rows.held_out == held_out) & (rows.is_earlier == before))
     if not len(chosen):
         return None
     colours = np.tile(np.array(FITTED, np.uint8), (len(chosen), 1))
@@ -86,10 +102,15 @@ def _points(rows: Comparison, stage: Stage, left_out: frozenset[int], held_out: 
     return Points(
         places=rows.measured[chosen],
         colours=colours,
-        radius=RADIUS if np.count_nonzero(known) <= MANY else SMALL,
+        radius=point_radius(int(np.count_nonzero(known))) * (EARLIER if before else 1.0),
         numbers=chosen,
         are_squares=held_out,
     )
+
+
+def point_radius(number: int) -> float:
+    """Radius of each of so many points [m]."""
+    return max(SMALLEST, RADIUS * min(1.0, (FEW / max(number, 1)) ** 0.5))
 
 
 def _set_apart(rows: Comparison) -> Points | None:
@@ -109,7 +130,9 @@ def _arrows(rows: Comparison, poses: np.ndarray, times: float, colour: Colour) -
     chosen = _chosen(rows)
     starts = rows.measured[chosen]
     ends = starts + times * (poses[chosen, :3, 3] - starts)
-    return Arrows(starts=starts, ends=ends, colour=colour) if len(chosen) else None
+    if not len(chosen):
+        return None
+    return Arrows(starts=starts, ends=ends, colour=colour, thick=min(1.0, (FEW_ARROWS / len(chosen)) ** 0.5))
 
 
 def _axes(rows: Comparison) -> Axes | None:

@@ -6,7 +6,8 @@ import numpy as np
 
 from workbench.base.types import Matrix4, Vector3
 from workbench.plate.plate import Target
-from workbench.session.state import Focus, Session, TargetState
+from workbench.session.state import Focus, Session
+from workbench.session.target_state import TargetState
 from workbench.views.appearance.colours import BLOCKED, BRANCH, OUT_OF_REACH, PLATE, REACHED, SELECTED
 from workbench.views.appearance.shapes import SIDE, box, target_block
 from workbench.views.drawables.drawable import Colour, Label, Mesh
@@ -14,7 +15,7 @@ from workbench.views.drawables.sink import Item
 
 
 def plate(session: Session) -> Iterator[Item]:
-    """Blocks are green where reached, blue where selected, brown where blocked, red where out of reach."""
+    """Blocks: sand where reached, blue where selected, brown where blocked, red where out of reach."""
     fixture = session.plate
     if fixture.size is not None:
         yield Item("plate/solid", _solid, (fixture.size, fixture.pose), shown=session.shows_plate)

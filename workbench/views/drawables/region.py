@@ -8,23 +8,37 @@ import numpy as np
 from workbench.arm.kinematics.envelope import ring_at
 from workbench.arm.robot import Robot
 from workbench.plate.region import Region
-from workbench.session.cubes import LARGER_IS_BETTER, CubeValues, shown_cubes, values
+from workbench.session.cubes import (
+    LARGER_IS_BETTER,
+    CubeValues,
+    are_shown,
+    plate_surface,
+    shown_cubes,
+    shown_layer,
+    values,
+)
 from workbench.session.state import Field, Session
 from workbench.views.appearance.colours import NO_VALUE, REGION, UNBOUNDED, scale_colours
 from workbench.views.drawables.drawable import Cubes, Cuboid, Label, Line
 from workbench.views.drawables.sink import Item
 
+ABOVE = 0.003
+"""Height of a layer over the plate that it is drawn on [m]."""
+LEVEL = 0.999
+"""Cosine of the slope up to which a plate is level."""
+
 
 def region(session: Session) -> Iterator[Item]:
     """Cubes may wait during a drag: their numbers change with every step, and those in the panel go first."""
     view, cuboid = session.cube_view, session.plate.region
-    is_seen = session.shows_plate or view.field is not Field.NONE
+    is_seen = session.shows_plate or are_shown(session)
     yield Item("region/outline", _outline, (cuboid,), shown=is_seen)
     if view.field is not Field.NONE:
         score = session.score if view.field is Field.PREDICTED else None
-        inputs = view, cuboid, session.cubes, session.comparison, session.trial, score
+        inputs = view, cuboid, session.cubes, session.comparison, session.trial, score, session.first_plate
         is_dragged = session.drag is not None
-        yield Item("region/cubes", partial(_cubes, session), inputs, can_wait=is_dragged)
+        cubes = partial(_cubes, session)
+        yield Item("region/cubes", cubes, inputs, shown=are_shown(session), can_wait=is_dragged)
 
 
 def _outline(region: Region) -> Cuboid:
@@ -43,7 +57,21 @@ def _cubes(session: Session, *_: object) -> Cubes | None:
         known=~np.isnan(numbers.numbers),
         colours=_colours(view.field, numbers),
         picked=view.picked,
+        cut=view.cut,
+        level=_level(session),
     )
+
+
+def _level(session: Session) -> float:
+    """Where along the cut a layer is drawn: in its middle, or on the plate where that is in the way [m]."""
+    cut, region, plate = session.cube_view.cut, session.plate.region, session.plate
+    if cut is None:
+        return 0.0
+    room = float(region.size[cut] / region.shape[cut])
+    low = float(region.min[cut]) + room * shown_layer(session)
+    top = plate_surface(plate) + ABOVE
+    is_on_plate = cut == 2 and plate.pose[2, 2] > LEVEL and low <= top <= low + room
+    return top if is_on_plate else low + 0.5 * room
 
 
 def _colours(field: Field, numbers: CubeValues) -> np.ndarray:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 from workbench.base.registry import Registry
 from workbench.session.state import Session
 from workbench.views.drawables.arms import arms, bent_arm, blame, branches
-from workbench.views.drawables.camera import cameras, ellipsoid
+from workbench.views.drawables.events import happened
 from workbench.views.drawables.measured import measured, selected_row_marks
 from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.region import envelope, region
@@ -13,24 +13,27 @@ from workbench.views.drawables.sink import Item
 from workbench.views.drawables.trajectory import arm_on_trajectory, track
 
 SUBJECTS: Registry[Callable[[Session], Iterator[Item]]] = Registry(
-    "drawable", None, arms, plate, region, measured, track, cameras, group="workbench.drawables"
+    "drawable", None, arms, plate, region, measured, happened, track, group="workbench.drawables"
 )
 """What page and recordings show; each yields its items for a session."""
+ON_PAGE: Registry[Callable[[Session], Iterator[Item]]] = Registry(
+    "drawable of the page",
+    None,
+    plate_before,
+    envelope,
+    branches,
+    selected_row_marks,
+    bent_arm,
+    blame,
+    arm_on_trajectory,
+    group="workbench.page_drawables",
+)
+"""What the page alone shows besides."""
 
 
 def on_page(session: Session) -> Iterator[Item]:
     """Everything that the page shows."""
-    for subject in (
-        *SUBJECTS.values(),
-        plate_before,
-        envelope,
-        branches,
-        selected_row_marks,
-        bent_arm,
-        blame,
-        arm_on_trajectory,
-        ellipsoid,
-    ):
+    for subject in (*SUBJECTS.values(), *ON_PAGE.values()):
         yield from subject(session)
 
 

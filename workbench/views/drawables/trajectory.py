@@ -7,7 +7,7 @@ from jaxtyping import Float, Int, UInt8
 
 from workbench.session.planned_trajectory import Track
 from workbench.session.state import Focus, Session
-from workbench.views.appearance.colours import ARROW_AFTER, REGION, scale_colours
+from workbench.views.appearance.colours import CALIBRATED, REGION, scale_colours
 from workbench.views.drawables.arms import deviating_arm
 from workbench.views.drawables.drawable import Colour, Line
 from workbench.views.drawables.measured import mark
@@ -15,7 +15,7 @@ from workbench.views.drawables.sink import Item
 
 PIECES = 48
 """Parts in which the trail grows."""
-LEAST = 1e-6
+MIN_DRAWN_ERROR = 1e-6
 """Errors below this are drawn as zero [m]."""
 
 
@@ -25,7 +25,7 @@ def track(session: Session) -> Iterator[Item]:
     if planned is not None:
         is_shown = session.focus is Focus.TRACK
         yield Item("track/wanted", _line, (planned.wanted, REGION), shown=is_shown)
-        yield Item("track/reached", _line, (planned.reached, ARROW_AFTER), shown=False)
+        yield Item("track/reached", _line, (planned.reached, CALIBRATED), shown=False)
 
 
 def arm_on_trajectory(session: Session) -> Iterator[Item]:
@@ -59,7 +59,11 @@ def _trail(track: Track, times: float, begin: int, end: int) -> Line:
 def trail_colours(errors: Float[np.ndarray, " rows"]) -> UInt8[np.ndarray, "rows 3"]:
     """Colours of the trail: from good where the error is least to bad where it is greatest."""
     low, high = float(errors.min()), float(errors.max())
-    shares = 1.0 - (errors - low) / max(high - low, LEAST) if high > LEAST else np.ones(len(errors))
+    shares = (
+        1.0 - (errors - low) / max(high - low, MIN_DRAWN_ERROR)
+        if high > MIN_DRAWN_ERROR
+        else np.ones(len(errors))
+    )
     return scale_colours(shares)
 
 

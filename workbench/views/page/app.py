@@ -6,15 +6,14 @@ import viser
 
 from workbench.arm.robot import Robot
 from workbench.plate.plate import Plate
-from workbench.session.commands.data import LoadData
-from workbench.session.commands.images import LoadPictures
+from workbench.session.commands.data import load_command
 from workbench.session.commands.measure import TellSource
 from workbench.session.commands.messages import OpenTab
 from workbench.session.commands.region import CHORES
-from workbench.session.image_sources import PictureWatcher
 from workbench.session.journal.folder import StartedSession, unrecorded_session
 from workbench.session.live import LiveSource, VirtualDriver
 from workbench.session.state import Tab
+from workbench.session.view import WATCHERS
 from workbench.session.worker import Worker
 from workbench.views.page.demo import Demo
 from workbench.views.page.local_server import local_server, page_address, session_link
@@ -54,7 +53,7 @@ class App:
         begun = unrecorded_session(robot, plate) if begun is None else begun
         self.server = local_server() if server is None else server
         self.worker = Worker(
-            begun.session, keepers=begun.keepers, journal=begun.entries, chores=CHORES, opening=begun.opening
+            begun.session, keepers=begun.keepers, journal=begun.entries, opening=begun.opening
         )
         link = session_link(self.server, begun.name) if begun.name else ""
         self.demo: Demo | None = None
@@ -62,15 +61,17 @@ class App:
             self.server, self.worker, link=link, show_demo=self.play_demo, asks=asks, drawn=drawn
         )
         self.worker.add_view(self.view)
+        self.worker.begin_chores(CHORES)  # not while the page is made: both would take longer
         self.worker.add_view(VirtualDriver(self.worker))
-        self.worker.add_view(PictureWatcher(self.worker))
+        for watcher in WATCHERS.values():
+            self.worker.add_view(watcher(self.worker))
         if source is not None:
             self.worker.add_view(LiveSource(self.worker, source[1], name=source[0]))
         elif (left := begun.session.source) is not None and left.is_open:  # of a session that goes on
             self.worker.submit(TellSource(left.name, is_open=False))
         if data is not None:
-            self.worker.submit(LoadPictures(*data) if data[0].endswith((".tar", ".zip")) else LoadData(*data))
-            self.worker.submit(OpenTab(Tab.IDENTIFY))
+            self.worker.submit(load_command(*data))
+            self.worker.submit(OpenTab(Tab.CALIBRATE))
         if demo is not None:
             self.play_demo(demo)
 

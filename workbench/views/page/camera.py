@@ -11,9 +11,9 @@ from workbench.plate.region import Region
 
 VIEW = np.array([1.0, -0.86, 0.66])
 """Direction from which everything is looked at first."""
-FAR = 3.4
+BALL_FILLS_PICTURE = 3.4
 """Distance from which a ball fills the picture, in its radii."""
-LEAST = 0.3
+MIN_RADIUS = 0.3
 """Least radius of what is looked at [m]."""
 
 
@@ -45,8 +45,8 @@ def look_at(
 def view_of(places: Float[np.ndarray, "places 3"], *, along: Vector3 = VIEW) -> tuple[Vector3, Vector3]:
     """Camera position and point of view that show all given points [m]."""
     middle = 0.5 * (places.min(0) + places.max(0))
-    radius = max(float(np.linalg.norm(places - middle, axis=1).max()), LEAST)
-    return middle + FAR * radius * along / np.linalg.norm(along), middle
+    radius = max(float(np.linalg.norm(places - middle, axis=1).max()), MIN_RADIUS)
+    return middle + BALL_FILLS_PICTURE * radius * along / np.linalg.norm(along), middle
 
 
 def view_of_region(robot: Robot, region: Region) -> tuple[Vector3, Vector3]:

@@ -1,36 +1,52 @@
 """The demo: about two minutes of commands like those of a user; any other command ends it."""
 
+import math
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from workbench.session.command import AbstractCommand
-from workbench.session.commands.compare import ShowRow
+from workbench.session.commands.arm import ChooseRobot
+from workbench.session.commands.compare import SetOverlay, ShowRow
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.identify import Identify
-from workbench.session.commands.messages import OpenTab, SetCaption, Steer, SteerDemo, Tell
-from workbench.session.commands.region import ShowCubes
+from workbench.session.commands.messages import OpenTab, SetCaption, Steer, SteerDemo
 from workbench.session.commands.undo import RestoreBest
-from workbench.session.state import CubeView, Field, Session, Severity, Tab
+from workbench.session.joint_errors import NO_LAW
+from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
 
 CLIENT = 1_000_000
 """Who drags in the demo: no browser has this number."""
-SEED, POSES = 5, 70
-STEPS = 45
+ROBOT, SEED, POSES, TRACKER = "ur10", 1, 150, "tracker-6d"
+ERRORS = 3e-4, 3.5e-4
+"""Largest errors of lengths [m] and angles [rad] of a UR10 as its maker calibrates it."""
+EFFECTS = ("joint-compliance:3", "joint-harmonic:2")
+"""What geometry can't explain; real UR10s have errors of their joints, too."""
+BARE: dict[str, Any] = {"points": False, "arrows": False, "calibrated": False, "bent": False, "law": NO_LAW}
+FULL: dict[str, Any] = {"points": True, "arrows": True, "calibrated": True, "bent": True, "law": ""}
+"""What is laid over the arm in the last picture, and afterwards."""
+DRAG_PLACES = 45
 """Places of one drag."""
 TICK = 0.1
 """How soon a button of the demo is heard [s]."""
-END = "That is the whole workflow: design, measure, identify, diagnose. Over to you."
+END = (
+    "Mean error at held-out poses: by the data sheet, with the true geometry, with what geometry can't "
+    "explain. Now your robot."
+)
+"""It stands until somebody does something."""
+MAX_COMMAND_TIME = 300.0
+"""Longest time that a command takes [s]."""
 
 
 @dataclass(frozen=True)
-class Scene:
+class DemoScene:
     """One step of the story.
 
     Args:
@@ -75,25 +91,27 @@ class Demo:
             if command.how is Steer.BACK:
                 self._back.set()
             (self._on.clear if command.how is Steer.PAUSE else self._on.set)()
-        elif command is not self._mine:
+        elif command is not self._mine and not command.is_automatic:
             self.stop()
 
     def _run(self) -> None:
         scenes = story(lambda: self._worker.session)
-        told: list[Scene] = []
+        told: list[DemoScene] = []
         at = 0
         while not self._stop.is_set():
-            if at == len(told):
-                if (scene := next(scenes, None)) is None:
-                    self.is_finished = True
-                    break
+            if at == len(told) and (scene := next(scenes, None)) is not None:
                 told.append(scene)
-            self._tell(told[at])
-            at = max(at - 1, 0) if self._back.is_set() else at + 1
+            if at < len(told):
+                self._tell(told[at])
+            else:  # the last picture
+                self.is_finished, at = True, len(told) - 1
+                self._wait(math.inf)
+                self._submit(self._with_all_over_it())
+            at = max(at - 1, 0) if self._back.is_set() else min(at + 1, len(told))
             self._back.clear()
         self._leave()
 
-    def _tell(self, scene: Scene) -> None:
+    def _tell(self, scene: DemoScene) -> None:
         """Play one scene to its end, or until the user goes back or stops."""
         if scene.caption:
             self._submit(SetCaption(scene.caption))
@@ -104,7 +122,7 @@ class Demo:
             if self._back.is_set():
                 return
             self._submit(command)
-            self._worker.wait(60.0)
+            self._worker.wait(MAX_COMMAND_TIME)
             self._wait(scene.seconds / len(scene.commands))
         if not scene.commands:
             self._wait(scene.seconds)
@@ -126,68 +144,72 @@ class Demo:
         self._worker.submit(command)
 
     def _leave(self) -> None:
-        """Release any target, remove the caption, and say goodbye if the demo was completed."""
+        """Release any target, remove the caption, and lay over the scene what its end took away."""
         last: list[AbstractCommand] = [DropTarget(CLIENT), SetCaption("")]
         if self.is_finished:
-            last.append(Tell(END, Severity.INFO))
+            last.append(self._with_all_over_it())
         for command in last:
             self._mine = command
             self._worker.submit(command)
 
+    def _with_all_over_it(self) -> SetOverlay:
+        return SetOverlay(replace(self._worker.session.overlay, **FULL))
 
-def story(session: Callable[[], Session]) -> Iterator[Scene]:
+
+def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     """The scenes; later ones look at what earlier ones led to."""
-    yield Scene(
-        "ARIA and its calibration tool: ten targets that the arm has to visit. How well would measurements "
-        "there determine its geometry?",
+    yield DemoScene("", (ChooseRobot(ROBOT),), seconds=0.0)
+    yield DemoScene(
+        "No arm is built exactly as its data sheet says. This UR10 is a virtual one with hidden errors, like "
+        "those measured on a real one.",
         seconds=8.0,
     )
-    yield Scene(
-        "A target is dragged; the arm follows, and the numbers immediately show how good the position is.",
-        drag(session(), 0, np.array([-0.10, -0.14, 0.08])),
-        seconds=9.0,
-    )
-    yield Scene(
-        "The cubes show the predicted error throughout the region and are updated during the drag.",
-        (ShowCubes(CubeView(field=Field.PREDICTED)),),
-        seconds=6.0,
-        tab=Tab.REGION,
-    )
-    yield Scene("", drag(session(), 5, np.array([0.12, 0.10, 0.06])), seconds=9.0, tab=Tab.REGION)
-    yield Scene(
-        "One button returns to the best plate so far.", (RestoreBest(), ShowCubes(CubeView())), seconds=6.0
-    )
-    yield Scene(
-        "A virtual arm is measured; it has hidden manufacturing errors and one effect that geometry can't "
-        "explain.",
-        (MeasureVirtualArm(SEED, surprise=True, more=POSES),),
+    yield DemoScene(
+        "Ten targets will be measured to find them. The colours show the error to expect at each place "
+        "afterwards.",
         seconds=7.0,
+    )
+    yield DemoScene(
+        "A target is dragged: the arm follows, and number and colours show at once how good its place is.",
+        drag(session(), 6, np.array([0.25, 0.05, 0.05])),
+        seconds=10.0,
+    )
+    yield DemoScene("One button returns to the best plate so far.", (RestoreBest(),), seconds=5.0)
+    yield DemoScene(
+        "The arm is measured by a tracker, at the targets and around them.",
+        (MeasureVirtualArm(SEED, more=POSES, instrument=TRACKER, errors=ERRORS, effects=EFFECTS),),
+        seconds=6.0,
         tab=Tab.MEASURE,
     )
-    yield Scene("Three algorithms identify its geometry …", (Identify(),), seconds=8.0, tab=Tab.IDENTIFY)
-    yield Scene(
-        "The solid arm is nominal, the amber one calibrated; arrows show the errors, exaggerated.",
+    yield DemoScene(
+        "Its geometry is identified, and checked at poses that were held out …",
+        (Identify(),),
+        seconds=8.0,
+        tab=Tab.CALIBRATE,
+    )
+    yield DemoScene(
+        "Arrows show the errors, exaggerated: grey by the data sheet, orange as calibrated.",
         tuple(ShowRow(row) for row in range(0, 40, 4)),
         seconds=12.0,
         tab=Tab.COMPARE,
     )
-    yield Scene(
-        "The remaining error is not geometric. The diagnosis looks for the cause …",
+    yield DemoScene(
+        "What is left is not geometry. The diagnosis looks for its causes …",
         (Diagnose(),),
-        seconds=8.0,
-        tab=Tab.DIAGNOSE,
+        seconds=6.0,
+        tab=Tab.CALIBRATE,
     )
     found = session().diagnosis
     if found is not None and found.effects:
         causes = "; ".join(cause.sentence for cause in found.causes) or found.message.rstrip(".")
-        yield Scene(f"Found: {causes}.", seconds=8.0, tab=Tab.DIAGNOSE)
-        yield Scene(
-            "The effect is added to the model, and the error falls. The violet arm shows its deflection, "
-            "exaggerated.",
+        yield DemoScene(f"Found: {causes}.", seconds=7.0, tab=Tab.CALIBRATE)
+        yield DemoScene(
+            "With them in the model, little more than the tracker's noise is left.",
             (AddEffects(),),
-            seconds=10.0,
-            tab=Tab.IDENTIFY,
+            seconds=7.0,
+            tab=Tab.CALIBRATE,
         )
+    yield DemoScene(END, (SetOverlay(replace(session().overlay, **BARE)),), seconds=1.0, tab=Tab.CALIBRATE)
 
 
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:
@@ -195,7 +217,7 @@ def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCom
     start = session.plate.targets[target]
     roll, pitch, yaw = start.rpy.tolist()
     moves: list[AbstractCommand] = []
-    for share in np.sin(np.linspace(0.0, 0.8 * np.pi, STEPS)):
+    for share in np.sin(np.linspace(0.0, 0.8 * np.pi, DRAG_PLACES)):
         x, y, z = (start.xyz + share * offset).tolist()
         moves.append(MoveTarget(target, (x, y, z), (roll, pitch, yaw), CLIENT))
     return (GrabTarget(target, CLIENT), *moves, DropTarget(CLIENT))

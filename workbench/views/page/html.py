@@ -11,8 +11,14 @@ from workbench.session.judgement import Tone
 MUTED = "var(--mantine-color-dimmed)"
 LINE = "var(--mantine-color-default-border)"
 FONT = "font-size:13px;line-height:1.45;color:var(--mantine-color-text)"
-GOOD, BAD, CAREFUL = "#16a34a", "#dc2626", "#c2700a"
+GOOD, BAD, CAREFUL = (
+    "light-dark(#15803d, #4ade80)",
+    "light-dark(#b91c1c, #f98080)",
+    "light-dark(#9a5800, #fbbf24)",
+)
 """Colours of words that read on light and on dark pages."""
+UNCHANGED = 5e-4
+"""Smaller changes, as a share, are none."""
 INKS = {Tone.PLAIN: MUTED, Tone.GOOD: GOOD, Tone.CAREFUL: CAREFUL, Tone.BAD: BAD}
 """Of a verdict."""
 
@@ -90,7 +96,7 @@ def bullets(lines: Iterable[str], *, style: str = "margin:0") -> str:
 
 
 def label(
-    x: float | str, y: float, words: str, *, anchor: str = "start", size: int = 10, fill: str = MUTED
+    x: float | str, y: float, words: str, *, anchor: str = "start", size: int = 12, fill: str = MUTED
 ) -> str:
     """Words in a drawing (SVG)."""
     x = x if isinstance(x, str) else f"{x:.1f}"
@@ -125,7 +131,7 @@ def change(now: float, first: float, *, larger_is_better: bool) -> str:
     if not (np.isfinite(now) and np.isfinite(first)) or first == 0:
         return ""
     share = now / first - 1.0
-    if abs(share) < 5e-4:
+    if abs(share) < UNCHANGED:
         return f'<span style="color:{MUTED}">unchanged</span>'
     good = (share > 0) == larger_is_better
     colour = GOOD if good else BAD

@@ -20,6 +20,7 @@ from urllib.parse import parse_qs, urlencode, urlsplit
 
 import viser
 import websockets.asyncio.server as websockets
+from websockets.http11 import Response
 
 from workbench.base.errors import OptionError
 from workbench.base.wording import brief
@@ -28,6 +29,8 @@ from workbench.views.page.viser_internals import served_by, set_by_its_own_threa
 
 LOOPBACK = ("127.0.0.1", "localhost")
 LABEL = "Workbench"
+TITLE = "workbench"
+"""Of the browser's tab until there is a robot."""
 SESSION = "session"
 """What names the session in a link."""
 KEY = "key"
@@ -93,8 +96,13 @@ def local_server(
                 response = connection.respond(204, "")
                 response.headers["Cache-Control"] = "no-store"
                 return response
+            is_page = not urlsplit(request.path).path.strip("/")
+            if is_page and "Accept-Encoding" in request.headers:
+                del request.headers["Accept-Encoding"]  # to read what is answered
             response = process_request(connection, request)
             if response is not None:
+                if is_page:
+                    _name(response)
                 response.headers.update(HEADERS)
                 if key:
                     cookie = f"{_cookie(request)}={key}; HttpOnly; SameSite=Strict; Path=/"
@@ -114,6 +122,13 @@ def local_server(
         raise OptionError(f"port {port} is taken by another program; choose another one with --port")
     without_tunnel(server)
     return server
+
+
+def _name(response: Response) -> None:
+    """Give the page our name instead of viser's, from its first moment on."""
+    response.body = response.body.replace(b"<title>Viser</title>", f"<title>{TITLE}</title>".encode())
+    del response.headers["Content-Length"]
+    response.headers["Content-Length"] = str(len(response.body))
 
 
 def _connection_log() -> logging.Logger:

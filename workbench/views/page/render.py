@@ -2,7 +2,6 @@
 
 import logging
 from collections.abc import Callable
-from functools import partial
 
 import viser
 
@@ -12,69 +11,31 @@ from workbench.session.state import Session, Tab
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, text
-from workbench.views.page.panels.arm import ArmPanel, OwnRobotPanel
-from workbench.views.page.panels.cameras import CamerasPanel, ShootingPanel
-from workbench.views.page.panels.choices import ChoicesPanel
-from workbench.views.page.panels.columns import ColumnsPanel
-from workbench.views.page.panels.compare import ComparePanel
-from workbench.views.page.panels.data import DataPanel
-from workbench.views.page.panels.deflection import BendingPanel
-from workbench.views.page.panels.diagnose import DiagnosePanel
-from workbench.views.page.panels.display_options import LookPanel
-from workbench.views.page.panels.files import FilesPanel
-from workbench.views.page.panels.fit import FitPanel
-from workbench.views.page.panels.guided import GuidedPanel
-from workbench.views.page.panels.header import Header, Verdict
-from workbench.views.page.panels.history import HistoryPanel
-from workbench.views.page.panels.index import IndexPanel, IndicesPanel, WantedPanel
-from workbench.views.page.panels.influence import InfluencePanel
-from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
-from workbench.views.page.panels.joints import JointsPanel
-from workbench.views.page.panels.panel import PANELS, AbstractPanel
-from workbench.views.page.panels.production import NoisePanel, ProductionPanel
-from workbench.views.page.panels.region import RegionPanel
-from workbench.views.page.panels.residuals import ResidualsPanel
-from workbench.views.page.panels.rezero import RezeroPanel
+from workbench.views.page.palette import add_commands
+from workbench.views.page.panels import PANELS
+from workbench.views.page.panels.caption import CaptionPanel
+from workbench.views.page.panels.guided import MeasuringPanel
+from workbench.views.page.panels.header import Header, HeaderVerdict
+from workbench.views.page.panels.legend import LegendPanel
+from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.start_card import StartCard
-from workbench.views.page.panels.target_placement import ArrangePanel, ImprovePanel, TablePanel
-from workbench.views.page.panels.targets import TargetsPanel
-from workbench.views.page.panels.tradeoff import MOST, TradeoffPanel
 from workbench.views.page.panels.trajectory import TrackPanel
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.style import NARROW
 from workbench.views.page.tabs import PageSignals, Tabs
-from workbench.views.page.viser_internals import icons_at_once
+from workbench.views.page.viser_internals import controls, icons_at_once
 
 log = logging.getLogger(__name__)
 LEAST_WIDTH, SHARE = 340, 0.42
 """Where the window is narrow: least width of the panel [px], and its share of the window."""
-STRIP: tuple[type[AbstractPanel], ...] = (Verdict, Header)
+STRIP: tuple[type[AbstractPanel], ...] = (HeaderVerdict, Header)
 """The panels above the tabs, in a folder that the style sheet keeps in view (`style.py`)."""
-TABS: dict[Tab, tuple[type[AbstractPanel], ...]] = {
-    Tab.PLATE: (
-        TargetsPanel,
-        IndexPanel,
-        WantedPanel,
-        ImprovePanel,
-        ProductionPanel,
-        HistoryPanel,
-        IndicesPanel,
-        InfluencePanel,
-        TradeoffPanel,
-        ArrangePanel,
-        TablePanel,
-        NoisePanel,
-    ),
-    Tab.REGION: (RegionPanel,),
-    Tab.MEASURE: (DataPanel, ColumnsPanel, CamerasPanel, ShootingPanel, GuidedPanel),
-    Tab.IDENTIFY: (FitPanel, ChoicesPanel, RezeroPanel),
-    Tab.DIAGNOSE: (DiagnosePanel, JointsPanel),
-    Tab.COMPARE: (ComparePanel, TrackPanel, BendingPanel),
-    Tab.MORE: (ArmPanel, OwnRobotPanel, JogPanel, ToolPanel, CapturedPanel, FilesPanel, LookPanel),
-}
-"""Every other panel, by its tab."""
+
+
+FIRST = Tab.PLATE
+"""The tab that a page opens at first."""
 
 
 class BrowserView(AbstractView):
@@ -107,11 +68,11 @@ class BrowserView(AbstractView):
             told = PageSignals(server)
             self._panels, self._tabs = _build_panels(server, worker, link, self._card, told)
             server.gui.add_html(told.dark(self._follow))
-            tradeoff = next(p for p in self._panels if isinstance(p, TradeoffPanel))
-            tradeoff.links = tuple(told.pressed(f"plate-{i}", partial(tradeoff.open, i)) for i in range(MOST))
             self._scene.moved = next(p for p in self._panels if isinstance(p, TrackPanel)).place
             for panel in self._panels:
                 self._update(panel, session)
+            self._is_measuring = session.measuring is not None
+            self._tabs.show(not self._is_measuring)
 
     @property
     def gizmo(self) -> Gizmo:
@@ -130,6 +91,11 @@ class BrowserView(AbstractView):
             waits = [self._update(panel, session) for panel in self._panels]
         self._server.flush()
         self.is_behind = self._scene.is_behind or any(waits)
+        if (is_measuring := session.measuring is not None) is not self._is_measuring:
+            self._is_measuring = is_measuring
+            self._tabs.show(not is_measuring)
+            if not is_measuring:  # a page may have forgotten which one was open
+                self._tabs.open(Tab.MEASURE)
         if session.opened is not None and session.opened is not self._opened:
             self._tabs.open(session.opened.tab)
         self._opened = session.opened
@@ -165,25 +131,33 @@ def _build_panels(
     gui = server.gui
     server.on_client_connect(_fit_panel)
     panels: list[AbstractPanel] = []
+
+    def make(panel: AbstractPanel, tab: Tab | None = None) -> None:
+        before = controls(gui)
+        panel.link = told.pressed  # type: ignore[method-assign]
+        panel.make(gui)
+        panels.append(panel)
+        if tab is not None:
+            add_commands(gui, tab, {k: c for k, c in controls(gui).items() if k not in before}, tabs.open_on)
+
+    opened = worker.session.opened
     with gui.add_folder("Next"):
         for kind in STRIP:
-            panels.append(kind(worker))
-            panels[-1].make(gui)
-    opened = worker.session.opened
-    tabs = Tabs(server, told, first=None if opened is None else opened.tab)
-    for tab, kinds in TABS.items():
+            make(kind(worker))
+    make(MeasuringPanel(worker))
+    tabs = Tabs(server, told, first=FIRST if opened is None else opened.tab)
+    for tab in Tab:
         with tabs.add(tab):
-            if tab is Tab.MORE:
+            if tab is Tab.ROBOT:
                 card.build_reopen_button(gui)
-            for kind in (*kinds, *(p for p in PANELS.values() if p.tab is tab)):
-                panels.append(kind(worker))
-                panels[-1].make(gui)
-            if link and FilesPanel in kinds:
+            for kind in sorted((p for p in PANELS.values() if p.tab is tab), key=lambda p: p.order):
+                make(kind(worker), tab)
+            if link and tab is Tab.EXPORT:
                 gui.add_html(_link(link))
     tabs.ready()
-    panels += [ResidualsPanel(worker), card]
-    for panel in panels[-2:]:
-        panel.make(gui)
+    make(LegendPanel(worker))
+    make(card)
+    make(CaptionPanel(worker, card.ask))
     return panels, tabs
 
 

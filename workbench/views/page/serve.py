@@ -21,7 +21,7 @@ import viser
 from workbench.base.errors import OptionError
 from workbench.base.files import read_bytes
 from workbench.base.threads import one_thread
-from workbench.views.page.html import block
+from workbench.views.page.html import block, text
 from workbench.views.page.local_server import is_open, local_server, page_address
 from workbench.views.page.viser_internals import stop_server
 
@@ -53,7 +53,8 @@ def serve(
         host: Address to listen at; anything but the loopback address lets other machines in.
         port: Port; 0 for any free one; None for the usual one, or any free one where that is taken.
         open_browser: Whether to open the page in the user's browser.
-        begin: Makes the session of robot and plate, with what follows it; None: one that is not recorded.
+        begin: Makes the session of robot and plate, with what follows it, and tells how far it is; None: one
+            that is not recorded.
         demo: Whether a two-minute demo plays first.
         source: Name and lines of a live source that tells where a real arm stands.
         asks: Whether the start card is shown.
@@ -88,6 +89,9 @@ def serve(
             from workbench.plate.patterns import circle_before
             from workbench.views.page.scene.start_scene import first_picture
 
+            def told(part: float, words: str) -> None:
+                waiting.content = block(f"Coming to the last state: {100 * part:.0f} % ({text(words)})")
+
             drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
             _go_on(stop)
             from workbench.session.journal.folder import unrecorded_session
@@ -97,7 +101,7 @@ def serve(
             _go_on(stop)
             with one_thread():
                 plate = default_circle(robot) if plate is None else plate
-                begun = (begin or unrecorded_session)(robot, plate)
+                begun = begin(robot, plate, told) if begin else unrecorded_session(robot, plate)
             waiting.remove()
             names.append(begun.name)
             app = App(
@@ -133,11 +137,11 @@ def _go_on(stop: threading.Event) -> None:
 
 
 def _content(data: Path) -> tuple[str, bytes]:
-    """Name and contents of a file; of a folder of pictures, those of its archive."""
+    """Name and contents of a file; of a folder, those of its archive."""
     if data.is_dir():
-        from workbench.data.camera.folder import packed
+        from workbench.session.commands.data import packed
 
-        return f"{data.resolve().name}.tar", packed(data)
+        return packed(data)
     return data.name, read_bytes(data, wanted="a measurement file")
 
 

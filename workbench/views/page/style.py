@@ -7,6 +7,8 @@ anything has, and stands in no rule for what is always there: every number that 
 the whole panel (5 to 10 ms).
 """
 
+import json
+
 import viser
 
 from workbench.views.appearance.colours import SKY, SKY_DARK, css
@@ -19,6 +21,8 @@ STRIP = f"{PANEL} > div > div > .mantine-Paper-root[data-with-border]:nth-child(
 """The panel's first folder, behind this sheet; it is kept in view."""
 INSIDE = f"{STRIP} > div > div > div"
 """What holds its parts."""
+TABS = f'{PANEL} [role="tablist"]'
+"""The list of the tabs; it is kept in view below the strip, whose height a script measures."""
 SHEET = (
     '.mantine-Paper-root[style*="position: fixed"] [style*="grid-template-rows: 1fr"] [data-testid="hint"]'
 )
@@ -33,7 +37,34 @@ MORE = 'data-more="1"'
 OVER = 'data-over="1"'
 OVER_HEIGHT = 152
 """Marks curves with a slider over them, where a click or drag sets the time; their height [px]."""
+CAPTION = 'data-caption="1"'
+"""Marks what is said over the scene."""
 RULES = f"""
+:root[data-mantine-color-scheme="light"] {{
+  --mantine-color-dimmed: #5f6770 !important; --mantine-color-gray-filled: #5c636a !important;
+  --mantine-color-gray-filled-hover: #495057 !important;
+  --mantine-color-custom-filled: #2563eb !important; --mantine-color-custom-filled-hover: #1d4ed8 !important;
+  --mantine-color-custom-outline: #1d4ed8 !important; --mantine-color-custom-text: #1d4ed8 !important;
+  --mantine-primary-color-filled: #2563eb !important }}
+:root[data-mantine-color-scheme="dark"] {{
+  --mantine-color-dimmed: #a9b0b7 !important; --mantine-color-gray-filled: #5c636a !important;
+  --mantine-color-custom-filled: #2f66dd !important; --mantine-color-custom-outline: #8ab4ff !important;
+  --mantine-color-custom-text: #8ab4ff !important; --mantine-primary-color-filled: #2f66dd !important }}
+.mantine-Slider-markLabel, .multi-slider-mark-label {{
+  font-size: 12px !important; color: var(--mantine-color-dimmed) !important }}
+.mantine-Button-root[data-disabled] {{ color: var(--mantine-color-dimmed) !important }}
+[role="tab"][aria-selected="true"] {{ color: var(--mantine-color-custom-text) !important }}
+.mantine-Button-label, .mantine-Text-root[style*="0.875em"], .mantine-Input-input,
+.mantine-Paper-root > .mantine-Paper-root {{ font-size: max(12px, .875em) !important }}
+[{CAPTION}] {{ position: fixed; z-index: 5; top: 22px; left: 0; width: calc(100vw - {PANEL_WIDTH}px);
+  box-sizing: border-box; padding: 0 max(16px, calc(50vw - {PANEL_WIDTH // 2 + 330}px));
+  text-align: center; font-size: 19px; line-height: 1.4; pointer-events: none }}
+[{CAPTION}] > div {{ background: color-mix(in srgb, var(--mantine-color-body) 84%, transparent);
+  color: var(--mantine-color-text); padding: 8px 16px }}
+[{CAPTION}] > .figure {{ font-size: 30px; font-weight: 650; padding-bottom: 0;
+  font-variant-numeric: tabular-nums }}
+[{CAPTION}] > a {{ display: inline-block; margin-top: 10px; padding: 5px 16px; border-radius: 4px;
+  background: #1d4ed8; color: #fff; font-size: 15px; text-decoration: none; pointer-events: auto }}
 canvas[data-engine] {{ background: {css(SKY)} }}
 [data-mantine-color-scheme="dark"] canvas[data-engine] {{ background: {css(SKY_DARK)} }}
 .mantine-Modal-content:has([{WIDE}]) {{ flex-basis: 94vw; max-width: 1800px }}
@@ -46,6 +77,9 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 {INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 !important }}
 {INSIDE} > * {{ flex: 1 0 100%; padding-bottom: 0 !important }}
 {INSIDE} > [style*="margin-inline"] {{ flex: 1 1 0 }}
+{PANEL} div[style*="min-height: 2.4em"] {{ overflow: clip !important }}
+{TABS} {{ position: sticky; top: var(--strip, 0px); z-index: 19;
+  background-color: var(--mantine-color-body) }}
 .gone {{ display: none }}
 [{OVER}] {{ height: {OVER_HEIGHT}px; margin-bottom: -{OVER_HEIGHT}px }}
 div:has(> [{OVER}]) + div {{ height: {OVER_HEIGHT}px; padding: 0 12px !important; position: relative }}
@@ -63,10 +97,12 @@ div:has(> [{OVER}]) + div .mantine-Slider-thumb {{
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
 div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}
 @media (max-width: {NARROW}px) {{
+  [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
   [{MORE}] {{ display: none }}
   [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }}
 }}
 @media (max-width: 767px) {{
+  [{CAPTION}] {{ width: 100vw; top: 8px; font-size: 14px }}
   body:has({SHEET}) div:has(> div > canvas) {{ height: 41vh !important }}
   .mantine-Paper-root[style*="width: 20em"], [style*="width: 20em"] {{ width: 100% !important }}
 }}
@@ -83,8 +119,51 @@ COARSE = 0.4
 """Pixels that are drawn for one of the page's while a hand moves something and the processor draws."""
 SLOW = "llvmpipe|swiftshader|softpipe|software"
 """In the names of renderers without a graphics card."""
+LEAVE = ["Close", "Cancel", "Look around"]
+"""Buttons that end a sheet without doing anything."""
 SCRIPT = f"""
-document.title = "workbench";
+const measured = new ResizeObserver(([strip]) =>
+  document.documentElement.style.setProperty("--strip", `${{strip.target.offsetHeight}}px`));
+let strip = null;
+setInterval(() => {{
+  const found = document.querySelector({STRIP!r});
+  if (found && found !== strip) measured.observe(strip = found);
+}}, 300);
+addEventListener("change", e => {{
+  const [most, told] = window.limits?.[e.target.id?.replace("file_upload_", "")] ?? [Infinity, ""];
+  if (!([...e.target.files ?? []].some(file => file.size > most))) return;
+  e.stopImmediatePropagation();
+  e.target.value = "";
+  new Image().src = told;
+}}, true);
+const name = (control, words) => control.setAttribute("aria-label", words);
+setInterval(() => {{
+  for (const part of document.querySelectorAll(".mantine-Slider-root, .mantine-NumberInput-root")) {{
+    const own = [...part.querySelectorAll("[role=slider], input")]
+      .filter(e => !e.ariaLabel && !e.labels?.length);
+    const row = own.length ? part.closest("div:has(> div > .mantine-Text-root label)") : null;
+    const words = row?.querySelector("label").innerText;
+    for (const control of own) if (words) name(control, words);
+    for (const [k, control] of part.querySelectorAll("button:not([aria-label])").entries())
+      name(control, k ? "Less" : "More");
+  }}
+  for (const icon of document.querySelectorAll("button:not([aria-label]):has(> .mantine-ActionIcon-icon)"))
+    name(icon, icon.closest("[aria-label]")?.ariaLabel ?? "Button");
+}}, 1000);
+addEventListener("keydown", e => {{
+  const isTyped = e.isTrusted && e.target.matches?.("input, textarea")
+    && !e.target.closest(".mantine-Spotlight-root, .mantine-Modal-root");
+  if (e.key === "k" && (e.ctrlKey || e.metaKey) && isTyped) {{
+    e.preventDefault();
+    e.target.blur();
+    document.body.dispatchEvent(new KeyboardEvent("keydown", {{
+      key: "k", code: "KeyK", ctrlKey: e.ctrlKey, metaKey: e.metaKey, bubbles: true }}));
+  }}
+  if (e.key !== "Escape") return;
+  const sheet = [...document.querySelectorAll(".mantine-Modal-content")].at(-1);
+  const leave = [...sheet?.querySelectorAll("button") ?? []];
+  leave.find(b => {LEAVE}.includes(b.innerText.trim()))?.click();
+}}, true);
 let held = null;
 addEventListener("focusin", e => {{
   held = e.target.matches?.('input[inputmode="decimal"]') ? [e.target, e.target.value] : null;
@@ -130,4 +209,9 @@ def configure_pages(server: viser.ViserServer) -> None:
     server.gui.main_panel.dock_right()
     server.gui.main_panel.set_width(PANEL_WIDTH)
     server.gui.add_html(f"<style>{RULES}</style>{ENDED}")
-    run_script(server, SCRIPT)
+    run_script(server.gui, SCRIPT)
+
+
+def name_pages(server: viser.ViserServer, robot: str) -> None:
+    """Name the browsers' tabs after the program and the arm on its page."""
+    run_script(server.gui, f"document.title = {json.dumps(f'workbench – {robot}')};")

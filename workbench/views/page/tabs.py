@@ -65,11 +65,16 @@ class Tabs:
     def __init__(self, server: viser.ViserServer, told: PageSignals, *, first: Tab | None = None):
         self._server, self._told, self._opened = server, told, first
         self._numbers = itertools.count()
+        self._latest: dict[int, str] = {}
         self._group = server.gui.add_tab_group()
 
     def add(self, tab: Tab) -> viser.GuiTabHandle:
         """One more tab, to be filled within `with`."""
         return self._group.add_tab(tab)
+
+    def show(self, is_shown: bool) -> None:
+        """Show the tabs, or leave their place to something else."""
+        self._group.visible = is_shown
 
     def ready(self) -> None:
         """All tabs are there: open the first one on every page, those included that have come before it."""
@@ -79,22 +84,24 @@ class Tabs:
         """Open a tab on every page, and on those that come later."""
         self._opened = tab
         for client in self._server.get_clients().values():
-            self._open_on(client, tab)
+            self.open_on(client, tab)
 
     def _arrived(self, client: viser.ClientHandle) -> None:
         if self._opened is not None:
-            self._open_on(client, self._opened)
+            self.open_on(client, self._opened)
 
-    def _open_on(self, client: viser.ClientHandle, tab: Tab) -> None:
+    def open_on(self, client: viser.ClientHandle, tab: Tab) -> None:
+        """Open a tab on one page."""
         threading.Thread(target=self._opening, args=(client, tab), name="workbench-tab", daemon=True).start()
 
     def _opening(self, client: viser.ClientHandle, tab: Tab) -> None:
         self._send(client, slice(k := tab_number(self._group, tab), k + 1))
         sign, event = self._told.drawn(f"tab-{next(self._numbers)}")
+        self._latest[client.client_id] = sign
         shown = client.gui.add_html(sign)
         event.wait(PATIENCE)
         shown.remove()
-        if tab is self._opened:  # or else the next one brings the others back
+        if self._latest.get(client.client_id) is sign:  # or else the next one brings the others back
             self._send(client, slice(None))
 
     def _send(self, client: viser.ClientHandle, which: slice) -> None:

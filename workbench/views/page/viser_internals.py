@@ -83,9 +83,19 @@ def stop_server(server: viser.ViserServer) -> None:
             thread.join(5.0)
 
 
-def run_script(server: viser.ViserServer, script: str) -> None:
-    """Run JavaScript on every page, and on those that come later."""
-    server._websock_server.queue_message(_messages.RunJavascriptMessage(script))
+def run_script(gui: viser.GuiApi, script: str) -> None:
+    """Run JavaScript on a client's page; with a server's interface on every page, also on later ones."""
+    gui._websock_interface.queue_message(_messages.RunJavascriptMessage(script))
+
+
+def limit_upload(gui: viser.GuiApi, button: viser.GuiUploadButtonHandle, most: int, told: str) -> None:
+    """Let pages send no file of more bytes by this button; they ask for the address `told` instead."""
+    run_script(gui, f"(window.limits ??= {{}})[{button._impl.uuid!r}] = [{most}, {told!r}];")
+
+
+def controls(gui: viser.GuiApi) -> dict[str, Any]:
+    """All controls by what a page calls them."""
+    return dict(gui._gui_input_handle_from_uuid)
 
 
 def set_value(control: Any, value: Any) -> None:

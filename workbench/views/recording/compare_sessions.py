@@ -18,7 +18,7 @@ from rich.table import Table
 from rich.text import Text
 
 from workbench.base.errors import WorkbenchError
-from workbench.base.progress import Report, part_of
+from workbench.base.progress import part_of
 from workbench.base.wording import plural
 from workbench.identification.arm_match import require_same_arm
 from workbench.identification.fit import Fit
@@ -66,7 +66,7 @@ class Move:
 
 
 @dataclass(frozen=True)
-class Compared:
+class ComparedSessions:
     """Several sessions beside each other: numbers at their ends, their parameters, and what to beware of.
 
     `others` says why a session's arm is not that of the first one; there are no moves if any is another.
@@ -155,18 +155,18 @@ class Compared:
             yield move.name, cells, unit, f"{np.nanmax(np.abs(move.ratios)):.1f} σ"
 
 
-def compare(recordings: Sequence[Recording], *, progress: Report = lambda part, text: None) -> Compared:
+def compare(recordings: Sequence[Recording]) -> ComparedSessions:
     """Compare the last states of recordings, in the order given."""
     names, share = [recording.folder.name for recording in recordings], 1.0 / max(len(recordings), 1)
-    restored = [
-        restore(recording, progress=part_of(progress, share * i, share))
-        for i, recording in enumerate(recordings)
-    ]
+    restored = []
+    for i, recording in enumerate(recordings):
+        with part_of(share * i, share):
+            restored.append(restore(recording))
     notes = tuple(found.warning for found in restored if found.warning)
     return replace(compare_sessions(names, [found.session for found in restored]), notes=notes)
 
 
-def compare_sessions(names: Sequence[str], sessions: Sequence[Session]) -> Compared:
+def compare_sessions(names: Sequence[str], sessions: Sequence[Session]) -> ComparedSessions:
     """Compare sessions, in the order given."""
     numbers = [dict(_figures(session)) for session in sessions]
     every = dict.fromkeys(name for found in numbers for name in found)
@@ -174,7 +174,7 @@ def compare_sessions(names: Sequence[str], sessions: Sequence[Session]) -> Compa
     others = tuple(_others(names, sessions))
     fits = [s.run.fit for s in sessions if s.run is not None]
     moves = _moves(fits) if len(fits) == len(sessions) and not others else ()
-    return Compared(tuple(names), figures, moves, others=others)
+    return ComparedSessions(tuple(names), figures, moves, others=others)
 
 
 def _others(names: Sequence[str], sessions: Sequence[Session]) -> Iterator[str]:

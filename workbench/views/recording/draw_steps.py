@@ -25,7 +25,7 @@ from workbench.views.drawables.region import region
 from workbench.views.drawables.scene_contents import SUBJECTS
 from workbench.views.drawables.sink import Item
 from workbench.views.recording.canvas import Canvas
-from workbench.views.recording.recorded_step import Moment, Pace
+from workbench.views.recording.recorded_step import DrawingPace, Moment
 from workbench.views.recording.rerun_sink import RecordingSink, markdown, quaternion
 from workbench.views.recording.sentences import about, diagnosis_markdown, parameters_markdown
 from workbench.views.recording.timelines import TIMELINES
@@ -99,7 +99,7 @@ def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:
 
 def thinned(moments: Iterable[Moment]) -> Iterator[Moment]:
     """All decisions and the last moment, and of what is passing at most one in a while."""
-    pace, last = Pace(), None
+    pace, last = DrawingPace(), None
     for moment in moments:
         if last is not None and not moment.replaces(last):
             yield last

@@ -40,7 +40,7 @@ class Moment:
         return self.entry.command.key == other.entry.command.key
 
 
-class Pace:
+class DrawingPace:
     """How often what is passing is drawn: less often the longer a session becomes, so that it stays small."""
 
     def __init__(self) -> None:

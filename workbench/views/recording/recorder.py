@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from workbench.session.journal.entry import Entry
 from workbench.session.state import Session, Severity
 from workbench.session.view import AbstractKeeper, Tell
-from workbench.views.recording.recorded_step import Moment, Pace
+from workbench.views.recording.recorded_step import DrawingPace, Moment
 
 if TYPE_CHECKING:  # rerun is read by the recorder's thread
     from workbench.views.recording.canvas import Canvas
@@ -42,7 +42,7 @@ class Recorder(AbstractKeeper):
         self._open, self._after = open_canvas, after
         self._queue: deque[Moment] = deque()
         self._changed = threading.Condition()
-        self._pace = Pace()
+        self._pace = DrawingPace()
         self._closing = False
         self._tell: Tell = lambda severity, text: None
         self._thread = threading.Thread(target=self._run, name="workbench-recorder", daemon=True)

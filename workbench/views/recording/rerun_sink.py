@@ -149,7 +149,9 @@ def _points(points: Points) -> rr.Points3D:
 
 def _arrows(arrows: Arrows) -> rr.Arrows3D:
     vectors = arrows.ends - arrows.starts
-    return rr.Arrows3D(origins=arrows.starts, vectors=vectors, colors=arrows.colour, radii=THIN)
+    return rr.Arrows3D(
+        origins=arrows.starts, vectors=vectors, colors=arrows.colour, radii=arrows.thick * THIN
+    )
 
 
 def line(line: Line) -> rr.LineStrips3D:

@@ -23,20 +23,19 @@ from rerun.chunk import RrdReader
 
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_bytes
-from workbench.base.progress import part_of
+from workbench.base.progress import part_of, progress
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
 from workbench.session.state import Severity
 from workbench.views.recording.blueprint import blueprint, side_by_side
 from workbench.views.recording.canvas import STEP, Canvas
-from workbench.views.recording.compare_sessions import Compared, compare
+from workbench.views.recording.compare_sessions import ComparedSessions, compare
 from workbench.views.recording.draw_steps import Drawing, thinned
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.recorder import parts
 from workbench.views.recording.rerun_output import FileOutlet
 from workbench.views.recording.rerun_sink import markdown
 
-Progress = Callable[[float, str], None]
 ADDRESS = "127.0.0.1"
 BEHIND = 5
 """Steps by which pictures may lag behind the journal, as the end of a drag that was cut off."""
@@ -45,10 +44,9 @@ BEHIND = 5
 def show_recordings(
     recordings: Sequence[Recording],
     *,
-    compared: Compared | None = None,
+    compared: ComparedSessions | None = None,
     out: Path | None = None,
     web: bool = False,
-    progress: Progress | None = None,
     say: Callable[[str], None] = lambda text: None,
 ) -> Path | None:
     """Open one recording, or two side by side; returns when the viewer is closed.
@@ -58,7 +56,6 @@ def show_recordings(
         compared: Of two, where that is known already.
         out: Write one file here, which is returned, instead of opening a viewer.
         web: Whether to open the viewer in the browser.
-        progress: Called with the part done, while pictures are drawn.
         say: Told what is done besides.
     """
     if len(recordings) > 2:
@@ -67,9 +64,9 @@ def show_recordings(
         if len(recordings) == 2:
             path = Path(room) / "compared.rrd"
             first, second = recordings
-            files = [write_comparison(first, second, path, compared=compared, progress=progress)]
+            files = [write_comparison(first, second, path, compared=compared)]
         else:
-            files = pictures_of(recordings[0], Path(room), progress=progress, say=say)
+            files = pictures_of(recordings[0], Path(room), say=say)
         if out is not None:
             return _join(files, out, Path(room))
         _open(files, web)
@@ -77,11 +74,7 @@ def show_recordings(
 
 
 def pictures_of(
-    recording: Recording,
-    room: Path,
-    *,
-    progress: Progress | None = None,
-    say: Callable[[str], None] = lambda text: None,
+    recording: Recording, room: Path, *, say: Callable[[str], None] = lambda text: None
 ) -> list[Path]:
     """Files that a viewer can open, showing the whole session.
 
@@ -98,7 +91,7 @@ def pictures_of(
     if files and last >= len(recording.lines) - BEHIND:
         return files
     say("note: the pictures are drawn again from the journal")
-    return [write_pictures(recording, room / "drawn.rrd", progress=progress)]
+    return [write_pictures(recording, room / "drawn.rrd")]
 
 
 def _last_step(path: Path) -> int | None:
@@ -213,14 +206,14 @@ def opened(files: Sequence[Path]) -> Iterator[list[str]]:
             door.shutdown()
 
 
-def write_pictures(recording: Recording, path: Path, *, progress: Progress | None = None) -> Path:
+def write_pictures(recording: Recording, path: Path) -> Path:
     """Do all commands again and draw them into a file for the viewer.
 
     Raises:
         FileError: it can't be written.
     """
     outlet = _outlet(path, recording.folder.name, blueprint(recording.first))
-    draw_all(recording, Canvas([outlet]), progress=progress)
+    draw_all(recording, Canvas([outlet]))
     return _finish(outlet, path)
 
 
@@ -241,13 +234,12 @@ def _finish(outlet: FileOutlet, path: Path) -> Path:
     return path
 
 
-def draw_all(recording: Recording, canvas: Canvas, *, progress: Progress | None = None) -> None:
+def draw_all(recording: Recording, canvas: Canvas) -> None:
     """Draw every step of a recording onto a canvas."""
     drawing = Drawing(canvas)
     for moment in thinned(moments(recording)):
         drawing.draw(moment)
-        if progress is not None:
-            progress(moment.step / max(len(recording.lines), 1), "drawing")
+        progress(moment.step / max(len(recording.lines), 1), "drawing")
 
 
 def moments(recording: Recording) -> Iterator[Moment]:
@@ -263,19 +255,14 @@ def moments(recording: Recording) -> Iterator[Moment]:
 
 
 def write_comparison(
-    first: Recording,
-    second: Recording,
-    path: Path,
-    *,
-    compared: Compared | None = None,
-    progress: Progress | None = None,
+    first: Recording, second: Recording, path: Path, *, compared: ComparedSessions | None = None
 ) -> Path:
     """Two sessions in one file, below `A/` and `B/`, with the table of what differs."""
     layout = side_by_side(first.first, second.first)
     outlet = _outlet(path, f"{first.folder.name} with {second.folder.name}", layout)
     for begun, prefix, recording in ((0.0, "A/", first), (0.5, "B/", second)):
-        on = None if progress is None else part_of(progress, begun, 0.5)
-        draw_all(recording, Canvas([outlet], prefix=prefix), progress=on)
+        with part_of(begun, 0.5):
+            draw_all(recording, Canvas([outlet], prefix=prefix))
     found = compare([first, second]) if compared is None else compared
     Canvas([outlet]).log("differences", markdown(found.markdown()), static=True)
     return _finish(outlet, path)

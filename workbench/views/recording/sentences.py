@@ -60,12 +60,12 @@ def about(session: Session) -> str:
         "**Timelines:** `step`: commands; `session_time`: seconds; `measured_row`: rows of the measurements.",
         "",
         *cube_words(session),
-        "**Blocks:** green where reached, blue where selected, brown where the arm is blocked, red where out",
-        "of reach. **Arms:** the solid one is nominal, the amber shell calibrated. **Points** were measured:",
-        "coloured by their error once there is a fit"
+        "**Blocks:** sand where reached, blue where selected, brown where the arm is blocked, red where",
+        "out of reach. **Arms:** the solid one is nominal, the orange shell calibrated. **Points** were",
+        "measured: coloured by their error once there is a fit"
         + _scale_words(session)
         + ". **Arrows** lead from measured to",
-        f"predicted positions: magenta nominal, {session.overlay.exaggeration:g} times too long, blue",
+        f"predicted positions: grey nominal, {session.overlay.exaggeration:g} times too long, orange",
         f"calibrated, {session.overlay.exaggeration_after:g} times.",
     ]
     return "\n".join(lines)
@@ -77,7 +77,7 @@ def _scale_words(session: Session) -> str:
     if rows is None or not rows.stages:
         return ""
     scale, stage = error_scale(rows), rows.nearest_stage(session.overlay.stage)
-    return f", {stage}: green up to {1e3 * scale.low:.3g} mm, red from {1e3 * scale.high:.3g} mm"
+    return f", {stage}: light green up to {1e3 * scale.low:.3g} mm, violet from {1e3 * scale.high:.3g} mm"
 
 
 def cube_words(session: Session) -> Iterator[str]:
@@ -89,7 +89,7 @@ def cube_words(session: Session) -> Iterator[str]:
     low, high = (f"{factor * bound:.3g} {unit}".strip() for bound in (shown.low, shown.high))
     worst, best = (low, high) if field in cubes.LARGER_IS_BETTER else (high, low)
     title = cubes.TITLES[field].lower()
-    yield f"**Cubes:** {title}, red {worst} or worse, green {best} or better; grey where not reached."
+    yield f"**Cubes:** {title}, violet {worst} or worse, light green {best} or better; grey: not reached."
     yield ""
 
 

@@ -12,14 +12,15 @@ from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_plots import before_after
 from workbench.identification.report.html_report import error_cards
 from workbench.identification.result import judged, order_of_measuring
-from workbench.report.figures import Drawing, svg
+from workbench.report.figures import DrawnFigure, svg
 from workbench.report.html import page_template
 from workbench.report.numbers import short
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.journal.compare_numbers import Replayed
 from workbench.session.journal.entry import Ending
-from workbench.session.journal.reader import Line, Recording
-from workbench.session.state import Score, Session
+from workbench.session.journal.reader import JournalLine, Recording
+from workbench.session.state import Session
+from workbench.session.target_state import Score
 from workbench.views.recording.sentences import model_errors, parameter_rows, remarks, with_predicted
 
 DEGREES = float(np.rad2deg(1.0))
@@ -89,17 +90,17 @@ def _place(xyz: np.ndarray) -> str:
     return ", ".join(f"{1e3 * v:.1f}".replace("-", "−") for v in xyz)
 
 
-def _drawings(session: Session) -> Iterator[Drawing]:
+def _drawings(session: Session) -> Iterator[DrawnFigure]:
     found = session.identification
     if found is not None:
         rows = before_after(found, order_of_measuring(found))
-        yield Drawing("before-after", "Before and after, row by row", "", svg(rows, "before-after"))
+        yield DrawnFigure("before-after", "Before and after, row by row", "", svg(rows, "before-after"))
         figure = corrections(found.best)
         if figure is not None:
-            yield Drawing("corrections", "Corrections of the arm", "", svg(figure, "corrections"))
+            yield DrawnFigure("corrections", "Corrections of the arm", "", svg(figure, "corrections"))
     figure = None if session.diagnosis is None else ranking(session.diagnosis)
     if figure is not None:
-        yield Drawing("ranking", "What each effect would add", "", svg(figure, "ranking"))
+        yield DrawnFigure("ranking", "What each effect would add", "", svg(figure, "ranking"))
 
 
 def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:
@@ -118,7 +119,7 @@ def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:
         yield step, f"{entry.at:.1f} s", "; ".join([words, *line.says])
 
 
-def _is_passed(line: Line) -> bool:
+def _is_passed(line: JournalLine) -> bool:
     """Whether the step can be left out: the start or an intermediate position of a drag."""
     passing = isinstance(line.entry.command, GrabTarget | MoveTarget)
     return passing and line.entry.ending is Ending.DONE and not line.says

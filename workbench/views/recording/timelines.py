@@ -16,18 +16,19 @@ from workbench.report.numbers import short
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.plate import ClusterTargets, ImprovePlate
 from workbench.session.journal.entry import Ending
-from workbench.session.state import Score, Session
-from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, REACHED, SELECTED
+from workbench.session.state import Session
+from workbench.session.target_state import Score
+from workbench.views.appearance.colours import CALIBRATED, NOMINAL, REACHED, SELECTED
 from workbench.views.recording.canvas import Canvas
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.rerun_sink import THIN, markdown
 from workbench.views.recording.sentences import sentence
 
 LEVELS = {Ending.DONE: "INFO", Ending.CANCELLED: "INFO", Ending.REFUSED: "WARN", Ending.FAILED: "ERROR"}
-LONGEST = 64
+MAX_TRAIL = 64
 """Places that a trail keeps; of more, evenly chosen ones."""
 DRAGS = (GrabTarget, MoveTarget, DropTarget)
-ARMS = {"nominal": ARROW_BEFORE, "calibrated": ARROW_AFTER}
+ARMS = {"nominal": NOMINAL, "calibrated": CALIBRATED}
 HEAD = (
     "| step | search | measurable targets | index O of a target | predicted error [mm] |",
     "|---:|---|---|---|---|",
@@ -83,7 +84,7 @@ class Trails(AbstractTimeline):
                 if not is_drag:
                     self._forget(canvas, i, trail)
                 trail.append(target.xyz)
-                if len(trail) > 2 * LONGEST:
+                if len(trail) > 2 * MAX_TRAIL:
                     del trail[1:-1:2]
         if session.drag is None:
             for i, trail in enumerate(self._trails):
@@ -97,7 +98,7 @@ class Trails(AbstractTimeline):
     def _show(self, canvas: Canvas, i: int, trail: list[np.ndarray]) -> None:
         if len(trail) > 1 and self._drawn.get(i) != id(trail[-1]):
             self._drawn[i] = id(trail[-1])
-            chosen = np.unique(np.linspace(0, len(trail) - 1, LONGEST).round().astype(int))
+            chosen = np.unique(np.linspace(0, len(trail) - 1, MAX_TRAIL).round().astype(int))
             strip = np.array([trail[k] for k in chosen])
             canvas.log(f"world/plate/trails/{i + 1}", rr.LineStrips3D([strip], colors=REACHED, radii=THIN))
 
@@ -133,7 +134,7 @@ class Series(AbstractTimeline):
         canvas.log(path, line, static=True)
 
 
-class RowErrors(AbstractTimeline):
+class RowErrorTimeline(AbstractTimeline):
     """`row_error/nominal_mm/N_FIT` and `row_error/calibrated_mm/N_FIT` on the timeline `measured_row`.
 
     Rows that were drawn can't be taken back, so every fit has a path of its own: N counts identifications.
@@ -215,4 +216,4 @@ def _diagnosed(session: Session) -> Iterator[tuple[str, float]]:
         yield "error/diagnosed_effects_mm", judged(found.after).position_mm.mean
 
 
-TIMELINES: tuple[type[AbstractTimeline], ...] = (Log, Trails, Series, RowErrors, Searches)
+TIMELINES: tuple[type[AbstractTimeline], ...] = (Log, Trails, Series, RowErrorTimeline, Searches)

@@ -1,1 +1,62 @@
-"""The panels, one class per file: each builds its controls once, shows snapshots, and only sends commands."""
+"""The panels of the page; each says its tab and its place in it itself."""
+
+from workbench.base.registry import Registry
+from workbench.views.page.panels.arm import ArmPanel, OwnRobotPanel
+from workbench.views.page.panels.choices import ChoicesPanel
+from workbench.views.page.panels.columns import ColumnsPanel
+from workbench.views.page.panels.compare import ComparePanel
+from workbench.views.page.panels.data import DataPanel
+from workbench.views.page.panels.deflection import BendingPanel
+from workbench.views.page.panels.diagnose import DiagnosePanel
+from workbench.views.page.panels.display_options import LookPanel
+from workbench.views.page.panels.files import FilesPanel
+from workbench.views.page.panels.fit import FitPanel
+from workbench.views.page.panels.guided import GuidedPanel
+from workbench.views.page.panels.history import HistoryPanel
+from workbench.views.page.panels.index import DetailsPanel, IndexPanel, WantedPanel
+from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
+from workbench.views.page.panels.joints import JointsPanel
+from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.production import NoisePanel, ProductionPanel
+from workbench.views.page.panels.region import RegionPanel
+from workbench.views.page.panels.row_errors import RowErrorsPanel
+from workbench.views.page.panels.target_placement import ImprovePanel, PatternPanel
+from workbench.views.page.panels.targets import BranchesPanel, TargetsPanel
+from workbench.views.page.panels.trajectory import TrackPanel
+
+PANELS: Registry[type[AbstractPanel]] = Registry(
+    "panel",
+    AbstractPanel,
+    ArmPanel,
+    OwnRobotPanel,
+    JogPanel,
+    ToolPanel,
+    CapturedPanel,
+    LookPanel,
+    TargetsPanel,
+    BranchesPanel,
+    IndexPanel,
+    WantedPanel,
+    DetailsPanel,
+    ImprovePanel,
+    PatternPanel,
+    ProductionPanel,
+    NoisePanel,
+    HistoryPanel,
+    RegionPanel,
+    DataPanel,
+    ColumnsPanel,
+    GuidedPanel,
+    FitPanel,
+    DiagnosePanel,
+    RowErrorsPanel,
+    JointsPanel,
+    ChoicesPanel,
+    ComparePanel,
+    TrackPanel,
+    BendingPanel,
+    FilesPanel,
+    group="workbench.panels",
+    classes=True,
+)
+"""Ours, in no order, and those of other packages."""

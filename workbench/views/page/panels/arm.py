@@ -11,8 +11,8 @@ from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.messages import Tell
 from workbench.session.export import robot_toml
-from workbench.session.state import Session
-from workbench.views.page.html import MUTED, block, bullets, heading, pairs, text
+from workbench.session.state import Session, Tab
+from workbench.views.page.html import MUTED, block, bullets, folded, heading, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel, ask, set_value
 
 MODELS = ".toml,.urdf,.xml"
@@ -21,6 +21,7 @@ MODELS = ".toml,.urdf,.xml"
 class ArmPanel(AbstractPanel):
     """Choosing starts over with another arm."""
 
+    tab, order = Tab.ROBOT, 10
     depends = ("robot", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -40,18 +41,25 @@ class ArmPanel(AbstractPanel):
             "A robot as TOML or URDF, or a plate as TOML; measurements go to the Measure tab.",
             endings=MODELS,
             most=LARGEST_MODEL,
+            question=lambda content: "" if b"[[target]]" in content else self._lost(),
         )
         self._facts = gui.add_html("")
 
     def _choose(self, event: viser.GuiEvent) -> None:
         """Change the robot; ask first where that puts measurements away."""
-        name, loaded = self._choice.value, self._worker.session.loaded
-        if loaded is None:
+        name = self._choice.value
+        if not (question := self._lost()):
             self._worker.submit(ChooseRobot(name))
             return
-        fit = "" if self._worker.session.identification is None else " and the results based on them"
-        question = f"The measurements ({loaded.name}){fit} will be removed; Undo restores them."
         ask(event, question, f"Change to {name}", lambda: self._worker.submit(ChooseRobot(name)))
+
+    def _lost(self) -> str:
+        """What another robot puts away; empty if nothing."""
+        loaded = self._worker.session.loaded
+        if loaded is None:
+            return ""
+        fit = "" if self._worker.session.identification is None else " and the results based on them"
+        return f"The measurements ({loaded.name}){fit} will be removed; Undo restores them."
 
     def show(self, session: Session) -> None:
         self._change.disabled = session.job is not None
@@ -66,14 +74,20 @@ def facts(robot: Robot) -> str:
     items = [
         ("Name", robot.name),
         ("Joints", f"{robot.dof}" + (f", {slides} of them sliding" if slides else "")),
-        ("Limits", f"of {limited} joints"),
         ("Reach", f"about {1e3 * maximum_reach(robot):.0f} mm"),
-        ("Convention", robot.convention),
-        ("Free parameters", f"{len(robot.default_free)}"),
         ("Masses", masses),
     ]
+    details = [
+        ("Limits", f"of {limited} joints"),
+        ("Convention", robot.convention),
+        ("Free parameters", f"{len(robot.default_free)}"),
+    ]
     notes = bullets(map(text, robot.notes))
-    return pairs(items) + (heading("Notes") + notes if notes else "")
+    return (
+        pairs(items)
+        + (heading("Notes") + notes if notes else "")
+        + folded("Details of the arm", pairs(details))
+    )
 
 
 KINDS = ".csv,.urdf,.xml,.xacro,.toml"
@@ -88,6 +102,7 @@ EXAMPLE = "0, -90, 90, 0, 90, 0 = 392.3, 109.2, 500, 180, 0, 90"
 class OwnRobotPanel(AbstractPanel):
     """A closed folder: what it is, three poses, a check, the robot's file."""
 
+    tab, order = Tab.ROBOT, 20
     keeps_typed = True
     _file: tuple[str, bytes] | None = None
 

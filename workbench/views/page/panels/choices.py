@@ -8,7 +8,7 @@ import viser
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.session.commands.identify import HoldParameter, LeaveRowsOut
-from workbench.session.state import Session
+from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.page.panels.panel import AbstractPanel, on_press, set_value
 
@@ -16,6 +16,7 @@ from workbench.views.page.panels.panel import AbstractPanel, on_press, set_value
 class ChoicesPanel(AbstractPanel):
     """Two closed folders; the parameters' boxes are rebuilt for another arm."""
 
+    tab, order = Tab.CALIBRATE, 40
     depends = ("robot", "loaded", "left_out", "fixed")
 
     def __init__(self, worker: Worker):

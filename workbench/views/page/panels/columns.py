@@ -8,19 +8,20 @@ from workbench.session.commands.data import LoadData
 from workbench.session.commands.messages import Tell
 from workbench.session.export import columns_toml
 from workbench.session.loaded_measurements import MeasurementFile
-from workbench.session.state import Session
+from workbench.session.state import Session, Tab
 from workbench.views.page.html import BAD, MUTED, block, table, text
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_options
 
-LONGEST = 80
+MAX_LISTED_COLUMNS = 80
 """Columns that are listed."""
-LARGEST = 2**16
+MAX_MAPPING_BYTES = 2**16
 """Mappings beyond this size are refused [bytes]."""
 
 
 class ColumnsPanel(AbstractPanel):
     """A folder that is there, and open, with a file."""
 
+    tab, order = Tab.MEASURE, 20
     depends = (lambda session: file_of(session), "robot")
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -42,7 +43,7 @@ class ColumnsPanel(AbstractPanel):
                 self._with_mapping,
                 "Reads the file again with the columns as they were saved.",
                 endings=".toml",
-                most=LARGEST,
+                most=MAX_MAPPING_BYTES,
             )
             self._list = gui.add_html("")
 
@@ -92,9 +93,11 @@ def listing(file: MeasurementFile) -> str:
     found = file.preview
     problems = "".join(f'<div style="color:{BAD}">{text(words)}</div>' for words in found.problems)
     rows = [(text(c.heading or "(none)"), text(c.first[:10]), _meaning(c)) for c in found.columns]
-    more = len(rows) - LONGEST
+    more = len(rows) - MAX_LISTED_COLUMNS
     words = f'<div style="color:{MUTED}">{more} more columns</div>' if more > 0 else ""
-    return block(problems + table(("heading", "first", "is"), rows[:LONGEST]) + words, testid="columns")
+    return block(
+        problems + table(("heading", "first", "is"), rows[:MAX_LISTED_COLUMNS]) + words, testid="columns"
+    )
 
 
 def _meaning(column: PreviewColumn) -> str:

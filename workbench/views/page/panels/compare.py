@@ -9,8 +9,8 @@ import viser
 from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION, SetOverlay, ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
-from workbench.session.state import Session
-from workbench.views.appearance.colours import ARROW_AFTER, ARROW_BEFORE, GHOST, LEFT_OUT, css
+from workbench.session.state import Session, Tab
+from workbench.views.appearance.colours import CALIBRATED, LEFT_OUT, NOMINAL, css
 from workbench.views.page.camera import aim
 from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.html import MUTED, badge, block, number, table, text
@@ -19,13 +19,13 @@ from workbench.views.page.panels.panel import AbstractPanel, set_value, waiting
 SWITCHES = {
     "ghosts": ("Other branches", "Show the other postures that reach the selected target as faint arms."),
     "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
-    "calibrated": ("Calibrated arm", "Show the amber arm, with the identified parameters."),
+    "calibrated": ("Calibrated arm", "Show the orange shell, with the identified parameters."),
     "points": (
         "Measured points",
         "Show the measured tool positions, coloured by their error once there is a fit.",
     ),
     "frames": ("Frames", "Show the measured tool orientations."),
-    "arrows": ("Error arrows", "From measured to predicted positions: violet nominal, cyan calibrated."),
+    "arrows": ("Error arrows", "From measured to predicted positions: grey nominal, orange calibrated."),
 }
 
 FACTORS = {
@@ -40,6 +40,7 @@ FACTORS = {
 class ComparePanel(AbstractPanel):
     """Scrubber, switches, errors at the pose."""
 
+    tab, order = Tab.COMPARE, 10
     depends = ("comparison", "overlay", "row", "loaded", "left_out", "identification", "track")
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -135,8 +136,8 @@ def _readout(session: Session) -> str:
         words = "No position was measured here."
         return block(f"{head} · {kind}<br>{words}", testid="row", style="margin:6px 0")
     rows = [
-        (badge("Nominal", css(ARROW_BEFORE)), f"{number(1e3 * before)} mm"),
-        (badge("Calibrated", css(ARROW_AFTER)), f"{number(1e3 * after)} mm"),
+        (badge("Nominal", css(NOMINAL)), f"{number(1e3 * before)} mm"),
+        (badge("Calibrated", css(CALIBRATED)), f"{number(1e3 * after)} mm"),
     ]
     return block(
         f'<div style="color:{MUTED}">{text(head)} · {kind}</div>' + table(("Position error", ""), rows),
@@ -167,7 +168,7 @@ def _as_opened(comparison: Comparison, row: int) -> str:
 
 def _legend() -> str:
     return block(
-        f"{badge('Calibrated arm', css(GHOST))} &nbsp; {badge('Excluded', css(LEFT_OUT))}"
+        f"{badge('Calibrated arm', css(CALIBRATED))} &nbsp; {badge('Excluded', css(LEFT_OUT))}"
         f'<div style="color:{MUTED}">Round points were fitted, square ones held out. Arrows point '
         "from the measured to the predicted position of the tool.</div>",
         style="margin:6px 0 10px",

@@ -10,7 +10,7 @@ from workbench.session.state import Units
 from workbench.views.page.panels.panel import set_value
 
 
-class Quantity(StrEnum):
+class Measure(StrEnum):
     """What three numbers are."""
 
     LENGTH = "length"
@@ -19,28 +19,28 @@ class Quantity(StrEnum):
 
 DEGREE = float(np.deg2rad(1.0))
 NAMES = {
-    (Units.MILLIMETRES, Quantity.LENGTH): "mm",
-    (Units.MILLIMETRES, Quantity.ANGLE): "°",
-    (Units.METRES, Quantity.LENGTH): "m",
-    (Units.METRES, Quantity.ANGLE): "rad",
+    (Units.MILLIMETRES, Measure.LENGTH): "mm",
+    (Units.MILLIMETRES, Measure.ANGLE): "°",
+    (Units.METRES, Measure.LENGTH): "m",
+    (Units.METRES, Measure.ANGLE): "rad",
 }
 SIZES = {"mm": 1e-3, "°": DEGREE, "m": 1.0, "rad": 1.0}
 """Units in SI."""
 PLACES = {"mm": 2, "°": 3, "m": 5, "rad": 5}
 """Decimal places that are shown."""
-STEPS = {"mm": 1.0, "°": 1.0, "m": 1e-3, "rad": 1e-2}
+ARROW_KEY_STEPS = {"mm": 1.0, "°": 1.0, "m": 1e-3, "rad": 1e-2}
 """What an arrow key adds."""
 
 
 class Coordinates:
     """A control with three numbers; its title has no unit."""
 
-    def __init__(self, gui: viser.GuiApi, title: str, quantity: Quantity, *, hint: str):
+    def __init__(self, gui: viser.GuiApi, title: str, quantity: Measure, *, hint: str):
         self._title, self._quantity = title, quantity
         self._unit = NAMES[Units.MILLIMETRES, quantity]
         self._exact: Float[np.ndarray, "3"] = np.zeros(3)
         self.control = gui.add_vector3(
-            f"{title} [{self._unit}]", (0.0, 0.0, 0.0), step=STEPS[self._unit], hint=hint
+            f"{title} [{self._unit}]", (0.0, 0.0, 0.0), step=ARROW_KEY_STEPS[self._unit], hint=hint
         )
 
     def show(self, exact: Float[np.ndarray, "3"], units: Units) -> None:
@@ -49,7 +49,7 @@ class Coordinates:
         if unit != self._unit:
             self._unit = unit
             self.control.label = f"{self._title} [{unit}]"
-            self.control.step = STEPS[unit]
+            self.control.step = ARROW_KEY_STEPS[unit]
             self.control.precision = PLACES[unit]
         self._exact = np.array(exact)
         set_value(self.control, shown(self._exact, unit))

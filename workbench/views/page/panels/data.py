@@ -2,6 +2,7 @@
 
 import viser
 
+from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.session.commands.data import (
     LARGEST_FILE,
     MOST_MORE,
@@ -11,13 +12,15 @@ from workbench.session.commands.data import (
     virtual_instruments,
 )
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
-from workbench.session.state import Session
+from workbench.session.state import Session, Tab
 from workbench.views.page.html import LINE, block, bullets, heading, note, pairs, text
 from workbench.views.page.panels.panel import AbstractPanel
 
 FILES = ".csv,.tsv,.txt,.xlsx,.parquet"
 SEAT = "plate seats"
-NOTHING = "No measurements yet. Load a file of a real arm, or measure a virtual arm."
+EMPTY_NOTE = "No measurements yet. Load a file of a real arm, or measure a virtual arm."
+MORE = 60
+"""Poses besides the targets: with these a diagnosis has enough rows."""
 NOTES = 8
 """Notes shown before the rest is counted."""
 
@@ -25,7 +28,10 @@ NOTES = 8
 class DataPanel(AbstractPanel):
     """Two sources of measurements, and how they were interpreted."""
 
+    tab, order = Tab.MEASURE, 10
     depends = ("loaded", "unread")
+    _arms = 0
+    """Virtual arms so far, each with other errors."""
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Real arm"):
@@ -39,18 +45,9 @@ class DataPanel(AbstractPanel):
                 main=True,
             )
         with gui.add_folder("Virtual arm"):
-            self._seed = self.number(
-                "Seed", 1, (0, 999_999, 1), "Each number gives an arm with different hidden errors."
-            )
-            self._surprise = gui.add_checkbox(
-                "Surprise me",
-                False,
-                hint="Hide an effect that geometry can't explain (play, compliance or a bent gear) in one "
-                "joint, to see the errors that remain after an identification.",
-            )
             self._more = self.number(
                 "More poses",
-                0,
+                MORE,
                 (0, MOST_MORE, 10),
                 "Poses in the region to measure for fitting, besides the targets.",
             )
@@ -64,8 +61,8 @@ class DataPanel(AbstractPanel):
                 "Measure a virtual arm",
                 self._virtual,
                 viser.Icon.ROBOT,
-                "Make an arm with hidden manufacturing errors (up to 5 mm and 5°) and measure it at "
-                "the targets.",
+                "Make another arm with hidden manufacturing errors and one effect that geometry can't "
+                "explain, and measure it at the targets and at more poses.",
                 main=True,
             )
         self._preview = gui.add_html("")
@@ -82,10 +79,10 @@ class DataPanel(AbstractPanel):
         self._forget.visible = session.loaded is not None
 
     def _virtual(self) -> MeasureVirtualArm:
-        seed, more = int(self._seed.value), int(self._more.value)
+        self._arms += 1
         name = str(self._instrument.value)
         instrument = "" if name == SEAT else name
-        return MeasureVirtualArm(seed, bool(self._surprise.value), more, instrument)
+        return MeasureVirtualArm(self._arms, True, int(self._more.value), instrument, LIKELY_ERRORS)
 
 
 def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:
@@ -93,7 +90,7 @@ def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:
     if loaded is not None and unread is not None:
         return note(f"{unread.name} is not read; {loaded.name} stays loaded.", "preview", margin="8px 0")
     if loaded is None:
-        return note(NOTHING, "preview", margin="8px 0")
+        return note(EMPTY_NOTE, "preview", margin="8px 0")
     notes, more = [*map(text, loaded.notes[:NOTES])], len(loaded.notes) - NOTES
     decisions = heading("Notes on reading") + bullets([*notes, f"… and {more} more"] if more > 0 else notes)
     return block(

@@ -10,26 +10,24 @@ from workbench.arm.robot import Robot
 from workbench.session.commands.arm import drawn_joints
 from workbench.session.commands.compare import LEAST_EXAGGERATION, SetOverlay
 from workbench.session.deflection import MOST_DRAWN, Bending, bend, bending_robot, drawable_bending
-from workbench.session.state import Session
+from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import BENT, css
-from workbench.views.page.html import MUTED, badge, block, note, table, text
+from workbench.views.page.html import MUTED, badge, block, table, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 GREATEST_BENDING = 500
-NOTHING = (
-    "The model of this arm has no effects, so it does not bend. Choose katana450-tilting in the More "
-    "tab, open a robot with [[effect]] tables, or add the effects of a diagnosis."
-)
 
 
 class BendingPanel(AbstractPanel):
-    """A switch, a factor, and one line per joint."""
+    """A switch, a factor, and one line per joint, where the model bends."""
 
+    tab, order = Tab.COMPARE, 30
     depends = (bending_robot, "overlay", lambda session: bending_robot(session) and drawn_joints(session))
 
     def build(self, gui: viser.GuiApi) -> None:
         overlay = self._worker.session.overlay
-        with gui.add_folder("Bending under load"):
+        self._folder = gui.add_folder("Bending under load", visible=False)
+        with self._folder:
             self._bent = gui.add_checkbox(
                 "Bent arm",
                 overlay.bent,
@@ -49,10 +47,8 @@ class BendingPanel(AbstractPanel):
         robot, q = bending_robot(session), drawn_joints(session)
         set_value(self._bent, session.overlay.bent)
         set_value(self._times, int(session.overlay.bending))
-        for control in (self._bent, self._times):
-            control.disabled = robot is None
+        self._folder.visible = robot is not None
         if robot is None:
-            self._table.content = note(NOTHING, "bending")
             return
         content = _joints(robot, bend(robot, q)) + _drawn(robot, q, session.overlay.bending)
         self._table.content = block(content, testid="bending", style="margin:4px 0")

@@ -6,7 +6,7 @@ from workbench.session.command import AbstractCommand
 from workbench.session.commands.compare import SetDark, SetUnits
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.undo import Redo, RestoreBest, Undo
-from workbench.session.state import Session, Units
+from workbench.session.state import Session, Tab, Units
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, heading, pairs
 from workbench.views.page.panels.panel import AbstractPanel, set_value, sheet
@@ -15,7 +15,7 @@ BRAND = (37, 99, 235)
 MOUSE = (
     ("Drag an arrow or a ring", "moves or turns the selected target"),
     ("Click a block", "selects its target"),
-    ("Click a cube", "shows its numbers (Region)"),
+    ("Click a cube", "shows its numbers (Plate)"),
     ("Click a measured point", "moves the arm there (Compare)"),
     ("Drag elsewhere", "rotates the view; the right button pans, the wheel zooms"),
 )
@@ -24,21 +24,23 @@ KEYS = (
     ("Ctrl Shift Z", "redo"),
     ("N · P", "next and previous target"),
     ("B", "back to the best plate so far"),
-    ("Ctrl K", "all commands by name"),
+    ("Ctrl K", "every button and setting by name"),
+    ("Esc", "closes a sheet"),
 )
 ORDER = (
-    ("1 Plate", "drag targets until the predicted error is small enough"),
-    ("2 Measure", "load the rows of a real arm, or try a virtual one"),
-    ("3 Identify", "fit the parameters; rely on the held-out error"),
-    ("4 Diagnose", "find the physical effect that the model lacks, and add it"),
-    ("5 Compare", "see the remaining errors, pose by pose and along a trajectory"),
-    ("6 More", "other arms, jogging, and files to save"),
+    ("Robot", "choose the arm, or open your own; move it"),
+    ("Plate", "drag targets until the predicted error in the region is small enough"),
+    ("Measure", "load the rows of a real arm, or try a virtual one"),
+    ("Calibrate", "identify the geometry, then find and add the effect that it lacks"),
+    ("Compare", "see the remaining errors, pose by pose and along a trajectory"),
+    ("Export", "save the arm, the plate, the measurements and the report"),
 )
 
 
 class LookPanel(AbstractPanel):
     """Appearance of the page, and help."""
 
+    tab, order = Tab.ROBOT, 90
     depends = ("is_dark", "units")
 
     def __init__(self, worker: Worker):

@@ -6,7 +6,7 @@ rows are pink. The nominal column has a scale of its own where its errors are mu
 
 import numpy as np
 
-from workbench.identification.result import Column, Identification, columns_of, order_of_measuring
+from workbench.identification.result import ArmErrors, Identification, columns_of, order_of_measuring
 from workbench.views.appearance.colours import FITTED, HELD_OUT, css
 from workbench.views.page.html import MUTED, label, text
 
@@ -44,11 +44,11 @@ def error_figure(found: Identification, *, rotation: bool = False, fits: tuple[s
             parts.append(_cell(LEFT + j * (CELL[0] + GAP), y, table[:, i], place, held, span, i, unit))
     return (
         f'<svg viewBox="0 0 {width:.0f} {height:.0f}" width="100%" data-testid="figure" '
-        f'style="font-size:10px">{"".join(parts)}</svg>'
+        f'style="font-size:12px">{"".join(parts)}</svg>'
     )
 
 
-def _errors(column: Column, rotation: bool) -> np.ndarray:
+def _errors(column: ArmErrors, rotation: bool) -> np.ndarray:
     """X, Y, Z and norm of every row."""
     both = [c.rotation if rotation else c.position for c in (column.train, column.held_out)]
     axes = np.concatenate(both)

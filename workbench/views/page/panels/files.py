@@ -1,4 +1,4 @@
-"""Saving the session's data and results."""
+"""Saving the session's data and results, with the error of each file of the calibrated arm."""
 
 import io
 
@@ -6,60 +6,45 @@ import numpy as np
 import viser
 from PIL import Image
 
-from workbench.session.export import (
-    calibrated_toml,
-    calibrated_urdf,
-    measurements_csv,
-    plate_toml,
-    report_zip,
-)
-from workbench.session.state import Session
+from workbench.session.export import measurements_csv, plate_toml
+from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import SKY, SKY_DARK
+from workbench.views.page.html import note
 from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.panels.saving import ArmFiles
 
 PICTURE = (1200, 1920)
 """Height and width of a saved picture."""
+EMPTY_NOTE = "Identify the arm first; then it is saved here."
 
 
 class FilesPanel(AbstractPanel):
-    """One button per file, disabled if there is nothing to save yet."""
+    """The calibrated arm once there is one, and a button per file."""
 
-    depends = ("loaded", "identification")
+    tab, order = Tab.EXPORT, 10
+    depends = ("loaded", "identification", "fit")
 
     def build(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("Save"):
+        with gui.add_folder("Calibrated arm"):
+            self._nothing = gui.add_html(note(EMPTY_NOTE, "unsaved"))
+            self._arm = ArmFiles(self, gui)
+        with gui.add_folder("Plate, measurements, picture"):
             self.download("Plate (TOML)", plate_toml, "The plate with its targets and its region.")
-            self._needs_data = [
-                self.download("Measurements (CSV)", measurements_csv, "One row per line, with units.")
-            ]
-            self._needs_fit = [
-                self.download(
-                    "Calibrated robot (TOML)",
-                    calibrated_toml,
-                    "For the command line, and for the next session.",
-                ),
-                self.download(
-                    "Calibrated robot (URDF)",
-                    calibrated_urdf,
-                    "For other programs: the best geometry without effects.",
-                ),
-                self.download(
-                    "Report (ZIP)", report_zip, "Tables and figures of the identification as an HTML page."
-                ),
-            ]
+            self._rows = self.download(
+                "Measurements (CSV)", measurements_csv, "One row per line, with units."
+            )
             picture = gui.add_button(
                 "Picture of the scene (PNG)",
                 icon=viser.Icon.CAMERA,
                 color="gray",
                 hint="The scene as shown, without the panel.",
             )
-            picture.on_click(self._picture)
+        picture.on_click(self._picture)
 
     def show(self, session: Session) -> None:
-        for button in self._needs_data:
-            button.disabled = session.loaded is None
-        for button in self._needs_fit:
-            button.disabled = session.identification is None
+        self._rows.disabled = session.loaded is None
+        self._nothing.visible = session.identification is None
+        self._arm.show(session)
 
     def _picture(self, event: viser.GuiEvent) -> None:
         if event.client is None:

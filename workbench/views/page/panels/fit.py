@@ -1,46 +1,26 @@
-"""Identification: start it, inspect its results, save the calibrated arm."""
-
-from collections.abc import Callable
+"""Identification: start it, inspect its results."""
 
 import numpy as np
 import viser
 
 from workbench.identification.algorithms import ALGORITHMS, USUAL
-from workbench.identification.file_errors import file_words
 from workbench.identification.result import Identification, judged
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.identify import Identify
-from workbench.session.export import File, calibrated_toml, calibrated_urdf, report_zip
 from workbench.session.judgement import arm_judgement
-from workbench.session.state import Session
+from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import OUT_OF_REACH, css
-from workbench.views.page.html import (
-    CAREFUL,
-    GOOD,
-    INKS,
-    MUTED,
-    block,
-    bullets,
-    heading,
-    note,
-    number,
-    table,
-    text,
-)
+from workbench.views.page.html import CAREFUL, GOOD, INKS, MUTED, block, bullets, heading, number, table, text
 from workbench.views.page.panels.figure import error_figure
 from workbench.views.page.panels.index import WantedPanel
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, sheet, waiting
 from workbench.views.page.panels.result_card import result_card
+from workbench.views.page.panels.saving import ArmFiles
 from workbench.views.page.style import WIDE
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
-FORMATS = (
-    "The arm of the shown fit: TOML for this program, effects and all; URDF for others, the best geometry "
-    "without effects; the report as an HTML page with tables and figures."
-)
 READY = "Ready. Press Identify to fit the parameters."
-SAVED = {"TOML": calibrated_toml, "URDF": calibrated_urdf, "Report": report_zip}
 FRAMES = {
     "Decide from the data": "auto",
     "Shared by all sessions": "shared",
@@ -51,6 +31,7 @@ FRAMES = {
 class FitPanel(AbstractPanel):
     """Algorithms side by side on the same rows."""
 
+    tab, order = Tab.CALIBRATE, 10
     depends = ("identification", "fit", "loaded", "wanted", "is_idle")
 
     def __init__(self, worker: Worker):
@@ -88,10 +69,7 @@ class FitPanel(AbstractPanel):
             self._wanted.make(gui)
         self._requirement = gui.add_html("", visible=False)
         self._warnings = gui.add_html("", visible=False)
-        self._save = gui.add_button_group("Save", tuple(SAVED), visible=False, hint=FORMATS)
-        self._save.on_click(lambda event: self.save(event, SAVED[event.target.value]))
-        self._file_errors = gui.add_html("", visible=False)
-        self._errors_shown: tuple[Identification | None, str] = (None, "")
+        self._files = ArmFiles(self, gui)
         self._details = gui.add_folder("Details", expand_by_default=False, visible=False)
         with self._details:
             self._build_details(gui)
@@ -128,20 +106,11 @@ class FitPanel(AbstractPanel):
         self._start.disabled = session.loaded is None or session.job is not None
         found = session.identification
         self._wanted.show(session)
-        for part in (
-            self._judging,
-            self._requirement,
-            self._warnings,
-            self._save,
-            self._file_errors,
-            self._details,
-        ):
+        self._files.show(session)
+        for part in (self._judging, self._requirement, self._warnings, self._details):
             part.visible = found is not None
         self._card.content = waiting(session, "result", READY) if found is None else result_card(session)
         if found is not None:
-            if self._errors_shown[0] is not found or self._errors_shown[1] != session.fit:
-                self._errors_shown = (found, session.fit)
-                self._file_errors.content = _file_errors(found, session.fit)
             self._errors.content = _errors(found, session.fit)
             self._fit.options = [_titles()[name] for name in found.runs]
             set_value(self._fit, _titles()[session.fit])
@@ -156,7 +125,8 @@ class FitPanel(AbstractPanel):
     def _identify(self) -> Identify:
         algorithms = tuple(name for name, box in self._chosen.items() if box.value)
         share = 0.01 * float(self._held_out.value)
-        return Identify(algorithms, share, FRAMES[self._frames.value])
+        levelled = self._worker.session.levelled
+        return Identify(algorithms, share, FRAMES[self._frames.value], levelled=levelled)
 
     def _draw_figure(self) -> None:
         """Draw the errors of the shown fit, unless they are drawn: every message comes by here."""
@@ -175,36 +145,9 @@ class FitPanel(AbstractPanel):
             sheet(event, "Errors, axis by axis", f"<div {WIDE}>{''.join(parts)}</div>")
 
 
-def offer_formats(
-    event: viser.GuiEvent, session: Session, save: Callable[[viser.GuiEvent, Callable[[Session], File]], None]
-) -> None:
-    """A sheet over the page of the user who pressed, with a button for every format of the calibrated arm."""
-    if event.client is None or session.identification is None:
-        return
-    gui = event.client.gui
-    with (offered := gui.add_modal("Save the calibrated arm")):
-        gui.add_html(note(FORMATS, "formats", margin="4px 0 10px"))
-        formats = gui.add_button_group("Save", tuple(SAVED), hint=FORMATS)
-        gui.add_html(_file_errors(session.identification, session.fit))
-        close = gui.add_button("Close", color="gray", hint="Close this sheet.")
-    formats.on_click(lambda pressed: save(pressed, SAVED[pressed.target.value]))
-    close.on_click(lambda _: offered.close())
-
-
 def _titles() -> dict[str, str]:
     """Of all algorithms that there are by now."""
     return {name: algorithm.title for name, algorithm in ALGORITHMS.items()}
-
-
-def _file_errors(found: Identification, shown: str) -> str:
-    """Held-out error of what each button saves."""
-    run = found.runs[shown]
-    if found.gate is not None and found.gate.refused:
-        return ""
-    words = text(file_words(found, run))
-    return block(
-        f'<span style="color:{MUTED}">{words}</span>', testid="file-errors", style="margin:2px 0 6px"
-    )
 
 
 def _errors(found: Identification, shown: str) -> str:

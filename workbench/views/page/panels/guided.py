@@ -4,7 +4,8 @@ import numpy as np
 import viser
 
 from workbench.base.wording import capital
-from workbench.data.live.acquisition import ALIGNED, FAR, NEAR, TURNED, ArmState, Status
+from workbench.data.live.acquisition import ALIGNED, MAX_ANGLE, MAX_DISTANCE, NEAR, ArmState, Status
+from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.session.commands.measure import (
     BeginMeasuring,
     DriveArm,
@@ -17,17 +18,19 @@ from workbench.session.commands.measure import (
     UseRows,
 )
 from workbench.session.loaded_measurements import Measuring
-from workbench.session.state import Session, Source
+from workbench.session.state import Session, Source, Tab
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, number, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 LIGHTS = {ArmState.STILL: GOOD, ArmState.MOVING: CAREFUL, ArmState.UNKNOWN: BAD}
+SPACE = "The space bar stores the row; the next target follows."
 STILL_MOVES = "moves"
 
 
 class GuidedPanel(AbstractPanel):
     """A connected real arm or a virtual one moves from target to target; rows are stored by hand."""
 
+    tab, order = Tab.MEASURE, 50
     depends = ("measuring", "source")
     _seen: int | None = None
 
@@ -46,24 +49,33 @@ class GuidedPanel(AbstractPanel):
                 main=True,
                 visible=False,
             )
-            self._seed = self.number(
-                "Virtual arm",
-                1,
-                (0, 999_999, 1),
-                "Seed of the virtual arm: each number gives an arm with other hidden errors.",
-            )
             self._begin = self.button(
                 "Begin measuring",
-                lambda: BeginMeasuring(int(self._seed.value)),
+                lambda: BeginMeasuring(errors=LIKELY_ERRORS),
                 viser.Icon.TARGET,
                 "Measure a virtual arm as you would a real one: drive it to each target, wait until "
                 "it is still, store the row.",
             )
-            self._status = gui.add_html("")
-            self._build_steps(gui)
 
-    def _build_steps(self, gui: viser.GuiApi) -> None:
+    def show(self, session: Session) -> None:
+        source = session.source
+        self._source.content = _source(source)
+        self._follow.visible = self._live.visible = source is not None
+        if source is not None:
+            set_value(self._follow, source.is_followed)
+            self._live.disabled = not source.is_open
+
+
+class MeasuringPanel(AbstractPanel):
+    """A mode of its own in place of the tabs: the target, how far the arm is from it, and Store."""
+
+    depends = ("measuring", "source")
+    _seen: int | None = None
+
+    def build(self, gui: viser.GuiApi) -> None:
         """Buttons shown during a measurement."""
+        self._status = gui.add_html("", visible=False)
+        self._space: viser.CommandHandle | None = None
 
         def button(label, command, icon, hint, *, main=False):
             return self.button(label, command, icon, hint, main=main, visible=False)
@@ -115,20 +127,14 @@ class GuidedPanel(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        measuring, source = session.measuring, session.source
-        self._source.content = _source(source)
-        self._follow.visible = source is not None
-        self._live.visible = source is not None and measuring is None
-        if source is not None:
-            set_value(self._follow, source.is_followed)
-            self._live.disabled = not source.is_open
-        self._seed.visible = self._begin.visible = measuring is None
+        measuring = session.measuring
+        self._status.visible = measuring is not None
+        self._hear_space(measuring is not None)
         for button in (self._drive, self._store, self._again, self._next, self._use, self._stop):
             button.visible = measuring is not None
         for button in (self._store_as, self._store_anyway):
             button.visible = False
         if measuring is None:
-            self._status.content = ""
             return
         self._drive.visible = measuring.virtual is not None
         acquisition = measuring.acquisition
@@ -137,7 +143,24 @@ class GuidedPanel(AbstractPanel):
         if not status.place.is_known:
             self._offer(measuring, status)
         self._again.disabled = self._use.disabled = not acquisition.rows
-        self._status.content = _status(status, measuring)
+        where = "" if measuring.virtual is not None or session.source is None else _source(session.source)
+        self._status.content = where + _status(status, measuring)
+
+    def _hear_space(self, is_heard: bool) -> None:
+        """Only now: elsewhere the space bar presses the button that has the focus."""
+        if is_heard and self._space is None:
+            self._space = self._gui.add_command("Store the row", hotkey="space")
+            self._space.on_trigger(lambda _: self._store_here())
+        elif not is_heard and self._space is not None:
+            self._space.remove()
+            self._space = None
+
+    def _store_here(self) -> None:
+        """What the space bar does: store for the current target, or for the one where the tool is."""
+        for button, command in ((self._store, StoreRow()), (self._store_as, StoreRow(target=self._seen))):
+            if button.visible and not button.disabled:
+                self._worker.submit(command)
+                return
 
     def _offer(self, measuring: Measuring, status: Status) -> None:
         """Ask for which target a row is to be kept while the tool is not at the current one."""
@@ -170,19 +193,20 @@ def _status(status: Status, measuring: Measuring) -> str:
     count, stored = len(status.stored), sum(status.stored)
     share = 100.0 * stored / count
     bar = (
-        f'<div style="height:6px;border-radius:3px;background:{LINE};margin:4px 0 8px">'
-        f'<div style="height:6px;border-radius:3px;background:{GOOD};width:{share:.0f}%"></div></div>'
+        f'<div style="height:8px;border-radius:4px;background:{LINE};margin:4px 0 12px">'
+        f'<div style="height:8px;border-radius:4px;background:{GOOD};width:{share:.0f}%"></div></div>'
     )
-    words = f'<div style="color:{MUTED};margin-top:6px">{text(capital(status.message))}</div>'
+    words = f'<div style="color:{MUTED};margin-top:10px">{text(capital(status.message))}</div>'
     return block(
         f'<div data-testid="progress">{stored} of {count} rows stored</div>{bar}'
-        f'<div style="font-weight:600">Current: target {measuring.target + 1}</div>'
+        f'<div style="font-size:40px;font-weight:650;line-height:1.2">Target {measuring.target + 1}</div>'
         + _place(status)
         + _deviation(status, measuring)
-        + _light(status.arm_state)
-        + (words if status.message else ""),
+        + f'<div style="font-size:18px">{_light(status.arm_state)}</div>'
+        + (words if status.message else "")
+        + f'<div style="color:{MUTED};margin-top:10px">{SPACE}</div>',
         testid="measuring",
-        style="margin:6px 0",
+        style="margin:10px 0;min-height:36vh",
     )
 
 
@@ -199,14 +223,14 @@ def _deviation(status: Status, measuring: Measuring) -> str:
     def part(testid: str, vector: np.ndarray | None, scale: float, unit: str, near: float, far: float) -> str:
         size = np.nan if vector is None else float(np.linalg.norm(vector))
         colour = GOOD if size < near else CAREFUL if size <= far else BAD if size > far else MUTED
-        style = f"font-size:20px;font-weight:650;color:{colour}"
+        style = f"font-size:34px;font-weight:650;color:{colour}"
         return f'<span data-testid="{testid}" style="{style}">{number(round(scale * size, 3))}{unit}</span>'
 
     content = (
-        f'<div style="display:flex;align-items:baseline;gap:10px;margin:4px 0" '
+        f'<div style="display:flex;align-items:baseline;gap:16px;margin:10px 0" '
         'title="Measured pose and target pose compared."><span>Off by</span>'
-        f"{part('off_mm', status.position, 1e3, ' mm', NEAR, FAR)}"
-        f"{part('off_deg', status.rotation, np.rad2deg(1.0), '°', ALIGNED, TURNED)}</div>"
+        f"{part('off_mm', status.position, 1e3, ' mm', NEAR, MAX_DISTANCE)}"
+        f"{part('off_deg', status.rotation, np.rad2deg(1.0), '°', ALIGNED, MAX_ANGLE)}</div>"
     )
     if status.place.is_known:
         return content

@@ -1,15 +1,15 @@
 """The strip above the tabs: the current state with the next step, the last message, running tasks."""
 
+from dataclasses import replace
 from typing import Any
 
 import viser
 
 from workbench.session.commands.messages import Dismiss, OpenTab, SetCaption, Steer, SteerDemo
-from workbench.session.guide import Action, Step, guide
+from workbench.session.guide import Action, GuideStep, guide
 from workbench.session.state import Message, Session, Severity
 from workbench.session.worker import Worker
 from workbench.views.page.html import INKS, MUTED, block, text
-from workbench.views.page.panels.fit import offer_formats
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 TINTS = {
@@ -17,10 +17,11 @@ TINTS = {
     Severity.WARNING: ("rgba(245,158,11,.14)", "#c2700a"),
     Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
+PLAYING = "The demo is playing; anything that you do yourself ends it."
 FIGURE = "font-size:22px;font-weight:650;line-height:1.3;font-variant-numeric:tabular-nums"
 
 
-class Verdict(AbstractPanel):
+class HeaderVerdict(AbstractPanel):
     """The state of the session, and two buttons for the next step."""
 
     keeps_typed = True
@@ -28,7 +29,7 @@ class Verdict(AbstractPanel):
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
-        self._step = Step("")
+        self._step = GuideStep("")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._sentence = gui.add_html("")
@@ -37,7 +38,8 @@ class Verdict(AbstractPanel):
 
     def show(self, session: Session) -> None:
         before, self._step = self._step, guide(session)
-        self._sentence.content = _verdict(self._step, is_caption=bool(session.caption))
+        shown = replace(self._step, sentence=PLAYING, figure="") if session.caption else self._step
+        self._sentence.content = _verdict(shown)
         pairs = ((self._next, before.next, self._step.next), (self._other, before.other, self._step.other))
         for made, old, action in pairs:
             if action != old:
@@ -58,8 +60,6 @@ class Verdict(AbstractPanel):
             self._worker.submit(action.command)
         if action.save is not None:
             self.save(event, action.save)
-        if action.offers_formats:
-            offer_formats(event, self._worker.session, self.save)
 
 
 class Header(AbstractPanel):
@@ -107,7 +107,7 @@ class Header(AbstractPanel):
         for button in (self._back, self._pause, self._stop):
             button.visible = bool(session.caption)
         self._pause.label = Steer.ON if session.is_paused else Steer.PAUSE
-        newest = session.messages[-1] if session.messages else None
+        newest = _newest(session.messages)
         self._message.content = "" if newest is None else _message(newest)
         self._message.visible = newest is not None
         self._dismiss.visible = newest is not None and newest.severity is not Severity.INFO
@@ -122,14 +122,19 @@ class Header(AbstractPanel):
             set_value(self._bar, 100.0 * min(max(job.fraction, 0.02), 1.0))
 
 
-def _verdict(step: Step, *, is_caption: bool) -> str:
-    size = 15 if is_caption else 13
-    style = f"margin:0 12px;padding:1px 10px;border-left:3px solid {INKS[step.tone]};font-size:{size}px"
-    words = f'<span data-testid="caption">{text(step.sentence)}</span>' if is_caption else text(step.sentence)
+def _verdict(step: GuideStep) -> str:
+    style = f"margin:0 12px;padding:1px 10px;border-left:3px solid {INKS[step.tone]};font-size:13px"
     figure = (
         f'<div data-testid="figure-now" style="{FIGURE}">{text(step.figure)}</div>' if step.figure else ""
     )
-    return block(words + figure, testid="hint", style=style)
+    return block(text(step.sentence) + figure, testid="hint", style=style)
+
+
+def _newest(messages: tuple[Message, ...]) -> Message | None:
+    """The last one for the user; one that only informs is over as soon as another comes."""
+    passing = (Severity.LOG, Severity.INFO)
+    last = messages[-1:] if messages and messages[-1].severity is Severity.INFO else ()
+    return next(reversed((*(m for m in messages if m.severity not in passing), *last)), None)
 
 
 def _message(message: Message) -> str:

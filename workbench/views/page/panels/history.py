@@ -1,15 +1,19 @@
 """History of the plate: the predicted error after each step, and a way back to any of them."""
 
+from collections.abc import Sequence
+from functools import partial
+
 import numpy as np
 import viser
 
+from workbench.report.chart import Chart, Marks
 from workbench.session.commands.undo import GoBackTo
-from workbench.session.state import Score, Session
+from workbench.session.state import Session, Tab
+from workbench.session.target_state import Score
 from workbench.views.appearance.colours import SELECTED, css
-from workbench.views.page.html import GOOD, LINE, MUTED, block, heading, label, number, text
+from workbench.views.page.html import GOOD, MUTED, block, heading, number
 from workbench.views.page.panels.panel import AbstractPanel, set_options
 
-WIDTH, HEIGHT, LEFT, FOOT, MARGIN = 340, 78, 38, 14, 6
 SHOWN = 40
 """Steps drawn at most."""
 HERE = "–"
@@ -18,6 +22,7 @@ HERE = "–"
 class HistoryPanel(AbstractPanel):
     """A small plot with its numbers; the best step is marked, and any step can be restored."""
 
+    tab, order = Tab.PLATE, 60
     depends = ("history",)
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -33,8 +38,9 @@ class HistoryPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         first = max(len(session.history) - SHOWN, 0)
         scores = session.history[first:]
-        is_shown = len(scores) > 1
-        self._html.content = block(_plot(scores, first), testid="history") if is_shown else ""
+        is_shown, steps = len(scores) > 1, range(first, len(session.history))
+        links = [self.link(f"step-{k}", partial(self.send, partial(GoBackTo, k))) for k in steps]
+        self._html.content = block(plot(scores, first, links), testid="history") if is_shown else ""
         self._back.visible = is_shown
         set_options(self._back, [HERE, *step_names(scores, first)], HERE)
 
@@ -69,33 +75,19 @@ def _best(values: np.ndarray, unit: str) -> int:
     return int(np.nanargmin(known) if unit else np.nanargmax(known))
 
 
-def _plot(scores: tuple[Score, ...], first: int) -> str:
+def plot(scores: tuple[Score, ...], first: int, links: Sequence[str] = ()) -> str:
+    """The value after each step; a click on a point leads back to it."""
     values, unit, words = values_of(scores)
-    finite = np.isfinite(values)
-    if finite.sum() < 2:
+    if np.isfinite(values).sum() < 2:
         return ""
-    logs = np.log(np.maximum(np.where(finite, values, np.nan), 1e-12))
-    low, high = np.nanmin(logs), np.nanmax(logs)
-    room = HEIGHT - 2 * MARGIN
-    x = LEFT + MARGIN + (WIDTH - LEFT - 2 * MARGIN) * np.arange(len(values)) / (len(values) - 1)
-    y = MARGIN + room * (1.0 - (logs - low) / max(high - low, 1e-9))
-    line = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(x[finite], y[finite], strict=True))
-    best = _best(values, unit)
-    points = enumerate(zip(x.tolist(), y.tolist(), values.tolist(), strict=True))
-    dots = "".join(_dot(first + i + 1, *point, unit, i == best) for i, point in points if finite[i])
-    ends = [(MARGIN + 4, np.nanmax(values)), (HEIGHT - MARGIN + 4, np.nanmin(values))]
-    numbers = "".join(label(LEFT - 4, at, number(float(value)), anchor="end") for at, value in ends)
-    steps = label(LEFT + MARGIN, HEIGHT + FOOT - 2, f"step {first + 1}")
-    steps += label(WIDTH - 2, HEIGHT + FOOT - 2, f"{first + len(values)}", anchor="end")
-    return heading(words) + (
-        f'<svg viewBox="0 0 {WIDTH} {HEIGHT + FOOT}" width="100%">'
-        f'<path d="M{LEFT} 0V{HEIGHT}H{WIDTH}" fill="none" style="stroke:{LINE}"/>{numbers}{steps}'
-        f'<polyline points="{line}" fill="none" style="stroke:{MUTED}" stroke-width="1.2"/>{dots}</svg>'
-    )
-
-
-def _dot(step: int, x: float, y: float, value: float, unit: str, is_best: bool) -> str:
-    colour, radius = (GOOD, 4.5) if is_best else (css(SELECTED), 2.6)
-    words = f"step {step}: {number(value)} {unit}" + (", the best so far" if is_best else "")
-    title = f"<title>{text(words)}</title>"
-    return f'<circle cx="{x:.1f}" cy="{y:.1f}" r="{radius}" fill="{colour}">{title}</circle>'
+    x, best = np.arange(len(values), dtype=float), _best(values, unit)
+    titles = [
+        f"step {first + k + 1}: {number(float(v))} {unit}" + (", the best so far" if k == best else "")
+        for k, v in enumerate(values)
+    ]
+    points = Marks(x, values, css(SELECTED), titles, links)
+    top = Marks(x[[best]], values[[best]], GOOD, [titles[best]], links[best : best + 1], radius=4.5)
+    ends = (f"step {first + 1}", str(first + len(values)))
+    line = Marks(x, values, MUTED, is_line=True)
+    chart = Chart((line, points, top) if best >= 0 else (line, points), 78.0, ends, is_log=True)
+    return heading(words) + chart.svg()

@@ -8,15 +8,18 @@ from workbench.plate.readings import assumptions
 from workbench.plate.region_poses import PLATE_CONE
 from workbench.session.commands.identify import SetWanted
 from workbench.session.judgement import Judgement, plate_judgement
-from workbench.session.state import Score, Session
+from workbench.session.state import Session, Tab
+from workbench.session.target_state import Score
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.drawables.plate import target_colour
-from workbench.views.page.html import INKS, MUTED, block, change, heading, note, number, table, text
+from workbench.views.page.html import INKS, MUTED, UNCHANGED, block, change, heading, note, number, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 WIDTH, HEIGHT, HEAD = 340, 46, 13
 """Size of the bars, and room for the numbers above them."""
 INK = "var(--mantine-color-text)"
+INDEX = "O1"
+"""Of all targets together."""
 FULL = 0.3
 """Rise of the error, as a share, of a bar of full height, at least."""
 
@@ -24,6 +27,7 @@ FULL = 0.3
 class IndexPanel(AbstractPanel):
     """Predicted error, its assessment, and the contribution of each target."""
 
+    tab, order = Tab.PLATE, 20
     pause = 0.0
     depends = ("score", "first_score", "states", "selected", "noise", "wanted", "tried")
 
@@ -39,25 +43,31 @@ class IndexPanel(AbstractPanel):
             + judgement(now, session.noise.position, plate_judgement(session))
             + heading("Predicted error without each target")
             + worth(session)
-            + _worst(now)
-            + _rank(now),
+            + _open(now),
             testid="index",
         )
 
 
-class IndicesPanel(AbstractPanel):
-    """All observability indices, for those who want them."""
+class DetailsPanel(AbstractPanel):
+    """What a calibration on these targets would determine, in a specialist's words; folded."""
 
+    tab, order = Tab.PLATE, 92
     depends = ("score", "first_score")
 
     def build(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("All indices", expand_by_default=False):
+        with gui.add_folder("Details of the plate", expand_by_default=False):
             self._html = gui.add_html("")
 
     def show(self, session: Session) -> None:
-        head = heading("Observability of all targets (larger is better)")
-        content = head + _indices(session.score, session.first_score)
-        self._html.content = block(content, testid="indices")
+        now, first = session.score, session.first_score
+        index = change(now.indices[INDEX], first.indices[INDEX], larger_is_better=True)
+        content = (
+            f'<div title="{text(INDICES[INDEX].meaning)} — {text(INDICES[INDEX].source)}">'
+            f"Observability index {INDEX} of all targets: {number(now.indices[INDEX], 4)} {index}</div>"
+            + _worst(now)
+            + _rank(now)
+        )
+        self._html.content = block(content, testid="details")
 
 
 def judgement(score: Score, noise: float, judged: Judgement | None = None) -> str:
@@ -127,9 +137,9 @@ def worth(session: Session) -> str:
             f'<g><title>{text(words)}</title><rect x="{x + 0.14 * step:.1f}" y="{HEAD + HEIGHT - high:.1f}" '
             f'width="{0.72 * step:.1f}" height="{high:.1f}" rx="2" fill="{colour}"/>'
             f'<text x="{middle:.1f}" y="{HEAD + HEIGHT - high - 3:.1f}" text-anchor="middle" '
-            f'font-size="{min(11.0, 0.5 * step + 2):.1f}" style="fill:{INK}">{above}</text>'
+            f'font-size="{min(14.0, 0.5 * step + 2):.1f}" style="fill:{INK}">{above}</text>'
             f'<text x="{middle:.1f}" y="{HEAD + HEIGHT + 13}" text-anchor="middle" '
-            f'font-size="11" style="fill:{MUTED}">{i + 1}</text></g>'
+            f'font-size="{min(14.0, 0.5 * step + 2):.1f}" style="fill:{MUTED}">{i + 1}</text></g>'
         )
     selected, own = (of[session.selected] for of in (rises, session.score.per_target))
     return (
@@ -138,8 +148,22 @@ def worth(session: Session) -> str:
         f'<div style="color:{MUTED}">Target {session.selected + 1}: '
         f'<span data-testid="loss">{_without(selected) or "does not count"}</span> (bars in %) · '
         '<span title="Inverse condition number of the target alone; 1 is best.">index O '
-        f'<span data-testid="own">{number(own)}</span></span></div>'
+        f'<span data-testid="own">{number(own)}</span></span>{alone_or_together(session)}</div>'
     )
+
+
+def alone_or_together(session: Session) -> str:
+    """Why index and error of the selected target moved the same way since the beginning, where they did."""
+    now, first, i = session.score, session.first_score, session.selected
+    if i >= len(first.per_target):
+        return ""
+    own = now.per_target[i] / first.per_target[i] - 1.0
+    error = now.position / first.position - 1.0
+    if not (own * error > 0.0 and min(abs(own), abs(error)) > UNCHANGED):
+        return ""
+    more, falls = ("less", "rises") if error > 0.0 else ("more", "falls")
+    words = f"the index rates it alone; beside the others it tells {more} that is new, so the error {falls}"
+    return f'<span data-testid="alone">: {words}</span>'
 
 
 def _without(rise: float) -> str:
@@ -167,23 +191,16 @@ def _spread(error: float, unit: str) -> str:
     return f"±{number(1e3 * error, 2)} mm" if unit == "m" else f"±{number(np.rad2deg(error), 2)}°"
 
 
-def _indices(now: Score, first: Score) -> str:
-    rows = []
-    for name, index in INDICES.items():
-        label = f'<span title="{text(index.meaning)} — {text(index.source)}">{text(name)}</span>'
-        value = f'<span data-testid="{text(name)}">{number(now.indices[name], 4)}</span>'
-        rows.append((label, value, change(now.indices[name], first.indices[name], larger_is_better=True)))
-    return table(("Index", "now", "change"), rows)
+def _open(now: Score) -> str:
+    """How much these targets leave undetermined, and how many count."""
+    missing = now.parameters - now.rank
+    colour = MUTED if missing == 0 else css(OUT_OF_REACH)
+    more = f"; they leave {missing} combinations of parameters undetermined" if missing else ""
+    return f'<div data-testid="rank" style="color:{colour}">{now.measurable} targets{more}</div>'
 
 
 def _rank(now: Score) -> str:
-    missing = now.parameters - now.rank
-    words = (
-        f"Rank {now.rank} of {now.parameters} · condition {number(now.condition)} · {now.measurable} targets"
-    )
-    colour = MUTED if missing == 0 else css(OUT_OF_REACH)
-    more = f"<br>{missing} parameter combinations are undetermined." if missing else ""
-    return f'<div data-testid="rank" style="color:{colour};margin-top:4px">{words}{more}</div>'
+    return f"<div>Rank {now.rank} of {now.parameters} · condition {number(now.condition)}</div>"
 
 
 FIELDS = (
@@ -197,6 +214,7 @@ NO_ANGLE = "0°: no requirement for orientations."
 class WantedPanel(AbstractPanel):
     """Input of the required error, in every tab that uses it."""
 
+    tab, order = Tab.PLATE, 30
     depends = ("wanted",)
 
     def build(self, gui: viser.GuiApi) -> None:

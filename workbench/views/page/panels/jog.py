@@ -11,17 +11,18 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.session.commands.arm import CapturePose, ForgetPoses, Jog, JogTo, drawn_joints
-from workbench.session.export import Captured, captured, captured_csv
-from workbench.session.state import Session
+from workbench.session.export import CapturedPoses, captured, captured_csv
+from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, note, number, table
-from workbench.views.page.panels.coordinates import Coordinates, Quantity
+from workbench.views.page.panels.coordinates import Coordinates, Measure
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, set_value
 
 
 class JogPanel(AbstractPanel):
-    """The sliders follow the arm, whatever moves it; rebuilt for another arm."""
+    """The sliders follow the arm, whatever moves it; another arm has as many as it has joints."""
 
+    tab, order = Tab.ROBOT, 30
     pause = AFTERWARDS
     depends = ("robot", drawn_joints)
 
@@ -32,30 +33,34 @@ class JogPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self._folder = gui.add_folder("Joints")
+        self._fit(self._worker.session.robot)
 
     def show(self, session: Session) -> None:
         if session.robot is not self._robot:
-            self._rebuild(session.robot)
+            self._fit(session.robot)
         shown = shown_joints(session.robot, drawn_joints(session))
-        for slider, value in zip(self._sliders, shown.round(1).tolist(), strict=True):
+        for slider, value in zip(self._sliders, shown.round(1).tolist(), strict=False):
             set_value(slider, min(max(value, slider.min), slider.max))
 
-    def _rebuild(self, robot: Robot) -> None:
+    def _fit(self, robot: Robot) -> None:
+        """A slider for each joint; those that are there stay, so that the palette finds them."""
         self._robot = robot
-        for slider in self._sliders:
-            slider.remove()
-        self._sliders = []
         with self._folder:
-            ends = shown_joints(robot, robot.search_limits.T).T
-            for i, ((low, high), unit) in enumerate(zip(ends, shown_units(robot), strict=True)):
+            for i in range(len(self._sliders), robot.dof):
                 slider = self.slider(
-                    f"Joint {i + 1} [{unit.strip()}]",
-                    float(np.clip(0.0, low, high)),
-                    (float(np.floor(10 * low) / 10), float(np.ceil(10 * high) / 10), 0.1),
+                    f"Joint {i + 1}",
+                    0.0,
+                    (-1.0, 1.0, 0.1),
                     "Move this joint; the nominal and the calibrated arm follow.",
                 )
                 self.sends(slider, partial(self._jog, i))
                 self._sliders.append(slider)
+        ends = shown_joints(robot, robot.search_limits.T).T
+        for slider, (low, high), unit in zip(self._sliders, ends, shown_units(robot), strict=False):
+            slider.label = f"{slider.label.partition(' [')[0]} [{unit.strip()}]"
+            slider.min, slider.max = float(np.floor(10 * low) / 10), float(np.ceil(10 * high) / 10)
+        for i, slider in enumerate(self._sliders):
+            slider.visible = i < robot.dof
 
     def _jog(self, moved: int) -> Jog:
         """The moved joint from its slider, the others as they stand."""
@@ -69,6 +74,7 @@ class JogPanel(AbstractPanel):
 class ToolPanel(AbstractPanel):
     """Where the tool is, and a pose for it to go to."""
 
+    tab, order = Tab.ROBOT, 40
     pause = AFTERWARDS
     keeps_typed = True
     depends = ("robot", drawn_joints, "units")
@@ -77,15 +83,12 @@ class ToolPanel(AbstractPanel):
         with gui.add_folder("Tool"):
             self._xyz = Coordinates(
                 gui,
-                "Position",
-                Quantity.LENGTH,
+                "Tool",
+                Measure.LENGTH,
                 hint="Position of the tool in the base frame; type where it should go.",
             )
             self._rpy = Coordinates(
-                gui,
-                "Angles",
-                Quantity.ANGLE,
-                hint="Roll, pitch and yaw of the tool; type what they should be.",
+                gui, "Tool", Measure.ANGLE, hint="Roll, pitch and yaw of the tool; type what they should be."
             )
             self.button(
                 "Go to this pose",
@@ -108,6 +111,7 @@ LISTED = 12
 class CapturedPanel(AbstractPanel):
     """A button that keeps, a table, a file."""
 
+    tab, order = Tab.ROBOT, 50
     depends = ("captured", "identification", "fit", "robot")
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -135,7 +139,7 @@ class CapturedPanel(AbstractPanel):
             button.visible = bool(session.captured)
 
 
-def _content(poses: Captured) -> str:
+def _content(poses: CapturedPoses) -> str:
     if not len(poses.q):
         words = "Keep some poses before and after a calibration to compare the tool positions."
         return note(words, "captured", margin="0")

@@ -10,10 +10,10 @@ from jaxtyping import Float
 
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.session.commands.compare import SetOverlay
-from workbench.session.comparison import STAGES, Comparison, Stage
+from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law_along_joints, shown_effect
-from workbench.session.state import Session
-from workbench.views.appearance.colours import AFTER, BEFORE, BLAMED, LEFT_OUT, SELECTED, css
+from workbench.session.state import Session, Tab
+from workbench.views.appearance.colours import BLAMED, css, stage_colours
 from workbench.views.page.html import LINE, MUTED, badge, block, heading, label, note, number
 from workbench.views.page.panels.panel import AbstractPanel, set_options
 
@@ -24,12 +24,12 @@ MOST_DOTS, BINS, FEWEST = 200, 9, 4
 """Rows drawn, bins of the mean, and rows that a bin has at least."""
 LEAST_MOVED = float(np.deg2rad(2.0))
 """A joint [rad or m] that moves less has no plot."""
-COLOURS = {Stage.NOMINAL: LEFT_OUT, Stage.GEOMETRY: BEFORE, Stage.CAUSES: AFTER}
 
 
 class JointsPanel(AbstractPanel):
     """A plot a joint, and whose law lies over the points."""
 
+    tab, order = Tab.CALIBRATE, 30
     depends = ("comparison", "diagnosis", "overlay.law")
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -70,7 +70,7 @@ def joint_plots(session: Session, rows: Comparison) -> str:
     for j, unit in enumerate(shown_units(robot)):
         mine = None if law is None or at is None else (at[:, j], 1e3 * law[1][:, j])
         is_blamed = effect is not None and j in effect.joints
-        cells.append(_cell(j, q[:, j], left[:, j], mine, top, unit, is_blamed=is_blamed))
+        cells.append(_cell(j, q[:, j], left[:, j], _inks(rows), mine, top, unit, is_blamed=is_blamed))
     lines = -(-len(cells) // COLUMNS)
     placed = "".join(
         f'<g transform="translate({CELL[0] * (j % COLUMNS):.0f} {CELL[1] * (j // COLUMNS):.0f})">{cell}</g>'
@@ -85,13 +85,21 @@ def joint_plots(session: Session, rows: Comparison) -> str:
 
 def _top(left: Float[np.ndarray, "rows n stages"], rows: Comparison) -> float:
     """Where the plots end [mm]: nearly all of what the geometry leaves; of the nominal arm before that."""
-    stage = Stage.GEOMETRY if Stage.GEOMETRY in rows.stages else rows.stages[0]
+    stage = ModelStage.GEOMETRY if ModelStage.GEOMETRY in rows.stages else rows.stages[0]
     values = np.abs(left[..., STAGES.index(stage)])
     return max(float(np.nanquantile(values, 0.98)), 1e-6) * 1.15 if np.isfinite(values).any() else 1.0
 
 
 def _cell(
-    j: int, x: np.ndarray, left: np.ndarray, law: Any, top: float, unit: str, *, is_blamed: bool
+    j: int,
+    x: np.ndarray,
+    left: np.ndarray,
+    inks: dict[int, str],
+    law: Any,
+    top: float,
+    unit: str,
+    *,
+    is_blamed: bool,
 ) -> str:
     """One plot: frame, zero, dots, means and the law."""
     title = f"Joint {j + 1}" + (" ◄" if is_blamed else "")
@@ -108,12 +116,12 @@ def _cell(
         return "".join([*parts, label(LEFT + 8, TOP + 0.5 * PLOT[1], "does not move the tool")])
     px = LEFT + PLOT[0] * (x - low) / (high - low)
     some = np.unique(np.linspace(0, len(x) - 1, min(len(x), MOST_DOTS)).round().astype(int))
-    for k, stage in enumerate(STAGES):
-        parts.append(_dots(px[some], _level(left[some, k], top), css(COLOURS[stage]), 0.45))
-    parts += [_means(px, left[:, k], top, css(COLOURS[stage])) for k, stage in enumerate(STAGES)]
+    for k, ink in inks.items():
+        parts.append(_dots(px[some], _level(left[some, k], top), ink, 0.45))
+    parts += [_means(px, left[:, k], top, ink) for k, ink in inks.items()]
     if law is not None:
         at = LEFT + PLOT[0] * (law[0] - low) / (high - low)
-        parts.append(_dots(at, _level(law[1], top), css(SELECTED), 0.9, wide=2.6))
+        parts.append(_dots(at, _level(law[1], top), css(BLAMED), 0.9, wide=2.6))
     zero = TOP + 0.5 * PLOT[1]
     parts.append(f'<path d="M{LEFT} {zero}h{PLOT[0]}" style="stroke:{MUTED}" stroke-width=".6"/>')
     for y, words in ((TOP + 8, f"+{number(top, 2)}"), (TOP + PLOT[1], f"−{number(top, 2)}")):
@@ -155,9 +163,15 @@ def _bins(x: np.ndarray, values: np.ndarray, top: float) -> Iterator[tuple[float
             yield LEFT + PLOT[0] * (k + 0.5) / BINS, float(_level(np.array(mean), top))
 
 
+def _inks(rows: Comparison) -> dict[int, str]:
+    """Colours of the known stages, by their number."""
+    colours = map(css, stage_colours(len(rows.stages)))
+    return dict(zip(map(STAGES.index, rows.stages), colours, strict=True))
+
+
 def _legend(rows: Comparison, law: str) -> str:
-    marks = [badge(str(stage).capitalize(), css(COLOURS[stage])) for stage in rows.stages]
-    marks += [badge(f"Law of {law}", css(SELECTED))] if law else []
+    marks = [badge(str(STAGES[k]).capitalize(), ink) for k, ink in _inks(rows).items()]
+    marks += [badge(f"Law of {law}", css(BLAMED))] if law else []
     return (
         f"<div>{' &nbsp; '.join(marks)}</div>"
         f'<div style="color:{MUTED}">Dots are rows, lines their means. Points off the axes are hidden.</div>'

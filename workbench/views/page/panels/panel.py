@@ -2,6 +2,7 @@
 
 import asyncio
 import math
+import threading
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -11,7 +12,6 @@ from typing import Any, ClassVar
 import viser
 
 from workbench.base.errors import WorkbenchError
-from workbench.base.registry import Registry
 from workbench.identification.result import LOOK_AGAIN
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.data import too_large
@@ -21,6 +21,7 @@ from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
 from workbench.views.page.html import block, note, text
+from workbench.views.page.viser_internals import limit_upload
 from workbench.views.page.viser_internals import set_value as set_value
 
 ARRIVED = 0.3
@@ -32,18 +33,25 @@ AFTERWARDS = math.inf
 class AbstractPanel(ABC):
     """Controls on the page: `build` makes them once; afterwards only `show` changes them."""
 
-    tab: ClassVar[Tab] = Tab.MORE
-    """Where a panel of another package stands, behind ours."""
+    tab: ClassVar[Tab] = Tab.ROBOT
+    """Where it stands."""
+    order: ClassVar[int] = 100
+    """Its place there: a panel of a lower number is above it."""
     pause: ClassVar[float] = 0.25
     """Least time between two drawings in the course of a drag [s]; with 0, at every step before all else."""
     depends: ClassVar[tuple[str | Callable[[Session], Any], ...]] = ()
     """What the controls show: names of parts of the session, or what finds one; plain values, and objects
     that a command replaces to change them."""
+    door: ClassVar[tuple[str, type[AbstractCommand] | None] | None] = None
+    """An answer to "What do you have?" on the start card that leads here, and the command that then begins by
+    itself with robot and measurements; None: it asks for the robot alone."""
     keeps_typed: ClassVar[bool] = False
     """Whether controls stay as they are when a message comes. It may be a refusal: all others then go back to
     what the session has."""
 
     _gui: viser.GuiApi
+    link: Callable[[str, Callable[[], None]], str] = staticmethod(lambda name, do: "")
+    """Where a link leads that does something; its name must be unique, and empty is what pages can't tell."""
 
     def __init__(self, worker: Worker):
         self._worker = worker
@@ -142,11 +150,19 @@ class AbstractPanel(ABC):
         endings: str,
         most: int,
         main: bool = False,
+        question: Callable[[bytes], str] = lambda content: "",
     ) -> viser.GuiUploadButtonHandle:
-        """A button that sends a command with a file's name and contents; a file of more bytes is refused."""
+        """A button that sends a command with a file's name and contents; a file of more bytes is refused.
+
+        `question`: What is asked first about these contents; empty for nothing.
+        """
         made = self._gui.add_upload_button(
             label, icon=viser.Icon.UPLOAD, color=None if main else "gray", mime_type=endings, hint=hint
         )
+
+        too_much = f"'{label}' takes files of at most {most / 2**20:.3g} MiB; nothing was sent"
+        told = self.link(f"large-{id(made)}", lambda: self._worker.submit(Tell(too_much)))
+        limit_upload(self._gui, made, most, told)
 
         @made.on_upload
         async def _(event: viser.GuiEvent) -> None:
@@ -155,7 +171,15 @@ class AbstractPanel(ABC):
                 self._worker.submit(Tell(f"{too_large(file.name, len(file.content), most)} here"))
                 return
             await asyncio.sleep(ARRIVED)
-            self.send(lambda: command(file.name, bytes(file.content)))
+            if asked := question(bytes(file.content)):
+                ask(
+                    event,
+                    asked,
+                    "Open it",
+                    lambda: self.send(lambda: command(file.name, bytes(file.content))),
+                )
+            else:
+                self.send(lambda: command(file.name, bytes(file.content)))
 
         return made
 
@@ -180,10 +204,27 @@ class AbstractPanel(ABC):
             self._worker.submit(Tell(f"the file could not be made ({type(error).__name__}: {error})"))
 
 
-PANELS: Registry[type[AbstractPanel]] = Registry(
-    "panel", AbstractPanel, group="workbench.panels", classes=True
-)
-"""Those of other packages."""
+class RepeatingSend:
+    """Sends what `make` gives every so often [s], until it gives nothing, or a user presses once more."""
+
+    def __init__(self, panel: AbstractPanel, make: Callable[[], AbstractCommand | None], pause: float):
+        self._panel, self._make, self._pause = panel, make, pause
+        self._stop = threading.Event()
+        self._stop.set()
+
+    def toggle(self) -> None:
+        """Begin, or stop."""
+        if not self._stop.is_set():
+            self._stop.set()
+            return
+        self._stop = threading.Event()
+        threading.Thread(target=self._run, args=(self._stop,), name="workbench-play", daemon=True).start()
+
+    def _run(self, stop: threading.Event) -> None:
+        while not stop.is_set() and (command := self._make()) is not None:
+            self._panel.send(lambda: command)
+            stop.wait(self._pause)
+        stop.set()
 
 
 def ask(event: viser.GuiEvent, question: str, label: str, do: Callable[[], object]) -> None:
@@ -216,10 +257,10 @@ def sheet(event: viser.GuiEvent, title: str, content: str) -> None:
         close.on_click(lambda _: made.close())
 
 
-def waiting(session: Session, testid: str, ready: str, *, more: str = "") -> str:
-    """What a panel says before it has a result: what it needs (and `more`), that it works, or is `ready`."""
+def waiting(session: Session, testid: str, ready: str) -> str:
+    """What a panel says before it has a result: what it needs, that it works, or is `ready`."""
     if session.loaded is None:
-        words = f"Needs measurements: load a file or measure a virtual arm in the Measure tab{more}."
+        words = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
     else:
         words = ready if session.job is None else f"Working: {session.job.title} …"
     return note(words, testid, margin="6px 0")

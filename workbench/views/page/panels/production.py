@@ -6,7 +6,7 @@ import viser
 from workbench.plate.report.design import yield_sentence
 from workbench.session.commands.plate import MOST_ARMS, SetNoise, TryPlate
 from workbench.session.export import fixture_zip
-from workbench.session.state import Session
+from workbench.session.state import Session, Tab
 from workbench.views.page.html import MUTED, block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
@@ -14,6 +14,7 @@ from workbench.views.page.panels.panel import AbstractPanel, set_value
 class ProductionPanel(AbstractPanel):
     """A number of arms, a button, and one sentence."""
 
+    tab, order = Tab.PLATE, 50
     depends = ("is_idle", "trial", "tried")
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -35,8 +36,7 @@ class ProductionPanel(AbstractPanel):
         self.download(
             "Plate to make (ZIP)",
             fixture_zip,
-            "Solids as STL and 3MF, the drawing as DXF, lists of holes and blocks, and the sheet for the "
-            "workshop. Takes a few seconds.",
+            "Solids, drawings and lists of everything that the plate is made of. Takes a few seconds.",
         )
 
     def show(self, session: Session) -> None:
@@ -60,6 +60,7 @@ def result(session: Session) -> str:
 class NoisePanel(AbstractPanel):
     """Two numbers."""
 
+    tab, order = Tab.PLATE, 90
     depends = ("noise",)
 
     def build(self, gui: viser.GuiApi) -> None:

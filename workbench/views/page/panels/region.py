@@ -6,19 +6,11 @@ import viser
 
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.region import SetRegion, ShowCubes
-from workbench.session.cubes import (
-    FACTORS,
-    IN_MILLIMETRES,
-    LARGER_IS_BETTER,
-    TITLES,
-    UNITS,
-    CubeValues,
-    values,
-)
-from workbench.session.state import CubeView, Field, Session
-from workbench.views.appearance.colours import gradient
+from workbench.session.cubes import IN_MILLIMETRES, TITLES, CubeValues, shown_layer, values
+from workbench.session.state import CubeView, Field, Session, Tab
 from workbench.views.page.html import MUTED, block, note, number, pairs
-from workbench.views.page.panels.coordinates import Coordinates, Quantity
+from workbench.views.page.panels.coordinates import Coordinates, Measure
+from workbench.views.page.panels.legend import scale_bar
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 FIELDS = {
@@ -44,6 +36,7 @@ CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer
 class RegionPanel(AbstractPanel):
     """Cuboid and cubes."""
 
+    tab, order = Tab.PLATE, 70
     depends = ("cube_view", "plate.region", "units", "chore", "cubes", "comparison", "trial", "score")
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -77,7 +70,7 @@ class RegionPanel(AbstractPanel):
         self._layer.visible = view.cut is not None
         if view.cut is not None:
             self._layer.max = max(region.shape[view.cut], 2)
-            set_value(self._layer, view.layer + 1)
+            set_value(self._layer, shown_layer(session) + 1)
         set_value(self._part, (round(100 * view.least), round(100 * view.greatest)))
         for control in (self._cut, self._part):
             control.disabled = view.field is Field.NONE
@@ -91,10 +84,10 @@ class RegionPanel(AbstractPanel):
 
     def _build_cuboid(self, gui: viser.GuiApi) -> None:
         self._least = Coordinates(
-            gui, "From", Quantity.LENGTH, hint="Corner of the region with the smallest coordinates."
+            gui, "From", Measure.LENGTH, hint="Corner of the region with the smallest coordinates."
         )
         self._greatest = Coordinates(
-            gui, "To", Quantity.LENGTH, hint="Corner of the region with the largest coordinates."
+            gui, "To", Measure.LENGTH, hint="Corner of the region with the largest coordinates."
         )
         self._cube = self.slider(
             "Cube [mm]", 50, (10, 200, 1), "Side L of the cubes that the region is divided into."
@@ -110,6 +103,7 @@ class RegionPanel(AbstractPanel):
         low, high = self._part.value
         view = replace(
             self._worker.session.cube_view,
+            asked=True,
             field=FIELDS[self._field.value],
             cut=CUTS[self._cut.value],
             layer=int(self._layer.value) - 1,
@@ -140,15 +134,8 @@ def legend(view: CubeView, numbers: CubeValues | None, *, is_working: bool) -> s
     if numbers is None:
         words = "Computing …" if is_working else "Nothing to show."
         return block(f"{meaning}<div>{words}</div>", testid="legend", style="margin:4px 0")
-    is_better = view.field in LARGER_IS_BETTER
-    factor, unit = FACTORS[view.field], UNITS[view.field]
-    more = "" if is_better else "+"
-    ends = (number(factor * numbers.low), f"{number(factor * numbers.high)}{more} {unit}")
     return block(
-        f'{meaning}<div style="height:10px;border-radius:3px;margin-top:5px;'
-        f'background:{gradient(larger_is_better=is_better)}"></div>'
-        f'<div style="display:flex;justify-content:space-between"><span>{ends[0]}</span>'
-        f'<span>{ends[1]}</span></div><div style="color:{MUTED}">Grey: no value.</div>',
+        f'{meaning}{scale_bar(view.field, numbers)}<div style="color:{MUTED}">Grey: no value.</div>',
         testid="legend",
         style="margin:4px 0",
     )

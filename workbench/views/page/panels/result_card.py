@@ -4,17 +4,15 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.diagnosis.result import Diagnosis
-from workbench.session.guide import Stage, noise_length, stages
+from workbench.session.guide import StageErrors, noise_length, stages
 from workbench.session.state import Session
-from workbench.views.appearance.colours import AFTER, ARROW_BEFORE, BEFORE, css
+from workbench.views.appearance.colours import css, stage_colours
 from workbench.views.page.html import MUTED, block, number, on_any_page, text
 
-COLOURS = (css(ARROW_BEFORE), css(BEFORE), css(AFTER))
-"""Of the first stage, of one between, and of the last."""
 WIDTH, HEIGHT, FOOT = 420.0, 96.0, 18.0
 BINS = 36
 TICKS = (1.0, 2.0, 5.0)
-LEAST = 1e-3
+MIN_DRAWN_ERROR = 1e-3
 """Errors below this are drawn as this [mm]."""
 
 
@@ -48,7 +46,7 @@ def weighed(diagnosis: Diagnosis) -> str:
     return f"{words}." if diagnosis.joint_noise is None else f"{words} and weighs poses by the joints' noise."
 
 
-def numbers(done: tuple[Stage, ...]) -> str:
+def numbers(done: tuple[StageErrors, ...]) -> str:
     """The errors, large, with an arrow between two."""
     parts = [
         f'<div style="text-align:center"><div style="font-size:24px;font-weight:650;line-height:1.2">'
@@ -63,12 +61,12 @@ def numbers(done: tuple[Stage, ...]) -> str:
     )
 
 
-def histogram(done: tuple[Stage, ...], noise: float) -> str:
+def histogram(done: tuple[StageErrors, ...], noise: float) -> str:
     """How many rows have which error, on one logarithmic axis.
 
     `noise` is the mean length of the instrument's errors [mm], NaN where it is unknown.
     """
-    values = [np.maximum(1e3 * s.rows[np.isfinite(s.rows)], LEAST) for s in done]
+    values = [np.maximum(1e3 * s.rows[np.isfinite(s.rows)], MIN_DRAWN_ERROR) for s in done]
     if not all(map(len, values)):
         return ""
     ends = [v for some in values for v in (some.min(), some.max())] + ([noise] if noise > 0.0 else [])
@@ -93,8 +91,8 @@ def histogram(done: tuple[Stage, ...], noise: float) -> str:
     )
 
 
-def _colours(done: tuple[Stage, ...]) -> tuple[str, ...]:
-    return (COLOURS[0], *(COLOURS[1],) * (len(done) - 2), COLOURS[2])[: len(done)]
+def _colours(done: tuple[StageErrors, ...]) -> tuple[str, ...]:
+    return tuple(map(css, stage_colours(len(done))))
 
 
 def _place(value: float, edges: Float[np.ndarray, " n"]) -> float:

@@ -1,21 +1,30 @@
 """The start card: what do you have? It closes once there is something to work on."""
 
 from collections.abc import Callable
+from functools import partial
 
 import viser
 
 from workbench.base.assets import built_in_robots
+from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
 from workbench.session.commands.data import LARGEST_FILE, LoadData
-from workbench.session.commands.messages import OpenTab
+from workbench.session.commands.messages import OpenTab, SetCaption
+from workbench.session.commands.plate import ImprovePlate
 from workbench.session.state import Session, Severity, Tab
 from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text
+from workbench.views.page.panels import PANELS
 from workbench.views.page.panels.arm import MODELS
 from workbench.views.page.panels.data import FILES
 from workbench.views.page.panels.panel import AbstractPanel, on_press
 
 CHOSEN = "as said above"
+PURPOSE = (
+    "workbench calibrates a robot arm, so that its tool goes where it is sent: you design a plate, measure "
+    "there, and learn the arm's true geometry and what geometry can't explain."
+)
+"""What the program is for."""
 INTRODUCTION = "Nothing is final: every tab stays available, and Undo restores what is here now."
 BOTH = "Choose the robot, then its measurements; files can be dropped on the buttons."
 ALONE = "Choose the robot: you get a plate with ten targets in front of it, to be optimised and manufactured."
@@ -31,8 +40,11 @@ class StartCard(AbstractPanel):
         self._show_demo, self._is_open_at_first = show_demo, is_open
         self._modal: viser.GuiModalHandle | None = None
         self._wants_data = False
+        self._begins: type[AbstractCommand] | None = None
+        self._ends_at, self._designs = Tab.PLATE, False
 
     def build(self, gui: viser.GuiApi) -> None:
+        self._every_page = gui
         if self._is_open_at_first:
             self._open(gui)
 
@@ -48,23 +60,40 @@ class StartCard(AbstractPanel):
                 self._modal.close()
             self._open(event.client.gui)
 
+    def ask(self) -> None:
+        """Open it on every page, instead of the demo."""
+        if self._modal is not None:
+            self._modal.close()
+        self._worker.submit(SetCaption(""))
+        self._open(self._every_page)
+
     def _open(self, gui: viser.GuiApi) -> None:
         icon, self._gui = viser.Icon, gui
         self._before = self._worker.session.loaded, self._worker.session.unread
+        self._begins, self._ends_at, self._designs = None, Tab.PLATE, False
         self._modal = gui.add_modal("What do you have?")
         with self._modal:
             self._words = gui.add_html("")
             self._entries = [
                 self._entry(
-                    gui, "A robot and measurements", icon.DATABASE, lambda: self._ask(wants_data=True)
+                    gui,
+                    "A robot and measurements",
+                    icon.DATABASE,
+                    lambda: self._ask(wants_data=True),
+                    main=True,
                 ),
                 self._entry(gui, "Only a robot", icon.ROBOT, lambda: self._ask(wants_data=False)),
+                *(
+                    self._entry(gui, kind.door[0], icon.DOOR, partial(self._go_in, kind))
+                    for kind in sorted(PANELS.values(), key=lambda kind: kind.order)
+                    if kind.door is not None
+                ),
                 self._entry(gui, "Nothing yet: show me", icon.PLAYER_PLAY, self._demo),
             ]
             self._asked = gui.add_folder(None, visible=False)
             with self._asked:
                 self._build_asked(gui)
-            self._done = self._entry(gui, "Look around", icon.EYE, lambda: self._leave(Tab.PLATE), main=False)
+            self._done = self._entry(gui, "Look around", icon.EYE, self._finish)
         self.show(self._worker.session)
 
     def _build_asked(self, gui: viser.GuiApi) -> None:
@@ -97,19 +126,26 @@ class StartCard(AbstractPanel):
         file = None if session.unread is unread else session.unread
         rival = "" if file is None or file.match is None else file.match.rival  # the strip offers that arm
         if is_read or rival or session.measuring is not None:
-            self._leave(Tab.IDENTIFY)
+            self._leave(Tab.CALIBRATE)
+            if is_read and self._begins is not None:
+                self._worker.submit(self._begins())
             return
         newest = session.messages[-1] if session.messages else None
-        wrong = newest.text if newest is not None and newest.severity is not Severity.INFO else ""
+        wrong = (
+            newest.text
+            if newest is not None and newest.severity in (Severity.WARNING, Severity.ERROR)
+            else ""
+        )
         working = f"{session.job.title} …" if session.job is not None else ""
         self._words.content = self._said(session, wrong, working)
 
     def _said(self, session: Session, wrong: str, working: str) -> str:
         is_asking = self._asked.visible
         words = INTRODUCTION if not is_asking else BOTH if self._wants_data else ALONE
+        purpose = "" if is_asking else f'<div style="font-size:15px;margin-bottom:6px">{text(PURPOSE)}</div>'
         robot = f"<div><b>Robot: {text(session.robot.name)}</b>, {session.robot.dof} joints</div>"
         return block(
-            f'<div style="color:{MUTED}">{words}</div>'
+            f'{purpose}<div style="color:{MUTED}">{words}</div>'
             + (robot if is_asking else "")
             + f'<div style="color:{BAD}">{text(wrong)}</div><div>{text(working)}</div>',
             testid="start",
@@ -123,7 +159,7 @@ class StartCard(AbstractPanel):
         icon: viser.IconName,
         go: Callable[[], None],
         *,
-        main: bool = True,
+        main: bool = False,
     ) -> viser.GuiButtonHandle:
         made = gui.add_button(label, icon=icon, color=None if main else "gray", hint=INTRODUCTION)
         on_press(made, go)
@@ -140,8 +176,22 @@ class StartCard(AbstractPanel):
         self._asked.visible, self._data.visible = True, wants_data
         if not wants_data:
             self._done.label, self._done.color = "Design a plate for it", None
-            self._done.icon = viser.Icon.SPARKLES
+            self._done.icon, self._designs = viser.Icon.SPARKLES, True
         self.show(self._worker.session)
+
+    def _go_in(self, kind: type[AbstractPanel]) -> None:
+        """Ask for what a panel begins with, and lead there."""
+        assert kind.door is not None
+        label, self._begins = kind.door
+        self._ask(wants_data=self._begins is not None)
+        if self._begins is None:
+            self._done.label, self._ends_at, self._designs = label, kind.tab, False
+
+    def _finish(self) -> None:
+        """Close it; with a robot alone, have its plate designed."""
+        self._leave(self._ends_at)
+        if self._designs:
+            self._worker.submit(ImprovePlate(seed=len(self._worker.session.history)))
 
     def _demo(self) -> None:
         self._leave(Tab.PLATE)

@@ -7,13 +7,21 @@ from workbench.base.wording import capital
 from workbench.plate.collision import unobstructed
 from workbench.plate.plate import AUTO, Target
 from workbench.session.commands.drag import MoveTarget, SelectTarget
-from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
+from workbench.session.commands.edit import (
+    AddTarget,
+    ChooseBranch,
+    CopyTarget,
+    DeleteTarget,
+    LockTarget,
+    MixBranches,
+)
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
-from workbench.session.state import Session, TargetState
+from workbench.session.state import Session, Tab
+from workbench.session.target_state import TargetState
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
 from workbench.views.page.html import MUTED, badge, block, text
-from workbench.views.page.panels.coordinates import Coordinates, Quantity
+from workbench.views.page.panels.coordinates import Coordinates, Measure
 from workbench.views.page.panels.panel import AbstractPanel, set_options, set_value
 
 LEFT_TO_PROGRAM = "automatic"
@@ -24,11 +32,8 @@ HIDDEN = "The scene shows measured rows; plate and targets are hidden."
 class TargetsPanel(AbstractPanel):
     """Place and state of the selected target."""
 
-    depends = ("plate", "selected", "states", "branches", "branches_of", "drag", "units", "shows_plate")
-
-    def __init__(self, worker: Worker):
-        super().__init__(worker)
-        self._names = {AUTO: LEFT_TO_PROGRAM}
+    tab, order = Tab.PLATE, 10
+    depends = ("plate", "selected", "states", "drag", "units", "shows_plate")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._choice = gui.add_dropdown(
@@ -38,23 +43,16 @@ class TargetsPanel(AbstractPanel):
         )
         self.sends(self._choice, lambda: SelectTarget(self._number))
         self._xyz = Coordinates(
-            gui, "Position", Quantity.LENGTH, hint="x, y and z of the tool at the target, from the base."
+            gui, "Position", Measure.LENGTH, hint="x, y and z of the tool at the target, from the base."
         )
         self._rpy = Coordinates(
             gui,
             "Angles",
-            Quantity.ANGLE,
+            Measure.ANGLE,
             hint="Roll, pitch and yaw of the tool: turned about x, then y, then z of the base.",
         )
         for field in (self._xyz, self._rpy):
             self.sends(field.control, self._typed)
-        self._branch = gui.add_dropdown(
-            "Branch",
-            [LEFT_TO_PROGRAM],
-            hint="The inverse-kinematics solution that the arm takes; the faint arms show the others. It "
-            "affects the accuracy as much as the position does.",
-        )
-        self.sends(self._branch, self._choose_branch)
         self._state = gui.add_html("")
         self._show_plate = self.button(
             "Show the plate",
@@ -73,18 +71,11 @@ class TargetsPanel(AbstractPanel):
         set_options(self._choice, [str(k + 1) for k in range(len(session.plate))], str(i + 1))
         self._xyz.show(target.xyz, session.units)
         self._rpy.show(target.rpy, session.units)
-        known = {b.name: b.name for b in session.branches} if session.branches_of is target else {}
-        if known and session.drag is None:
-            known |= {name: name + MARK for name in blocked_branches(session)}
-        mine = {} if target.branch in (AUTO, *known) else {target.branch: target.branch}
-        self._names = {AUTO: LEFT_TO_PROGRAM, **mine, **known}
-        set_options(self._branch, list(self._names.values()), self._names[target.branch])
         set_value(self._locked, target.locked)
         is_hidden = not session.shows_plate
         self._show_plate.visible = is_hidden
         self._edit.visible = not is_hidden
-        for control in (self._branch, self._locked):
-            control.disabled = is_hidden
+        self._locked.disabled = is_hidden
         for field in (self._xyz, self._rpy):
             field.control.disabled = is_hidden or target.locked
         words = text(HIDDEN) if is_hidden else _state(target, state)
@@ -118,12 +109,50 @@ class TargetsPanel(AbstractPanel):
             {"Undo": Undo, "Redo": Redo, "Best": RestoreBest, "Reset": ResetTargets},
         )
 
-    def _choose_branch(self) -> ChooseBranch:
-        names = {shown: name for name, shown in self._names.items()}
-        return ChooseBranch(self._number, names[self._branch.value])
-
     def _typed(self) -> MoveTarget:
         return MoveTarget(self._number, self._xyz.typed, self._rpy.typed)
+
+
+class BranchesPanel(AbstractPanel):
+    """The posture in which the arm reaches the selected target; folded while the program chooses it."""
+
+    tab, order = Tab.PLATE, 12
+    depends = ("plate", "selected", "branches", "branches_of", "drag", "shows_plate")
+
+    def __init__(self, worker: Worker):
+        super().__init__(worker)
+        self._names = {AUTO: LEFT_TO_PROGRAM}
+
+    def build(self, gui: viser.GuiApi) -> None:
+        with gui.add_folder("Branch of the arm", expand_by_default=False):
+            self._branch = gui.add_dropdown(
+                "Branch",
+                [LEFT_TO_PROGRAM],
+                hint="The inverse-kinematics solution that the arm takes; the faint arms show the others. It "
+                "affects the accuracy as much as the position does.",
+            )
+            self.sends(self._branch, self._choose_branch)
+            self.button(
+                "Best mix of branches",
+                MixBranches,
+                viser.Icon.ARROWS_SHUFFLE,
+                "Choose all targets' branches together for the minimum predicted error; branches chosen by "
+                "hand are kept.",
+            )
+
+    def show(self, session: Session) -> None:
+        target = session.plate.targets[session.selected]
+        known = {b.name: b.name for b in session.branches} if session.branches_of is target else {}
+        if known and session.drag is None:
+            known |= {name: name + MARK for name in blocked_branches(session)}
+        mine = {} if target.branch in (AUTO, *known) else {target.branch: target.branch}
+        self._names = {AUTO: LEFT_TO_PROGRAM, **mine, **known}
+        set_options(self._branch, list(self._names.values()), self._names[target.branch])
+        self._branch.disabled = not session.shows_plate
+
+    def _choose_branch(self) -> ChooseBranch:
+        names = {shown: name for name, shown in self._names.items()}
+        return ChooseBranch(self._worker.session.selected, names[self._branch.value])
 
 
 def blocked_branches(session: Session) -> tuple[str, ...]:

@@ -25,7 +25,7 @@ from workbench.session.commands.trajectory import (
     deviating_robot,
 )
 from workbench.session.planned_trajectory import Track
-from workbench.session.state import Focus, Session
+from workbench.session.state import Focus, Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import gradient
 from workbench.views.page.html import MUTED, block, bullets, label, note, number, pairs, text
@@ -38,7 +38,7 @@ WIDTH, ROOM = 340, OVER_HEIGHT // 2
 LEAST_MOVED = 1.0
 """A joint that moves less is drawn as nearly at rest [° or mm]."""
 JOINT_INKS = ("#3b82f6", "#16a34a", "#c2700a", "#db2777", "#7c3aed", "#0891b2", "#737373")
-NOTHING = "Plan a path, then play it. After an identification, both arms follow it and the error is shown."
+EMPTY_NOTE = "Plan a path, then play it. After an identification, both arms follow it and the error is shown."
 QUICKEST = 5.0
 LEAST_SHOWN = 1e-6
 """Error that the curve's full height stands for, at least [m]."""
@@ -47,6 +47,7 @@ LEAST_SHOWN = 1e-6
 class TrackPanel(AbstractPanel):
     """Plan, play, pause, leave; errors and joint positions as curves over time, where the arms can be put."""
 
+    tab, order = Tab.COMPARE, 20
     depends = (
         "track",
         "play",
@@ -161,7 +162,7 @@ class TrackPanel(AbstractPanel):
         self._leave.visible = is_there and session.focus is Focus.TRACK
         set_value(self._pace, round(session.play.pace, 1))
         times = session.overlay.exaggeration
-        self._result.content = note(NOTHING, "track") if track is None else result(track, times)
+        self._result.content = note(EMPTY_NOTE, "track") if track is None else result(track, times)
 
     def _path(self) -> PlanTrack:
         duration = float(self._duration.value)
@@ -204,9 +205,9 @@ def curves(track: Track) -> str:
     drawn = f'<svg viewBox="0 0 {WIDTH} {2 * ROOM}" preserveAspectRatio="none">{"".join(parts)}</svg>'
     top = f"error, largest {in_mm(track.errors.max())}" if is_shown else ""
     words = (
-        label("0", 10, top, size=11),
-        label("0", ROOM + 10, "joints, each in its own range", size=11),
-        label("100%", ROOM - 2, f"{number(float(track.time[-1]))} s", anchor="end", size=11),
+        label("0", 10, top, size=12),
+        label("0", ROOM + 10, "joints, each in its own range", size=12),
+        label("100%", ROOM - 2, f"{number(float(track.time[-1]))} s", anchor="end", size=12),
     )
     return (
         f'<div {OVER} data-testid="curves" style="padding:0 12px;color:var(--mantine-color-text)">'
@@ -239,6 +240,6 @@ def _scale(errors: np.ndarray, times: float) -> str:
         f'<div style="height:8px;border-radius:3px;margin-top:4px;background:{gradient()}">'
         '</div><div style="display:flex;justify-content:space-between">'
         f"<span>{in_mm(errors.min())}</span><span>{in_mm(errors.max())}</span></div>"
-        f'<div style="color:{MUTED}">The trail shows where the amber arm\'s tool goes, its error '
+        f'<div style="color:{MUTED}">The trail shows where the orange arm\'s tool goes, its error '
         f"{'to scale' if times == 1 else f'exaggerated {times:g} times'} (Nominal × above).</div>"
     )

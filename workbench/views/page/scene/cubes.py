@@ -1,7 +1,8 @@
 """The cubes of the region as one batched mesh, however many there are.
 
-Only their outer faces are drawn, those that no other shown cube covers, and none that looks away: one sees
-arm and targets between them, and a computer without a graphics card keeps pace. A cut shows those inside.
+Only their outer faces are drawn, those that no other shown cube covers, and none that looks away, so that a
+computer without a graphics card keeps pace; a cut shows those inside, as flat tiles. All are translucent: arm
+and targets are seen behind them.
 """
 
 import numpy as np
@@ -20,6 +21,9 @@ FILL = 0.6
 """Edge of a drawn cube, as a share of the room that it has: one sees the arm between them."""
 PICKED = 0.95
 """The same for the faces of the cube that was clicked."""
+TILE = 0.92
+"""The same for the tiles of one layer."""
+OPACITY = 0.7
 SQUARE = 0.5 * np.array([[-1.0, -1.0, 0.0], [1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [-1.0, 1.0, 0.0]])
 HALVES = np.array([[0, 1, 2], [0, 2, 3]])
 NORMALS = np.concatenate([-np.eye(3), np.eye(3)])
@@ -32,40 +36,58 @@ TURNS = np.stack([ACROSS, np.cross(NORMALS, ACROSS), NORMALS], axis=-1)
 
 def add_cubes(server: viser.ViserServer, name: str, cubes: Cubes) -> Node:
     """The outer faces of cubes; `cube_under` finds what is clicked."""
-    numbers, side = outer_faces(cubes.region, cubes.shown).T
+    numbers, side = _faces(cubes).T
     mesh = server.scene.add_batched_meshes_simple(
         name,
         SQUARE,
         HALVES,
         batched_wxyzs=se3.matrix_to_quaternion(TURNS)[side],
-        batched_positions=_places(cubes.region, numbers, side),
+        batched_positions=_places(cubes, numbers, side),
         batched_scales=_edges(cubes, numbers, side),
         batched_colors=linear(cubes.colours)[numbers],
         flat_shading=True,
         lod="off",
+        side="front" if cubes.cut is None else "double",
+        opacity=OPACITY,
         cast_shadow=False,
         receive_shadow=False,
     )
 
     def change(old: Cubes, new: Cubes) -> bool:
         changed = differences(old, new)
+        if changed & {"region", "shown", "cut", "level"}:
+            return False
         if "colours" in changed:
             mesh.batched_colors = linear(new.colours)[numbers]
         if "picked" in changed:
             mesh.batched_scales = _edges(new, numbers, side)
-        return not changed & {"region", "shown"}
+        return True
 
     return Node(mesh, change)
 
 
-def _places(region: Region, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
-    return region.centres[numbers] + 0.5 * FILL * (region.size / region.shape) * NORMALS[side]
+def _faces(cubes: Cubes) -> Int[np.ndarray, "faces 2"]:
+    """Cube and side of all that is drawn: of one layer a tile each, which looks along the axis across it."""
+    if cubes.cut is None:
+        return outer_faces(cubes.region, cubes.shown)
+    numbers = np.flatnonzero(cubes.shown)
+    return np.stack([numbers, np.full(len(numbers), 3 + cubes.cut)], -1)
+
+
+def _places(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
+    region, centres = cubes.region, cubes.region.centres[numbers]
+    if cubes.cut is None:
+        return centres + 0.5 * FILL * (region.size / region.shape) * NORMALS[side]
+    centres[:, cubes.cut] = cubes.level
+    return centres
 
 
 def _edges(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndarray, "faces 3"]:
     """Lengths along the axes of every face's square, the last one zero."""
     room = cubes.region.size / cubes.region.shape
-    share = np.where(numbers == (-1 if cubes.picked is None else cubes.picked), PICKED, FILL)
+    share = np.where(
+        numbers == (-1 if cubes.picked is None else cubes.picked), PICKED, FILL if cubes.cut is None else TILE
+    )
     return share[:, None].astype(np.float32) * np.abs(np.swapaxes(TURNS, 1, 2) @ room)[side].astype(
         np.float32
     )
@@ -73,14 +95,14 @@ def _edges(cubes: Cubes, numbers: np.ndarray, side: np.ndarray) -> Float[np.ndar
 
 def cube_under(cubes: Cubes, origin: Vector3, direction: Vector3) -> tuple[float, int] | None:
     """Distance [m] and number of the first cube that a ray of unit length meets, a face of which is drawn."""
-    numbers, side = outer_faces(cubes.region, cubes.shown).T
-    off = _places(cubes.region, numbers, side) - origin
+    numbers, side = _faces(cubes).T
+    off = _places(cubes, numbers, side) - origin
     towards = NORMALS[side] @ direction
     with np.errstate(divide="ignore", invalid="ignore"):
         along = np.einsum("ij,ij->i", off, NORMALS[side]) / towards
         met = np.einsum("ijk,ij->ik", TURNS[side], along[:, None] * direction - off)
     inside = (np.abs(met[:, :2]) <= 0.5 * _edges(cubes, numbers, side)[:, :2]).all(axis=1)
-    hit = np.flatnonzero(inside & (towards < 0.0) & (along > 0.0))
+    hit = np.flatnonzero(inside & ((towards < 0.0) | (cubes.cut is not None)) & (along > 0.0))
     if not len(hit):
         return None
     first = hit[np.argmin(along[hit])]

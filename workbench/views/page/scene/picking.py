@@ -30,7 +30,8 @@ Hit = tuple[float, int]
 def picked(
     drawn: Iterable[tuple[str, Any]], ray: Ray, *, points_first: bool = False
 ) -> tuple[str, int] | None:
-    """Path and number of what a click means, the nearest; a target rather than the points around it.
+    """Path and number of what a click means: the nearest, a target rather than the points around it, and a
+    cube only where nothing is seen behind it.
 
     `points_first`: the points at a target instead, as while rows are looked at.
     """
@@ -39,9 +40,11 @@ def picked(
     for path, drawable in drawn:
         if (find := FINDERS.get(type(drawable))) and (hit := find(drawable, *ray)):
             (points if isinstance(drawable, Points) else solid).append((*hit, path, type(drawable)))
+    cubes = [hit for hit in solid if hit[-1] is Cubes]
+    solid = [hit for hit in solid if hit[-1] is not Cubes]
     nearest = min(solid, default=None, key=itemgetter(0))
     if nearest is None or nearest[-1] is not Mesh:
-        nearest = min((*solid, *points), default=None, key=itemgetter(0))
+        nearest = min((*solid, *points) or cubes, default=None, key=itemgetter(0))
     elif points_first:
         seen = [point for point in points if point[0] < nearest[0] + AROUND]
         nearest = min(seen, default=nearest, key=itemgetter(0))

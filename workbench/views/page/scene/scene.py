@@ -25,6 +25,7 @@ from workbench.views.page.camera import aim_all, from_outside, look_at
 from workbench.views.page.first_view import first_view
 from workbench.views.page.scene.gizmo import Corners, Gizmo
 from workbench.views.page.scene.start_scene import FirstPicture
+from workbench.views.page.style import name_pages
 
 
 class Scene:
@@ -78,6 +79,7 @@ class Scene:
 
     def _build(self, session: Session, drawn: FirstPicture) -> None:
         self._ground, self._sink = drawn.ground, drawn.sink
+        name_pages(self._server, session.robot.name)
         self._corners = Corners(self._server, self._worker, session)
         self.gizmo = Gizmo(self._server, self._worker, session)
 
@@ -85,7 +87,7 @@ class Scene:
         """Every page, and those that are opened later, look at what there is now."""
         aim_all(self._server, *first_view(session))
 
-    def _frame(self, run: "Run") -> None:
+    def _frame(self, run: "TrackRun") -> None:
         """Move all arms to where a run has come."""
         with self._server.atomic(), self._lock:
             if not run.stop.is_set():
@@ -133,11 +135,11 @@ class Player:
     `frame` draws the arms: it is called by the run's thread, with what advances the arm.
     """
 
-    def __init__(self, server: viser.ViserServer, worker: Worker, frame: Callable[["Run"], None]):
+    def __init__(self, server: viser.ViserServer, worker: Worker, frame: Callable[["TrackRun"], None]):
         self._server, self._worker, self._frame = server, worker, frame
         self._track: Track | None = None
         self._play: Play | None = None
-        self._run: Run | None = None
+        self._run: TrackRun | None = None
         self._at = 0.0
 
     def follow(self, session: Session) -> float:
@@ -168,9 +170,9 @@ class Player:
             at = self._run.at  # another pace: go on from here
         self._stop()
         self._play = session.play
-        self._run = Run(at, session.track.duration, session.play.pace, self._step)
+        self._run = TrackRun(at, session.track.duration, session.play.pace, self._step)
 
-    def _step(self, run: "Run") -> None:
+    def _step(self, run: "TrackRun") -> None:
         self._frame(run)
         if run.is_done and not run.stop.is_set():
             self._worker.submit(PlaceTrack(run.at))
@@ -191,10 +193,10 @@ class Player:
 
 
 @final
-class Run:
+class TrackRun:
     """The thread of one run, from one time to another [s], `pace` times as fast; `step` draws every frame."""
 
-    def __init__(self, at: float, end: float, pace: float, step: Callable[["Run"], None]):
+    def __init__(self, at: float, end: float, pace: float, step: Callable[["TrackRun"], None]):
         self.at, self.stop = at, threading.Event()
         self.end, self._pace, self._step = end, pace, step
         threading.Thread(target=self._go, name="workbench-track", daemon=True).start()

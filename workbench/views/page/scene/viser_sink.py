@@ -175,11 +175,10 @@ def _add_points(server: viser.ViserServer, name: str, points: Points) -> Node:
 
 def _add_arrows(server: viser.ViserServer, name: str, arrows: Arrows) -> Node:
     ends = np.stack([arrows.starts, arrows.ends], 1)
-    return Node(
-        server.scene.add_arrows(
-            name, ends, colors=arrows.colour, shaft_radius=0.0018, head_radius=0.0045, head_length=0.012
-        )
-    )
+    colour = linear(np.array([arrows.colour], np.uint8))[0]
+    shaft, head, length = (arrows.thick * size for size in (0.0018, 0.0045, 0.012))
+    add = server.scene.add_arrows
+    return Node(add(name, ends, colors=colour, shaft_radius=shaft, head_radius=head, head_length=length))
 
 
 def _add_line(server: viser.ViserServer, name: str, line: Line) -> Node:

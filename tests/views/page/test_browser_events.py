@@ -1,0 +1,52 @@
+"""What happened while rows were measured, from its name to a session of its own, in a real browser."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from workbench.data.writer import write_measurements
+from workbench.session.start import default_plate, start
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "benchmarks"))
+from events import CASES, make
+
+pytestmark = pytest.mark.browser
+DRAWN = "name => window.__viserMutable.nodePoseData[name] !== undefined"
+SPLIT = "Make the rows after it a session"
+
+
+def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_path):
+    made = make(CASES["slip"], 0, "aria")
+    screen = look()
+    screen.show(start(made.robot, default_plate(made.robot)))
+    screen.tab("Measure")
+    screen.give("Load measurements", write_measurements(made.data, tmp_path / "rows.csv"))
+    screen.wait_text("preview", "rows.csv")
+    screen.tab("Calibrate")
+    assert not screen.page.get_by_role("button", name=SPLIT, exact=True).is_visible()
+    screen.page.get_by_label("Instrument is levelled").check()
+    screen.until(lambda session: session.levelled)
+    screen.press("Diagnose")
+    screen.wait_text("event-1", "slipped", timeout=120_000)
+    (event,) = app.worker.session.diagnosis.events
+    assert app.worker.session.diagnosis.final_fit.problem.frames.levelled
+    screen.wait_text("row-chart", event.mark)
+    assert screen.page.locator('[data-testid="event-line"]').count() == 1
+    assert event.mark in screen.text("events")
+    for part in ("arrow", "words"):
+        screen.page.wait_for_function(DRAWN, arg=f"/event/{part}/1")
+    screen.shoot("event")
+    screen.press(SPLIT)
+    session = screen.until(lambda session: session.diagnosis is None)
+    assert session.loaded.dataset.sessions == (f"before row {event.row}", f"from row {event.row}")
+    screen.press("Diagnose")
+    screen.wait_text("verdict", "No effect found", timeout=120_000)
+    assert not screen.page.get_by_role("button", name=SPLIT, exact=True).is_visible()
+    assert screen.page.locator('[data-testid="event-line"]').count() == 0
+    screen.tab("Plate")
+    screen.press("Undo")
+    session = screen.until(lambda session: session.loaded.dataset.session is None)
+    assert session.diagnosis.events == (event,)
+    screen.tab("Calibrate")
+    screen.wait_text("event-1", "slipped")

@@ -1,0 +1,91 @@
+"""What happened while rows were measured, where it is seen: in the scene, in its legend, in the chart."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.effects.events import FrameStep, ToolStep, ZeroStep
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.base import se3
+from workbench.report.chart import LEFT, MARGIN, WIDTH, Chart, Marks, Upright
+from workbench.session.comparison import Comparison, ModelStage, compare
+from workbench.views.appearance.colours import EVENT, css
+from workbench.views.drawables.events import place_and_step
+from workbench.views.drawables.measured import _points
+from workbench.views.page.panels.legend import events
+from workbench.views.page.panels.row_errors import chart
+
+STEP = (3e-4, -5e-4, 2e-4, 0.0, 0.0, 0.0)
+
+
+@pytest.fixture(scope="module")
+def arm():
+    robot = load_robot("aria")
+    turned = se3.pose(se3.rotvec_to_matrix(np.array([0.3, -0.2, 1.0])), np.array([0.4, -0.1, 0.2]))
+    base = replace(robot.base, rotation=turned[:3, :3], xyz=turned[:3, 3])
+    tool = replace(robot.tool, rotation=se3.rotvec_to_matrix(np.array([0.5, 0.4, -0.7])))
+    return robot.with_frames(base=base, tool=tool)
+
+
+@pytest.mark.parametrize("event", [FrameStep((), STEP, row=5), ToolStep((), STEP[:3], row=5)])
+def test_the_arrow_is_the_step_of_the_tool_from_before_to_after(arm, event):
+    q = np.array([0.3, -0.8, 0.6, 0.2, 0.9, -0.4])
+    known = arm.with_effects(event)
+    poses = tool_poses(known, Motion(np.stack([q, q]), row=np.array([4, 5])))
+    seen = arm.base.rotation.T @ (poses[1] - poses[0])[:3, 3]
+    place, step = place_and_step(arm, q, event, arm.base.rotation)
+    assert step == pytest.approx(seen, abs=1e-9)
+    tool = (se3.inverse(arm.base.pose) @ poses[1])[:3, 3]
+    assert place == pytest.approx(tool if isinstance(event, ToolStep) else np.zeros(3), abs=1e-12)
+
+
+def rows(arm, happened, order=None) -> Comparison:
+    """Ten rows, measured in their order or in another one."""
+    q = np.random.default_rng(0).uniform(-1.0, 1.0, (10, 6))
+    from workbench.data.dataset import Dataset
+
+    data = Dataset(q=q, position=tool_poses(arm, Motion(q))[:, :3, 3] + 1e-4, time=order)
+    return compare(data, None, arm, arm, dict.fromkeys(ModelStage, arm), happened)
+
+
+def test_points_before_the_last_event_are_smaller(arm):
+    two = (FrameStep((), STEP, row=3), ToolStep((), STEP[:3], row=7))
+    compared = rows(arm, two)
+    drawn = [_points(compared, ModelStage.CAUSES, frozenset(), False, before) for before in (True, False)]
+    assert [points.numbers.tolist() for points in drawn] == [list(range(7)), [7, 8, 9]]
+    assert drawn[0].radius < 0.7 * drawn[1].radius
+    words = events(two, compared)
+    assert words.count(css(EVENT)) == 2
+    assert "row 3" in words
+    assert "row 7" in words
+
+
+def test_the_chart_has_a_line_where_a_row_is_the_first_one_after_it(arm):
+    happened = (ZeroStep((2,), (1e-3,), row=7),)
+    drawing = chart(rows(arm, happened), 0, dict.fromkeys(range(10), ""), (), happened)
+    assert drawing.count('data-testid="event-line"') == 1
+    assert "joint 3 at row 7" in drawing
+    order = np.random.default_rng(1).permutation(np.arange(10.0))
+    shuffled = (replace(happened[0], is_timed=True, time_s=order[7]),)
+    assert "event-line" not in chart(
+        rows(arm, shuffled, order), 0, dict.fromkeys(range(10), ""), (), shuffled
+    )
+
+
+def test_excluded_rows_of_the_chart_are_grey(arm):
+    links = dict.fromkeys(range(10), "")
+    plain, grey = (chart(rows(arm, ()), 0, links, out) for out in ((), (3, 4)))
+    assert plain.count("<circle") == grey.count("<circle")
+    assert "Excluded" in grey
+    assert "Excluded" not in plain
+
+
+def test_an_upright_line_stands_at_its_place():
+    marks = Marks(np.array([0.0, 4.0]), np.array([1.0, 2.0]), "red")
+    svg = Chart([marks], uprights=[Upright(3.0, "<step>", "blue")]).svg()
+    at = LEFT + MARGIN + 0.75 * (WIDTH - LEFT - 2 * MARGIN)
+    assert f'd="M{at:.1f} 0V' in svg
+    assert "&lt;step&gt;" in svg

@@ -1,0 +1,89 @@
+"""What happened while the rows were measured: an arrow where base or tool stepped, and words."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from workbench.arm.effects.events import AbstractEvent, ToolStep
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.types import Vector3
+from workbench.session.commands.arm import drawn_joints
+from workbench.session.comparison import EXAGGERATIONS
+from workbench.session.state import Focus, Session
+from workbench.views.appearance.bodies import body_frames
+from workbench.views.appearance.colours import EVENT
+from workbench.views.drawables.drawable import Arrows, Label
+from workbench.views.drawables.sink import Item
+
+LONGEST = 0.2
+"""Longest that a step is drawn [m]."""
+ABOVE = 0.04
+"""Height of the words over their place [m]; those of each further event stand so much higher."""
+CLEAR = 0.15
+"""Distance from the base's axis at which its arrow begins, beside the body, in reaches."""
+THICK = 3.0
+
+
+def happened(session: Session) -> Iterator[Item]:
+    """An arrow by which the base or the tool stepped, and what it was."""
+    found, focus = session.diagnosis, session.focus
+    is_shown = session.overlay.points and focus in (Focus.ROW, Focus.JOG)
+    if found is None:
+        return
+    for k, event in enumerate(found.events):
+        base = found.calibrated.base.rotation  # seen by the instrument, as base and tool were found
+        inputs = session.robot, drawn_joints(session), event, base
+        yield Item(f"event/arrow/{k + 1}", _arrow, inputs, shown=is_shown)
+        yield Item(f"event/words/{k + 1}", _words, (*inputs, k), shown=is_shown)
+
+
+def times_drawn(event: AbstractEvent) -> float:
+    """How many times longer than it is a step of base or tool is drawn."""
+    size = float(np.linalg.norm(_step(event)))
+    return max((times for times in EXAGGERATIONS if times * size <= LONGEST), default=EXAGGERATIONS[0])
+
+
+def place_and_step(
+    robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray
+) -> tuple[Vector3, Vector3]:
+    """Where an event is seen, and by how much it moved there, in the base's frame [m].
+
+    Args:
+        robot: The arm as it is drawn.
+        q: Its posture.
+        event: What happened.
+        base: Orientation of the base in the measuring frame.
+    """
+    if isinstance(event, ToolStep):
+        tool = se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(q[None]))[0]
+        return tool[:3, 3], tool[:3, :3] @ robot.tool.rotation.T @ _step(event)
+    if event.joints:
+        return body_frames(robot, q)[event.joints[0] + 1, :3, 3], np.zeros(3)
+    return np.zeros(3), base.T @ _step(event)
+
+
+def _step(event: AbstractEvent) -> Vector3:
+    """Its translation in the frame that it moves [m]; none of a joint's."""
+    return np.zeros(3) if event.joints else np.array(event.coefficients[:3])
+
+
+def _ends(robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray) -> tuple[Vector3, Vector3]:
+    """Where its arrow begins and ends; one place where there is none."""
+    place, step = place_and_step(robot, q, event, base)
+    if step.any() and not isinstance(event, ToolStep):
+        place = place + CLEAR * robot.reach * step / np.linalg.norm(step)
+    return place, place + times_drawn(event) * step
+
+
+def _arrow(robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray) -> Arrows | None:
+    start, end = _ends(robot, q, event, base)
+    return None if event.joints else Arrows(starts=start[None], ends=end[None], colour=EVENT, thick=THICK)
+
+
+def _words(robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray, number: int) -> Label:
+    end = _ends(robot, q, event, base)[1]
+    times = "" if event.joints else f" (arrow × {times_drawn(event):g})"
+    return Label(text=f"{event.mark}{times}", place=end + np.array([0.0, 0.0, ABOVE * (number + 1)]))

@@ -1,0 +1,241 @@
+"""Window over the scene: what its colours mean, and the errors of the selected row."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import viser
+
+from workbench.arm.effects.events import AbstractEvent
+from workbench.arm.joint_units import joint_words
+from workbench.arm.robot import Robot
+from workbench.session.commands.compare import SetOverlay
+from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
+from workbench.session.cubes import FACTORS, LARGER_IS_BETTER, TITLES, UNITS, CubeValues, are_shown, values
+from workbench.session.deflection import bending_robot
+from workbench.session.state import Field, Focus, Session
+from workbench.views.appearance.colours import (
+    BENT,
+    BLOCKED,
+    BRANCH,
+    CALIBRATED,
+    EVENT,
+    JOINT,
+    LEFT_OUT,
+    NOMINAL,
+    OUT_OF_REACH,
+    REACHED,
+    SELECTED,
+    SET_APART,
+    ErrorScale,
+    css,
+    gradient,
+)
+from workbench.views.drawables.measured import error_scale
+from workbench.views.page.html import MUTED, badge, block, number, text
+from workbench.views.page.panels.panel import AbstractPanel
+from workbench.views.page.style import MORE
+
+WIDTH, MARGIN = 300, 15
+BAR = "height:10px;border-radius:3px;margin-top:5px"
+"""Style of a colour scale."""
+ENDS = 14.0, 80.0
+"""Where along it there is room for words besides those at its ends [%]."""
+NAMES = {ModelStage.NOMINAL: "Nominal", ModelStage.GEOMETRY: "Geometry", ModelStage.CAUSES: "Causes"}
+
+
+class LegendPanel(AbstractPanel):
+    """A separate window in the lower left corner: what colours mean, and the errors of the selected row."""
+
+    depends = (
+        "cube_view",
+        "cubes",
+        "trial",
+        "chore",
+        "plate",
+        "states",
+        "comparison",
+        "diagnosis",
+        "overlay",
+        "focus",
+        "row",
+        "left_out",
+        "identification",
+        bending_robot,
+    )
+
+    def build(self, gui: viser.GuiApi) -> None:
+        self._window = gui.add_panel(visible=False)
+        with self._window.add_tab("Legend"):
+            self._stages = gui.add_button_group(
+                "Errors of",
+                list(NAMES.values()),
+                hint="Colour the measured points by the errors of the nominal arm, of its calibrated "
+                "geometry, or of the geometry with the causes found.",
+            )
+            self._html = gui.add_html("")
+        self._window.float(x=MARGIN, y=-MARGIN, width=WIDTH)
+        self.sends_one_of(
+            self._stages, {name: partial(self._colour_by, stage) for stage, name in NAMES.items()}
+        )
+
+    def _colour_by(self, stage: ModelStage) -> SetOverlay:
+        return SetOverlay(replace(self._worker.session.overlay, stage=stage))
+
+    def show(self, session: Session) -> None:
+        rows = coloured_rows(session)
+        self._stages.visible = rows is not None
+        if rows is not None:
+            self._stages.options = tuple(NAMES[stage] for stage in rows.stages)
+        scales = cubes_scale(session) + ("" if rows is None else points(session, rows))
+        content = scales + things(session, is_alone=not scales)
+        self._window.visible = bool(content)
+        self._html.content = block(content, testid="key", style="margin:2px 0 6px")
+
+
+def coloured_rows(session: Session) -> Comparison | None:
+    """The rows whose errors colour points in the scene."""
+    rows, is_seen = session.comparison, session.overlay.points and session.focus is not Focus.TRACK
+    return rows if rows is not None and rows.stages and is_seen else None
+
+
+def cubes_scale(session: Session) -> str:
+    """Meaning, colours and unit of the cubes."""
+    if not are_shown(session):
+        return ""
+    field, numbers = session.cube_view.field, values(session)
+    if numbers is None:
+        return f'<div style="color:{MUTED}">{TITLES[field]} …</div>' if session.chore else ""
+    return f"<div>{TITLES[field]}</div>{scale_bar(field, numbers)}"
+
+
+def scale_bar(field: Field, numbers: CubeValues) -> str:
+    """The colour scale of the cubes with its ends."""
+    is_better = field in LARGER_IS_BETTER
+    low, high = (number(FACTORS[field] * end, 2) for end in (numbers.low, numbers.high))
+    ends = (low, high) if is_better else (f"≤ {low}", f"≥ {high}")
+    return (
+        f'<div style="{BAR};background:{gradient(larger_is_better=is_better)}"></div>'
+        f'<div style="display:flex;justify-content:space-between"><span>{ends[0]}</span>'
+        f"<span>{ends[1]} {UNITS[field]}</span></div>"
+    )
+
+
+def things(session: Session, *, is_alone: bool = False) -> str:
+    """Colours of what stands and moves in the scene; in a narrow window only where there is nothing else."""
+    overlay, focus = session.overlay, session.focus
+    marks: list[tuple[str, tuple[int, int, int]]] = []
+    if session.shows_plate:
+        marks += [("target", REACHED), ("selected", SELECTED)]
+        marks += [("out of reach", OUT_OF_REACH)] if any(not s.reached for s in session.states) else []
+        marks += [("blocked", BLOCKED)] if any(s.reached and s.hit for s in session.states) else []
+    if session.calibrated is not None and overlay.calibrated and focus is not Focus.TARGET:
+        marks += [("nominal arm", JOINT), ("calibrated arm", CALIBRATED)]
+    if bending_robot(session) is not None and overlay.bent:
+        marks.append(("deflected arm", BENT))
+    if overlay.ghosts and focus is Focus.TARGET:
+        marks.append(("other branches", BRANCH))
+    if not marks:
+        return ""
+    hidden = "" if is_alone else MORE
+    return f'<div data-testid="things" {hidden}>{"".join(_mark(*mark) for mark in marks)}</div>'
+
+
+def _mark(words: str, colour: tuple[int, int, int]) -> str:
+    dot = f"display:inline-block;width:10px;height:10px;border-radius:2px;background:{css(colour)}"
+    return f'<span style="white-space:nowrap;margin-right:10px"><span style="{dot}"></span> {words}</span> '
+
+
+def points(session: Session, rows: Comparison) -> str:
+    """Errors of the measured points, their colours and their arrows."""
+    overlay, focus = session.overlay, session.focus
+    parts = (
+        stage_means(rows, overlay.stage),
+        colour_bar(error_scale(rows)),
+        marks(rows, is_left_out=bool(session.left_out)),
+        "" if session.diagnosis is None else events(session.diagnosis.events, rows),
+        arrow_factors(rows, overlay) if focus in (Focus.ROW, Focus.JOG) else "",
+        row_errors(rows, session.row, session.robot) if focus is Focus.ROW else "",
+    )
+    return f'<div data-testid="residuals">{"".join(parts)}</div>'
+
+
+def stage_means(rows: Comparison, wanted: ModelStage) -> str:
+    """Mean error at every known stage, the shown one large; of held-out rows where there are any."""
+    shown, judged = rows.nearest_stage(wanted), rows.held_out
+    seen = np.isfinite(rows.stage_errors[:, STAGES.index(rows.stages[0])])
+    kind = "held-out " if (judged & seen).any() else ""
+    use = seen & judged if kind else seen
+    parts = []
+    for stage in rows.stages:
+        mean = f"{number(1e3 * float(np.nanmean(rows.stage_errors[use, STAGES.index(stage)])))}"
+        style = "font-size:19px;font-weight:650" if stage is shown else f"color:{MUTED}"
+        parts.append(f'<span title="{text(stage)}" style="{style}">{mean}</span>')
+    arrow = f' <span style="color:{MUTED}">→</span> '
+    return (
+        f"<div>{arrow.join(parts)} mm</div>"
+        f'<div style="color:{MUTED}">Mean of {int(use.sum())} {kind}poses; colours: {text(shown)}</div>'
+    )
+
+
+def colour_bar(scale: ErrorScale) -> str:
+    """The scale with its ticks in mm."""
+    ticks, last = [], len(scale.ticks) - 1
+    for i, tick in enumerate(scale.ticks):
+        at = 100.0 * float(scale.shares(np.array(tick)))
+        if 0 < i < last and not ENDS[0] < at < ENDS[1]:
+            continue
+        words = ("≤ " if i == 0 else "≥ " if i == last else "") + number(1e3 * tick, 1)
+        side = f"left:{at:.1f}%;transform:translateX(-{at:.0f}%)"
+        ticks.append(f'<span style="position:absolute;{side}">{words}{" mm" if i == last else ""}</span>')
+    return (
+        f'<div style="{BAR};background:{gradient()}"></div>'
+        '<div data-testid="colour-bar" style="position:relative;height:19px;white-space:nowrap">'
+        f"{''.join(ticks)}</div>"
+    )
+
+
+def marks(rows: Comparison, *, is_left_out: bool) -> str:
+    """What round and square points are, and that they answer to a click."""
+    kinds = "● fitted ■ held out" if rows.held_out.any() else "● fitted"
+    grey = f' <span style="color:{css(LEFT_OUT)}">●</span> excluded' if is_left_out else ""
+    if len(rows.set_apart):
+        grey += f' <span style="color:{css(SET_APART)}">●</span> {len(rows.set_apart)} that no arm explains'
+    return f'<div {MORE} style="color:{MUTED}">{kinds}{grey} · click one for its numbers</div>'
+
+
+def events(happened: Sequence[AbstractEvent], rows: Comparison) -> str:
+    """What happened, in the colour of its arrow, and which points were measured before it."""
+    if not happened:
+        return ""
+    small = "; small points are from before it" if rows.is_earlier.any() else ""
+    marked = " ".join(badge(event.mark, css(EVENT)) for event in happened)
+    return f'<div data-testid="events">{marked}<span style="color:{MUTED}">{small}</span></div>'
+
+
+def arrow_factors(rows: Comparison, overlay: Overlay) -> str:
+    """How many times longer than the errors the arrows are."""
+    if not overlay.arrows or rows.calibrated is None:
+        return ""
+    return (
+        f'<div data-testid="factors" {MORE}>Arrows: {badge("Nominal", css(NOMINAL))} × '
+        f"{overlay.exaggeration:g} &nbsp; "
+        f"{badge('Calibrated', css(CALIBRATED))} × {overlay.exaggeration_after:g}</div>"
+    )
+
+
+def row_errors(rows: Comparison, row: int, robot: Robot) -> str:
+    """Errors and joint positions of a row."""
+    kind = "held out" if rows.held_out[row] else "fitted"
+    known = [
+        f"{number(1e3 * float(rows.stage_errors[row, STAGES.index(stage)]))} mm {text(stage)}"
+        for stage in rows.stages
+        if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
+    ]
+    errors = ", ".join(known) or "no position was measured"
+    return (
+        '<div data-testid="row-errors" style="margin-top:4px">'
+        f"<b>Data row {int(rows.number[row])}</b> ({kind}): {errors}"
+        f'<div {MORE} style="color:{MUTED}">Joints {joint_words(robot, rows.q[row])}</div></div>'
+    )

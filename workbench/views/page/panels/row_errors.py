@@ -1,0 +1,110 @@
+"""Error of every row in the order of measuring: a click on one, or playing, puts the arm there."""
+
+from collections.abc import Collection, Sequence
+from functools import partial
+
+import numpy as np
+import viser
+
+from workbench.arm.effects.events import AbstractEvent
+from workbench.report.chart import Chart, Marks, Upright
+from workbench.session.commands.compare import ShowRow
+from workbench.session.comparison import STAGES, Comparison, ModelStage
+from workbench.session.state import Session, Tab
+from workbench.views.appearance.colours import EVENT, LEFT_OUT, css, stage_colours
+from workbench.views.page.html import badge, block, heading
+from workbench.views.page.panels.panel import AbstractPanel, RepeatingSend
+
+MOST_ROWS = 250
+"""Rows that are drawn at most; of more, evenly chosen ones."""
+PACE = 0.3
+"""Time for each row while the rows are played [s]."""
+
+
+class RowErrorsPanel(AbstractPanel):
+    """A chart, and a button that goes through its rows."""
+
+    tab, order = Tab.CALIBRATE, 25
+    depends = ("comparison", "row", "left_out")
+
+    def build(self, gui: viser.GuiApi) -> None:
+        self._html = gui.add_html("", visible=False)
+        self._player = RepeatingSend(self, self._next, PACE)
+        self._play = self.button(
+            "Play the rows",
+            self._player.toggle,
+            viser.Icon.PLAYER_PLAY,
+            "Move the arm from row to row in the order of measuring; press again to stop.",
+            visible=False,
+        )
+
+    def show(self, session: Session) -> None:
+        rows = session.comparison
+        is_shown = rows is not None and len(rows.stages) > 1
+        self._html.visible = self._play.visible = is_shown
+        if rows is None or not is_shown:
+            return
+        links = {k: self.link(f"row-{k}", partial(self.send, partial(ShowRow, k))) for k in shown(rows)}
+        found, excluded = session.diagnosis, set(session.left_out)
+        if found is not None:
+            excluded |= {number for number, _ in found.excluded}
+        happened = () if found is None else found.events
+        drawing = chart(rows, session.row, links, excluded, happened)
+        self._html.content = block(drawing, testid="row-chart")
+
+    def _next(self) -> ShowRow | None:
+        """The row that was measured after the one that is shown."""
+        rows, row = self._worker.session.comparison, self._worker.session.row
+        if rows is None:
+            return None
+        later = np.flatnonzero(rows.number > rows.number[row])
+        return ShowRow(int(later[np.argmin(rows.number[later])])) if len(later) else None
+
+
+def shown(rows: Comparison) -> list[int]:
+    """Rows of the chart, in the order of measuring."""
+    order = np.argsort(rows.number, kind="stable")
+    return order[:: max(1, -(-len(order) // MOST_ROWS))].tolist()
+
+
+def chart(
+    rows: Comparison,
+    row: int,
+    links: dict[int, str],
+    excluded: Collection[int] = (),
+    happened: Sequence[AbstractEvent] = (),
+) -> str:
+    """Errors of what was identified, stage by stage; without the nominal arm, which would dwarf them.
+
+    Excluded rows are grey. A line stands where something happened, if the rows were measured in the order
+    of their numbers.
+    """
+    stages = tuple(s for s in rows.stages if s is not ModelStage.NOMINAL)
+    colours = dict(zip(rows.stages, stage_colours(len(rows.stages)), strict=True))
+    errors, order = 1e3 * rows.stage_errors, shown(rows)
+    x, marks, is_out = rows.number[order].astype(float), [], np.isin(rows.number[order], list(excluded))
+    for stage in stages:
+        y = errors[order, STAGES.index(stage)]
+        titles = [_title(rows, k, v, stage) for k, v in zip(order, y.tolist(), strict=True)]
+        leads = [links[k] for k in order]
+        marks.append(Marks(x, np.where(is_out, np.nan, y), css(colours[stage]), titles, leads))
+        marks.append(Marks(x, np.where(is_out, y, np.nan), css(LEFT_OUT), titles, leads))
+    ends = (f"row {int(x.min())}", str(int(x.max())))
+    now = float(rows.number[row])
+    uprights = []
+    for event, over in zip(happened, () if rows.over is None else rows.over.T, strict=False):
+        before, after = rows.number[~over], rows.number[over]
+        if len(before) and len(after) and before.max() < after.min():
+            uprights.append(Upright(0.5 * float(before.max() + after.min()), event.mark, css(EVENT)))
+    legend = " &nbsp; ".join(badge(str(s).capitalize(), css(colours[s])) for s in stages)
+    legend += f" &nbsp; {badge('Excluded', css(LEFT_OUT))}" if is_out.any() else ""
+    drawing = Chart(
+        marks, 90.0, ends, floor=0.0, now=now if x.min() <= now <= x.max() else None, uprights=uprights
+    ).svg()
+    head = heading("Remaining error, row by row [mm]; click one to put the arm there")
+    return f"{head}{drawing}<div>{legend}</div>"
+
+
+def _title(rows: Comparison, k: int, error: float, stage: ModelStage) -> str:
+    kind = "held out" if rows.held_out[k] else "fitted"
+    return f"row {int(rows.number[k])} ({kind}): {error:.3g} mm {stage}"
