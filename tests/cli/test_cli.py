@@ -73,7 +73,8 @@ def test_effects_that_do_not_hold_elsewhere_are_an_unreliable_result(run, tmp_pa
 
 def test_from_simulation_to_a_calibrated_urdf(run, tmp_path):
     """simulate → identify → evaluate → export → evaluate: the held-out error survives every step."""
-    assert run("simulate", "--robot", "aria", "--poses", 40, "--out", "d.csv", "--actual", "a.toml")[0] == 0
+    made = "--poses", 40, "--errors", "5mm,5deg", "--out", "d.csv", "--actual", "a.toml"
+    assert run("simulate", "--robot", "aria", *made)[0] == 0
     status, out, _ = run(
         *("identify", "d.csv", "--robot", "aria", "--algorithm", "ols,opt2", "--json", "r.json"),
         *("--save", "c.toml"),

@@ -95,31 +95,9 @@ def test_regions_that_make_no_sense(run):
         assert said in err
 
 
-def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
-    """The nominal list, moved by 0.1 mm, is what the measuring machine says; every --plate takes it."""
-    status, out, _ = run("plate", "export", "table2", "--out", "made", "--formats", "csv,sheet,dxf")
-    assert status == 0
-    assert "plate and 10 blocks (5 × A, 5 × B)" in out
-    lines = (tmp_path / "made" / "targets.csv").read_text().splitlines()
-    moved = [line.split(",") for line in lines[1:]]
-    text = [",".join([n, str(float(x) + 0.1), *rest]) for n, x, *rest in moved]
-    (tmp_path / "cmm.csv").write_text("\n".join([lines[0], *text]))
-    status, out, _ = run("plate", "as-measured", "table2", "cmm.csv", "--out", "real.toml")
-    assert status == 0
-    assert "0.100 mm rms" in out
-    status, out, _ = run("plate", "compare", "real.toml", "cmm.csv", "--robot", "aria")
-    assert status == 0
-    words = ("simulate", "--robot", "aria", "--plate", "cmm.csv", "--branch", "auto", "--out", "rows.csv")
-    assert run(*words)[0] == 0
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
-    [
-        (("export", "table2", "--out", "made", "--formats", "obj"), "known are stl, 3mf"),
-        (("as-measured", "table2", "none.csv", "--out", "real.toml"), "none.csv"),
-        (("as-measured", "table2", "none.csv", "--out", "real.toml", "--frame", "world"), "base or plate"),
-    ],
+    [(("export", "table2", "--out", "made", "--formats", "obj"), "known are stl, dxf, csv")],
 )
 def test_bad_input_of_making(run, tmp_path, words, said):
     status, _, err = run("plate", *words)

@@ -21,8 +21,6 @@ COMMANDS = (
     "identify rows.csv --robot aria --algorithm ols --save cal.toml --json r.json --report out",
     "diagnose rows.csv --robot aria --save cal.toml --json r.json --report out",
     "evaluate rows.csv --robot aria --json r.json",
-    "verify fresh.csv --robot given.toml --wanted 9mm --json r.json --report c.pdf",
-    "rezero fresh.csv --robot given.toml --save zeros.toml --json r.json",
     "poses --robot aria --number 6 --index O1 --out q.csv --json r.json",
     "redundancy --robot aria --json r.json",
     "axes turned.csv --robot aria --json r.json",
@@ -41,14 +39,13 @@ COMMANDS = (
 
 @pytest.fixture(scope="module")
 def inputs(tmp_path_factory) -> Path:
-    """Rows of a virtual arm, its calibration, fresh rows, a circle."""
+    """Rows of a virtual arm, its calibration, a circle."""
     folder = tmp_path_factory.mktemp("inputs")
     robot = wb.load_robot("aria")
     actual, rows = wb.measure_poses(robot, 40, seed=1)
     given = wb.identify(robot, rows, algorithms=("ols",), held_out=0.0).robot
     given.save(folder / "given.toml")
     wb.write_measurements(rows, folder / "rows.csv")
-    wb.write_measurements(wb.measure_poses(robot, 12, seed=2, actual=actual)[1], folder / "fresh.csv")
     circles = wb.measure_poses(robot, 60, index="circle-points", actual=actual)[1]
     wb.write_measurements(circles, folder / "turned.csv")
     wb.write_measurements(wb.measure_poses(robot, 4, actual=robot)[1], folder / "typed.csv")

@@ -109,7 +109,6 @@ def test_a_result_on_standard_output_is_alone_there(run, tmp_path):
     [
         ("--help", 0),
         ("redundancy --robot ur5", 0),
-        ("verify fresh.csv --robot aria --wanted 1um", 2),
         ("evaluate none.csv --robot aria", 1),
         ("evaluate fresh.csv --robot none.toml", 1),
         ("evaluate fresh.csv --robot panda", 1),
@@ -123,7 +122,7 @@ def test_a_result_on_standard_output_is_alone_there(run, tmp_path):
         ("redundancy --robot ur5 --frames=3", 64),
         ("simulate --robot aria --out d.csv --poses 0", 64),
         ("simulate --robot aria --out d.csv --poses many", 64),
-        ("verify fresh.csv --robot aria --wanted 3", 64),
+        ("identify fresh.csv --robot aria --wanted 3", 64),
         ("identify fresh.csv --robot aria --held-out 120%", 64),
     ],
 )
@@ -222,8 +221,7 @@ def test_files_are_the_same_whatever_the_home_and_the_locale(surroundings, usual
         ("identify", "rows.csv", "--robot", "aria", "--json", "x"),
         ("identify", "rows.csv", "--robot", "aria", "--report", "x"),
         ("diagnose", "rows.csv", "--robot", "aria", "--report", "x"),
-        ("export", "aria", "--for", "python-module", "--nominal", "aria", "--out", "x.py"),
-        ("export", "aria", "--for", "mjcf", "--out", "x.xml"),
+        ("export", "aria", "--toml", "x.toml"),
         ("plate", "export", "table2", "--robot", "aria", "--out", "x"),
     ],
 )

@@ -18,17 +18,7 @@ import typer
 
 from workbench.base.errors import FileError
 from workbench.base.registry import plugins
-from workbench.cli import (
-    arms,
-    calibration,
-    camera,
-    measurements,
-    paths,
-    plate_design,
-    sessions,
-    studies,
-    verification,
-)
+from workbench.cli import arms, calibration, measurements, paths, plate_design, sessions, studies
 from workbench.cli import options as opt
 from workbench.cli.exit_status import Commands, at_once, run
 from workbench.cli.options import option
@@ -72,19 +62,30 @@ def _carry_out(words: Sequence[str]) -> None:
 
 
 def add_plugins(words: list[str]) -> None:
-    """Add commands of extras and other packages, unless a known one is called: to look takes 20 ms."""
-    known = {c.name or getattr(c.callback, "__name__", "") for c in app.registered_commands}
-    known |= {str(g.name or g.typer_instance.info.name) for g in app.registered_groups if g.typer_instance}
-    if words[0] in known:
+    """Add commands of extras and other packages, unless a known one is called: to look takes 20 ms.
+
+    A name of two words belongs into the group of the first.
+    """
+    inner = [(g.name, g.typer_instance) for g in app.registered_groups if g.typer_instance is not None]
+    groups = {str(name or each.info.name): each for name, each in inner}
+    own = {name: set(map(_name, each.registered_commands)) for name, each in groups.items()}
+    own[""] = {*groups, *map(_name, app.registered_commands)}
+    group, command = (words[0], words[1:2]) if words[0] in groups else ("", words[:1])
+    if command and command[0] in own[group]:
         return
     for name, entry in plugins("workbench.commands", "command", add=_check_command):
-        if name in known:
+        group, _, short = name.rpartition(" ")
+        if group not in own or short in own[group]:
             continue
-        panel = getattr(entry, "rich_help_panel", None)
+        into, panel = groups.get(group, app), getattr(entry, "rich_help_panel", None)
         if isinstance(entry, typer.Typer):
-            app.add_typer(entry, name=name, rich_help_panel=panel)
+            into.add_typer(entry, name=short, rich_help_panel=panel)
         else:
-            app.command(name, rich_help_panel=panel)(entry)
+            into.command(short, rich_help_panel=panel)(entry)
+
+
+def _name(command: Any) -> str:
+    return command.name or getattr(command.callback, "__name__", "")
 
 
 def _check_command(entry: Any, origin: str) -> None:
@@ -183,12 +184,9 @@ PANELS: dict[str, tuple] = {
         calibration.identify,
         calibration.diagnose,
         calibration.evaluate,
-        verification.verify,
-        verification.rezero,
         measurements.poses,
         measurements.capture,
         measurements.drive,
-        camera.board,
         arms.axes,
         arms.redundancy,
         arms.new,

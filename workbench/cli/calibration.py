@@ -40,7 +40,6 @@ def identify(
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.posed_arm import posed_arm
-    from workbench.cli.verification import wanted_of
     from workbench.data.accuracy_requirement import default_requirement
     from workbench.identification.file_errors import file_words
     from workbench.identification.pass_or_fail import judge
@@ -52,14 +51,14 @@ def identify(
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees the joint offsets alone; leave out --level or --free")
     arm = posed_arm() if robot is None else wb.load_robot(robot)
-    asked = default_requirement(arm.name) if wanted is None else wanted_of(wanted)
+    asked = default_requirement(arm.name) if wanted is None else opt.wanted_of(wanted)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
-    if robot is None and (rows.rig is None or not rows.rig.tool_poses):
-        raise OptionError("give --robot; only pixels with tool poses in place of joints do without")
+    if robot is None and (rows.readings is None or not rows.readings.has_tool_poses):
+        raise OptionError("give --robot; only rows with tool poses in place of joints do without")
     out.check()
     fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
-    with opt.progress_bar("identify") as progress:
+    with opt.progress_bar("identify"):
         run = wb.identify(
             arm,
             rows,
@@ -69,7 +68,6 @@ def identify(
             loss=loss,
             deviation=_deviation(deviation),
             prior=None if prior is None else read_prior(prior, renew=opt.whole_numbers(renew, "--renew")),
-            progress=progress,
         )
     opt.show(table.identification_tables(run, every=algorithm is not None))
     if asked is not None:
@@ -79,8 +77,8 @@ def identify(
         from workbench.identification.report.html_report import write_report
 
         opt.say(f"report: {write_report(run, out.report, wanted=asked)}")
-    if out.save is not None and run.gate is not None and run.gate.refused:
-        opt.fail(f"{out.save} is not written: {run.gate.refused}")
+    if out.save is not None and run.identifiability is not None and run.identifiability.refused:
+        opt.fail(f"{out.save} is not written: {run.identifiability.refused}")
     doubts = run.doubts(run.best)
     if out.save is not None and (fit.force or not doubts):
         opt.say(f"calibrated robot ({run.best.fit.title}): {opt.save_robot(run.robot, out.save)}")
@@ -129,8 +127,8 @@ def diagnose(
     out.check()
     fit.check_same_arm(arm, rows)
     choices = fit.choices(arm, files)
-    with opt.progress_bar("diagnose") as progress:
-        run = wb.diagnose(arm, rows, choices, progress=progress)
+    with opt.progress_bar("diagnose"):
+        run = wb.diagnose(arm, rows, choices)
     opt.show(diagnosis_tables(run))
     if out.save is not None and (fit.force or run.harm is None):
         opt.say(f"calibrated robot: {opt.save_robot(run.robot, out.save)}")
@@ -180,7 +178,7 @@ def with_markers(data, tool: Path | None, base: Path | None):
 
 
 def export(
-    calibrated: Annotated[str, argument("A robot: .toml, .urdf, or a built-in arm.")],
+    calibrated: Annotated[str | None, argument("A robot: .toml, .urdf, or a built-in arm.")] = None,
     urdf: Annotated[Path | None, option("Write a URDF here.")] = None,
     toml: Annotated[Path | None, option("Write a robot TOML here.")] = None,
     controller: Annotated[
@@ -191,7 +189,12 @@ def export(
     ] = None,
     out: Annotated[Path | None, option("With --for: file to write.")] = None,
     source: Annotated[
-        Path | None, option("With --for: existing file of this form to update; it is not modified.")
+        Path | None,
+        option(
+            "--into",
+            "--source",
+            "With --for: existing file of this form that gets the new numbers; the result goes to --out.",
+        ),
     ] = None,
     nominal: Annotated[
         str | None, option("The robot model of the controller: for --controller and some --for.")
@@ -207,11 +210,13 @@ def export(
         for name, each in FORMS.items():
             opt.say(f"{name:20} {each.title}")
         return
+    if calibrated is None:
+        raise OptionError("give the robot to export; only `--for list` needs none")
     arm = wb.load_robot(calibrated, tip=tip)
     if urdf is None and toml is None and controller is None and form is None:
         raise OptionError("give at least one of --for NAME --out FILE, --urdf, --toml, --controller FILE")
     if (form is None) != (out is None) or (source is not None and form is None):
-        raise OptionError("--for NAME and --out FILE belong together; --source goes with them")
+        raise OptionError("--for NAME and --out FILE belong together; --into goes with them")
     chosen = None if form is None else form_named(form)
     if controller is not None and nominal is None:
         raise OptionError("--controller needs --nominal ROBOT, the controller's own model")

@@ -47,6 +47,15 @@ class Commands(typer.core.TyperGroup):
             with formatter.section(title):
                 formatter.write_dl(rows)
 
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that was called, with the options that other packages join to it."""
+        name, command, rest = super().resolve_command(ctx, args)
+        if (whole := getattr(getattr(command, "callback", None), "whole", None)) is None:
+            return name, command, rest
+        alone = typer.Typer(rich_markup_mode=None, add_completion=False)
+        alone.command(name)(whole())
+        return name, typer.main.get_command(alone), rest
+
     def make_context(self, *words: Any, **options: Any) -> Any:
         """Typer's context, created where the help is shown."""
         with _past_typer():

@@ -17,10 +17,10 @@ from rich.text import Text
 
 from workbench.base import se3
 from workbench.base.types import Matrix4, Vector3
-from workbench.data.live.acquisition import ALIGNED, FAR, NEAR, TURNED, ArmState, Status
+from workbench.data.live.acquisition import ALIGNED, MAX_ANGLE, MAX_DISTANCE, NEAR, ArmState, Status
 
 KEYS = "Enter stores · y as seen · f forces · r row again · n/p next/previous · q ends"
-NOTHING, DEGREES = "–", 180.0 / np.pi
+NO_VALUE, DEGREES = "–", 180.0 / np.pi
 MARKS = 50
 """Targets that the line of marks shows."""
 
@@ -58,21 +58,21 @@ def _table(status: Status) -> Table:
     table.add_row("target", *_pose(status.target))
     turned = not status.measured or status.rotation is not None or status.target is None
     table.add_row("measured" if status.measured else "by model", *_pose(status.pose, turned=turned))
-    off = "–" if status.position is None else _size(status.position, 1e3, NEAR, FAR)
+    off = "–" if status.position is None else _size(status.position, 1e3, NEAR, MAX_DISTANCE)
     table.add_row("off", *_parts(status.position, 1e3), off, *_parts(status.rotation, DEGREES))
     return table
 
 
 def _pose(pose: Matrix4 | None, *, turned: bool = True) -> list[str]:
     if pose is None:
-        return [NOTHING] * 7
-    turn = [f"{DEGREES * v:z.2f}" for v in se3.matrix_to_rpy(pose[:3, :3])] if turned else [NOTHING] * 3
+        return [NO_VALUE] * 7
+    turn = [f"{DEGREES * v:z.2f}" for v in se3.matrix_to_rpy(pose[:3, :3])] if turned else [NO_VALUE] * 3
     return [*(f"{1e3 * v:z.2f}" for v in pose[:3, 3]), "", *turn]
 
 
 def _parts(values: Vector3 | None, scale: float) -> list[str]:
     """The three components, with their signs."""
-    return [NOTHING] * 3 if values is None else [f"{scale * v:+z.2f}" for v in values]
+    return [NO_VALUE] * 3 if values is None else [f"{scale * v:+z.2f}" for v in values]
 
 
 def _size(values: Vector3, scale: float, near: float, far: float) -> Text:
@@ -93,7 +93,7 @@ def _state(status: Status) -> Text:
     )
     if status.rotation is not None:
         text.append("   angle off ", style="").append(
-            _size(status.rotation, DEGREES, ALIGNED, TURNED)
+            _size(status.rotation, DEGREES, ALIGNED, MAX_ANGLE)
         ).append("°")
     return text
 

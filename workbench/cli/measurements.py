@@ -32,9 +32,7 @@ def simulate(
     ] = None,
     actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[str | None, option("Measure this arm instead of one with hidden errors.")] = None,
-    errors: Annotated[
-        str, option("Greatest hidden errors of lengths and of angles; those of a good arm are 0.5mm,0.05deg.")
-    ] = "5mm,5deg",
+    errors: Annotated[str, option("Largest hidden errors of lengths and of angles.")] = "1mm,0.3deg",
     seed: opt.SeedOption = 0,
 ) -> None:
     """Simulate measurements of a virtual arm with hidden manufacturing errors."""
@@ -47,7 +45,7 @@ def simulate(
     opt.check_writable(out, actual)
     arm = wb.load_robot(robot)
     measured = None if of is None else wb.load_robot(of)
-    with opt.progress_bar("simulate") as progress:
+    with opt.progress_bar("simulate"):
         if plate is not None:
             hidden, rows = wb.measure_plate(
                 arm,
@@ -58,7 +56,6 @@ def simulate(
                 effects=effect or (),
                 errors=opt.pair_of(errors, "--errors"),
                 seed=seed,
-                progress=lambda part: progress(part, "choosing branches"),
             )
         elif poses is not None:
             hidden, rows = wb.measure_poses(
@@ -70,7 +67,6 @@ def simulate(
                 effects=effect or (),
                 errors=opt.pair_of(errors, "--errors"),
                 seed=seed,
-                progress=lambda part: progress(part, "choosing poses"),
             )
     wb.write_measurements(rows, out, prismatic=sliding_numbers(arm))
     opt.say(f"{len(rows)} rows of a virtual {arm.name}: {out}")
@@ -117,14 +113,16 @@ def preview(
         raise DataError("; ".join(found.problems))
 
 
+@opt.flattened
 def poses(
     robot: opt.RobotOption,
     number: Annotated[int, option("How many poses.")],
+    seen: opt.SightOptions,
     index: Annotated[
         str | None,
         option(
             "Index to maximise: O, O1 … O5, A, D, or I (predicted error in the region); "
-            "O1 if not given, Ov1 with --camera."
+            "O1 if not given, Ov1 for a camera."
         ),
     ] = None,
     candidates: Annotated[Path | None, option("--from", "Choose from the rows of this file.")] = None,
@@ -140,25 +138,16 @@ def poses(
     travel: Annotated[str | None, option("Greatest travel of any joint from one pose to the next.")] = None,
     method: Annotated[str, option("exchange, or greedy: the choice before any exchange.")] = "exchange",
     unknown: opt.UnknownOption = None,
-    camera: Annotated[Path | None, option("A camera.toml: the target must be in view.")] = None,
-    target: Annotated[Path | None, option("With --camera: the target.toml in view.")] = None,
-    camera_at: Annotated[
-        list[str] | None,
-        option('Rough pose of each camera, in the world or on the tool: "x,y,z,roll,pitch,yaw" in m and °.'),
-    ] = None,
-    target_at: Annotated[str, option("The same for the target.")] = "0,0,0,0,0,0",
-    depth: Annotated[str | None, option("Distances at which pictures are sharp: 300mm,900mm.")] = None,
     out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
     """Informative poses for a calibration: those with the largest observability index, in a short order."""
-    from workbench.cli.camera import view_of
     from workbench.plate.poses.choose_poses import poses_json, poses_table, write_poses
     from workbench.plate.poses.pose_limits import PoseLimits
 
     arm = wb.load_robot(robot)
-    view = None if camera is None else view_of(camera, target, camera_at or [], target_at, depth)
+    view = seen.sight
     limits = PoseLimits(
         view=view,
         clearance=None if view is None else 0.0,
@@ -172,7 +161,7 @@ def poses(
     index = index or ("O1" if view is None else "Ov1")
     base, tool = opt.unknown_frames("base,tool" if view is not None and unknown is None else unknown)
     opt.check_writable(out, json)
-    with opt.progress_bar("poses") as progress:
+    with opt.progress_bar("poses"):
         found = wb.choose_poses(
             arm,
             number,
@@ -181,7 +170,6 @@ def poses(
             candidates=candidates,
             limits=limits,
             method=method,
-            progress=lambda part: progress(part, f"raising {index}"),
             base=base,
             tool=tool,
         )
@@ -258,7 +246,7 @@ def drive(
 ) -> None:
     """A virtual arm in place of a real driver: JSON lines of an arm moving from target to target."""
     from workbench.data.live.connection import send_samples
-    from workbench.data.simulation.driver import Pace
+    from workbench.data.simulation.driver import DrivePace
     from workbench.plate.simulated_measurement import drive_plate
 
     at_once()
@@ -269,7 +257,7 @@ def drive(
         branch=branch,
         instrument=instrument,
         actual=None if of is None else wb.load_robot(of),
-        pace=Pace(rate=rate, dwell=opt.duration(dwell)),
+        pace=DrivePace(rate=rate, dwell=opt.duration(dwell)),
         seed=seed,
     )
     if actual is not None:

@@ -3,18 +3,20 @@
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, is_dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
-from inspect import Parameter, Signature, signature
 from pathlib import Path
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, ClassVar, NoReturn
 
 import typer
 
 import workbench as wb
 from workbench.base.errors import DataError, OptionError, UnitError
+from workbench.base.progress import running
 from workbench.base.wording import readable
 from workbench.cli.exit_status import Unusable
+from workbench.cli.joined_options import AbstractAim, AbstractSource
+from workbench.cli.joined_options import flattened as flattened
 
 
 def option(*names_and_help: str, **more: Any) -> Any:
@@ -82,18 +84,16 @@ class FileOptions:
         Path | None,
         option("Joints for measurements without any: a table or a robot's log, joined by name, time or row."),
     ] = None
-    camera: Annotated[Path | None, option("The data are pixels from the cameras in this camera.toml.")] = None
-    target: Annotated[Path | None, option("With --camera: the board or tags in view, a target.toml.")] = None
+    joined: tuple[AbstractSource, ...] = ()
+    joins: ClassVar = AbstractSource
 
     def read(self, path: Path, arm):
         """Measurements of a file, with as many joints as the arm has."""
         from workbench.data.readers.mapping import ColumnMapping, read_mapping
 
-        if (self.camera is None) != (self.target is None):
-            raise OptionError("pixels need both --camera FILE and --target FILE")
-        if self.camera is not None and self.target is not None:
-            rig = wb.read_rig(self.camera, self.target)
-            return wb.read_pixels(path, rig, joints=self.joints, dof=arm.dof)
+        for source in self.joined:
+            if (found := source.read(path, arm, self.joints)) is not None:
+                return found
         stored = ColumnMapping() if self.mapping is None else read_mapping(self.mapping)
         return wb.read_measurements(
             path,
@@ -109,6 +109,19 @@ class FileOptions:
     def read_whole(self, path: Path, arm):
         """Measurements from another file that has its own joint readings: --joints is not applied."""
         return replace(self, joints=None).read(path, arm)
+
+
+@dataclass(frozen=True)
+class SightOptions:
+    """What an instrument sees of poses: options of other packages alone."""
+
+    joined: tuple[AbstractAim, ...] = ()
+    joins: ClassVar = AbstractAim
+
+    @property
+    def sight(self):
+        """What has to be in sight; None for nothing."""
+        return next((found for aim in self.joined if (found := aim.sight()) is not None), None)
 
 
 @dataclass(frozen=True)
@@ -129,6 +142,9 @@ class FitOptions:
     base_markers: Annotated[
         Path | None, option("Markers on the base, two rows (as designed, as seen), to align the frames.")
     ] = None
+    levelled: Annotated[
+        bool, option("--levelled", "The measuring frame's z axis is vertical: a levelled instrument.")
+    ] = False
     seed: SeedOption = 0
     force: Annotated[
         bool, option("--force", "Continue though the rows suit another arm; save an implausible one.")
@@ -155,6 +171,7 @@ class FitOptions:
             exclude=dict.fromkeys(whole_numbers(self.exclude, "--exclude"), "by hand"),
             region=None if self.region is None else wb.load_plate(self.region).region,
             noise=None if self.noise is None else noise_of(self.noise),
+            levelled=self.levelled,
             seed=self.seed,
         )
 
@@ -171,31 +188,6 @@ class OutputOptions:
         """Refuse unwritable outputs before the work begins."""
         check_robot_file(self.save)
         check_writable(self.save, self.json, folder=self.report)
-
-
-def flattened(command: Callable[..., None]) -> Callable[..., None]:
-    """A command whose option-record arguments are expanded into their options."""
-    own = signature(command)
-    records: dict[str, Any] = {
-        name: p.annotation for name, p in own.parameters.items() if is_dataclass(p.annotation)
-    }
-
-    def call(**words) -> None:
-        made = {
-            name: record(**{f.name: words.pop(f.name) for f in fields(record)})
-            for name, record in records.items()
-        }
-        command(**words, **made)
-
-    shown: list[Parameter] = []
-    for name, parameter in own.parameters.items():
-        record = records.get(name)
-        inner = [parameter] if record is None else signature(record).parameters.values()
-        shown += [p.replace(kind=Parameter.KEYWORD_ONLY) for p in inner]
-    call.__name__, call.__doc__ = command.__name__, command.__doc__
-    call.__annotations__ = {p.name: p.annotation for p in shown}
-    call.__signature__ = Signature(shown)  # type: ignore[attr-defined]
-    return call
 
 
 def held_out_of(text: str, arm, files: FileOptions):
@@ -274,6 +266,14 @@ length, angle, duration = (partial(_quantity, name) for name in ("LENGTH", "ANGL
 def pair_of(text: str, option: str) -> tuple[float, float]:
     """A length and an angle."""
     return _two(text, option, (length, angle), "a length and an angle such as 0.05mm,0.05deg")
+
+
+def wanted_of(text: str) -> "wb.Wanted":
+    """What `--wanted` asks: a length, or a length and an angle."""
+    from workbench.data.accuracy_requirement import Wanted
+
+    position, comma, rotation = text.partition(",")
+    return Wanted(position=length(position), rotation=angle(rotation) if comma else None)
 
 
 def two_lengths(text: str, option: str) -> tuple[float, float]:
@@ -430,7 +430,12 @@ def progress_bar(what: str) -> Iterator[Callable[[float, str], None]]:
     columns = (TextColumn("{task.description}"), BarColumn(30), TimeElapsedColumn())
     with Progress(*columns, console=Console(stderr=True), transient=True) as bars:
         task = bars.add_task(what, total=1.0)
-        yield lambda part, text: bars.update(task, completed=part, description=text)
+
+        def report(part: float, text: str) -> None:
+            bars.update(task, completed=part, description=text)
+
+        with running(report):
+            yield report
 
 
 def png(path: Path) -> Path:

@@ -105,10 +105,14 @@ def _point(text: str, option: str):
 
 def compensate(
     trajectory: Annotated[
-        Path, argument("Table of time[s] and joints (q1[rad] …), or poses in the robot's base.")
+        Path,
+        argument(
+            "Table of time[s] and joints (q1[rad] …), or poses in the robot's base; or a robot program with "
+            "joint targets."
+        ),
     ],
     robot: Annotated[str, option("The calibrated robot (.toml or .urdf).")],
-    out: Annotated[Path, option("Write the corrected joints here (.csv).")],
+    out: Annotated[Path, option("Write the corrected joints here (.csv), or the corrected program.")],
     nominal: Annotated[str | None, option("The robot model of the controller; needed for joints.")] = None,
     method: Annotated[str, option("iterated, or one-step: Δq = −Jᵀ(JJᵀ + λ)⁻¹ Δx.")] = "iterated",
     payload: Annotated[float | None, option("Mass at the tool [kg].")] = None,
@@ -129,11 +133,16 @@ def compensate(
 ) -> None:
     """Correct a joint trajectory with a calibrated robot, its effects included."""
     from workbench.data.readers.trajectory import read_trajectory
+    from workbench.paths.programs import read_program
     from workbench.paths.report import compensation_json, compensation_table
     from workbench.paths.trajectories import write_trajectory
 
     arm = wb.load_robot(robot)
-    rows = read_trajectory(trajectory, columns=columns, joints=arm.dof, sheet=sheet)
+    program = read_program(trajectory, arm.dof)
+    if program is not None:
+        rows = program.trajectory
+    else:
+        rows = read_trajectory(trajectory, columns=columns, joints=arm.dof, sheet=sheet)
     opt.check_writable(out, json)
     found = wb.compensate(
         arm,
@@ -147,5 +156,10 @@ def compensate(
         moving=moving,
     )
     opt.show(compensation_table(found))
-    opt.say(f"corrected joints: {write_trajectory(found, out)}")
+    if program is not None:
+        change = float(abs(found.q - program.q).max())
+        opt.say(f"largest change: {57.29577951308232 * change:.4f}°, in {len(program.q)} joint targets")
+        opt.say(f"corrected program: {program.save(found.q, out)}")
+    else:
+        opt.say(f"corrected joints: {write_trajectory(found, out)}")
     opt.write_result(json, compensation_json(found))

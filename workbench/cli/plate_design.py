@@ -1,4 +1,4 @@
-"""Commands that design a plate and try it out: plate optimise, tradeoff, yield."""
+"""Commands that design a plate and try it out: plate optimise, yield."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -110,7 +110,7 @@ def optimise(
         given = replace(given, making=manner.making)
     given = replace(given, making=making_of(given, tolerance, play))
     blocks = block_options.of(reading)
-    wish = DesignRequest(
+    request = DesignRequest(
         number=targets,
         postures=opt.choice_of(Postures, branches, "--branches"),
         blocks=blocks if manner is None else manner.blocks(blocks),
@@ -119,22 +119,21 @@ def optimise(
         making=None if play is None else given.making,
         places=places,
     )
-    with opt.progress_bar("optimise") as progress:
+    with opt.progress_bar("optimise"):
         found = plate_design.optimise_plate(
             arm,
             given,
-            wish=wish,
+            request=request,
             reading=reading,
             sigma=sigma_of(noise),
             visits=visits,
             seed=seed,
-            progress=lambda part: progress(part, "looking for better targets"),
             base=base,
             tool=tool,
         )
     opt.show(design_tables(found))
     if manner is not None:
-        opt.say(f"{made}: {manner.words}")
+        opt.say(f"{made}: afterwards measure {manner.afterwards}")
     opt.say(f"plate: {wb.write_plate(found.plate, out)}")
     opt.write_result(json, design_json(found))
 
@@ -171,7 +170,7 @@ def yield_(
     opt.check_writable(json)
     length, angle = opt.pair_of(errors, "--errors")
     fixture = wb.load_plate(plate)
-    with opt.progress_bar("yield") as progress:
+    with opt.progress_bar("yield"):
         found = plate_design.try_plate(
             wb.load_robot(robot),
             fixture,
@@ -186,48 +185,6 @@ def yield_(
             poses=poses,
             scheduler=scheduler,
             seed=seed,
-            progress=lambda part: progress(part, f"{arms} arms"),
         )
     opt.show(yield_tables(found))
     opt.write_result(json, yield_json(found))
-
-
-@plates.command()
-def tradeoff(
-    plate: PlateArgument,
-    robot: opt.RobotOption,
-    out: Annotated[Path, option("Folder for the plot and a plate (.toml) for each option.")],
-    targets: Annotated[str, option("Numbers of targets.")] = "8,12,16",
-    made: Annotated[str, option("Manufacturing methods.")] = "machined,printed,breadboard",
-    places: Annotated[int, option("Number of random blocks at the start of each search.")] = 500,
-    arms: Annotated[int, option("Number of virtual arms to try each plate on; 0: none.")] = 0,
-    json: opt.JsonOption = None,
-    seed: opt.SeedOption = 0,
-) -> None:
-    """Predicted error against price, by number of targets, block shapes and manufacturing method."""
-    from workbench.base.files import write_folder
-    from workbench.cli.options import whole_numbers
-    from workbench.plate.plate_toml import plate_text
-    from workbench.plate.report.design import tradeoff_json
-    from workbench.plate.tradeoff import weigh_choices
-    from workbench.report.figures import png
-
-    opt.check_writable(json, folder=out)
-    with opt.progress_bar("tradeoff") as progress:
-        found = weigh_choices(
-            wb.load_robot(robot),
-            wb.load_plate(plate),
-            numbers=whole_numbers(targets, "--targets"),
-            manners=tuple(name.strip() for name in made.split(",")),
-            places=places,
-            arms=arms,
-            seed=seed,
-            progress=lambda part: progress(part, "searching plates"),
-        )
-    opt.show(found.summary())
-    files = {f"{c.name.replace(', ', '-').replace(' ', '-')}.toml": c.design.plate for c in found.choices}
-    written = {name: plate_text(each).encode() for name, each in files.items()}
-    opt.say(
-        f"picture and {len(files)} plates: {write_folder(out, written | {'tradeoff.png': png(found.plot())})}"
-    )
-    opt.write_result(json, tradeoff_json(found))

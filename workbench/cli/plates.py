@@ -1,4 +1,4 @@
-"""The commands about fixture plates: `workbench plate score|compare|cluster|export|as-measured`."""
+"""The commands about fixture plates: `workbench plate score|compare|cluster|export`."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -69,13 +69,8 @@ class ScoreOptions:
         """Arguments of a score by name, while its progress is shown."""
         opt.check_writable(self.json)
         base, tool = opt.unknown_frames(self.unknown)
-        with opt.progress_bar(what) as progress:
-            yield {
-                "seed": self.seed,
-                "progress": lambda part: progress(part, "choosing branches"),
-                "base": base,
-                "tool": tool,
-            }
+        with opt.progress_bar(what):
+            yield {"seed": self.seed, "base": base, "tool": tool}
 
 
 @plates.command()
@@ -155,7 +150,7 @@ def cluster(
     opt.check_writable(out, json)
     arm = wb.load_robot(robot)
     fixture = None if plate is None else load_plate(plate)
-    with opt.progress_bar("cluster") as progress:
+    with opt.progress_bar("cluster"):
         found = cluster_region(
             arm,
             opt.region_of(region) if fixture is None else fixture.region,
@@ -166,7 +161,6 @@ def cluster(
             cone=opt.angle(cone),
             solid=fixture,
             seed=seed,
-            progress=lambda part: progress(part, "looking for equal O"),
         )
     opt.show(cluster_tables(found))
     made = found.plate(fixture)
@@ -181,7 +175,7 @@ def export(
     plate: PlateArgument,
     out: Annotated[Path, option("Folder for the files; made if it is not there.")],
     formats: Annotated[
-        str | None, option("What to write: stl,3mf,dxf,pdf,csv,sheet,step; all but step if not given.")
+        str | None, option("What to write, such as stl,dxf,csv (another name lists all); all usual ones.")
     ] = None,
     robot: Annotated[str | None, option("Arm for which the sheet states the expected accuracy.")] = None,
     noise: NoiseOption = None,
@@ -194,11 +188,11 @@ def export(
     from workbench.plate.parts import export as plate_making
     from workbench.plate.parts.stock import Stock
 
-    wanted = plate_making.LEAN if formats is None else plate_making.formats_named(formats)
+    wanted = () if formats is None else plate_making.formats_named(formats)
     opt.check_writable(folder=out)
     given, made = wb.load_plate(plate), "printed" if printed else made
     opt.choice_of(MANNERS, made, "--made")
-    with opt.progress_bar("plate") as progress:
+    with opt.progress_bar("plate"):
         fixture, files, missing = plate_making.export_plate(
             replace(given, making=making_of(given, tolerance, None)),
             out,
@@ -206,7 +200,6 @@ def export(
             robot=None if robot is None else wb.load_robot(robot),
             sigma=sigma_of(noise),
             stock=Stock.named(made),
-            progress=progress,
         )
     shapes = ", ".join(f"{len(shape.numbers)} × {shape.letter}" for shape in fixture.shapes)
     opt.say(f"{fixture.name}: plate and {len(fixture.blocks)} blocks ({shapes}) in {out}")
@@ -217,31 +210,3 @@ def export(
         opt.say(f"not written: {kind}; {why}")
     if missing and formats is not None:
         opt.fail(f"{', '.join(missing)} could not be written")
-
-
-@plates.command("as-measured")
-def as_measured(
-    plate: PlateArgument,
-    measured: Annotated[Path, argument("Table of a measuring machine: target, x[mm] …, roll[deg] ….")],
-    out: Annotated[Path, option("Write the plate with its measured targets here (.toml).")],
-    frame: Annotated[
-        str, option("Measured in the frame of the robot's base, or of the plate (its top centre).")
-    ] = "base",
-    uncertainty: Annotated[
-        str, option("Standard deviation of the machine, if its table has no sigma columns.")
-    ] = "0.005mm,0.01deg",
-) -> None:
-    """The plate as manufactured: measured targets replace the drawn ones; region and branches stay."""
-    from workbench.plate.parts.as_measured import as_measured as replaced
-    from workbench.plate.parts.as_measured import frame_named, read_measured_targets
-    from workbench.plate.plate_toml import load_plate
-
-    chosen = frame_named(frame)
-    opt.check_writable(out)
-    found = replaced(
-        load_plate(plate),
-        read_measured_targets(measured, uncertainty=opt.pair_of(uncertainty, "--uncertainty")),
-        frame=chosen,
-    )
-    opt.say_notes(found.notes)
-    opt.say(f"plate: {wb.write_plate(found, out)}")

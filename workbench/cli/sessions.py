@@ -10,12 +10,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import workbench as wb
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import OptionError
+from workbench.base.progress import running
 from workbench.cli import options as opt
 from workbench.cli.exit_status import at_once
 from workbench.cli.options import argument, option
 
 if TYPE_CHECKING:
-    from workbench.views.recording.compare_sessions import Compared
+    from workbench.views.recording.compare_sessions import ComparedSessions
 
 RecordingArgument = Annotated[Path, argument("A recording: a folder such as recordings/sample.")]
 
@@ -47,18 +48,18 @@ def review(
         return
     from workbench.views.recording.review import show_recordings
 
-    with opt.progress_bar("drawing") as progress:
-        pictures = show_recordings(found, compared=compared, out=out, web=web, progress=progress, say=opt.say)
+    with opt.progress_bar("drawing"):
+        pictures = show_recordings(found, compared=compared, out=out, web=web, say=opt.say)
     if out is not None:
         opt.say(f"pictures: {pictures}")
 
 
-def _compare(found: list, json: Path | None) -> "Compared":
+def _compare(found: list, json: Path | None) -> "ComparedSessions":
     """What differs, and which parameters have moved beyond their standard errors."""
     from workbench.views.recording.compare_sessions import compare
 
-    with opt.progress_bar("replay") as progress:
-        compared = compare(found, progress=progress)
+    with opt.progress_bar("replay"):
+        compared = compare(found)
     opt.say_notes(compared.notes)
     opt.show(compared.tables())
     opt.write_result(json, compared.json())
@@ -78,8 +79,8 @@ def replay(
     opt.check_writable(report, json)
     found = read_recording(recording, to=to)
     opt.say_notes(found.notes)
-    with opt.progress_bar("replay") as progress:
-        replayed = check(found, progress=progress)
+    with opt.progress_bar("replay"):
+        replayed = check(found)
     opt.say(f"{replayed.steps} steps, {replayed.compared} numbers compared: {replayed.words}")
     opt.write_result(json, replayed.json())
     if report is not None:
@@ -100,7 +101,7 @@ class Opening:
 
     Args:
         read: Reads nominal robot and fixture; None as the fixture for one that is made for the arm.
-        begin: Makes the session of the two, once the page is there.
+        begin: Makes the session of the two, once the page is there; tells it how far it is.
         is_certain: Whether both are built in, so that nothing can be wrong with them.
     """
 
@@ -124,7 +125,7 @@ def open_session(
 
     is_given = plate is not None
 
-    def begin(robot, plate):
+    def begin(robot, plate, progress):
         from workbench.session.journal import folder as folders
 
         if record:
@@ -162,13 +163,19 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
         opt.say_notes(recorded().notes)
         return recorded().robot, recorded().plate
 
-    def begin(robot, plate):
+    def begin(robot, plate, progress):
         from workbench.session.journal import folder as folders
         from workbench.session.journal.restore import restore
 
         recording = recorded()
-        with opt.progress_bar("coming to the last state") as progress:
-            restored = restore(recording, progress=progress)
+        with opt.progress_bar("coming to the last state") as shown:
+
+            def told(part: float, text: str) -> None:
+                shown(part, text)
+                progress(part, text)
+
+            with running(told):
+                restored = restore(recording)
         if not record:
             return _with_recorder(folders.go_on_unrecorded(restored), live)
         return _with_recorder(folders.go_on(restored, is_branch=step is not None), live)

@@ -45,8 +45,8 @@ def aria(
     from studies.aria_page import aria_json, write_aria
 
     opt.check_writable(json, folder=out)
-    with opt.progress_bar("reproduce") as progress:
-        found = reproduce_aria(arms=arms, seed=seed, progress=progress)
+    with opt.progress_bar("reproduce"):
+        found = reproduce_aria(arms=arms, seed=seed)
     _output(found, out, json, write=write_aria, as_json=aria_json)
 
 
@@ -66,10 +66,8 @@ def katana(
     from studies.katana_page import katana_json, write_katana
 
     opt.check_writable(json, folder=out)
-    with opt.progress_bar("reproduce") as progress:
-        found = reproduce_katana(
-            arms=arms, weighed=weighed, diagnosed=diagnosed, seed=seed, progress=progress
-        )
+    with opt.progress_bar("reproduce"):
+        found = reproduce_katana(arms=arms, weighed=weighed, diagnosed=diagnosed, seed=seed)
     _output(found, out, json, write=write_katana, as_json=katana_json)
 
 
@@ -79,7 +77,7 @@ def _output(found, out: Path | None, json: Path | None, *, write, as_json) -> No
 
     opt.show(findings_table(found.findings))
     if out is not None:
-        with opt.progress_bar("drawing") as progress:
-            page = write(found, out, progress=progress)
+        with opt.progress_bar("drawing"):
+            page = write(found, out)
         opt.say(f"page: {page}")
     opt.write_result(json, as_json(found))

@@ -1,0 +1,92 @@
+"""Records of options as arguments of commands, and options that other packages join to them.
+
+A record that others may join has a field `joined` and says in `joins` of which kind they are.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import is_dataclass, replace
+from inspect import Parameter, Signature, signature
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from workbench.base.registry import Registry
+
+if TYPE_CHECKING:
+    from workbench.arm.robot import Robot
+    from workbench.data.dataset import Dataset
+    from workbench.plate.poses.sight import AbstractSight
+
+
+class AbstractSource(ABC):
+    """Options by which another package reads measurements: a frozen dataclass, joined to `FileOptions`."""
+
+    @abstractmethod
+    def read(self, path: Path, arm: "Robot", joints: Path | None) -> "Dataset | None":
+        """The measurements, with as many joints as the arm has; None where these options were not given."""
+
+
+class AbstractAim(ABC):
+    """Options by which another package says what an instrument sees: the same for `SightOptions`."""
+
+    @abstractmethod
+    def sight(self) -> "AbstractSight | None":
+        """What it sees; None where these options were not given."""
+
+
+OPTIONS: Registry[Any] = Registry(
+    "set of options", (AbstractSource, AbstractAim), group="workbench.options", classes=True
+)
+"""Options that other packages join to ours."""
+
+
+def flattened(command: Callable[..., None]) -> Callable[..., None]:
+    """A command whose option-record arguments are expanded into their options.
+
+    Those of other packages are looked for when it is called, as that takes 20 ms: `whole` is the command with
+    them.
+    """
+    call = _expanded(command, {})
+    extensible = [r for r in _records(command).values() if hasattr(r, "joins")]
+    if extensible:
+        vars(call)["whole"] = lambda: _expanded(
+            command, {r: [o for o in OPTIONS.values() if issubclass(o, r.joins)] for r in extensible}
+        )
+    return call
+
+
+def _records(command: Callable[..., None]) -> dict[str, Any]:
+    """Arguments that are records of options."""
+    found = {name: p.annotation for name, p in signature(command).parameters.items()}
+    return {name: kind for name, kind in found.items() if is_dataclass(kind)}
+
+
+def _expanded(command: Callable[..., None], joined: Mapping[Any, list[Any]]) -> Callable[..., None]:
+    own, records = signature(command), _records(command)
+
+    def call(**words: Any) -> None:
+        def made(record: Any) -> Any:
+            return record(**{p.name: words.pop(p.name) for p in _options(record)})
+
+        whole = {
+            name: replace(made(r), joined=tuple(map(made, joined[r]))) if joined.get(r) else made(r)
+            for name, r in records.items()
+        }
+        command(**words, **whole)
+
+    shown: list[Parameter] = []
+    for name, parameter in own.parameters.items():
+        if (record := records.get(name)) is None:
+            shown.append(parameter)
+        else:
+            shown += [p for kind in (record, *joined.get(record, ())) for p in _options(kind)]
+    shown = [p.replace(kind=Parameter.KEYWORD_ONLY) for p in shown]
+    call.__name__, call.__doc__ = command.__name__, command.__doc__
+    call.__annotations__ = {p.name: p.annotation for p in shown}
+    call.__signature__ = Signature(shown)  # type: ignore[attr-defined]
+    return call
+
+
+def _options(record: Any) -> list[Parameter]:
+    """The options of a record."""
+    return [p for p in signature(record).parameters.values() if p.name != "joined"]
