@@ -11,7 +11,7 @@ from rendered_boards import render
 
 LENS = np.array([780.0, 778.0, 322.0, 238.0, -0.11, 0.05, 8e-4, -5e-4, 0.0])
 SIZE = (640, 480)
-SQUARES, SQUARE, MARKER, DOT = (5, 7), 0.03, 0.022, 0.25e-3
+SQUARES, SQUARE, MARKER, DOT = (5, 7), 0.03, 0.0225, 0.25e-3
 CAMERA = """[[camera]]
 name = "cell"
 size = [640, 480]
@@ -26,15 +26,15 @@ TARGET = """mounted = "tool"
 [charuco]
 squares = [5, 7]
 square = 0.03
-marker = 0.022
-dictionary = "DICT_5X5_250"
+marker = 0.0225
+dictionary = "DICT_6X6_250"
 """
 
 
 def paper():
     """The board as OpenCV draws it."""
     drawn = cv2.aruco.CharucoBoard(
-        SQUARES, SQUARE, MARKER, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_5X5_250)
+        SQUARES, SQUARE, MARKER, cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_6X6_250)
     )
     return drawn.generateImage(tuple(round(n * SQUARE / DOT) for n in SQUARES))
 

@@ -4,7 +4,7 @@ Dodecahedra of tags are carried by the tool before a camera in the cell; or the 
 looks at them. Poses are drawn until enough is in view.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import numpy as np
@@ -196,6 +196,7 @@ class Scene:
     truth: np.ndarray
     camera: np.ndarray
     targets: list
+    session: list = field(default_factory=list)
 
     @property
     def target(self):
@@ -210,25 +211,56 @@ class Scene:
 
     def joints(self, keep=None):
         keep = range(len(self.q)) if keep is None else keep
-        head = "image," + ",".join(f"q{j + 1}[rad]" for j in range(self.q.shape[1]))
-        return "\n".join([head, *(f"{i}," + ",".join(map(repr, self.q[i].tolist())) for i in keep)]) + "\n"
+        own = [f"{s}," for s in self.session] or [""] * len(self.q)
+        head = f"image,{'session,' if self.session else ''}" + ",".join(
+            f"q{j + 1}[rad]" for j in range(self.q.shape[1])
+        )
+        rows = (f"{i},{own[i]}" + ",".join(map(repr, self.q[i].tolist())) for i in keep)
+        return "\n".join([head, *rows]) + "\n"
+
+
+def joined(**sessions):
+    """Scenes of one arm as the sessions of one table; camera and targets are those of the first."""
+    shots = list(sessions.values())
+    begin = np.cumsum([0, *(len(s.q) for s in shots)]).tolist()
+    rows = [(row[0] + first, *row[1:]) for first, s in zip(begin, shots, strict=False) for row in s.rows]
+    names = [name for name, s in sessions.items() for _ in s.q]
+    q, truth = (np.concatenate([getattr(s, k) for s in shots]) for k in ("q", "truth"))
+    return replace(shots[0], q=q, truth=truth, rows=rows, session=names)
 
 
 def scene(
-    rng, arm, count, *, noise=0.3, on_tool=False, distortion=(0, 0, 0, 0, 0), eyes=None, scale=1.0, solids=1
+    rng,
+    arm,
+    count,
+    *,
+    noise=0.3,
+    on_tool=False,
+    distortion=(0, 0, 0, 0, 0),
+    k=K,
+    eyes=None,
+    scale=1.0,
+    solids=1,
+    cameras=None,
+    targets=None,
 ):
-    """Joints and pixels of `count` poses; `arm` is the actual one, tags stand in `target_toml`."""
+    """Joints and pixels of `count` poses; `arm` is the actual one, tags stand in `target_toml`.
+
+    Cameras and targets stand somewhere near the usual place, or where their poses are given.
+    """
     tags, normals = dodecahedron()
     tags = tags * scale
     reach = np.abs(np.array(arm.dh)[:, 1:3]).sum()
     middle = np.array([0.5 * reach, 0.0, 0.45 * reach])
     eyes = eyes or [(middle + np.array([0.5 * reach + 0.4, -0.3 * reach, 0.2 * reach]))]
     if on_tool:
-        cameras = [shift(0.03, 0.05, 0.02) @ turn(2, 0.3) @ turn(0, 0.1) @ small(rng, 0.05, 0.01)]
-        targets = [shift(0.55 * reach, 0.1 - 0.35 * k, 0.02) @ small(rng, 0.2, 0.05) for k in range(solids)]
+        eye = [shift(0.03, 0.05, 0.02) @ turn(2, 0.3) @ turn(0, 0.1) @ small(rng, 0.05, 0.01)]
+        body = [shift(0.55 * reach, 0.1 - 0.35 * k, 0.02) @ small(rng, 0.2, 0.05) for k in range(solids)]
     else:
-        cameras = [look(eye, middle) @ small(rng, 0.03, 0.02) for eye in eyes]
-        targets = [shift(0.01, 0.02 + 0.26 * k, 0.13) @ small(rng, 0.2, 0.01) for k in range(solids)]
+        eye = [look(at, middle) @ small(rng, 0.03, 0.02) for at in eyes]
+        body = [shift(0.01, 0.02 + 0.26 * k, 0.13) @ small(rng, 0.2, 0.01) for k in range(solids)]
+    cameras = eye if cameras is None else cameras
+    targets = body if targets is None else targets
     q, rows, truth = [], [], []
     while len(q) < count:
         batch = rng.uniform(-0.95 * LIMIT, 0.95 * LIMIT, (400, len(arm.dh)))
@@ -244,11 +276,11 @@ def scene(
                 facing = -((normals @ see[:3, :3].T) * centre).sum(1) / np.linalg.norm(centre, axis=1)
                 if (centre[:, 2] < 0.25).any():
                     continue
-                uv = pixels(points, distortion=distortion)
+                uv = pixels(points, k, distortion)
                 inside = ((uv > 5) & (uv < SIZE - 5)).all((1, 2)) & (facing > 0.45)
                 seen += [
-                    (len(q), f"c{c}", int(k) + SOLID * b, j, *(uv[k, j] + noise * rng.normal(size=2)))
-                    for k in np.flatnonzero(inside)
+                    (len(q), f"c{c}", int(t) + SOLID * b, j, *(uv[t, j] + noise * rng.normal(size=2)))
+                    for t in np.flatnonzero(inside)
                     for j in range(4)
                 ]
             if len(seen) >= 12:

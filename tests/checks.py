@@ -10,6 +10,7 @@ Each returns the largest deviation that it saw, and raises AssertionError with t
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 from jaxtyping import Float
 from rigid_body import rigid_body
 
@@ -118,3 +119,20 @@ def joint_wrenches(
 def holding(wrenches, robot):
     """Torque or force of every drive [N m or N], (rows, n), from the wrenches (rows, n, 6)."""
     return wrenches[:, np.arange(robot.dof), own_axis(robot)]
+
+
+def check_problem(problem, rng):
+    """Every column of a problem's Jacobian against central differences, and the gradient of its cost."""
+    x = problem.start + rng.normal(0.0, 1e-2, len(problem.start))
+    jacobian = problem.jacobian(x)
+    step = 1e-5
+    for column, name in enumerate(problem.names):
+        move = np.zeros(len(x))
+        move[column] = step
+        difference = (problem.residual(x - move) - problem.residual(x + move)) / (2.0 * step)
+        scale = max(np.abs(jacobian[:, column]).max(), 0.1)
+        assert np.abs(difference - jacobian[:, column]).max() < 1e-7 * scale, name
+    cost, gradient = problem.cost_and_gradient(x)
+    residual = problem.residual(x)
+    assert cost == pytest.approx(0.5 * residual @ residual, rel=1e-12)
+    np.testing.assert_allclose(gradient, -jacobian.T @ residual, rtol=0, atol=1e-12 * np.abs(gradient).max())

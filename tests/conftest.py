@@ -59,6 +59,17 @@ FIRST = ("browser", "data", "views", "session", "test_readme", "plate", "cli", "
 """Marks, folders and files that take long, longest first: one that comes late leaves a worker idle."""
 
 
+@pytest.hookimpl(trylast=True)
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """One browser, app and session for the tests of the core and of extras, in each process that runs tests.
+
+    They import the package, whose checked types (`--jaxtyping-packages`) are arranged before this.
+    """
+    if hasattr(session.config, "workerinput") or not session.config.getoption("numprocesses", None):
+        for name in ("browser", "session_at_work"):
+            session.config.pluginmanager.import_plugin(name)
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What takes long first."""
 

@@ -20,6 +20,6 @@ def unbroken(text: str) -> str:
 
 
 def commands(text: str) -> list[str]:
-    """Lines of a text's shell blocks."""
+    """Lines of a text's shell blocks, without comments."""
     blocks = re.findall(r"```bash\n(.*?)```", unbroken(text), re.DOTALL)
-    return [line for block in blocks for line in block.splitlines() if line.strip()]
+    return [line for block in blocks for line in block.splitlines() if line.strip() and line[0] != "#"]

@@ -133,8 +133,8 @@ class VirtualArm:
         q = np.atleast_2d(q)
         t = np.broadcast_to(self.base, (len(q), 4, 4))
         for i, (before, driven, after) in enumerate(self.parts(q)):
-            bent = I4 if deflection is None else four(rotation(deflection[:, i]))
-            t = t @ before @ bent @ driven @ after
+            deflected = I4 if deflection is None else four(rotation(deflection[:, i]))
+            t = t @ before @ deflected @ driven @ after
         return t @ self.tool
 
     def touching(self, place, q):

@@ -262,7 +262,9 @@ class TomlArm:
                 placed(t["xyz"], t["rpy"])
                 for t in (frames.get(k) or self.table.get(k, HERE) for k in ("base", "tool"))
             )
-            flange[mine] = self.frames(rows.q[mine], self.shift(rows.take(mine), end))[-1]
+            gravity = frames.get("gravity") or self.table.get("gravity", [0, 0, -9.81])
+            shift = self.shift(rows.take(mine), end, np.array(gravity))
+            flange[mine] = self.frames(rows.q[mine], shift)[-1]
             tool[mine] = self.drifted(base, rows.time[mine]) @ flange[mine] @ end
         return flange, tool
 
@@ -278,20 +280,22 @@ class TomlArm:
                 out = out @ step("rx", roll) @ step("ry", pitch) @ step("rz", yaw)
         return out
 
-    def shift(self, rows: Rows, tool: np.ndarray) -> dict[str, np.ndarray]:
+    def shift(self, rows: Rows, tool: np.ndarray, gravity: np.ndarray) -> dict[str, np.ndarray]:
         """What the effects add to each step, at the fixed point of loads and deflections."""
         shift: dict[str, np.ndarray] = {}
         for _ in range(1 + 30 * any(e["name"] in LOADED for e in self.effects)):
-            moments = self.moments(rows, shift, tool) if self.bodies else None
+            moments = self.moments(rows, shift, tool, gravity) if self.bodies else None
             shift = {}
             for effect in self.effects:
                 for name, value in LAWS[effect["name"]](self, effect, rows, moments).items():
                     shift[name] = shift.get(name, 0.0) + value
         return shift
 
-    def moments(self, rows: Rows, shift: dict[str, np.ndarray], tool: np.ndarray) -> np.ndarray:
+    def moments(
+        self, rows: Rows, shift: dict[str, np.ndarray], tool: np.ndarray, gravity: np.ndarray
+    ) -> np.ndarray:
         """What the earlier link exerts on the later one at rest (rows, joints, [f; τ]), axes of the joint."""
-        frames, gravity = self.frames(rows.q, shift), np.array(self.table.get("gravity", [0, 0, -9.81]))
+        frames = self.frames(rows.q, shift)
         masses = [
             (b.behind, (frames[b.behind] @ np.append(b.com, 1.0))[:, :3], np.full(len(rows), b.mass))
             for b in self.bodies or []
@@ -312,7 +316,8 @@ class TomlArm:
 
 
 Shift = dict[str, np.ndarray]
-LOADED = ("joint-compliance", "bearing-compliance", "clearance-tilt", "backlash")
+BENT = ("link-flexure", "extension-compliance", "extension-clearance")
+LOADED = ("joint-compliance", "bearing-compliance", "clearance-tilt", "backlash", *BENT)
 
 
 def _joints(effect: dict) -> list[int]:
@@ -439,6 +444,29 @@ def _clearance(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> S
     return _tilted(arm, effect, moments, direction=True)
 
 
+def _flexure(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shift:
+    out = {}
+    for j, (c1, c2) in zip(_joints(effect), np.reshape(effect["coefficients"], (-1, 2)), strict=True):
+        x, y = moments[:, j, [3 + axis for axis in _across(arm, j)]].T
+        kind, value, _ = arm.steps[arm.driven[j]]
+        v = value + rows.q[:, j] if kind[0] == "r" else np.zeros(len(rows))
+        along = (np.cos(v) * x + np.sin(v) * y, np.cos(v) * y - np.sin(v) * x)
+        sizes = zip(_across(arm, j), (c1, c2), along, strict=True)
+        out |= {f"bend{j}.{axis}": -c * load for axis, c, load in sizes}
+    return out
+
+
+def _extended(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shift:
+    out = {}
+    for j, c in zip(_joints(effect), effect["coefficients"], strict=True):
+        load = moments[:, j, [3 + axis for axis in _across(arm, j)]]
+        if effect["name"] == "extension-clearance":
+            load = load / np.maximum(np.linalg.norm(load, axis=1, keepdims=True), 1e-300)
+        load = load * (rows.q[:, [j]] - effect.get("retracted", 0.0))
+        out |= {f"bend{j}.{axis}": -c * load[:, k] for k, axis in enumerate(_across(arm, j))}
+    return out
+
+
 def _sag(arm: TomlArm, effect: dict, rows: Rows, moments: Any) -> Shift:
     (joint,) = _joints(effect)
     frames = arm.frames(rows.q, {})
@@ -464,6 +492,9 @@ LAWS: dict[str, Callable[[TomlArm, dict, Rows, Any], Shift]] = {
     "bearing-compliance": _bearing,
     "clearance-tilt": _clearance,
     "gravity-sag": _sag,
+    "link-flexure": _flexure,
+    "extension-compliance": _extended,
+    "extension-clearance": _extended,
 }
 
 
@@ -474,6 +505,8 @@ def toml_arm(text: str) -> TomlArm:
     effects = [e for e in table.get("effect", []) if e["name"] != "base-drift"]
     tilted = {j for e in effects if e["name"] in ("bearing-compliance", "clearance-tilt") for j in _joints(e)}
 
+    deflected = {j for e in effects if e["name"] in BENT for j in _joints(e)}
+
     def add(kind: str, value: float, name: str, *, drives: bool) -> None:
         if drives and len(driven) in tilted:
             own = "xyz".index(kind[1])
@@ -482,6 +515,10 @@ def toml_arm(text: str) -> TomlArm:
         if drives:
             driven.append(len(steps))
         steps.append((kind, value, name))
+        if drives and len(driven) - 1 in deflected:
+            own = "xyz".index(kind[1])
+            for axis in ((own + 1) % 3, (own + 2) % 3):
+                steps.append(("rxryrz"[2 * axis : 2 * axis + 2], 0.0, f"bend{len(driven) - 1}.{axis}"))
 
     def carry(entry: dict) -> None:
         if entry.get("mass") is not None:

@@ -109,9 +109,11 @@ def test_the_installed_entry_points_are_those_of_the_project():
     assert installed == {(group, *part) for group, parts in groups.items() for part in parts.items()}
 
 
-def test_citation_and_changelog_know_the_version():
-    assert f"version = {{{PROJECT['version']}}}" in (ROOT / "README.md").read_text(encoding="utf-8")
-    assert f"**{PROJECT['version']}**" in (ROOT / "workbench" / "README.md").read_text(encoding="utf-8")
+def test_citation_and_changelog_are_of_this_version():
+    version = PROJECT["version"]
+    assert f"\nversion: {version}\n" in (ROOT / "assets/CITATION.cff").read_text(encoding="utf-8")
+    changelog = (ROOT / "assets" / "docs" / "changelog.md").read_text(encoding="utf-8")
+    assert re.findall(r"^## (.+)$", changelog, re.M)[0] == version
 
 
 def test_the_workflow_says_that_it_has_no_measured_arms():

@@ -14,14 +14,17 @@ from typing import Any
 import pytest
 import typer
 from documented_commands import commands, run_lines
+from PIL import Image
 
 import workbench
 from workbench.cli import add_plugins, app
+from workbench.cli.exit_status import SECTIONS
 
 DOCS = Path(__file__).resolve().parents[1] / "assets" / "docs"
 README = DOCS.parents[1] / "README.md"
 TESTS = Path(__file__).parent
-PAGES = {path.stem: path.read_text(encoding="utf-8") for path in sorted(DOCS.glob("*.md"))}
+PATHS = sorted(DOCS.rglob("*.md"))
+PAGES = {p.relative_to(DOCS).with_suffix("").as_posix(): p.read_text(encoding="utf-8") for p in PATHS}
 SHOWN = {name: found for name, text in PAGES.items() if (found := commands(text))}
 QUICK = {"mocap", "robots"}
 """Pages whose commands together take a second or two."""
@@ -29,7 +32,7 @@ add_plugins(["--help"])
 
 
 @pytest.mark.parametrize(
-    "page", [pytest.param(p, marks=[] if p in QUICK else [pytest.mark.slow]) for p in SHOWN]
+    "page", [pytest.param(p, marks=[] if p in QUICK else [pytest.mark.slow]) for p in SHOWN if "/" not in p]
 )
 def test_commands_run_as_shown(page, run, tmp_path):
     (tmp_path / "recordings").symlink_to(DOCS.parents[1] / "recordings")
@@ -45,7 +48,8 @@ def test_python_runs_as_shown(tmp_path, monkeypatch):
 
 
 def test_everything_public_is_in_the_reference():
-    listed = re.findall(r"autofunction:: (\w+)|autoclass:: (\w+)", PAGES["reference"])
+    text = "".join(PAGES[name] for name in ("reference", "design", "types"))
+    listed = re.findall(r"autofunction:: (\w+)|autoclass:: (\w+)", text)
     assert sorted(a or b for a, b in listed) == workbench.__all__
 
 
@@ -56,6 +60,12 @@ def test_every_command_is_in_the_table():
         assert f"{group.info.name} " in PAGES["commands"]
     for name in names:
         assert re.search(rf"`(workbench )?{name}\b", PAGES["commands"]), name
+
+
+def test_every_section_of_the_help_has_a_page():
+    shown = [name for text in PAGES.values() for name in re.findall(r"\.\. commands:: (\w+)", text)]
+    assert sorted(shown) == sorted(SECTIONS)
+    assert {command.rich_help_panel for command in built().commands.values()} <= set(SECTIONS)
 
 
 def leaves(group: Any, before: str = "") -> list[str]:
@@ -91,7 +101,8 @@ def unknown(line: str) -> str:
             break
         if words[0] not in known.commands:
             return words[0]
-        known = known.commands[words.pop(0)]
+        context = known.make_context("workbench", [], resilient_parsing=True)
+        _, known, words = known.resolve_command(context, words)
     options = {name for parameter in known.params for name in (*parameter.opts, *parameter.secondary_opts)}
     named = re.findall(r"(?<![\w-])--[a-z][\w-]*", " ".join(words))
     return next((name for name in named if name not in {*options, "--help"}), "")
@@ -148,7 +159,7 @@ def test_no_shell_block_of_the_readme_escapes_the_tests():
     """Each is marked, and the mark is one that a test or the continuous integration runs."""
     text = README.read_text(encoding="utf-8")
     marks = re.findall(r"<!-- (\w+) -->\n```bash", text)
-    assert marks == ["start", "try", "diagnose", "test"]
+    assert marks == ["start", "try", "test"]
     assert text.count("```bash") == len(marks)
 
 
@@ -174,10 +185,39 @@ def test_errors_of_measured_arms_are_those_of_the_benchmarks():
     assert len(measured) == len(rows)
 
 
+def test_figures_of_other_tools_are_those_of_the_benchmarks():
+    measured = (TESTS / "benchmarks" / "README.md").read_text("utf-8")
+    page = PAGES["other-tools"].partition("## Geometry")[2]
+    figures = re.findall(r"(?<=\| )([\d.]+ mm(?:, [\d.]+°)?) (?=\|)", page.partition("## Hand")[0])
+    assert len(figures) == 16
+    assert not [figure for figure in figures if figure not in measured]
+    chain = re.findall(r"^\| (.+?) \| ([\d.]+) mm \| ([\d.]+) mm \|$", page.partition("## Hand")[2], re.M)
+    assert len(chain) == 4
+    for arm, theirs, ours in chain:
+        row = next(
+            line for line in measured.splitlines() if line.startswith(f"| {arm.replace(' off by', '')} |")
+        )
+        assert f"| {theirs} | {ours} |" in row
+    for figure in re.findall(r"(\d\.\d{3}) mm", README.read_text("utf-8").partition("## Which tool")[2]):
+        assert f"{figure} mm" in page
+
+
 def test_pictures_and_pages_that_are_linked_exist():
     for name, text in PAGES.items():
         for target in re.findall(r"\]\(([^)#]+)[^)]*\)", text):
-            assert (DOCS / target).is_file(), f"{name}: {target}"
+            assert ((DOCS / name).parent / target).is_file(), f"{name}: {target}"
+
+
+def test_pictures_can_be_opened_and_are_small():
+    folder = DOCS.parent / "pictures"
+    texts = "".join([*PAGES.values(), README.read_text("utf-8")])
+    shown = {folder / name for name in re.findall(r"pictures/([\w-]+\.\w+)", texts)}
+    assert shown == set(folder.iterdir())
+    for path in shown:
+        with Image.open(path) as picture:
+            picture.load()
+            assert min(picture.size) > 300, path
+        assert path.stat().st_size < 700_000, path
 
 
 @pytest.mark.slow

@@ -39,8 +39,8 @@ PARTS = {
         class Part(AbstractIdentifier):
             name, title, summary = "theirs", "Theirs", "Least squares by another name."
 
-            def search(self, problem, *, on_step=None):
-                return Ols().search(problem, on_step=on_step)
+            def search(self, problem):
+                return Ols().search(problem)
         """,
     "layouts": """
         from workbench.base.units import Quantity
@@ -80,9 +80,9 @@ PARTS = {
             print(number, number)
         """,
     "panels": """
-        from workbench.session.command import AbstractChange, computed
+        from workbench.session.command import AbstractChange, AbstractLoad, computed
         from dataclasses import replace
-        from workbench.session.state import Tab
+        from workbench.session.state import Severity, Tab
         from workbench.views.page.panels.panel import AbstractPanel
 
         class DoubleNoise(AbstractChange):
@@ -93,10 +93,22 @@ PARTS = {
                 noise = session.noise
                 return replace(session, noise=noise._replace(position=self.factor * noise.position))
 
+        class LoadTheirs(AbstractLoad[str]):
+            name: str
+            content: bytes
+            endings = (".theirs",)
+            title = computed(lambda self: f"Read {self.name}")
+
+            def compute(self, session):
+                return self.content.decode()
+
+            def finish(self, session, result):
+                return session.tell(Severity.INFO, result)
+
         SHOWN = []
 
         class Part(AbstractPanel):
-            tab = Tab.REGION
+            tab = Tab.PLATE
             depends = ("noise",)
 
             def build(self, gui):
@@ -109,6 +121,36 @@ PARTS = {
     "journal_numbers": """
         from workbench.session.journal.numbers import Subject
         Part = Subject("reach", lambda s: (s.robot,), lambda robot: robot.reach)
+        """,
+    "options": """
+        from dataclasses import dataclass
+        from pathlib import Path
+        from typing import Annotated
+        from workbench.cli.joined_options import AbstractSource
+        from workbench.cli.options import option
+        from workbench.data.readers import read_measurements
+
+        @dataclass(frozen=True)
+        class Part(AbstractSource):
+            theirs: Annotated[Path | None, option("A log of theirs, in place of the data.")] = None
+
+            def read(self, path, arm, joints):
+                return None if self.theirs is None else read_measurements(self.theirs, joints=arm.dof)
+        """,
+    "watchers": """
+        from workbench.session.view import AbstractView
+
+        SEEN = []
+
+        class Part(AbstractView):
+            def __init__(self, worker):
+                self._worker = worker
+
+            def draw(self, session):
+                SEEN.append(session.noise.position)
+
+            def close(self):
+                SEEN.append("closed")
         """,
     "drawables": """
         from workbench.views.drawables.region import region
@@ -183,6 +225,11 @@ def test_parts_of_another_package_through_the_command_line(run_with, log, tmp_pa
     done = run_with("-m", "workbench", "export", "out.toml", "--for", "their-name", "--out", "x.txt")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "x.txt").read_text() == wb.load_robot("ur5").name
+    joined = ("nothing.csv", "--robot", "ur5", "--theirs", log, "--json", "e.json")
+    done = run_with("-m", "workbench", "evaluate", *joined)
+    assert done.returncode == 0, done.stderr
+    assert len(json.loads((tmp_path / "e.json").read_text())["rows"]) == 40
+    assert "--theirs" not in run_with("-m", "workbench", "new", "--help").stdout
     listed = run_with("-m", "workbench", "preview", log, "--layout", "list")
     assert "'their-log'" in listed.stderr
     told = run_with("-m", "workbench", "its-stranger", "--number", "7")
@@ -214,6 +261,7 @@ def test_a_panel_with_its_command_in_page_journal_and_reopened_session(run_with)
     code = """
         from pathlib import Path
         from stranger.panels import SHOWN, DoubleNoise
+        from stranger.watchers import SEEN
         from workbench.arm.built_in_arms import load_robot
         from workbench.plate.plate_toml import load_plate
         from workbench.session.journal.folder import begin
@@ -221,14 +269,16 @@ def test_a_panel_with_its_command_in_page_journal_and_reopened_session(run_with)
 
         robot, plate = load_robot("aria"), load_plate("table2")
         begun = begin(robot, plate, folder=Path("rec"))
-        app = App(robot, plate, begun=begun)
+        app = App(robot, plate, begun=begun, data=("a.theirs", b"read by them"))
         app.worker.submit(DoubleNoise(3.0))
         assert app.worker.wait(60.0)
+        assert app.worker.session.messages[-1].text == "read by them"
         app.close()
-        print(SHOWN)
+        print(SHOWN[0], "to", SHOWN[-1])
+        print(round(max(SEEN[:-1]) / min(SEEN[:-1])), SEEN[-1])
         """
     done = run_with("-c", dedent(code))
-    assert done.stdout == "['Region 0.100 mm', 'Region 0.300 mm']\n", done.stderr
+    assert done.stdout == "Plate 0.100 mm to Plate 0.300 mm\n3 closed\n", done.stderr
     code = """
         import json
         from pathlib import Path

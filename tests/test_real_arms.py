@@ -12,9 +12,9 @@ from real_arms import folds, load, splits
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.chain import Axis
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame
 from workbench.arm.statics.deflection import deflect
 from workbench.base import se3
 from workbench.base.types import Freedom

@@ -10,6 +10,7 @@ import pytest
 import workbench as wb
 from workbench.base import threads
 from workbench.base.errors import DataError, FileError, OptionError, RobotError, ShapeError
+from workbench.base.progress import running
 from workbench.data.readers.trajectory import Trajectory
 
 TABLE = [
@@ -88,7 +89,7 @@ def test_short_paths_lead_to_the_arm_and_its_errors(fit):
     assert fit.nominal_robot.name == "ARIA"
     assert fit.error.before == fit.nominal.held_out
     assert fit.error.after == fit.best.held_out
-    assert str(fit.error).startswith("mean error: position 4")
+    assert str(fit.error).startswith("mean error: position 2.7")
 
 
 def test_an_evaluation_prints_and_is_drawn(fit, rows):
@@ -287,7 +288,7 @@ def test_a_fit_limits_the_threads_of_linear_algebra(rows, own_limit):
         seen.extend(pool["num_threads"] for pool in control.threadpool_info() if pool["user_api"] == "blas")
 
     before = control.threadpool_info()
-    with control.threadpool_limits(2, user_api="blas"):
-        wb.identify(wb.load_robot("aria"), rows, algorithms=("ols",), progress=look)
+    with control.threadpool_limits(2, user_api="blas"), running(look):
+        wb.identify(wb.load_robot("aria"), rows, algorithms=("ols",))
     assert set(seen) == {1}
     assert control.threadpool_info() == before

@@ -28,14 +28,14 @@ LADDER = [
 ]
 RUNG = {name: i for i, names in enumerate(LADDER) for name in names.split()}
 HOMES = {
-    "viser": {"views/page"},
+    "viser": {"views/page", "extras"},
     "rerun": {"views/recording"},
     "typer": {"cli"},
     "yourdfpy": {"arm"},
-    "ezdxf": {"plate/parts"},
-    "OCP": {"plate/parts"},
-    "rosbags": {"data"},
-    "ezc3d": {"data"},
+    "ezdxf": {"plate/parts", "extras/workshop"},
+    "OCP": {"extras/workshop"},
+    "rosbags": {"extras/logs"},
+    "ezc3d": {"extras/logs"},
     "playwright": set(),
 }
 """With the ladder they keep viewers and the command line out of the numeric core."""
@@ -49,6 +49,7 @@ HOOKS = {
     "AbstractObservation.start",
     "AbstractObservation.seen",
     "AbstractObservation.each",
+    "AbstractObservation.own_errors",
     "AbstractLaw.loads",
     "AbstractLaw.needs",
     "AbstractLaw.names",
@@ -60,6 +61,7 @@ HOOKS = {
     "AbstractLaw.softened",
     "AbstractLaw.mistake",
     "AbstractEffect.variant",
+    "AbstractEffect.stated",
     "AbstractEffect.offers",
     "AbstractEffect.usual_joint",
     "AbstractEffect.example",
@@ -67,12 +69,15 @@ HOOKS = {
     "AbstractEffect.views",
     "AbstractEffect.bounds",
     "AbstractEffect.caveat",
+    "AbstractEffect.doubt",
+    "AbstractEffect.flanked",
     "AbstractCommand.key",
     "AbstractCommand.check",
     "AbstractChange.merged_with",
     "AbstractChange.recalled",
     "AbstractForm.notes",
     "AbstractForm.doubt",
+    "AbstractLoad.packed",
 }
 """Methods that say `nothing` or what is usual by default: most observations have no unknowns of their own,
 most commands can always be carried out and stand for themselves alone; an effect says what sets it apart, so

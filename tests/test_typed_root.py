@@ -12,7 +12,17 @@ import pytest
 import workbench as wb
 
 ROOT = Path(__file__).parent.parent
-GIVEN_BY_NAME = {"Naming", "Reading", "Making", "Task", "Typed", "PixelRows", "Rig", "AbstractEffect"}
+GIVEN_BY_NAME = {
+    "Naming",
+    "TableReading",
+    "TargetReading",
+    "Making",
+    "Task",
+    "Typed",
+    "PixelRows",
+    "Rig",
+    "AbstractEffect",
+}
 """Records that have a word, or that only what returned them takes."""
 
 

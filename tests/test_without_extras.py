@@ -15,6 +15,9 @@ from workbench.base.installed_package import NAME
 ROOT = Path(__file__).resolve().parents[1]
 EXTRAS = sorted(path.parent.name for path in ROOT.glob("workbench/extras/*/__init__.py"))
 POINTS = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
+READ = ("observations", "options", "panels", "preparations", "drawables", "page_drawables", "watchers")
+READ += ("session_commands",)
+"""Groups whose parts the program loads whether or not they are used."""
 CODE = """
 import sys
 import warnings
@@ -32,8 +35,17 @@ warnings.simplefilter("error", RuntimeWarning)  # what a broken part costs
 import workbench as wb
 from workbench.arm.built_in_arms import load_robot
 from workbench.cli import _carry_out
+from workbench.cli.joined_options import OPTIONS
+from workbench.data.observations import OBSERVATIONS
+from workbench.data.readers.joint_tables import JOINS
+from workbench.data.readers.layouts import LAYOUTS
+from workbench.identification.own_preparation import PREPARATIONS
 from workbench.plate.plate_toml import load_plate
+from workbench.session.command import kinds
+from workbench.session.view import WATCHERS
+from workbench.views.drawables.scene_contents import ON_PAGE, SUBJECTS
 from workbench.views.page.app import App
+from workbench.views.page.panels import PANELS
 
 def carried_out(*words):
     try:
@@ -43,11 +55,18 @@ def carried_out(*words):
 
 print(*dir(wb))
 carried_out("--help")
+carried_out("identify", "--help")
+carried_out("plate", "--help")
+carried_out("plate", "export", "table2", "--out", "made")
 carried_out("identify", "rows.csv", "--robot", "aria", "--algorithm", "ols", "--json", "r.json")
 app = App(load_robot("aria"), load_plate("table2"), data=("rows.csv", Path("rows.csv").read_bytes()))
 assert app.worker.wait(60.0)
 assert len(app.worker.session.loaded.dataset) == 40
 app.close()
+for registry in (OBSERVATIONS, OPTIONS, PANELS, PREPARATIONS, SUBJECTS, ON_PAGE, WATCHERS):
+    print(*registry)
+kinds()
+print(*LAYOUTS, *JOINS)
 print(*(name for name in sys.modules if name.startswith("workbench.extras.")))
 """
 
@@ -73,8 +92,17 @@ def test_commands_and_page_go_on_without(gone, tmp_path):
         check=False,
     )
     assert done.returncode == 0, done.stderr
-    root, *_, extras = done.stdout.splitlines()
+    root, *_, readers, extras = done.stdout.splitlines()
+    assert set(readers.split()) == {*kept["workbench.layouts"], *kept["workbench.joins"]}
     for group, shown in (("workbench.root", root), ("workbench.commands", done.stdout)):
         names = {word for line in shown.splitlines() for word in line.split()[: None if shown == root else 1]}
-        assert names & set(POINTS[group]) == set(kept[group])
+        known, left = ({name.split()[-1] for name in points[group]} for points in (POINTS, kept))
+        assert names & known == left
+    written = {path.suffix.strip(".") for path in (tmp_path / "made").iterdir()}
+    assert {"stl", "dxf", "csv"} <= written
+    assert ("pdf" in written) == ("pdf" in kept["workbench.plate_exports"])
     assert not [name for name in extras.split() if name.startswith(homes)]
+    assert {h.partition(":")[0] for group in READ for h in kept.get(f"workbench.{group}", {}).values()} <= {
+        *extras.split()
+    }
+    assert ("--camera" in done.stdout) is ("camera" not in gone.split(","))

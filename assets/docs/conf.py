@@ -78,28 +78,25 @@ def _mathml(block: bool):
 
 
 class Commands(Directive):
-    """Every command's own help, under what one wants from it."""
+    """The help of every command of a section."""
+
+    required_arguments = 1
 
     def run(self):
-        """One section for every command."""
+        """One entry for every command."""
         import typer
 
-        from workbench.cli import PANELS, add_plugins, app
+        from workbench.cli import add_plugins, app
 
         add_plugins(["--help"])
         group = typer.main.get_command(app)
-        titles = {"Start": ["serve"]} | {title: [] for title in PANELS if title != "Start"}
-        for name, command in group.commands.items():
-            if name != "serve":
-                titles.setdefault(command.rich_help_panel or "Commands", []).append(name)
-        found = []
-        for title, names in titles.items():
-            section = nodes.section(ids=[title.lower()])
-            section += nodes.title(text=title)
-            for name in names:
-                section += self._entry(f"workbench {name}", group.commands[name])
-            found.append(section)
-        return found
+        context = group.make_context("workbench", [], resilient_parsing=True)
+        section = self.arguments[0]
+        return [
+            self._entry(f"workbench {name}", group.resolve_command(context, [name])[1])
+            for name, command in group.commands.items()
+            if command.rich_help_panel == section
+        ]
 
     def _entry(self, name, command):
         """A command's help; those of a group one below the other."""

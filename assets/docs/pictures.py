@@ -5,7 +5,7 @@ Chromium has to be installed. In `assets/pictures` they make
 - tour: `tour.webp` (it moves), `page-design.png`, `identify.png` and `diagnose.png`: the story of `workbench serve --demo` is
   played, and every few commands the page is kept as it stands;
 - notebook: `notebook.png`, what an executed notebook shows;
-- drawings: `drawing-plate.png` and `drawing-block.png`, two pages of the drawing set of Table 2, optimised.
+- drawings: `drawing-plate.png` and `drawing-block.png`, two drawings of Table 2, optimised.
 
 `error-budget.png` needs measured data: `tests/benchmarks/error_budget.py`.
 """
@@ -26,10 +26,11 @@ sys.path.insert(0, str(ROOT))
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.design import optimise_plate
-from workbench.plate.parts.drawing import png_of
-from workbench.plate.parts.drawing_set import pages_of
+from workbench.extras.workshop.drawings import figure_of
+from workbench.plate.parts.drawing_set import drawings_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate_toml import load_plate
+from workbench.report.figures import png
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import Diagnose
@@ -45,16 +46,19 @@ FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-b
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
 CLEAR = """() => document.head.appendChild(document.createElement('style')).textContent =
   '.mantine-Notification-root { display: none }'"""
+BELOW = """() => [...document.querySelectorAll('button')].find(b => b.textContent.trim() === 'Diagnose')
+  ?.scrollIntoView({ block: 'center' })"""
+"""Brings the result of a diagnosis into view."""
 SIZE = {"width": 1280, "height": 800}
 WIDTH = 960
 """Width of the moving picture [px]."""
-EVERY = 4
-"""Of a drag's places, each fourth is kept."""
+EVERY = 6
+"""Of a drag's places, each sixth is kept."""
 TABS = {
     MeasureVirtualArm: Tab.MEASURE,
-    Identify: Tab.IDENTIFY,
+    Identify: Tab.CALIBRATE,
     ShowRow: Tab.COMPARE,
-    Diagnose: Tab.DIAGNOSE,
+    Diagnose: Tab.CALIBRATE,
 }
 """Where the results of commands are to be seen."""
 SETTLED = 400
@@ -107,6 +111,8 @@ def tour(browser: Browser) -> None:
         if last in ("Identify", "Diagnose"):
             app.worker.submit(SetCaption(""))
             app.worker.wait(120.0)
+            if last == "Diagnose":
+                page.evaluate(BELOW)
             page.wait_for_timeout(3 * SETTLED)
             page.screenshot(path=PICTURES / f"{last.lower()}.png")
         size = (WIDTH, WIDTH * picture.height // picture.width)
@@ -119,7 +125,7 @@ def tour(browser: Browser) -> None:
         append_images=pictures[1:],
         duration=list(times),
         loop=0,
-        quality=60,
+        quality=45,
         method=6,
     )
 
@@ -147,8 +153,8 @@ def drawings() -> None:
     """The plate and its first block."""
     design = optimise_plate(load_robot("aria"), load_plate("table2"))
     fixture = fixture_of(design.plate)
-    for name, page in zip(("plate", "block"), pages_of(fixture), strict=False):
-        picture = Image.open(io.BytesIO(png_of(page))).convert("L")
+    for name, sheet in zip(("plate", "block"), drawings_of(fixture).values(), strict=False):
+        picture = Image.open(io.BytesIO(png(figure_of(sheet), dots=100)))
         picture.save(PICTURES / f"drawing-{name}.png", optimize=True)
 
 

@@ -19,11 +19,11 @@ import numpy as np
 from environments import Failed
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.identification_jacobian import linearise
+from workbench.arm.linearisation import linearise
 from workbench.plate.criterion import criterion_of
+from workbench.plate.exchange import exchange
 from workbench.plate.observability import INDICES, SetIndex
 from workbench.plate.poses.d_optimal import d_bound, d_exchange
-from workbench.plate.poses.exchange import exchange
 from workbench.plate.poses.sampling import random_poses
 
 HERE = Path(__file__).resolve().parent

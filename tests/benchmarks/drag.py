@@ -42,8 +42,8 @@ from workbench.session.state import CubeView, Field, Tab
 from workbench.views.page import html
 from workbench.views.page.app import App
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "views" / "page"))
-from conftest import DRAWN, FLAGS, SIZE, Screen, browser_program
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from browser import DRAWN, FLAGS, SIZE, Screen, browser_program
 
 STEPS = 300
 CUBES = (1_000, 10_000)

@@ -23,8 +23,9 @@ from real_arms import SETS, load, set_names, splits
 from rich.console import Console
 
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.result import Diagnosis
-from workbench.report.figures import COLOURS, NOMINAL, look, new_figure, on_white, png
+from workbench.diagnosis.report.budget import budget
+from workbench.report.colours import NOMINAL
+from workbench.report.figures import COLOURS, look, new_figure, on_white, png
 from workbench.report.tables import new_table
 
 DATA = TESTS.parents[1] / "shared" / "data"
@@ -38,13 +39,6 @@ NAMES = {
     "panda_3": "Panda 3",
     "iiwa14": "iiwa 14",
 }
-
-
-def budget(said: Diagnosis) -> dict[str, float]:
-    """What each step takes off the mean held-out position error, and what it leaves [mm]."""
-    nominal, before, after = (v.held_out.position_mm.mean for v in (said.nominal, said.before, said.after))
-    named = after if said.residual_map is None else said.residual_map.before_mm
-    return dict(zip(PARTS, (nominal - before, before - named, named - after, after), strict=True))
 
 
 def bars(found: dict[str, dict[str, float]]) -> Figure:

@@ -46,14 +46,16 @@ def plates(robot: Robot, places: int, wanted: tuple[str, ...]) -> Iterator[tuple
         yield "Table 2", given.made(machined), SEATS
     for name, shapes in (("optimised", None), ("three shapes", 3)):
         if name.startswith(wanted):
-            wish = DesignRequest(making=machined, shapes=shapes, places=places)
-            yield name, optimise_plate(robot, given, wish=wish).plate, SEATS
+            request = DesignRequest(making=machined, shapes=shapes, places=places)
+            yield name, optimise_plate(robot, given, request=request).plate, SEATS
     for name, sigma in (("breadboard", SOCKETS), ("printed", SOCKETS), ("ball-bar", BAR)):
         if not name.startswith(wanted):
             continue
         manner = MANNERS[name]
-        wish = DesignRequest(number=14, making=manner.making, blocks=manner.blocks(Blocks()), places=places)
-        plate = optimise_plate(robot, given, wish=wish, reading=manner.reading).plate
+        request = DesignRequest(
+            number=14, making=manner.making, blocks=manner.blocks(Blocks()), places=places
+        )
+        plate = optimise_plate(robot, given, request=request, reading=manner.reading).plate
         yield name, plate, sigma
         if name != "ball-bar":
             known = tuple(replace(t, sigma=MEASURED) for t in plate.targets)

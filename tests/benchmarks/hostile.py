@@ -30,7 +30,7 @@ from ledger import Ledger
 from parsers import Made, Parse, made_rooms, parsers
 
 from workbench.base.errors import WorkbenchError
-from workbench.base.wording import LONGEST
+from workbench.base.wording import MAX_SENTENCE
 
 BATCH = 4000
 SLOW, LARGE, LONGEST_WAIT = 2.0, 500 * 2**20, 60
@@ -72,7 +72,7 @@ def outcome(parse: Parse, content: bytes, kept: bool) -> tuple[str, float]:
         parse(content)
     except WorkbenchError as error:
         text = str(error)
-        result = "sentence" if len(text) <= LONGEST and "\n" not in text else "long sentence"
+        result = "sentence" if len(text) <= MAX_SENTENCE and "\n" not in text else "long sentence"
     except Exception as error:
         result = "sentence" if kept else f"bare {type(error).__name__}"
     took = used() - begin

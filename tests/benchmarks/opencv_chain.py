@@ -61,18 +61,18 @@ def _rotation(m):
 
 def chain(data, tool):
     """Camera, target and pixel error (a coordinate's root mean square) of the chain."""
-    camera, uv = data.rig.cameras[0], data.pixels[:, 0]
+    camera, uv = data.readings.rig.cameras[0], data.readings.pixels[:, 0]
     rows = np.isfinite(uv[..., 0]).sum(1) >= 6
-    seen = seen_by_opencv(data.rig.points, uv[rows], camera.intrinsics)
+    seen = seen_by_opencv(data.readings.rig.points, uv[rows], camera.intrinsics)
     x, z = closed_form(tool[rows], seen)
     points = np.linalg.inv(x) @ tool[rows] @ z
-    at = np.einsum("rij,pj->rpi", points[:, :3, :3], data.rig.points) + points[:, None, :3, 3]
+    at = np.einsum("rij,pj->rpi", points[:, :3, :3], data.readings.rig.points) + points[:, None, :3, 3]
     off = virtual.pixels(at, camera.intrinsics[:4], camera.intrinsics[4:]) - uv[rows]
     return x, float(np.sqrt(np.nanmean(off**2)))
 
 
 def rms_px(run):
-    return run.best.train.pixel_px.rms / np.sqrt(2.0)
+    return run.best.train.own.rms / np.sqrt(2.0)
 
 
 def main():

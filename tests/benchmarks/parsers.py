@@ -216,10 +216,10 @@ def mapping() -> tuple[bytes, Parse]:
 
 
 def pixels() -> tuple[bytes, Parse]:
-    from workbench.data.camera.camera import read_cameras
-    from workbench.data.camera.pixel_table import read_pixels
-    from workbench.data.camera.rig import Rig
-    from workbench.data.camera.target import read_targets
+    from workbench.extras.camera.camera import read_cameras
+    from workbench.extras.camera.pixel_table import read_pixels
+    from workbench.extras.camera.rig import Rig
+    from workbench.extras.camera.target import read_targets
 
     folder = room()
     (folder / "camera.toml").write_text(CAMERA)
@@ -229,13 +229,13 @@ def pixels() -> tuple[bytes, Parse]:
 
 
 def camera() -> tuple[bytes, Parse]:
-    from workbench.data.camera.camera import read_cameras
+    from workbench.extras.camera.camera import read_cameras
 
     return CAMERA.encode(), in_file("camera.toml", read_cameras)
 
 
 def target(text: str) -> tuple[bytes, Parse]:
-    from workbench.data.camera.target import read_targets
+    from workbench.extras.camera.target import read_targets
 
     return text.encode(), in_file("target.toml", read_targets)
 
@@ -379,7 +379,7 @@ def parquet() -> Made:
 def c3d() -> Made:
     import ezc3d
 
-    from workbench.data.binary_recordings import c3d_points
+    from workbench.extras.logs.binary_recordings import c3d_points
 
     file, path = ezc3d.c3d(), room() / "take.c3d"
     file["parameters"]["POINT"]["UNITS"]["value"] = ["mm"]
@@ -396,8 +396,8 @@ def bag(name: str) -> Made:
     from rosbags.rosbag2 import Writer as Writer2
     from rosbags.typesys import Stores, get_typestore
 
-    from workbench.data.binary_recordings import JOINTS, bag_streams
     from workbench.data.readers import read_measurements
+    from workbench.extras.logs.binary_recordings import JOINTS, bag_streams
 
     _read_once()
     first = name.endswith(".bag")

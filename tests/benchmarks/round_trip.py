@@ -24,7 +24,10 @@ import test_round_trip as tested
 from real_arms import set_names
 
 import workbench as wb
-from workbench.arm.robot import Frame, Robot
+from tests.exports.readers import spreadsheet
+from tests.extras.controllers import test_saved_forms as forms
+from workbench.arm.frame import Frame
+from workbench.arm.robot import Robot
 from workbench.arm.usable import usable_arm
 from workbench.base.errors import WorkbenchError
 from workbench.data.directions import with_directions
@@ -44,6 +47,7 @@ FILES = (
     "flange, memory",
     "flange, nominal",
 )
+READERS = {"dh-csv": lambda nominal, text: spreadsheet(text), **forms.READERS}
 FORMATS = ("set", "after", "format", "says, at most", "file's own", "difference")
 
 
@@ -123,13 +127,13 @@ def formats(name: str, measured: tested.Measured, folder: Path) -> Iterable[tupl
         saved = trip.Saved(place / "arm.toml", place / "arm.urdf", "", np.zeros(0), None)
         job = Job(robot=wb.load_robot(str(saved.toml)), nominal=nominal)
         rows, (_, wanted) = tested.at_observed(saved)
-        for form in tested.GEOMETRIES:
+        for form, read in READERS.items():
             path = place / f"{form}{FORMS[form].ending}"
             try:
                 done = export_robot(FORMS[form], path, job)
             except WorkbenchError:
                 continue
-            found = tested.arm_of(form, path, done.notes, saved, nominal)(rows)[1]
+            found = tested.arm_of(read(nominal, path.read_text()), done.notes, saved)(rows)[1]
             position, rotation = trip.apart(found, wanted)
             seen = measured.rows.rotation is not None
             yield (

@@ -35,8 +35,8 @@ from workbench.session.journal.folder import begin
 from workbench.views.page.app import App
 from workbench.views.recording.recorder import recorder
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "views" / "page"))
-from conftest import DRAWN, FLAGS, SIZE, browser_program
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from browser import DRAWN, FLAGS, SIZE, browser_program
 
 HANDLE = "/handles/arrows"
 PIXEL = """([node, offset]) => {

@@ -4,9 +4,9 @@ import numpy as np
 import task
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import sensitivity_blocks, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import FRAME_PARTS, Frame
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.ols import Ols

@@ -7,7 +7,6 @@
 The paper's numbers that come from the real arm have no counterpart: they are listed with that reason.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +19,7 @@ from studies.page import Sheet
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
+from workbench.base.progress import part_of, progress
 from workbench.data.prediction import RowComponents
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate_targets
@@ -40,9 +40,6 @@ SIDE = 0.1
 """Side L of the cubes [m]."""
 ANYWHERE = 300
 """Random joint positions that stand for the whole joint space."""
-
-Progress = Callable[[float, str], None]
-Cancel = Callable[[], bool]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -74,26 +71,21 @@ class AriaReproduction:
     on_table_4: tuple[RowComponents, ...]
 
 
-def reproduce_aria(
-    *, arms: int = ARMS, seed: int = 0, progress: Progress | None = None, cancel: Cancel | None = None
-) -> AriaReproduction:
+def reproduce_aria(*, arms: int = ARMS, seed: int = 0) -> AriaReproduction:
     """Do the paper again on virtual arms.
 
     Args:
         arms: How many arms with hidden manufacturing errors are compared.
         seed: Of everything random.
-        progress: Called with the share done and what is being done.
-        cancel: Asked between arms whether to stop with those that are done.
 
     Raises:
         OptionError: no arms.
     """
     if arms < 1:
         raise OptionError(f"{arms} virtual arms can't be compared; ask for at least 1")
-    report = progress or (lambda part, words: None)
     robot, plate = load_robot("aria"), load_plate("table2")
-    report(0.0, "choosing poses")
-    clustering = cluster_region(robot, plate.region, side=SIDE, seed=seed)
+    with part_of(0.0, 0.1, "choosing poses"):
+        clustering = cluster_region(robot, plate.region, side=SIDE, seed=seed)
     ways = acquisitions(robot, plate, clustering, seed)
     tool = ways[2]
     rng = np.random.default_rng(seed)
@@ -101,19 +93,11 @@ def reproduce_aria(
     few = min(arms, EXACT_ARMS)
 
     def compared(instrument: str, count: int, begin: float, share: float) -> tuple[Comparison, ...]:
-        return compare_acquisitions(
-            robot,
-            ways,
-            INSTRUMENTS[instrument],
-            judges,
-            arms=count,
-            seed=seed,
-            progress=lambda part, words: report(begin + share * part, words),
-            cancel=cancel,
-        )
+        with part_of(begin, share):
+            return compare_acquisitions(robot, ways, INSTRUMENTS[instrument], judges, arms=count, seed=seed)
 
     exact, noisy = compared("ideal", few, 0.1, 0.1), compared("plate", arms, 0.2, 0.7)
-    report(0.9, "comparing with the printed numbers")
+    progress(0.9, "comparing with the printed numbers")
     *real, on_table_4 = tables.real_example(robot, tool)
     parts = (
         (tables.nominal(robot), None),

@@ -5,7 +5,7 @@ and identified by OLS, OPT1 and OPT2. Judged are the errors at the ten poses the
 and, which the paper does not, those at poses that were not measured: in the region and anywhere.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
+from workbench.base.progress import cancelled, progress, running
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
 from workbench.data.simulation.instruments import Instrument
@@ -25,13 +26,12 @@ from workbench.identification.problem import Noise, Problem
 
 THREE = tuple(ALGORITHMS[name] for name in ("ols", "opt1", "opt2"))
 """The algorithms of the paper's toolbox, §4.1.3."""
+LENGTH_ERROR, ANGLE_ERROR = 5e-3, float(np.deg2rad(5.0))
+"""Of manufacture, at most [m], [rad] (§2.4)."""
 TITLES = ("NOM", *(algorithm.title for algorithm in THREE))
 """The nominal arm, then the algorithms, as the columns of Fig. 7."""
 WEIGHTS = Noise(1e-4, float(np.deg2rad(0.02)))
 """Standard deviations that weigh position and rotation [m], [rad]; a plate's."""
-
-Progress = Callable[[float, str], None]
-Cancel = Callable[[], bool]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -115,8 +115,6 @@ def compare_acquisitions(
     *,
     arms: int,
     seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
 ) -> tuple[Comparison, ...]:
     """Measure and identify many virtual arms in every way; the same arms for all.
 
@@ -127,25 +125,23 @@ def compare_acquisitions(
         judges: Poses at which the identified arms are judged.
         arms: How many arms.
         seed: Of the hidden errors and the noise.
-        progress: Called with the share done and what is being done.
-        cancel: Asked between arms whether to stop with those that are done.
     """
     shape = (arms, len(acquisitions), len(TITLES))
     tables = {name: np.full(shape, np.nan) for name in ("own_p", "own_r", "region", "turn", "anywhere")}
     examples: list[tuple[RowComponents, ...]] = [()] * len(acquisitions)
     for arm in range(arms):
-        if cancel is not None and cancel():
+        if cancelled():
             break
-        if progress is not None:
-            progress(arm / arms, f"{instrument.name}: virtual arm {arm + 1} of {arms}")
+        progress(arm / arms, f"{instrument.name}: virtual arm {arm + 1} of {arms}")
         rng = np.random.default_rng([seed, arm])
-        actual = virtual_arm(robot, rng=rng)
+        actual = virtual_arm(robot, rng=rng, length=LENGTH_ERROR, angle=ANGLE_ERROR)
         for way, acquisition in enumerate(acquisitions):
             try:
                 rows = acquisition.measure(actual, instrument, rng)
             except DataError:
                 continue
-            models = identified(robot, rows)
+            with running():  # an arm is done or not
+                models = identified(robot, rows)
             components = tuple(row_components(model, rows) for model in models)
             examples[way] = examples[way] or components
             tables["own_p"][arm, way] = [np.abs(c.position).max() for c in components]

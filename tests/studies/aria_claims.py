@@ -5,7 +5,7 @@ import numpy as np
 from studies import aria_printed as printed
 from studies.aria_arms import Comparison
 from studies.finding import Finding, between, judged, without
-from workbench.arm.identification_jacobian import linearise
+from workbench.arm.linearisation import linearise
 from workbench.arm.robot import Robot
 from workbench.plate.clustering import Clustering
 from workbench.plate.plate import Plate

@@ -15,8 +15,9 @@ from studies.aria_arms import TITLES, Comparison
 from studies.page import Picture, drawn
 from workbench.data.prediction import RowComponents
 from workbench.identification.report.error_grid import error_grid
-from workbench.identification.result import Column
-from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.identification.result import ArmErrors
+from workbench.report.colours import NOMINAL
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 COLUMN_COLOURS = (NOMINAL, *COLOURS)
 NOTHING = RowComponents(np.zeros((0, 3)), np.zeros((0, 3)))
@@ -24,9 +25,7 @@ MM = 1e3
 SHADED = "Shaded: what the other columns' scale spans."
 
 
-def all_pictures(
-    found: AriaReproduction, progress: Callable[[float], None] | None = None
-) -> tuple[Picture, ...]:
+def all_pictures(found: AriaReproduction) -> tuple[Picture, ...]:
     """Every picture, in the order of the paper."""
     wanted: list[tuple[str, str, str, Callable[[], Figure]]] = [
         ("fig5", "Fig. 5: workspace clustering",
@@ -60,11 +59,11 @@ def all_pictures(
              f"constant holds. Dotted: the limit. {SHADED}",
              partial(_grid, found.on_table_4, rotation=rotation))
         )  # fmt: skip
-    return drawn(wanted, progress)
+    return drawn(wanted)
 
 
 def _grid(errors: tuple[RowComponents, ...], *, rotation: bool) -> Figure:
-    columns = tuple(Column(title, rows, NOTHING) for title, rows in zip(TITLES, errors, strict=True))
+    columns = tuple(ArmErrors(title, rows, NOTHING) for title, rows in zip(TITLES, errors, strict=True))
     place = np.arange(1, len(columns[0].train) + 1)
     limit = printed.REQUIRED_ANGLE if rotation else MM * printed.REQUIRED_POSITION
     figure = error_grid(columns, place, rotation=rotation, limit=limit)

@@ -1,6 +1,5 @@
 """The page and the JSON of the ARIA paper done again."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -33,9 +32,7 @@ def aria_json(found: AriaReproduction) -> Json:
     }
 
 
-def write_aria(
-    found: AriaReproduction, folder: Path | str, *, progress: Callable[[float, str], None] | None = None
-) -> Path:
+def write_aria(found: AriaReproduction, folder: Path | str) -> Path:
     """Write the page with its pictures and `result.json`; whatever else the folder holds stays.
 
     Returns:
@@ -45,7 +42,6 @@ def write_aria(
         FileError: the folder is a file.
     """
     check_folder(folder)
-    report = progress or (lambda part, words: None)
     page = Page(
         title=TITLE,
         source=SOURCE,
@@ -56,7 +52,7 @@ def write_aria(
         ),
         findings=found.findings,
         summary=(_spreads((*found.exact, *found.noisy)),),
-        pictures=all_pictures(found, lambda part: report(part, "drawing")),
+        pictures=all_pictures(found),
         sheets=found.sheets,
         omitted="Figs. 1 to 4 and 8 to 10 are photographs and drawings.",
     )

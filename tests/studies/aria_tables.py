@@ -8,8 +8,8 @@ from studies.aria_arms import TITLES, Acquisition, identified, mean_errors
 from studies.finding import Finding, between, checked, judged, without
 from studies.page import Sheet
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.identification_jacobian import linearise
 from workbench.arm.kinematics.forward import link_frames, sensitivity, tool_poses
+from workbench.arm.linearisation import linearise
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.data.accuracy_requirement import Requirement

@@ -130,12 +130,12 @@ def _row(seed, name, kind, pictures, run, zeros, frames, errors, joint):
     return {
         "seed": seed,
         "what": f"{name} {kind}, {pictures} pictures",
-        "step": run.gate.step.name,
+        "step": run.identifiability.step.name,
         "zeros": list(zeros.values()),
         "frames": frames,
         "errors": errors,
-        "expected": 1e3 * run.gate.step.expected,
-        "uncertainty": 1e3 * run.gate.step.uncertainty,
+        "expected": 1e3 * run.identifiability.step.expected,
+        "uncertainty": 1e3 * run.identifiability.step.uncertainty,
         "shifted": None if joint is None else zeros.get(joint, 1e9),
     }
 

@@ -26,7 +26,7 @@ def reproduce(run, monkeypatch):
     """Run `workbench reproduce` with options whose study has been done: its output is of what was found."""
 
     def call(work, options, found, *words):
-        def known(progress, **asked):
+        def known(**asked):
             assert asked == options
             return found
 

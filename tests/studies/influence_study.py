@@ -16,7 +16,6 @@ poses on least squares is as good under a remainder and clearly better against n
 nothing over eq. (3.6) in any of these cases.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -29,6 +28,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.progress import progress
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms.identifier import AbstractIdentifier
 from workbench.identification.algorithms.influence_based import InfluenceBased
@@ -121,11 +121,7 @@ class InfluenceStudy:
 
 
 def influence_study(
-    *,
-    arms: int = 200,
-    numbers: tuple[int, ...] = (6, 8, 12, 20, 40, POSES),
-    seed: int = 0,
-    progress: Callable[[float], None] | None = None,
+    *, arms: int = 200, numbers: tuple[int, ...] = (6, 8, 12, 20, 40, POSES), seed: int = 0
 ) -> InfluenceStudy:
     """Identify virtual arms in three ways from few and from many poses.
 
@@ -133,7 +129,6 @@ def influence_study(
         arms: How many arms.
         numbers: How many poses are measured, each at most 118.
         seed: Of arms, poses and noise; each arm has its own stream.
-        progress: Called with the share of the work done.
     """
     nominal = load_robot("katana450")
     q = iso_cube_poses(nominal, 2 * POSES, rng=np.random.default_rng(seed)).q
@@ -150,8 +145,7 @@ def influence_study(
                 for m, method in enumerate(METHODS.values()):
                     found = problem.robot_at(method.search(problem).x)
                     errors[t, arm, n, m] = _error(found, shuffled[POSES:], real[POSES:])
-        if progress is not None:
-            progress((arm + 1) / arms)
+        progress((arm + 1) / arms, "influence against least squares")
     return InfluenceStudy(numbers=numbers, before=before, errors=errors)
 
 

@@ -7,7 +7,6 @@
 Numbers that come from the real arm alone have no counterpart; each is listed with a reason.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,6 +28,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.influence_of_constants import Influence, influence
 from workbench.arm.motion import Motion
 from workbench.base.errors import OptionError
+from workbench.base.progress import part_of
 from workbench.plate.poses.iso_cube import CubePoses, iso_cube_poses
 
 ARMS = 40
@@ -43,9 +43,6 @@ FOLLOWING = 2
 """One arm in so many follows the paths of chapter 5."""
 NUMBERS = (6, 12, 118)
 """Numbers of poses of that comparison."""
-
-Progress = Callable[[float, str], None]
-Cancel = Callable[[], bool]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -86,13 +83,7 @@ class KatanaReproduction:
 
 
 def reproduce_katana(
-    *,
-    arms: int = ARMS,
-    weighed: int = WEIGHED,
-    diagnosed: int = DIAGNOSED,
-    seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
+    *, arms: int = ARMS, weighed: int = WEIGHED, diagnosed: int = DIAGNOSED, seed: int = 0
 ) -> KatanaReproduction:
     """Do the thesis again on virtual arms.
 
@@ -101,8 +92,6 @@ def reproduce_katana(
         weighed: How many arms compare influence-based identification with least squares.
         diagnosed: How many of the arms `diagnose` is tried on.
         seed: Of everything random.
-        progress: Called with the share done and what is being done.
-        cancel: Asked between arms whether to stop with those that are done.
 
     Raises:
         OptionError: too few arms for a spread.
@@ -111,39 +100,22 @@ def reproduce_katana(
         raise OptionError(f"{min(arms, weighed)} virtual arms show no spread; ask for at least 2")
     if diagnosed < 1:
         raise OptionError(f"{diagnosed} arms can't be diagnosed; ask for at least 1")
-    report = progress or (lambda part, words: None)
 
     def studied(begin: float, words: str, *, play: float = EACH_WAY, share: float = 1.0) -> KatanaStudy:
-        return katana_study(
-            arms=arms,
-            play=play,
-            share=share,
-            seed=seed,
-            progress=lambda part: report(begin + 0.15 * part, words),
-            cancel=cancel,
-        )
+        with part_of(begin, 0.15, words):
+            return katana_study(arms=arms, play=play, share=share, seed=seed)
 
     once = studied(0.0, "arms calibrated in every way")
     twice = studied(0.15, "the same with twice the play", play=EACH_SIDE)
     as_bad = studied(0.3, "arms that begin as badly as the thesis's", share=AS_BAD)
-    weights = influence_study(
-        arms=weighed,
-        numbers=NUMBERS,
-        seed=seed,
-        progress=lambda part: report(0.45 + 0.25 * part, "influence against least squares"),
-    )
-    named = diagnosed_arms(
-        arms=min(arms, diagnosed), seed=seed, progress=lambda part: report(0.7 + 0.1 * part, "arms diagnosed")
-    )
-    read = experiments(
-        arms=min(arms, READ), seed=seed, progress=lambda part: report(0.8 + 0.05 * part, "joints loaded")
-    )
-    tracking = tracking_study(
-        arms=max(arms // FOLLOWING, 2),
-        seed=seed,
-        progress=lambda part: report(0.85 + 0.15 * part, "paths followed"),
-        cancel=cancel,
-    )
+    with part_of(0.45, 0.25):
+        weights = influence_study(arms=weighed, numbers=NUMBERS, seed=seed)
+    with part_of(0.7, 0.1):
+        named = diagnosed_arms(arms=min(arms, diagnosed), seed=seed)
+    with part_of(0.8, 0.05):
+        read = experiments(arms=min(arms, READ), seed=seed)
+    with part_of(0.85, 0.15):
+        tracking = tracking_study(arms=max(arms // FOLLOWING, 2), seed=seed)
     robot = load_robot("katana450")
     cube = iso_cube_poses(robot, rng=np.random.default_rng(seed))
     pencil = pencil_check(tracking.paths[0], seed=seed)

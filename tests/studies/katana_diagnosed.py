@@ -4,7 +4,6 @@ It begins with the constants of the three-rotation form and names joints, effect
 remainder of the arms, which the thesis's ways leave, is for it a local error of each joint.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +25,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
+from workbench.base.progress import progress, running
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.diagnose import diagnose
 
@@ -45,27 +45,26 @@ class Diagnosed(NamedTuple):
     named: tuple[int, ...]
 
 
-def diagnosed_arms(*, arms: int, seed: int = 0, progress: Callable[[float], None] | None = None) -> Diagnosed:
+def diagnosed_arms(*, arms: int, seed: int = 0) -> Diagnosed:
     """Diagnose the first arms of `katana_study`.
 
     Args:
         arms: How many.
         seed: Of poses and arms, as there.
-        progress: Called with the share done.
     """
     robot, cube = load_robot("katana450-three-rotation"), study_poses(seed)
     errors, named = [], []
     for number in range(arms):
         rng = np.random.default_rng([seed, number])
         arm = measure_arm(rng, cube, play=EACH_WAY, remainder=REMAINDER)
-        found = diagnose(robot, _rows(arm), held_out=0.0).calibrated
+        with running():
+            found = diagnose(robot, _rows(arm), held_out=0.0).calibrated
         judge, real = _within(found, arm)
         away = tool_poses(found, Motion(judge))[:, :3, 3] - real[:, :3, 3]
         errors.append(1e3 * float(np.linalg.norm(away, axis=1).mean()))
         effects = {(effect.name, joint) for effect in found.effects for joint in effect.joints}
         named.append(sum(effect in effects for effect in HIDDEN))
-        if progress is not None:
-            progress((number + 1) / arms)
+        progress((number + 1) / arms, "arms diagnosed")
     return Diagnosed(np.array(errors), tuple(named))
 
 

@@ -4,7 +4,6 @@ Postures that load one joint at a time, with a mass hung onto the tool, are plan
 upright, is pulled sideways and seen by the tracker. Hidden sizes are drawn about the printed ones.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +14,7 @@ from studies.finding import Finding, judged
 from studies.katana_study import LOADED
 from studies.page import Sheet
 from workbench.arm.built_in_arms import load_robot
+from workbench.base.progress import progress, running
 from workbench.extras.katana.load_test.experiment import run_load_test
 
 ADDED = 2.0
@@ -36,22 +36,21 @@ class Experiments:
     errors: Float[np.ndarray, "arms 5 3"]
 
 
-def experiments(*, arms: int, seed: int = 0, progress: Callable[[float], None] | None = None) -> Experiments:
+def experiments(*, arms: int, seed: int = 0) -> Experiments:
     """Do the experiment on several virtual arms.
 
     Args:
         arms: How many.
         seed: Of the first arm.
-        progress: Called with the share done.
     """
     robot = load_robot("katana450-three-rotation")
     errors = []
     for arm in range(arms):
-        found = run_load_test(robot, added_mass=ADDED, seed=seed + arm)
+        with running():
+            found = run_load_test(robot, added_mass=ADDED, seed=seed + arm)
         pairs = zip(found.joints, found.hidden, strict=True)
         errors.append([[getattr(a, kind) / getattr(b, kind) - 1.0 for kind in KINDS] for a, b in pairs])
-        if progress is not None:
-            progress((arm + 1) / arms)
+        progress((arm + 1) / arms, "joints loaded")
     return Experiments(np.array(errors))
 
 

@@ -16,7 +16,8 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.identification.report.constants import influence_figure
-from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.report.colours import NOMINAL
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 PRINTED = (
     (TABLE_3_4[3, 0], *TABLE_3_4[3, 1:], np.nan, *TABLE_4_5[2, 3, 1:], np.nan),
@@ -25,9 +26,7 @@ PRINTED = (
 """Printed means by column of `TITLES`: at the measured poses, at uncalibrated ones [mm]."""
 
 
-def katana_pictures(
-    found: KatanaReproduction, progress: Callable[[float], None] | None = None
-) -> tuple[Picture, ...]:
+def katana_pictures(found: KatanaReproduction) -> tuple[Picture, ...]:
     """Every picture, in the order of the thesis."""
     once, weights = found.once, found.weights
     wanted: list[tuple[str, str, str, Callable[[], Figure]]] = [
@@ -48,7 +47,7 @@ def katana_pictures(
          "over the arms with its 95 % interval. Below the dashed line they do better.",
          lambda: study_figure(weights)),
     ]  # fmt: skip
-    return drawn(wanted, progress)
+    return drawn(wanted)
 
 
 def _arms(study: KatanaStudy, diagnosed: Float[np.ndarray, " some"]) -> Figure:

@@ -6,9 +6,9 @@ A joint's row of the table is [α, a, β, θ, d], and its link
 
 with the joint's tilt B_i right before its drive (4.9), (4.10): a turn by −c η/|η| across the axis for its
 clearance, and by −b sign(η_z) − η_z/k about it for backlash and compliance, where η is the moment (4.21) that
-holds what the bent arm carries at rest. It tilts about where the three-rotation form has its joint, behind d
-(4.4). Gravity has no moment about joint 1, whose play stays on one side. ε_i is a remainder that neither
-constants nor tilting can hold: waves of the joint's own angle.
+holds what the deflected arm carries at rest. It tilts about where the three-rotation form has its joint,
+behind d (4.4). Gravity has no moment about joint 1, whose play stays on one side. ε_i is a remainder that
+neither constants nor tilting can hold: waves of the joint's own angle.
 
 The sixth joint is inactive and carries the link with the targets.
 """
@@ -47,7 +47,7 @@ PLACES = (
 ORDERS = (2, 3, 4, 5, 6, 7, 8)
 """Waves of a joint's remainder in a turn."""
 ROUNDS = 12
-"""Rounds in which the bent arm finds its moments."""
+"""Rounds in which the deflected arm finds its moments."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

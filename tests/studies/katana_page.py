@@ -1,6 +1,5 @@
 """The page and the JSON of the Katana thesis done again."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +13,7 @@ from studies.katana_tracking import PATHS, STEPS
 from studies.katana_tracking_claims import tracking_pictures
 from studies.page import SCHEMA, Json, Page, Sheet, findings_json, plural, write_page
 from workbench.base.files import check_folder
+from workbench.base.progress import part_of
 
 TITLE = "Joint tilting and influence-based calibration of the Katana 450, done again"
 SOURCE = (
@@ -56,9 +56,7 @@ def katana_json(found: KatanaReproduction) -> Json:
     }
 
 
-def write_katana(
-    found: KatanaReproduction, folder: Path | str, *, progress: Callable[[float, str], None] | None = None
-) -> Path:
+def write_katana(found: KatanaReproduction, folder: Path | str) -> Path:
     """Write the page with its pictures and `result.json`; whatever else the folder holds stays.
 
     Returns:
@@ -68,18 +66,17 @@ def write_katana(
         FileError: the folder is a file.
     """
     check_folder(folder)
-    report = progress or (lambda part, words: None)
+    with part_of(0.0, 0.6):
+        pictures = katana_pictures(found)
+    with part_of(0.6, 0.4):
+        tracking = tracking_pictures(found.tracking)
     page = Page(
         title=TITLE,
         source=SOURCE,
         facts=_facts(found),
         findings=found.findings,
         summary=(_held_out(found),),
-        pictures=(
-            *katana_pictures(found, lambda part: report(0.6 * part, "drawing")),
-            *tracking_pictures(found.tracking, lambda part: report(0.6 + 0.4 * part, "drawing")),
-            pencil_picture(found.pencil),
-        ),
+        pictures=(*pictures, *tracking, pencil_picture(found.pencil)),
         sheets=found.sheets,
         omitted="Figs. 3.1 to 3.7, 4.1 to 4.7 and 4.9 are photographs and drawings.",
     )

@@ -13,7 +13,6 @@ thesis does, and at poses that took no part. Six ways identify it:
 Joint 1 turns about the vertical: gravity shows neither its backlash nor its stiffness, and none is modelled.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple
@@ -31,6 +30,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
+from workbench.base.progress import cancelled, progress, running
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
@@ -56,9 +56,6 @@ AS_BAD = 2.0
 """Multiple of Table 3.2's errors with which arms begin as badly as the thesis's: at 1.2 mm."""
 LOADED = (1, 2, 3, 4)
 """Joints about whose axes gravity has a moment, counted from 0."""
-
-Progress = Callable[[float], None]
-Cancel = Callable[[], bool]
 
 
 class Way(NamedTuple):
@@ -141,14 +138,7 @@ class KatanaStudy:
 
 
 def katana_study(
-    *,
-    arms: int,
-    play: float = EACH_WAY,
-    remainder: float = REMAINDER,
-    share: float = 1.0,
-    seed: int = 0,
-    progress: Progress | None = None,
-    cancel: Cancel | None = None,
+    *, arms: int, play: float = EACH_WAY, remainder: float = REMAINDER, share: float = 1.0, seed: int = 0
 ) -> KatanaStudy:
     """Calibrate virtual Katanas in every way.
 
@@ -158,20 +148,18 @@ def katana_study(
         remainder: Standard deviation of each joint's remainder [rad].
         share: Size of the constants' errors, as a multiple of Table 3.2's.
         seed: Of poses, arms, noise.
-        progress: Called with the share done.
-        cancel: Asked between arms whether to stop with those that are done.
     """
     craig, three = load_robot("katana450"), load_robot("katana450-three-rotation")
     cube = study_poses(seed)
     rows: list[tuple[np.ndarray, ...]] = []
     for arm in range(arms):
-        if rows and cancel is not None and cancel():
+        if rows and cancelled():
             break
         rng = np.random.default_rng([seed, arm])
         measured_arm = measure_arm(rng, cube, play=play, remainder=remainder, share=share)
-        rows.append(_calibrated(measured_arm, craig, three.with_effects(*read_tilting(rng, play))))
-        if progress is not None:
-            progress((arm + 1) / arms)
+        with running():  # an arm is done or not
+            rows.append(_calibrated(measured_arm, craig, three.with_effects(*read_tilting(rng, play))))
+        progress((arm + 1) / arms, "arms calibrated in every way")
     measured, ten, held_out, turned, errors, constants = (np.array(part) for part in zip(*rows, strict=True))
     return KatanaStudy(
         play=play,

@@ -14,7 +14,6 @@ posture. A third path is the circle's upright diameter, which the arm draws in a
 identified on one trajectory is judged there.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,14 +24,16 @@ from studies.katana_generator import VirtualKatana, draw_arm
 from studies.katana_study import EACH_WAY, REMAINDER, Spread, read_tilting, spread
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
+from workbench.base.progress import cancelled, progress, running
 from workbench.base.types import JointRows, Poses
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Noise, Problem
-from workbench.paths.correction import Method, compensate
+from workbench.paths.correction import CorrectionMethod, compensate
 from workbench.paths.curves import Curve, circle_through, line
 from workbench.paths.path import command_joints
 from workbench.paths.planning import Planned, plan
@@ -52,9 +53,6 @@ STEPS = ("before", "geometry", "stiffness first", "tilting first", "ours")
 """Columns of all results."""
 BEFORE, GEOMETRY, STIFFNESS, TILTING, OURS = range(5)
 """Their places."""
-
-Progress = Callable[[float], None]
-Cancel = Callable[[], bool]
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -85,29 +83,25 @@ class TrackingStudy:
         return spread(self.mean[:, BEFORE, path] / self.mean[:, step, path])
 
 
-def tracking_study(
-    *, arms: int, seed: int = 0, progress: Progress | None = None, cancel: Cancel | None = None
-) -> TrackingStudy:
+def tracking_study(*, arms: int, seed: int = 0) -> TrackingStudy:
     """Let virtual Katanas follow the paths.
 
     Args:
         arms: How many.
         seed: Of arms, poses and noise.
-        progress: Called with the share done.
-        cancel: Asked between arms whether to stop with those that are done.
     """
     robot = drawing_katana()
     paths = tracked_paths(robot)
     cube = iso_cube_poses(robot, POSES, rng=np.random.default_rng(seed)).q
     errors: list[np.ndarray] = []
     for number in range(arms):
-        if errors and cancel is not None and cancel():
+        if errors and cancelled():
             break
         rng = np.random.default_rng([seed, 5, number])
         actual = draw_arm(rng, play=EACH_WAY, remainder=REMAINDER)
-        errors.append(tracked(actual, robot, read_tilting(rng, EACH_WAY), paths, cube, rng))
-        if progress is not None:
-            progress((number + 1) / arms)
+        with running():  # an arm is done or not
+            errors.append(tracked(actual, robot, read_tilting(rng, EACH_WAY), paths, cube, rng))
+        progress((number + 1) / arms, "paths followed")
     found = np.array(errors)
     return TrackingStudy(
         paths=paths,
@@ -163,7 +157,7 @@ def tracked(
     for k, path in enumerate(paths):
         out[k, BEFORE] = missed(actual, robot, path.q, path.poses)
         for step, model in enumerate(models, start=1):
-            method = Method.ITERATED if step == OURS else Method.ONE_STEP
+            method = CorrectionMethod.ITERATED if step == OURS else CorrectionMethod.ONE_STEP
             q = compensate(command_joints(model, robot, path.q, positions_only=True), method=method).q
             out[k, step] = missed(actual, robot, q, path.poses)
     return out
@@ -208,9 +202,11 @@ def missed(actual: VirtualKatana, robot: Robot, q: JointRows, wanted: Poses) -> 
 def _alone(robot: Robot, path: Planned) -> Float[np.ndarray, "2 rows"]:
     """Fig. 5.10: the nominal geometry with the joints of Table 5.2, in motion."""
     exact = read_tilting(np.random.default_rng(0), EACH_WAY)
-    return np.array([_bent(robot.with_frames(base=Frame()), e, path) for e in (exact[2:], exact)])
+    return np.array([_deflected(robot.with_frames(base=Frame()), e, path) for e in (exact[2:], exact)])
 
 
-def _bent(robot: Robot, effects: tuple[AbstractEffect, ...], path: Planned) -> Float[np.ndarray, " rows"]:
+def _deflected(
+    robot: Robot, effects: tuple[AbstractEffect, ...], path: Planned
+) -> Float[np.ndarray, " rows"]:
     there = tool_poses(robot.with_effects(*effects), path.motion)
     return 1e3 * np.linalg.norm((there - path.poses)[:, :3, 3], axis=1)

@@ -16,7 +16,8 @@ from workbench.arm.motion import Motion
 from workbench.arm.statics.moments import JointMoments, joint_moments
 from workbench.paths.planning import Planned
 from workbench.paths.report import draw_moments, draw_motion
-from workbench.report.figures import COLOURS, INK, NOMINAL, grid, look, new_figure
+from workbench.report.colours import NOMINAL
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 BETTER = (tracking.GEOMETRY, tracking.STIFFNESS, tracking.TILTING)
 """Columns with a printed number."""
@@ -145,9 +146,7 @@ def _loads(study: TrackingStudy) -> tuple[Finding, ...]:
     )
 
 
-def tracking_pictures(
-    study: TrackingStudy, progress: Callable[[float], None] | None = None
-) -> tuple[Picture, ...]:
+def tracking_pictures(study: TrackingStudy) -> tuple[Picture, ...]:
     """Counterparts of figs. 5.7 to 5.10 and 5.12, and the errors of all arms."""
     circle, arms = study.paths[0], len(study.mean)
     wanted: tuple[tuple[str, str, str, Callable[[], Figure]], ...] = (
@@ -166,7 +165,7 @@ def tracking_pictures(
          f"the circle {_gain(study).words(3)} mm here, next to nothing. {_better(study).capitalize()}.",
          lambda: _arms(study)),
     )  # fmt: skip
-    return drawn(wanted, progress)
+    return drawn(wanted)
 
 
 def _moments(path: Planned) -> JointMoments:

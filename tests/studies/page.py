@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from studies.finding import Finding, Verdict
 from workbench.base.files import write_folder
+from workbench.base.progress import progress
 from workbench.report.figures import png
 from workbench.report.html import page_template
 from workbench.report.json import json_text
@@ -37,20 +38,16 @@ class Picture:
     content: bytes
 
 
-def drawn(
-    wanted: Sequence[tuple[str, str, str, Callable[[], Figure]]], progress: Callable[[float], None] | None
-) -> tuple[Picture, ...]:
+def drawn(wanted: Sequence[tuple[str, str, str, Callable[[], Figure]]]) -> tuple[Picture, ...]:
     """Pictures one after the other.
 
     Args:
         wanted: File name without ending, heading, caption, and what draws it.
-        progress: Called with the share done.
     """
     pictures = []
     for number, (name, title, caption, draw) in enumerate(wanted):
         pictures.append(Picture(f"{name}.png", title, caption, png(draw())))
-        if progress is not None:
-            progress((number + 1) / len(wanted))
+        progress((number + 1) / len(wanted), "drawing")
     return tuple(pictures)
 
 

@@ -12,6 +12,7 @@ from studies.aria_page import aria_json
 from studies.conftest import ARIA
 from studies.finding import GOOD, Verdict
 from workbench.base.errors import OptionError
+from workbench.base.progress import running
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.report.json import json_text
 
@@ -115,9 +116,8 @@ def test_the_same_seed_gives_the_same_arms(found):
         for _ in range(2)
     )
     assert np.array_equal(one.region, two.region)
-    stopped = compare_acquisitions(
-        found.robot, [way], INSTRUMENTS["plate"], judges, arms=1, cancel=lambda: True
-    )
+    with running(cancel=lambda: True):
+        stopped = compare_acquisitions(found.robot, [way], INSTRUMENTS["plate"], judges, arms=1)
     assert stopped[0].reached == 0
 
 

@@ -26,6 +26,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
+from workbench.base.progress import running
 from workbench.report.json import json_text
 
 
@@ -126,7 +127,8 @@ def test_an_arm_is_the_same_however_many_there_are(found):
     again = katana_study(arms=2)
     assert np.array_equal(again.held_out, found.once.held_out[:2])
     assert again.measured.shape == (2, len(TITLES), 3, 7)
-    stopped = katana_study(arms=5, cancel=lambda: True)
+    with running(cancel=lambda: True):
+        stopped = katana_study(arms=5)
     assert len(stopped.held_out) == 1
 
 

@@ -2,8 +2,8 @@
 Identify an arm's geometry
 ==========================
 
-A virtual ARIA with hidden manufacturing errors is measured at 60 poses; three algorithms find its geometry.
-The error that counts is the one on rows that took no part.
+A virtual ARIA with hidden manufacturing errors is measured at 60 poses; its geometry is identified.
+The error that counts is the one on held-out rows.
 """
 
 import workbench as wb

@@ -2,8 +2,8 @@
 Find what the model lacks
 =========================
 
-A joint that yields to its load is hidden in a virtual arm. Its geometry alone can't explain the rows; the
-diagnosis names the joint, adds the effect, and says what that explains on rows that took no part.
+A virtual arm has a compliant joint, which geometry alone can't explain. The diagnosis names the joint, adds the
+effect, and reports what it explains on held-out rows.
 """
 
 import workbench as wb

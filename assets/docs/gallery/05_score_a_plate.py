@@ -1,6 +1,6 @@
 """
-What a plate tells about an arm
-===============================
+How well a plate determines an arm
+==================================
 
 The ten-target plate of the ARIA paper: the observability of each target and of the whole set, and the error
 to expect over the region after a calibration with it.

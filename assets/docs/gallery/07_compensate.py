@@ -9,7 +9,6 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import workbench as wb
-from workbench.data.readers import read_trajectory
 
 arm = wb.load_robot("aria")
 actual, data = wb.measure_poses(arm, 80, seed=1)
@@ -21,7 +20,7 @@ start, swing = [0.0, 40.0, -80.0, 30.0, 60.0, 0.0], [40.0, 10.0, -15.0, 15.0, 20
 q = np.deg2rad(start) + turn * np.deg2rad(swing)
 columns = ",".join(["time[s]", *(f"q{joint}[rad]" for joint in range(1, 7))])
 np.savetxt("path.csv", np.column_stack([time, q]), delimiter=",", header=columns, comments="")
-corrected = wb.compensate(calibrated, read_trajectory("path.csv"), nominal=arm)
+corrected = wb.compensate(calibrated, wb.read_trajectory("path.csv"), nominal=arm)
 
 # %%
 # What the actual arm does with either:

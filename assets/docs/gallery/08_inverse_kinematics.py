@@ -1,8 +1,8 @@
 """
-Every way to reach a pose
-=========================
+All branches that reach a pose
+==============================
 
-The inverse kinematics gives every branch of a calibrated arm, which no closed form does.
+The inverse kinematics gives every branch of a calibrated arm, which has no closed form.
 """
 
 import numpy as np

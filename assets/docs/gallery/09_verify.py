@@ -2,7 +2,7 @@
 Verify a calibrated arm
 =======================
 
-Fresh poses, an interval instead of a bare mean, and whether every pose is within what is wanted.
+Fresh poses, an interval instead of a bare mean, and pass or fail against a required error.
 """
 
 import workbench as wb

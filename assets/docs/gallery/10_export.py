@@ -1,6 +1,6 @@
 """
-Take the result away
-====================
+Export the calibrated arm
+=========================
 
 A calibrated arm is a TOML or a URDF file; the URDF gives the same poses in any other program.
 """

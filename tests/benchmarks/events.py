@@ -1,0 +1,307 @@
+"""Diagnose virtual arms to which something happened while they were measured, and count what was named.
+
+    python tests/benchmarks/events.py --arms 10                        # tuning seeds
+    python tests/benchmarks/events.py --seeds judging --arms 100 --json events.jsonl --check
+    python tests/benchmarks/events.py --cases knock,late --wrong
+
+Arms are those of `tests/diagnosis`, plain numpy that shares nothing with the package, one morphology after
+the other; base and tool are free. An event is named if its kind and joints are right and its row is at most
+`NEAR` measured rows off; a warm-up has no row. Any other claim is a false cause. Results on judging seeds
+must change nothing in the program.
+"""
+
+import argparse
+import multiprocessing
+import os
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+TESTS = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
+
+import numpy as np
+from arms import JUDGING, SIGMA, TUNING, robot_of, states
+from draws import draw
+from generator import four, move, rotation
+from laws import poses as deflected_poses
+from ledger import Ledger
+from morphologies import MORPHOLOGIES
+
+from workbench.base.errors import DataError
+from workbench.data.dataset import Dataset
+from workbench.diagnosis.diagnose import diagnose
+
+ARMS = ("aria", "three-parallel", "seven", "industrial", "katana")
+ROWS = 120
+NEAR = 2
+"""Measured rows by which the row of an event may be off."""
+SLIP, TURN = (0.5e-3, 1e-3), (0.3e-3, 1e-3)
+"""Least and greatest step of a frame or a tool [m], and how far it turns where it does [rad]."""
+ZERO, WARM, PACE = (0.8e-3, 1.2e-3), 1.2e-3, 720.0
+"""Step of a joint's zero, change of a joint that warms up [rad or m], and its time constant [s]."""
+RIGHT, FALSE = 0.95, 0.01
+"""Share of events that must be named, and of arms that may be accused of something."""
+EVENTS = ("frame-step", "tool-step", "zero-step", "warm-up")
+
+
+@dataclass(frozen=True)
+class Happened:
+    """An event: its kind, the joint (None for frame and tool), and the first row after it (None: warm-up)."""
+
+    kind: str
+    joint: int | None = None
+    row: int | None = None
+
+
+@dataclass(frozen=True)
+class Case:
+    """What happens to an arm.
+
+    Args:
+        events: Kinds, in this order of time.
+        effects: What the arm has besides, by the catalogue's names.
+        late: Whether the event lies in the last tenth of the rows.
+        tails: Degrees of freedom of Student's t that the noise follows; None: normal.
+        shuffled: Whether the file's order is another than that of the measurements.
+        timed: Whether the file has times.
+        pose: Whether orientations are measured too.
+        readings: Noise of the logged joint angles [rad].
+    """
+
+    events: tuple[str, ...] = ()
+    effects: tuple[tuple[str, object], ...] = ()
+    late: bool = False
+    tails: float | None = None
+    shuffled: bool = False
+    timed: bool = True
+    pose: bool = False
+    readings: float = 0.0
+
+
+COMPLIANCE, ECCENTRIC, DRIFT = ("joint-compliance", None), ("joint-harmonic", 1), ("base-drift", None)
+CASES = {
+    "slip": Case(("tool-step",)),
+    "slip-pose": Case(("tool-step",), pose=True),
+    "knock": Case(("frame-step",)),
+    "knock-pose": Case(("frame-step",), pose=True),
+    "zero": Case(("zero-step",)),
+    "warm-joint": Case(("warm-up joint",)),
+    "warm-frame": Case(("warm-up frame",)),
+    "two": Case(("zero-step", "frame-step")),
+    "twice": Case(("frame-step", "frame-step")),
+    "slip-compliance": Case(("tool-step",), (COMPLIANCE,)),
+    "knock-eccentric": Case(("frame-step",), (ECCENTRIC,)),
+    "zero-both": Case(("zero-step",), (COMPLIANCE, ECCENTRIC)),
+    "knock-drift": Case(("frame-step",), (DRIFT,)),
+    "late-slip": Case(("tool-step",), late=True),
+    "late-knock": Case(("frame-step",), late=True),
+    "shuffled": Case(("frame-step",), shuffled=True),
+    "untimed": Case(("zero-step",), timed=False),
+    "tails": Case(("tool-step",), tails=3.0),
+    "readings": Case(("frame-step",), readings=2e-4),
+    "drift": Case((), (DRIFT,)),
+    "untimed-drift": Case((), (DRIFT,), timed=False),
+    "none": Case(),
+    "none-tails": Case(tails=3.0),
+    "none-untimed": Case(timed=False),
+    "none-compliance": Case((), (COMPLIANCE,)),
+    "none-eccentric": Case((), (ECCENTRIC,)),
+    "none-readings": Case(readings=2e-4),
+}
+"""Cases by name; those without an event come last."""
+
+
+class Measured(NamedTuple):
+    """An arm with its rows, and what happened."""
+
+    robot: object
+    data: Dataset
+    truth: tuple[Happened, ...]
+    effects: tuple
+    measured: np.ndarray
+    """For every row of the file, which measurement it is."""
+
+
+def make(case: Case, seed: int, arm: str) -> Measured:
+    """Draw an arm."""
+    of_arm, of_rows, of_events, of_noise = (np.random.default_rng([seed, k]) for k in range(4))
+    nominal = MORPHOLOGIES[arm]()
+    actual = nominal.perturbed(of_arm, 1e-3, np.deg2rad(0.3))
+    actual = replace(actual, base=_off(actual.base, of_arm), tool=_off(actual.tool, of_arm))
+    state = states(actual, ROWS, of_rows, None)
+    state = replace(state, time=np.sort(state.time) + 3.0 * np.arange(ROWS))
+    effects = tuple(_effect(name, detail, actual, state, of_events) for name, detail in case.effects)
+    truth, seen = _measured(case, actual, state, effects, of_events)
+    noise = (
+        of_noise.standard_normal((ROWS, 6))
+        if case.tails is None
+        else of_noise.standard_t(case.tails, (ROWS, 6))
+    )
+    noise *= np.repeat(SIGMA, 3)
+    seen[:, :3, 3] += noise[:, :3]
+    seen[:, :3, :3] = rotation(noise[:, 3:]) @ seen[:, :3, :3]
+    order = of_noise.permutation(ROWS) if case.shuffled else np.arange(ROWS)
+    data = Dataset(
+        q=(state.q + case.readings * of_noise.standard_normal(state.q.shape))[order],
+        position=seen[order, :3, 3],
+        rotation=seen[order, :3, :3] if case.pose else None,
+        time=state.time[order] if case.timed else None,
+        direction=state.direction[order],
+    )
+    return Measured(robot_of(nominal, arm, "true"), data, truth, effects, order)
+
+
+def _effect(name, detail, arm, state, rng):
+    while (found := draw(name, arm, state, rng, detail=detail)) is None:
+        pass
+    return found
+
+
+def _measured(case, arm, state, effects, rng):
+    """What happened, and the poses (rows, 4, 4) that were measured without noise."""
+    bases, tools = np.tile(arm.base, (ROWS, 1, 1)), np.tile(arm.tool, (ROWS, 1, 1))
+    q, truth, count = state.q.copy(), [], len(case.events)
+    for k, event in enumerate(case.events):
+        low, high = (0.9, 0.95) if case.late else ((k + 0.7) / (count + 0.4), (k + 0.7) / (count + 0.4))
+        row = int(ROWS * rng.uniform(low, high)) + int(rng.integers(-4, 5))
+        row = min(row, ROWS - 6)
+        joint = int(rng.integers(arm.dof))
+        if event == "zero-step":
+            q[row:, joint] += rng.choice([-1.0, 1.0]) * rng.uniform(*ZERO)
+            truth.append(Happened(event, joint, row))
+        elif event == "warm-up joint":
+            q[:, joint] += (
+                WARM * rng.choice([-1.0, 1.0]) * (1.0 - np.exp(-(state.time - state.time[0]) / PACE))
+            )
+            truth.append(Happened("warm-up", joint))
+        elif event == "warm-up frame":
+            grown = 1.0 - np.exp(-(state.time - state.time[0]) / PACE)
+            bases[:, :3, 3] += grown[:, None] * 1e-3 * _direction(rng)
+            truth.append(Happened("warm-up"))
+        elif event == "tool-step":
+            tools[row:] = tools[row:] @ _moved(rng, rng.uniform(*TURN) if case.pose else 0.0)
+            truth.append(Happened(event, None, row))
+        else:
+            bases[row:] = bases[row:] @ _moved(rng, rng.choice([0.0, 1.0]) * rng.uniform(*TURN))
+            truth.append(Happened(event, None, row))
+    plain = replace(arm, base=np.eye(4), tool=np.eye(4))
+    drifting = [e for e in effects if e.name == "base-drift"]
+    crept = deflected_poses(plain, drifting, state) @ np.linalg.inv(deflected_poses(plain, [], state))
+    own = replace(arm, base=np.eye(4))
+    deflected = deflected_poses(own, [e for e in effects if e.name != "base-drift"], replace(state, q=q))
+    return tuple(truth), crept @ bases @ deflected @ np.linalg.inv(arm.tool) @ tools
+
+
+def _moved(rng, turn):
+    return four(rotation(turn * _direction(rng))) @ _shift(rng.uniform(*SLIP) * _direction(rng))
+
+
+def _off(frame, rng):
+    return frame @ four(rotation(0.02 * rng.uniform(-1, 1, 3))) @ _shift(0.02 * rng.uniform(-1, 1, 3))
+
+
+def _shift(vector):
+    return move("x", vector[0]) @ move("y", vector[1]) @ move("z", vector[2])
+
+
+def _direction(rng):
+    vector = rng.standard_normal(3)
+    return vector / np.linalg.norm(vector)
+
+
+def judge(name: str, seed: int) -> dict:
+    """Diagnose one arm, and say which events were named and what was named falsely."""
+    arm = ARMS[seed % len(ARMS)]
+    made = make(CASES[name], seed, arm)
+    began = time.process_time()
+    try:
+        found = diagnose(made.robot, made.data, held_out=0.2)
+    except DataError as error:
+        return {"arm": arm, "right": False, "false": [], "message": str(error), "seconds": 0.0}
+    seconds = time.process_time() - began
+    missed, false = list(made.truth), []
+    known = {(e.name, j) for e in made.effects for j in e.joints or (None,)}
+    for cause in (c for c in found.causes if c.confidence != "cannot tell"):
+        said = [(cause.kind, j) for j in cause.joints or (None,)]
+        if cause.kind in EVENTS:
+            row = int(made.measured[cause.row])
+            hit = next((t for t in missed if [(t.kind, t.joint)] == said and _near(t.row, row)), None)
+            if hit is None:
+                false.append(f"{cause.label} at {row} ({cause.confidence})")
+            else:
+                missed.remove(hit)
+        elif not known.issuperset(said):
+            false.append(f"{cause.label} ({cause.confidence})")
+    errors = found.error.after.position_mm.mean
+    return {
+        "arm": arm,
+        "right": not missed,
+        "missed": [f"{t.kind} {t.joint} {t.row}" for t in missed],
+        "false": false,
+        "after_mm": errors,
+        "message": found.message,
+        "seconds": seconds,
+    }
+
+
+def _near(true: int | None, found: int) -> bool:
+    return true is None or abs(true - found) <= NEAR
+
+
+def options(arguments=None):
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--cases", default=",".join(CASES), help="cases, commas between")
+    parser.add_argument("--arms", type=int, default=10, help="arms a case, one a seed")
+    parser.add_argument(
+        "--seeds", default="tuning", help="tuning, judging, or the first one and the end: 5:8"
+    )
+    parser.add_argument("--jobs", type=int, default=1, help="processes")
+    parser.add_argument("--json", type=Path, help="keep every judged arm in this file, and go on from it")
+    parser.add_argument("--wrong", action="store_true", help="list what was missed or falsely named")
+    parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
+    given = parser.parse_args(arguments)
+    given.cases = given.cases.split(",")
+    if strange := set(given.cases) - set(CASES):
+        parser.error(f"--cases doesn't know {', '.join(sorted(strange))}; choose from {', '.join(CASES)}")
+    if ":" in given.seeds:
+        given.seeds = range(*(int(s) for s in given.seeds.split(":")))
+    else:
+        given.seeds = (JUDGING if given.seeds == "judging" else TUNING)[: given.arms]
+    return given
+
+
+def main(arguments=None):
+    given = options(arguments)
+    ledger = Ledger(given.json, "events")
+    wanted = [(name, seed) for seed in given.seeds for name in given.cases]
+    new = [w for w in wanted if "{} {}".format(*w) not in ledger]
+    with ProcessPoolExecutor(given.jobs, multiprocessing.get_context("spawn")) as pool:
+        futures = {pool.submit(judge, *w): w for w in new}
+        for future in as_completed(futures):
+            ledger.add("{} {}".format(*futures[future]), future.result())
+    held = True
+    for name in given.cases:
+        found = [ledger.records[f"{name} {seed}"] for seed in given.seeds]
+        right, false = sum(f["right"] for f in found), sum(bool(f["false"]) for f in found)
+        error, seconds = (
+            float(np.median([f.get(k, np.nan) for f in found])) for k in ("after_mm", "seconds")
+        )
+        held &= right >= RIGHT * len(found) and false <= FALSE * len(found)
+        print(
+            f"{name:18} named {right:3}/{len(found)}  false {false:3}  {error:.3f} mm  {seconds:.2f} s",
+            flush=True,
+        )
+        for seed, f in zip(given.seeds, found, strict=True):
+            if given.wrong and (f["false"] or not f["right"]):
+                print(f"    {seed} {f['arm']}: missed {f.get('missed')}, false {f['false']}")
+                print(f"      {f['message']}")
+    return int(given.check and not held)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,31 @@
+"""Fixtures for files of binary formats: each is read in a child; the same bytes in one test, in one."""
+
+import pytest
+
+from workbench.base.bounded_process import ChildError
+from workbench.data import binary_tables
+
+
+@pytest.fixture(autouse=True)
+def read_once(monkeypatch):
+    """What a child answered, kept for as long as a test: many read a file and preview it as well."""
+    read, known = binary_tables.in_child, {}
+
+    def once(function, content, *, seconds, memory, **others):
+        key = function, content, seconds, memory
+        if key not in known:
+            try:
+                known[key] = read(function, content, seconds=seconds, memory=memory, **others)
+            except ChildError as error:
+                known[key] = error
+        if isinstance(known[key], ChildError):
+            raise known[key]
+        return known[key]
+
+    monkeypatch.setattr(binary_tables, "in_child", once)
+
+
+@pytest.fixture
+def read_here(monkeypatch):
+    """Without a child, which costs more to start than any sound file to read."""
+    monkeypatch.setattr(binary_tables, "in_child", lambda function, content, **_: function(content))

@@ -1,0 +1,57 @@
+"""A session of the built-in arm on its plate, worked out once."""
+
+from dataclasses import dataclass, field
+from threading import Event
+
+import pytest
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.plate.plate_toml import load_plate
+from workbench.session import AbstractView, Session, Worker, start
+
+
+@dataclass
+class Recorded(AbstractView):
+    """A view that keeps every snapshot."""
+
+    drawn: list[Session] = field(default_factory=list)
+    closed: bool = False
+    identifiability: Event | None = None
+
+    def draw(self, session: Session) -> None:
+        if self.identifiability is not None:
+            self.identifiability.wait(10)
+        self.drawn.append(session)
+
+    def close(self) -> None:
+        self.closed = True
+
+
+@pytest.fixture(scope="session")
+def first() -> Session:
+    return start(load_robot("aria"), load_plate("table2"))
+
+
+@pytest.fixture
+def view() -> Recorded:
+    return Recorded()
+
+
+@pytest.fixture
+def worker(first, view):
+    running = Worker(first, views=[view])
+    yield running
+    running.close()
+
+
+@pytest.fixture
+def do(worker):
+    """Carry commands out one after the other; returns the session afterwards."""
+
+    def carry_out(*commands) -> Session:
+        for command in commands:
+            worker.submit(command)
+            assert worker.wait(120.0)
+        return worker.session
+
+    return carry_out

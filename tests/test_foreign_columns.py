@@ -1,0 +1,209 @@
+"""Columns of a second package, each one entry: a driver with an effect that needs it, and an observation."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+from textwrap import dedent
+
+import pytest
+from test_plugins import install
+
+ROOT = Path(__file__).parent.parent
+WEATHER = """
+    from dataclasses import dataclass
+
+    import numpy as np
+
+    from workbench.arm.effects import AbstractEffect
+    from workbench.arm.effects.axes import diagonal
+    from workbench.base.columns import Column
+    from workbench.base.units import Quantity
+    from workbench.data.observations import AbstractObservation, Channel, Seen
+
+    HUMIDITY = Column(
+        name="humidity", quantity=Quantity.NUMBER, also=("feuchte",), driver=True, usual=(0.5, 0.3)
+    )
+
+    @dataclass(frozen=True)
+    class HumiditySwell(AbstractEffect):
+        name = "humidity-swell"
+        needs = ("humidity",)
+
+        def law(self, chain, motion, wrenches):
+            wet = motion.need("humidity", self.name) - 0.5
+            return diagonal(np.repeat(wet[:, None], len(self.joints), axis=1))
+
+        def sentence(self, chain, motion):
+            return f"{self.where} swells by {self.size(chain)}"
+
+    class HeightObservation(AbstractObservation):
+        height: np.ndarray
+        brings = (Column(name="height", quantity=Quantity.LENGTH, also=("z_laser",), observed=True),)
+        columns = ("height",)
+
+        @property
+        def channels(self):
+            return (Channel.POSITION,)
+
+        @classmethod
+        def of(cls, data):
+            return cls(data.column("height"))
+
+        def see(self, poses, unknown):
+            up = np.tile([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (len(poses), 1, 1))
+            return Seen((self.height - poses[:, 2, 3])[:, None], up, np.zeros((len(poses), 1, 0)))
+"""
+POINTS = {
+    "columns": "weather.parts:HUMIDITY",
+    "effects": "weather.parts:HumiditySwell",
+    "observations": "weather.parts:HeightObservation",
+}
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("packages")
+    install(folder, "weather", {"parts": dedent(WEATHER)}, {})
+    points = "\n".join(f"[workbench.{group}]\n{group} = {home}\n" for group, home in POINTS.items())
+    (folder / "weather-1.0.dist-info" / "entry_points.txt").write_text(points)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run_with(package, tmp_path_factory):
+    home = tmp_path_factory.mktemp("home")
+
+    def run(*words):
+        env = {**os.environ, "PYTHONPATH": os.pathsep.join((str(package), str(ROOT)))}
+        given = [sys.executable, *map(str, words)]
+        done = subprocess.run(given, capture_output=True, text=True, cwd=home, env=env, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    run.home = home
+    return run
+
+
+@pytest.fixture(scope="module")
+def table(run_with):
+    """80 rows of an arm whose second joint swells by 4 mrad, with the column as somebody else calls it."""
+    words = ("--poses", "80", "--effect", "humidity-swell:2:0.004", "--seed", "1", "--out", "made.csv")
+    run_with("-m", "workbench", "simulate", "--robot", "aria", *words)
+    made = (run_with.home / "made.csv").read_text()
+    head, _, rows = made.partition("\n")
+    (run_with.home / "rows.csv").write_text(f"{head.replace('humidity', 'Feuchte')}\n{rows}")
+    return head.split(",")
+
+
+def test_a_driver_is_written_read_previewed_mapped_and_found_by_the_diagnosis(run_with, table):
+    assert table[table.index("humidity") - 1].startswith("qz")
+    shown = run_with("-m", "workbench", "preview", "rows.csv", "--save-mapping", "m.toml")
+    assert "humidity" in shown
+    assert 'Feuchte = "humidity"' in (run_with.home / "m.toml").read_text()
+    run_with(
+        "-m", "workbench", "identify", "rows.csv", "--robot", "aria", "--algorithm", "ols", "--json", "i.json"
+    )
+    run_with(
+        "-m", "workbench", "diagnose", "rows.csv", "--robot", "aria", "--json", "d.json", "--save", "s.toml"
+    )
+    found = json.loads((run_with.home / "d.json").read_text())
+    (effect,) = found["effects"]
+    assert (effect["name"], effect["joints"]) == ("humidity-swell", [2])
+    assert effect["coefficients"][0]["value"] == pytest.approx(4e-3, rel=0.2)
+    before = json.loads((run_with.home / "i.json").read_text())["algorithms"]["ols"]["held_out"]
+    assert found["after"]["held_out"]["position_mm"]["mean"] < 0.5 * before["position_mm"]["mean"]
+    run_with("-m", "workbench", "evaluate", "rows.csv", "--robot", "s.toml")
+
+
+def test_a_row_without_it_and_a_file_without_it_are_told(run_with, table):
+    code = """
+        import numpy as np
+        from dataclasses import replace
+        import workbench as wb
+        from workbench.base.columns import COLUMNS
+        from workbench.data.readers.mapping import meanings
+        rows = wb.read_measurements("rows.csv")
+        arm = wb.load_robot("s.toml")
+        both = rows.take(np.arange(3)).joined(replace(rows, more={}).take(np.arange(2)))
+        print(np.isnan(both.more["humidity"]).tolist(), "humidity" in repr(rows), "humidity" in meanings(6))
+        try:
+            wb.evaluate(arm, replace(rows, more={}))
+        except wb.WorkbenchError as error:
+            print(error)
+        from pathlib import Path
+        q = [f"{','.join(map(str, row))},0.9" for row in rows.q[:3]]
+        head = ",".join([*(f"q{j}[rad]" for j in range(1, 7)), "humidity"])
+        Path("path.csv").write_text("\\n".join([head, *q]))
+        wb.compensate("s.toml", "path.csv", nominal="aria")
+        wet = wb.read_trajectory("path.csv")
+        print(wet.drivers["humidity"].tolist(), COLUMNS["temperature"].label)
+        """
+    first, told, last = run_with("-c", dedent(code)).splitlines()
+    assert first == "[False, False, False, True, True] True True"
+    assert "humidity" in told
+    assert last == "[0.9, 0.9, 0.9] temperature [°C]"
+
+
+def test_it_drives_the_page_its_journal_and_the_recording(run_with, table):
+    code = """
+        from dataclasses import replace
+        from pathlib import Path
+        from workbench.arm.built_in_arms import load_robot
+        from workbench.plate.plate_toml import load_plate
+        from workbench.session.commands.diagnose import AddEffects, Diagnose
+        from workbench.session.commands.data import LoadData
+        from workbench.session.journal.folder import begin
+        from workbench.views.page.app import App
+        from workbench.views.recording.recorder import recorder
+
+        robot, plate = load_robot("aria"), load_plate("table2")
+        begun = begin(robot, plate, folder=Path("rec"))
+        begun = replace(begun, keepers=(*begun.keepers, recorder(Path("rec"))))
+        app = App(robot, plate, begun=begun)
+        for command in (LoadData("rows.csv", Path("rows.csv").read_bytes()), Diagnose(), AddEffects()):
+            app.worker.submit(command)
+            assert app.worker.wait(120.0)
+        s = app.worker.session
+        failed = app.view._failed
+        app.close()
+        print([e.name for e in s.accepted], len(s.loaded.dataset.more["humidity"]), failed)
+        """
+    assert run_with("-c", dedent(code)) == "['humidity-swell'] 80 set()\n"
+    assert [path for path in (run_with.home / "rec").rglob("*.rrd") if path.stat().st_size > 10_000]
+    code = """
+        from pathlib import Path
+        from workbench.session.journal.reader import read_recording
+        from workbench.session.journal.restore import restore
+
+        found = restore(read_recording(Path("rec")))
+        print([e.name for e in found.session.accepted], len(found.session.loaded.dataset.more["humidity"]))
+        """
+    assert run_with("-c", dedent(code)) == "['humidity-swell'] 80\n"
+    run_with("-m", "workbench", "replay", "rec", "--report", "page.html")
+    assert "humidity-swell" in (run_with.home / "page.html").read_text()
+
+
+def test_an_observation_brings_its_column(run_with):
+    """Heights alone: as good as the arm, once the arm is the one that was measured."""
+    code = """
+        import numpy as np
+        import workbench as wb
+
+        arm = wb.load_robot("aria")
+        q = np.random.default_rng(1).uniform(-1.0, 1.0, (60, 6))
+        moved = arm.with_values({"joint3.theta": arm.values(("joint3.theta",))[0] + 5e-3})
+        high = wb.tool_poses(moved, q)[:, 2, 3]
+        np.savetxt(
+            "heights.csv", np.column_stack([q, 1e3 * high]), delimiter=",", comments="", fmt="%.9f",
+            header=",".join([*(f"q{j}[rad]" for j in range(1, 7)), "z_laser[mm]"]),
+        )
+        rows = wb.read_measurements("heights.csv")
+        np.testing.assert_allclose(rows.column("height"), high, atol=1e-9)
+        fit = wb.identify(arm, rows, free="joint3.theta", frames="shared", held_out=0.2, algorithms="ols")
+        print(round(1e3 * (fit.robot.values(("joint3.theta",))[0] - arm.values(("joint3.theta",))[0]), 3))
+        wb.write_measurements(rows, "again.csv")
+        print("height[m]" in open("again.csv").read())
+        """
+    assert run_with("-c", dedent(code)) == "5.0\nTrue\n"
