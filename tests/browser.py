@@ -1,5 +1,6 @@
 """A running app, and a real headless Chromium that looks at it."""
 
+import itertools
 import math
 import os
 import shutil
@@ -12,7 +13,7 @@ import numpy as np
 import pytest
 import viser
 import viser.transforms as vtf
-from playwright.sync_api import Browser, FilePayload, Page, sync_playwright
+from playwright.sync_api import Browser, FilePayload, Page, expect, sync_playwright
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
@@ -40,6 +41,8 @@ SHARPNESS = 1 if PICTURED else 0.25
 UNCOVERED = """() => document.head.appendChild(document.createElement('style')).textContent =
   '.mantine-Notification-root { pointer-events: none; opacity: 0 }'"""
 """viser's note about software rendering lies above the scene; the page's own messages are elsewhere."""
+SIGNS = itertools.count()
+expect.set_options(timeout=60_000)
 
 
 class StartAgain(AbstractChange):
@@ -139,8 +142,26 @@ class Screen:
         self.app.worker.submit(StartAgain(session))
         self.app.worker.wait()
 
+    def settle(self) -> None:
+        """Wait until the page shows all that the server has sent to pages by now."""
+        sign = f"settled-{next(SIGNS)}"
+        shown = self.app.server.gui.add_html(f'<i data-testid="{sign}"></i>')
+        self.app.server.flush()
+        self.page.wait_for_selector(f'[data-testid="{sign}"]', state="attached", timeout=60_000)
+        shown.remove()
+
     def text(self, testid: str) -> str:
+        self.settle()
         return self.page.locator(f'[data-testid="{testid}"]').inner_text()
+
+    def box(self, testid: str, inside: str = "") -> dict[str, float]:
+        """Where something is on the page; asked at once, as what shows numbers is made anew with them."""
+        found = self.page.wait_for_function(
+            "css => document.querySelector(css)?.getBoundingClientRect().toJSON()",
+            arg=f'[data-testid="{testid}"] {inside}',
+            timeout=60_000,
+        )
+        return found.json_value()
 
     def tab(self, name: str) -> None:
         self.page.get_by_role("tab", name=name).click()
@@ -186,6 +207,7 @@ class Screen:
 
     def node(self, name: str) -> list[float]:
         """Position and orientation of a node as the page has it."""
+        self.settle()
         pose = self.page.evaluate("n => window.__viserMutable.nodePoseData[n]", name)
         return [*pose["position"], *pose["wxyz"]]
 
@@ -245,6 +267,7 @@ def look(app: App, chromium: Browser, kept: list[Screen], request) -> Iterator[C
     def open_page() -> Screen:
         screens.append(kept.pop() if is_shared and kept else Screen.open(app, chromium))
         screens[-1].tab("Plate")
+        screens[-1].settle()
         return screens[-1]
 
     yield open_page

@@ -5,6 +5,7 @@ import zipfile
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.urdf import read_urdf
@@ -39,7 +40,7 @@ def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
     screen.wait_text("camera_0", "image 0")
     session = screen.until(lambda s: s.loaded is not None and s.job is None)
     assert session.loaded.name == "knocked"
-    assert screen.page.locator('[data-testid="picture"] image').count() == 1
+    expect(screen.page.locator('[data-testid="picture"] image')).to_have_count(1)
     screen.wait_node("/camera/target", np.zeros(3))
     screen.shoot("pictures-loaded")
     screen.press("Identify the geometry")
@@ -47,7 +48,7 @@ def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
     screen.tab("Measure")
     screen.wait_text("gate", "Identified: joint zeros")
     screen.wait_node("/camera/target", np.zeros(3))
-    box = screen.page.get_by_test_id("steps").bounding_box()
+    box = screen.box("steps")
     assert box["x"] + box["width"] < screen.page.viewport_size["width"]
     screen.shoot("pictures-identified")
     screen.tab("Export")
@@ -79,7 +80,7 @@ def test_an_archive_of_the_folder_is_chosen_with_the_button(app, look, aria, tmp
     assert session.loaded.name == "shots"
     assert len(session.loaded.dataset) == 6
     screen.wait_text("camera_0", "image 0")
-    assert screen.page.locator('[data-testid="picture"] image').count() == 1
+    expect(screen.page.locator('[data-testid="picture"] image')).to_have_count(1)
     screen.page.locator('[data-testid="thumbnails"] a').nth(2).click()
     screen.wait_text("camera_0", "image 2")
     assert screen.until(lambda s: s.row == 2).focus is Focus.ROW

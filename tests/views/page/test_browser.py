@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.motion import Motion
@@ -231,7 +232,7 @@ def plots_are_wide_on_demand(screen):
     screen.press("All algorithms, full width")
     words = screen.page.locator(".mantine-Modal-body svg text").last
     words.wait_for()
-    assert words.bounding_box()["height"] > 9.0
+    assert words.evaluate("e => e.getBoundingClientRect().height") > 9.0
     screen.press("Close")
 
 
@@ -342,7 +343,7 @@ def test_reload_keeps_everything(app, look):
     shown = screen.text("own")
     screen.reload()
     screen.wait_text("own", shown)
-    assert screen.page.get_by_role("textbox").first.input_value() == "540"
+    expect(screen.page.get_by_role("textbox").first).to_have_value("540")
 
 
 def test_a_page_is_as_dark_as_its_system_until_somebody_chooses(app, look):
@@ -364,16 +365,17 @@ def test_a_page_is_as_dark_as_its_system_until_somebody_chooses(app, look):
 
 
 def test_in_narrow_windows_no_part_of_the_scene_is_below_the_panel(look):
-    page = look().page
+    screen = look()
+    page = screen.page
     before = page.viewport_size
     page.set_viewport_size({"width": 390, "height": 844})
     page.wait_for_function("() => document.querySelector('canvas').getBoundingClientRect().height < 400")
     box = page.locator("canvas").first.bounding_box()
-    assert 0.3 * 844 < box["height"] < page.locator('[data-testid="hint"]').bounding_box()["y"]
+    assert 0.3 * 844 < box["height"] < screen.box("hint")["y"]
     page.set_viewport_size({"width": 900, "height": 700})
     page.wait_for_function("() => document.querySelector('canvas').getBoundingClientRect().height > 600")
     box = page.locator("canvas").first.bounding_box()
-    assert box["x"] + box["width"] <= page.locator('[data-testid="hint"]').bounding_box()["x"]
+    assert box["x"] + box["width"] <= screen.box("hint")["x"]
     page.set_viewport_size(before)
 
 

@@ -1,6 +1,7 @@
 """Everybody's page in a real Chromium: names for every control, readable words, keys for every command."""
 
 import pytest
+from playwright.sync_api import expect
 
 from workbench.session.commands.compare import SetDark
 from workbench.session.state import Tab
@@ -71,12 +72,12 @@ def test_the_palette_finds_buttons_and_settings_and_escape_closes_every_sheet(ap
     page.wait_for_selector('[data-testid="help"]', state="detached")
     find("noise", "Noise [mm]")  # in a folder that is closed
     page.wait_for_function("() => document.activeElement.value === '0.1'")
-    assert page.get_by_role("tab", name="Plate").get_attribute("aria-selected") == "true"
+    expect(page.get_by_role("tab", name="Plate")).to_have_attribute("aria-selected", "true")
     count = len(app.worker.session.plate)
     find("copy", "Copy")
     screen.until(lambda session: len(session.plate) == count + 1)
     find("joint 3", "Joint 3")
-    assert page.get_by_role("tab", name="Robot").get_attribute("aria-selected") == "true"
+    expect(page.get_by_role("tab", name="Robot")).to_have_attribute("aria-selected", "true")
     page.wait_for_function("() => document.activeElement.closest('.mantine-Slider-root, input') !== null")
     find("dark", "Dark")
     page.wait_for_function("() => document.activeElement.type === 'checkbox'")

@@ -85,7 +85,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     assert 0.0 < paused.play.at < 10.0
     for i, frame in enumerate(body_frames(paused.robot, drawn_joints(paused))):
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
-    box = screen.page.locator('[data-testid="curves"] svg').first.bounding_box()
+    box = screen.box("curves", "svg")
     screen.page.mouse.click(box["x"] + 0.25 * box["width"], box["y"] + 0.5 * box["height"])
     shown = screen.until(
         lambda s: s.play.at != paused.play.at and abs(s.play.at - 2.5) < 0.3 and not s.is_track_active

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from driven_effects import DRIVEN, driven_file
+from playwright.sync_api import expect
 
 from workbench.data.readers import read_measurements
 from workbench.identification.evaluate import evaluate
@@ -67,7 +68,7 @@ def test_a_click_on_a_row_of_the_chart_and_playing_put_the_arm_there(app, look):
     assert app.worker.wait(120.0)
     screen.tab("Calibrate")
     dots = screen.page.locator('[data-testid="row-chart"] a')
-    assert dots.count() == len(app.worker.session.comparison)
+    expect(dots).to_have_count(len(app.worker.session.comparison))
     dots.nth(7).locator("circle").dispatch_event("click")
     session = screen.until(lambda session: session.row > 0)
     number = int(np.sort(session.comparison.number)[7])

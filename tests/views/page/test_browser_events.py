@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import expect
 
 from workbench.data.writer import write_measurements
 from workbench.session.start import default_plate, start
@@ -24,7 +25,7 @@ def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_pat
     screen.give("Load measurements", write_measurements(made.data, tmp_path / "rows.csv"))
     screen.wait_text("preview", "rows.csv")
     screen.tab("Calibrate")
-    assert not screen.page.get_by_role("button", name=SPLIT, exact=True).is_visible()
+    expect(screen.page.get_by_role("button", name=SPLIT, exact=True)).to_be_hidden()
     screen.page.get_by_label("Instrument is levelled").check()
     screen.until(lambda session: session.levelled)
     screen.press("Diagnose")
@@ -32,7 +33,7 @@ def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_pat
     (event,) = app.worker.session.diagnosis.events
     assert app.worker.session.diagnosis.final_fit.problem.frames.levelled
     screen.wait_text("row-chart", event.mark)
-    assert screen.page.locator('[data-testid="event-line"]').count() == 1
+    expect(screen.page.locator('[data-testid="event-line"]')).to_have_count(1)
     assert event.mark in screen.text("events")
     for part in ("arrow", "words"):
         screen.page.wait_for_function(DRAWN, arg=f"/event/{part}/1")
@@ -42,8 +43,8 @@ def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_pat
     assert session.loaded.dataset.sessions == (f"before row {event.row}", f"from row {event.row}")
     screen.press("Diagnose")
     screen.wait_text("verdict", "No effect found", timeout=120_000)
-    assert not screen.page.get_by_role("button", name=SPLIT, exact=True).is_visible()
-    assert screen.page.locator('[data-testid="event-line"]').count() == 0
+    expect(screen.page.get_by_role("button", name=SPLIT, exact=True)).to_be_hidden()
+    expect(screen.page.locator('[data-testid="event-line"]')).to_have_count(0)
     screen.tab("Plate")
     screen.press("Undo")
     session = screen.until(lambda session: session.loaded.dataset.session is None)

@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from playwright.sync_api import expect
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -23,7 +24,7 @@ def test_a_target_is_measured_by_hand(app, look):
     screen.wait_text("progress", "0 of 10")
     screen.shoot("guided-begin")
     store = screen.page.get_by_role("button", name="Store", exact=True)
-    assert store.is_disabled()
+    expect(store).to_be_disabled()
     at_first = screen.node("/arm/nominal/body3")
     screen.press("Drive the virtual arm there")
     screen.wait_text("standing", "Moves")
@@ -32,7 +33,7 @@ def test_a_target_is_measured_by_hand(app, look):
     assert screen.node("/arm/nominal/body3") != at_first
     assert float(screen.text("off_mm").split()[0]) < 3.0
     assert float(screen.text("off_deg").rstrip("°")) < 0.5
-    screen.page.wait_for_function("b => !b.disabled", arg=store.element_handle())
+    expect(store).to_be_enabled()
     screen.shoot("guided-still")
     store.click()
     screen.wait_text("progress", "1 of 10")
@@ -40,8 +41,8 @@ def test_a_target_is_measured_by_hand(app, look):
     screen.press("Retake")
     screen.wait_text("progress", "0 of 10")
     screen.wait_text("measuring", "Target 1")
-    assert screen.page.get_by_role("tab", name="Plate").count() == 0  # a mode of its own
-    assert screen.page.locator('[data-testid="measuring"]').bounding_box()["height"] > 250.0
+    expect(screen.page.get_by_role("tab", name="Plate")).to_have_count(0)  # a mode of its own
+    assert screen.box("measuring")["height"] > 250.0
     screen.page.keyboard.press("Space")
     screen.wait_text("progress", "1 of 10")
     screen.shoot("guided-stored")
@@ -75,7 +76,7 @@ def follow_and_measure_a_real_arm(app, screen):
         lines.put(format_sample(replace(still, time=0.1 * k, capture=k == 13)))
         screen.page.wait_for_timeout(60)
     screen.wait_text("place", "This looks like target 3")  # the current one is the first
-    assert screen.page.get_by_role("button", name="Store", exact=True).is_disabled()
+    expect(screen.page.get_by_role("button", name="Store", exact=True)).to_be_disabled()
     screen.shoot("elsewhere")
     screen.press("Store as target 3")
     screen.wait_text("progress", "1 of 10")

@@ -66,9 +66,7 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
 
 def the_last_picture_is_the_bare_arm_with_its_three_numbers(screen):
     """Large, in the middle of what the panel leaves of the window."""
-    numbers, words = (
-        screen.page.locator(f'[data-testid="{name}"]').bounding_box() for name in ("figure-now", "caption")
-    )
+    numbers, words = map(screen.box, ("figure-now", "caption"))
     canvas = screen.page.locator("canvas[data-engine]").bounding_box()
     for box in (numbers, words):
         assert box["x"] > 0.0

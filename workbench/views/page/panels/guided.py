@@ -19,7 +19,7 @@ from workbench.session.commands.measure import (
 )
 from workbench.session.loaded_measurements import Measuring
 from workbench.session.state import Session, Source, Tab
-from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, number, text
+from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 LIGHTS = {ArmState.STILL: GOOD, ArmState.MOVING: CAREFUL, ArmState.UNKNOWN: BAD}
@@ -224,7 +224,8 @@ def _deviation(status: Status, measuring: Measuring) -> str:
         size = np.nan if vector is None else float(np.linalg.norm(vector))
         colour = GOOD if size < near else CAREFUL if size <= far else BAD if size > far else MUTED
         style = f"font-size:34px;font-weight:650;color:{colour}"
-        return f'<span data-testid="{testid}" style="{style}">{number(round(scale * size, 3))}{unit}</span>'
+        shown = "–" if vector is None else f"{scale * size:.1f}"  # finer ones change with every sample
+        return f'<span data-testid="{testid}" style="{style}">{shown}{unit}</span>'
 
     content = (
         f'<div style="display:flex;align-items:baseline;gap:16px;margin:10px 0" '
