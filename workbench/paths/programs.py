@@ -65,12 +65,12 @@ class Program:
 
     def save(self, q: Float[np.ndarray, "targets n"], path: Path) -> Path:
         """Write the program with other joint targets, and everything else as it was."""
+        places = [span for row in self.spans for span in row]
         text, at = [], 0
-        for row, values in zip(self.spans, (q / self.form.unit).tolist(), strict=True):
-            for (begin, end), value in zip(row, values, strict=True):
-                shown = len(self.text[begin:end].partition(".")[2])
-                text += [self.text[at:begin], f"{value:.{max(shown, self.form.decimals)}f}"]
-                at = end
+        for (begin, end), value in sorted(zip(places, (q / self.form.unit).ravel().tolist(), strict=True)):
+            shown = len(self.text[begin:end].partition(".")[2])
+            text += [self.text[at:begin], f"{value:.{max(shown, self.form.decimals)}f}"]
+            at = end
         return write_bytes(path, "".join([*text, self.text[at:]]).encode(TEXT))
 
 

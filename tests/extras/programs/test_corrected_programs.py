@@ -6,8 +6,16 @@ import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.paths.programs import read_program
 
 Q = np.deg2rad([[10.0, -80.0, 95.0, -100.0, -85.0, 20.0], [-25.5, -95.25, 110.0, -70.0, -60.0, 0.0]])
+
+
+DEGREES = "1.0,2.0,3.0,4.0,5.0,6.0"
+STAY = "[9E9,9E9,9E9,9E9,9E9,9E9]"
+RAPID_TARGET = f"VAR jointtarget p:=[[{DEGREES}],{STAY}];"
+KRL_TARGET = "{A1 1.0,A2 2.0,A3 3.0,A4 4.0,A5 5.0,A6 6.0}"
+ANGLE = "///POSTYPE ANGLE\n///ANGLE\n"
 
 
 def degrees(row, form="{:.2f}"):
@@ -103,10 +111,33 @@ def test_only_the_numbers_of_joint_targets_change(run, tmp_path, calibrated, nam
         ("a.mod", "CONST robtarget p:=[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];", "Cartesian"),
         ("a.src", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}", "line 2"),
         ("a.jbi", "///POSTYPE PULSE\n///PULSE\nC00000=1,2,3,4,5,6", "pulses"),
-        ("a.script", "movej(p[0.1,0.2,0.3,0,0,0])", "pose"),
+        ("a.script", "movej(p[0.1,0.2,0.3,0,0,0])", "Cartesian"),
         ("a.script", "movej([d2r(10),0,0,0,0,0])", "computed"),
         ("a.mod", "CONST jointtarget p:=[[0,0,0,0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];", "7 joints"),
         ("a.mod", "MODULE x\nENDMODULE", "no joint target"),
+        ("a.mod", f"{RAPID_TARGET}\nMoveJ pHome,v100,fine,tool0;", "line 2"),
+        ("a.mod", f"{RAPID_TARGET}\nTriggL p9,v100,t1,fine,tool0;", "line 2"),
+        (
+            "a.mod",
+            f"{RAPID_TARGET}\np.robax.rax_2:=p.robax.rax_2+5;",
+            "'p' is a joint target that is computed",
+        ),
+        ("a.mod", f"{RAPID_TARGET}\np:=CJointT();", "'p' is a joint target that is computed"),
+        ("a.mod", f"{RAPID_TARGET}\nMoveAbsJ pHome,v100,fine,tool0;", "'pHome' is no list"),
+        ("a.mod", f"{RAPID_TARGET}\nMoveAbsJ [[10+5,0,0,0,0,0],{STAY}],v1,z1,tool0;", "computed"),
+        ("a.src", f"PTP {KRL_TARGET}\nPTP {{A3 45}}", "1 joints"),
+        ("a.src", f"PTP {KRL_TARGET}\nPTP_REL {KRL_TARGET}", "line 2"),
+        ("a.src", f"PTP {KRL_TARGET}\nlin XP1", "line 2"),
+        ("a.src", f"PTP {KRL_TARGET}\nPTP XP7", "'XP7' is no list"),
+        ("a.src", f"E6AXIS XP1={KRL_TARGET}\nXP1.A3=XP1.A3+5\nPTP XP1", "line 2"),
+        ("a.dat", f"DECL E6AXIS XP1={KRL_TARGET}\nDECL E6POS XP2={{X 1,Y 2,Z 3,A 0,B 0,C 0}}", "line 2"),
+        ("a.jbi", f"///NPOS 1,0,0,0,0,0\nC00000={DEGREES}", "POSTYPE ANGLE"),
+        ("a.jbi", f"{ANGLE}C00000={DEGREES}\n///POSTYPE BASE\nC00001={DEGREES}", "line 4"),
+        ("a.jbi", f"{ANGLE}C00000={DEGREES}\n//INST\nMOVJ P001 VJ=1", "position variable"),
+        ("a.jbi", f"{ANGLE}C00000={DEGREES}\n//INST\nIMOV P001 V=1", "line 5"),
+        ("a.script", "movej([0,0,0,0,0,0])\nmovec([0,0,0,0,0,0],[0,0,0,0,0,1])", "line 2"),
+        ("a.script", "q = [0,0,0,0,0,0]\nq[0] = q[0] + 0.1\nmovej(q)", "line 2"),
+        ("a.script", "q = [0,0,0,0,0,0]\nq = get_actual_joint_positions()\nmovej(q)", "line 2"),
     ],
 )
 def test_what_can_not_be_read_is_refused(run, tmp_path, calibrated, name, text, words):
@@ -115,3 +146,55 @@ def test_what_can_not_be_read_is_refused(run, tmp_path, calibrated, name, text, 
     assert status == 1
     assert words in err
     assert not (tmp_path / "new.txt").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "count"),
+    [
+        (
+            "a.mod",
+            "PERS tooldata t:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,1],[1,0,0,0],0,0,0]];\n"
+            f"CONST jointtarget p{{2}}:=[[[{DEGREES}],{STAY}],\r\n"
+            " [[1E+1,-.5,3,4,5,6.],[100,9E9,9E9,9E9,9E9,9E9]]];\n"
+            f"MoveAbsJ \\Conc, p{{1}}, v100, z10, t;\nmoveabsj [[{DEGREES}],{STAY}]\\NoEOffs,v1,z1,t;",
+            3,
+        ),
+        (
+            "a.src",
+            f"$TOOL={{X 0,Y 0,Z 100,A 0,B 0,C 0}}\nPTP $AXIS_ACT\n"
+            f"ptp {KRL_TARGET.lower()} c_ptp ;{KRL_TARGET}\n"
+            f"E6AXIS XP1={{E6AXIS: A2 2.0,A1 1.0,A3 3.0,A4 4.0,A5 5.0,A6 6.0,E1 7.0}}\nXP1.E1=8\nPTP XP1\n",
+            2,
+        ),
+        (
+            "a.jbi",
+            f"{ANGLE}C00000={DEGREES}\nBC00000=100.000\nEC00000=12.500\n"
+            "//INST\n'MOVJ P001\nMOVJ C00000 VJ=1\n",
+            1,
+        ),
+        (
+            "a.script",
+            "set_tcp(p[0,0,0.1,0,0,0])\nglobal home = [1.0,2.0,3.0,4.0,5.0,6.0]\n"
+            'popup("movej([9,9,9,9,9,9])")\n'
+            "movej(q=[1e-1,2,3,4,5,6], a=1)\nmovej(home)\nspeedj([0,0,0,0,0,0.1],1,2)\n",
+            2,
+        ),
+    ],
+)
+def test_what_stands_around_the_targets_is_no_target(tmp_path, name, text, count):
+    (tmp_path / name).write_bytes(text.encode())
+    program = read_program(tmp_path / name, 6)
+    assert len(program.q) == count
+    program.save(program.q + np.arange(6) * program.form.unit, tmp_path / f"new_{name}")
+    again = read_program(tmp_path / f"new_{name}", 6)
+    np.testing.assert_allclose(
+        (again.q - program.q) / program.form.unit, np.tile(np.arange(6), (count, 1)), atol=1e-3
+    )
+    assert _around(program) == _around(again)
+
+
+def _around(program) -> str:
+    """The text without the numbers of its targets."""
+    spans = sorted(span for row in program.spans for span in row)
+    cuts = [0, *(at for span in spans for at in span), len(program.text)]
+    return "|".join(program.text[a:b] for a, b in zip(cuts[::2], cuts[1::2], strict=True))

@@ -1,11 +1,13 @@
 """RAPID, KRL, JBI and URScript: where joint targets stand in them, and what is refused.
 
-Cartesian targets are refused: the controller solves them with its own model, which no joint target corrects.
+A motion's target must be a list of numbers, in place or under a name that gets nothing else in the file.
+Anything else that moves the arm is refused: a program of which only some targets are corrected is worse than
+none. Cartesian targets too: the controller solves them with its own model, which no joint target corrects.
 """
 
 import re
 from collections.abc import Iterator
-from typing import ClassVar, final
+from typing import ClassVar, NoReturn, final
 
 import numpy as np
 
@@ -15,10 +17,10 @@ from workbench.paths.programs import AbstractProgramFormat
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 LIST = rf"\s*{NUMBER}\s*(?:,\s*{NUMBER}\s*)*"
 DEGREE = float(np.deg2rad(1.0))
+CARTESIAN = "a Cartesian target or motion, which the controller solves itself"
+COMPUTED = "a joint target that is computed"
 
-
-def _numbers(text: str, begin: int, end: int) -> list[tuple[int, int]]:
-    return [(begin + m.start(), begin + m.end()) for m in re.finditer(NUMBER, text[begin:end])]
+Spans = list[tuple[int, int]]
 
 
 def _without(text: str, comment: str) -> str:
@@ -27,105 +29,169 @@ def _without(text: str, comment: str) -> str:
     return re.sub(rf'"[^"\n]*"|(?:{comment})[^\n]*', blank, text)
 
 
+def _fail(text: str, at: int, what: str, path: str) -> NoReturn:
+    raise FileError(f"{what}; make it a joint target in numbers", path=path, line=text.count("\n", 0, at) + 1)
+
+
+def _numbers(text: str, begin: int, end: int) -> Spans:
+    return [m.span() for m in re.compile(NUMBER).finditer(text, begin, end)]
+
+
+def _pattern(text: str) -> re.Pattern[str]:
+    return re.compile(text, re.IGNORECASE | re.MULTILINE)
+
+
 def _refuse(text: str, pattern: str, what: str, path: str) -> None:
-    if found := re.search(pattern, text, re.IGNORECASE | re.MULTILINE):
-        line = text.count("\n", 0, found.start()) + 1
-        raise FileError(f"{what}; make it a joint target", path=path, line=line)
+    if found := _pattern(pattern).search(text):
+        _fail(text, found.end(), what, path)
+
+
+class AbstractLanguage(AbstractProgramFormat):
+    """A language whose motions have joint targets in place or by name, as regular expressions.
+
+    `move` ends where a target begins, `after` follows it, `literal` is one in numbers, `index` chooses one
+    of a list, `here` is where the arm stands; `declared` precedes the name of a joint target, `begin` a
+    name that gets a value, `assigned` the value, and `end` follows it.
+    """
+
+    unit: ClassVar[float] = DEGREE
+    decimals: ClassVar[int] = 4
+    comment: ClassVar[str]
+    refused: ClassVar[str]
+    move: ClassVar[str]
+    after: ClassVar[str]
+    literal: ClassVar[str]
+    index: ClassVar[str] = r"\[[^\]\n]*\]"
+    here: ClassVar[str] = r"(?!)"
+    declared: ClassVar[str] = r"(?!)"
+    begin: ClassVar[str] = r"(?<![\w$.])"
+    assigned: ClassVar[str] = r"=(?!=)"
+    end: ClassVar[str] = r"\n|\Z"
+
+    def targets(self, text: str, path: str) -> Iterator[Spans]:
+        code = _without(text, self.comment)
+        _refuse(code, self.refused, CARTESIAN, path)
+        target = _pattern(
+            rf"\s*(?:({self.literal})|({self.here})|([$\w]+)\s*(?:{self.index})?)(?=\s*(?:{self.after}))"
+        )
+        names = {m[1].lower(): m for m in _pattern(rf"{self.declared}\s+(\w+)").finditer(code)}
+        found = set[tuple[int, int]]()
+        for move in _pattern(self.move).finditer(code):
+            given = target.match(code, move.end()) or _fail(code, move.end(), COMPUTED, path)
+            if given[1]:
+                found.add(given.span(1))
+            elif given[3]:
+                names[given[3].lower()] = given
+        for use in names.values():
+            name = use[use.lastindex or 0]
+            own = self._literals(code, name, path)
+            if not own and use.re is target:
+                _fail(code, use.end(), f"'{name}' is no list of joint positions in this file", path)
+            found |= own
+        return (self._numbers(code, *span) for span in sorted(found))
+
+    def _literals(self, code: str, name: str, path: str) -> set[tuple[int, int]]:
+        """Lists of numbers under a name, which may get nothing else."""
+        part = rf"(?:\s*(?:{self.index}))?(?:\s*\.\s*(?!e\d|extax)\w+)*"
+        gets = _pattern(rf"{self.begin}{re.escape(name)}\b{part}\s*{self.assigned}")
+        several = rf"\s*\[?\s*{self.literal}(?:\s*,\s*{self.literal})*\s*\]?"
+        value, one = _pattern(rf"{several}(?=\s*?(?:{self.end}))"), _pattern(self.literal)
+        found = set[tuple[int, int]]()
+        for each in gets.finditer(code):
+            given = value.match(code, each.end()) or _fail(code, each.end(), f"'{name}' is {COMPUTED}", path)
+            found |= {m.span() for m in one.finditer(code, *given.span())}
+        return found
+
+    def _numbers(self, code: str, begin: int, end: int) -> Spans:
+        return _numbers(code, begin, end)
 
 
 @final
-class Rapid(AbstractProgramFormat):
-    """ABB: `[[1,2,3,4,5,6],[9E9,…]]` in degrees."""
+class Rapid(AbstractLanguage):
+    """ABB: `[[1,2,3,4,5,6],[9E9,…]]` in degrees; external axes stay."""
 
     name = "RAPID"
-    endings: ClassVar[tuple[str, ...]] = (".mod", ".modx", ".prg")
-    unit, decimals = DEGREE, 4
+    endings: ClassVar[tuple[str, ...]] = (".mod", ".modx", ".prg", ".sys", ".sysx")
+    comment = "!"
+    refused = (
+        r"\brobtarget\b|\b(?:Move[LCJ](?:Sync|[DAG]O)?|MovePnP|Trigg[LCJ](?:IOs)?|Search[LC]|EGM(?:Move[LC]|Run\w+)"
+        r"|Arc[LC]\d?(?:Start|End)?|SpotM?[LJ]|(?:Paint|Disp|Cap|FCPress)[LC])\b(?!\s*:=)"
+    )
+    move = r"\b(?:MoveAbsJ|TriggAbsJ)\b(?:\s*\\\w+(?::=\w+)?\s*,)*"
+    after = r"[,\\]"
+    literal = rf"\[\s*\[{LIST}\]\s*,\s*\[{LIST}\]\s*\]"
+    index = r"\{[^}\n]*\}"
+    declared = r"\bjointtarget"
+    assigned = ":="
+    end = ";"
 
-    def targets(self, text: str, path: str) -> Iterator[list[tuple[int, int]]]:
-        code = _without(text, "!")
-        _refuse(
-            code,
-            r"\brobtarget\b|\bMove[LC]\b",
-            "a Cartesian target, which the controller solves itself",
-            path,
-        )
-        found = list(re.finditer(rf"\[\s*\[({LIST})\]\s*,\s*\[{LIST}\]\s*\]", code))
-        if len(re.findall(r"\bjointtarget\b[^;\n]*:=", code, re.IGNORECASE)) > len(found):
-            _refuse(code, r"\bjointtarget\b[^;\n]*:=", "a joint target that is computed", path)
-        return (_numbers(text, *m.span(1)) for m in found)
+    def _numbers(self, code: str, begin: int, end: int) -> Spans:
+        return _numbers(code, begin, code.index("]", begin))
 
 
 @final
-class Krl(AbstractProgramFormat):
+class Krl(AbstractLanguage):
     """KUKA: `{A1 1,A2 2,A3 3,A4 4,A5 5,A6 6,E1 0}` in degrees; external axes stay."""
 
     name = "KRL"
     endings: ClassVar[tuple[str, ...]] = (".src", ".dat")
-    unit, decimals = DEGREE, 4
+    comment = ";|&"
+    refused = r"(?<![\w$#])(?:S?LIN|S?CIRC|SPL|SPLINE)(?:_REL)?\b|(?<![\w$#])(?:S?PTP_REL|(?:E6)?POS)\b"
+    move = r"(?<![\w$#])S?PTP\b"
+    after = r"C_\w+|WITH\b|\n|\Z"
+    literal = rf"\{{\s*(?:(?:E6)?AXIS\s*:)?\s*A\d\s+{NUMBER}(?:\s*,\s*[AE]\d\s+{NUMBER})*\s*\}}"
+    here = r"\$(?:AXIS|POS)_ACT(?!\w)"
+    declared = r"\b(?:E6)?AXIS"
 
-    def targets(self, text: str, path: str) -> Iterator[list[tuple[int, int]]]:
-        code = _without(text, ";(?!FOLD)|;FOLD|&")
-        _refuse(
-            code,
-            r"\{\s*(?:E6POS:|POS:|FRAME:)?\s*X\s",
-            "a Cartesian target, which the controller solves itself",
-            path,
-        )
-        _refuse(
-            code,
-            r"\b(?:LIN|CIRC|SPL|SLIN|SCIRC)\b",
-            "a Cartesian motion, which the controller solves itself",
-            path,
-        )
-        for found in re.finditer(r"\{[^{}\n]*\bA1\s[^{}\n]*\}", code):
-            axes = list(re.finditer(rf"\bA(\d)\s+({NUMBER})(?=\s*[,}}])", found[0]))
-            if [int(m[1]) for m in axes] != list(range(1, len(axes) + 1)) or len(axes) != len(
-                re.findall(r"\bA\d\b", found[0])
-            ):
-                _refuse(code[: found.end()], re.escape(found[0]), "a joint target that is computed", path)
-            yield [(found.start() + m.start(2), found.start() + m.end(2)) for m in axes]
+    def _numbers(self, code: str, begin: int, end: int) -> Spans:
+        axes = _pattern(rf"A(\d)\s+({NUMBER})").finditer(code, begin, end)
+        return [m.span(2) for m in sorted(axes, key=lambda m: m[1])]
 
 
 @final
-class Jbi(AbstractProgramFormat):
-    """Yaskawa: `C00001=1.0,2.0,…` in degrees under `///POSTYPE ANGLE`."""
-
-    name = "JBI"
-    endings: ClassVar[tuple[str, ...]] = (".jbi",)
-    unit, decimals = DEGREE, 4
-
-    def targets(self, text: str, path: str) -> Iterator[list[tuple[int, int]]]:
-        _refuse(
-            text,
-            r"^///POSTYPE\s+PULSE|^///PULSE",
-            "positions in pulses, whose size the file does not say: convert to ANGLE",
-            path,
-        )
-        _refuse(
-            text, r"^///POSTYPE\s+(?!ANGLE)", "a Cartesian position, which the controller solves itself", path
-        )
-        for found in re.finditer(rf"^B?C\d+=({LIST})$", text.replace("\r", " "), re.MULTILINE):
-            yield _numbers(text, *found.span(1))
-
-
-@final
-class UrScript(AbstractProgramFormat):
+class UrScript(AbstractLanguage):
     """Universal Robots: `movej([…])` in radians, in place or by the name of a list."""
 
     name = "URScript"
     endings: ClassVar[tuple[str, ...]] = (".script", ".urscript")
     unit, decimals = 1.0, 6
+    comment = "#"
+    refused = r"\b(?:movec|optimove[jl]|move[jlp]\s*\(\s*p\s*\[)"
+    move = r"\b(?:move[jlp]|servo[jc])\s*\((?:\s*(?:q|pose)\s*=)?"
+    after = r"[,)]"
+    literal = rf"\[{LIST}\]"
+    begin = r"^[ \t]*(?:(?:global|local)\s+)?"
 
-    def targets(self, text: str, path: str) -> Iterator[list[tuple[int, int]]]:
-        code = _without(text, "#")
-        _refuse(code, r"\bp\s*\[", "a pose, which the controller solves itself", path)
-        moves = re.findall(r"\b(?:move[jlpc]|servo[jc])\s*\(\s*([^,)\[]+|\[[^\]]*\])", code)
-        for argument in moves:
-            literal = argument if argument[0] == "[" else rf"{argument.strip()} = […]"
-            is_name = re.fullmatch(r"\w+", argument.strip())
-            known = is_name and re.search(rf"\b{argument.strip()}\s*=\s*\[{LIST}\]", code)
-            if not known and not re.fullmatch(rf"\[{LIST}\]", argument):
-                _refuse(code, re.escape(argument), f"'{literal}' is computed", path)
-        names = "|".join(sorted({re.escape(a.strip()) for a in moves if a[0] != "["})) or "(?!)"
-        begin = rf"(?:\b(?:move[jlpc]|servo[jc])\s*\(\s*|\b(?:{names})\s*=\s*)"
-        return (_numbers(text, *m.span(1)) for m in re.finditer(rf"{begin}\[({LIST})\]", code))
+
+@final
+class Jbi(AbstractProgramFormat):
+    """Yaskawa: `C00001=1.0,2.0,…` in degrees under `///POSTYPE ANGLE`; base and external axes stay."""
+
+    name = "JBI"
+    endings: ClassVar[tuple[str, ...]] = (".jbi",)
+    unit, decimals = DEGREE, 4
+
+    def targets(self, text: str, path: str) -> Iterator[Spans]:
+        code = _without(text.replace("\r", " "), "'")
+        pulses = "positions in pulses, whose size the file does not say: convert to ANGLE"
+        _refuse(code, r"^///(?:POSTYPE\s+)?PULSE", pulses, path)
+        _refuse(code, r"^///POSTYPE\s+(?!ANGLE)|\b(?:IMOV|SFTON)\b", CARTESIAN, path)
+        _refuse(code, r"^///GROUP2\s+RB", "targets of two robots", path)
+        _refuse(code, r"\bMOV[JLCS]\s+(?!C\d)", "a position variable, which the controller holds", path)
+        header = re.search(r"^///POSTYPE\s+ANGLE", code, re.MULTILINE)
+        known = set[str]()
+        for found in re.finditer(r"^C(\d+)[ ]*=(.*)", code, re.MULTILINE):
+            if header is None or header.start() > found.start():
+                _fail(
+                    code,
+                    found.start(),
+                    "a position of unknown kind, as no ///POSTYPE ANGLE precedes it",
+                    path,
+                )
+            if not re.fullmatch(LIST, found[2]):
+                _fail(code, found.start(), "a position that can't be read", path)
+            known.add(found[1])
+            yield _numbers(code, *found.span(2))
+        for move in re.finditer(r"\bMOV[JLCS]\s+C(\d+)", code):
+            if move[1] not in known:
+                _fail(code, move.start(), f"C{move[1]} is not in this file", path)
