@@ -32,7 +32,7 @@ HOMES = {
     "rerun": {"views/recording"},
     "typer": {"cli"},
     "yourdfpy": {"arm"},
-    "ezdxf": {"plate/parts", "extras/workshop"},
+    "ezdxf": {"extras/workshop"},
     "OCP": {"extras/workshop"},
     "rosbags": {"extras/logs"},
     "ezc3d": {"extras/logs"},

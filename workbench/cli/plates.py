@@ -175,7 +175,7 @@ def export(
     plate: PlateArgument,
     out: Annotated[Path, option("Folder for the files; made if it is not there.")],
     formats: Annotated[
-        str | None, option("What to write, such as stl,dxf,csv (another name lists all); all usual ones.")
+        str | None, option("What to write, such as stl,csv (another name lists all); all usual ones.")
     ] = None,
     robot: Annotated[str | None, option("Arm for which the sheet states the expected accuracy.")] = None,
     noise: NoiseOption = None,

@@ -5,7 +5,7 @@ import io
 
 import pytest
 
-from tests.plate.test_drawing import SLANTED
+from tests.extras.workshop.test_drawing import SLANTED
 from workbench.extras.workshop.inspection import inspection_csv
 from workbench.plate.parts.csv_lists import holes_csv, parts_csv
 from workbench.plate.parts.fixture import fixture_of

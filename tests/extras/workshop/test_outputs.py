@@ -6,9 +6,9 @@ from html import unescape
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from workbench.extras.workshop.drawings import figure_of, pdf_of
+from workbench.extras.workshop.drawing import figure_of, pdf_of
+from workbench.extras.workshop.drawing_set import drawings_of
 from workbench.extras.workshop.sheet import PlateSheet
-from workbench.plate.parts.drawing_set import drawings_of
 from workbench.plate.parts.export import as_drawn, export_plate
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.stock import Stock

@@ -1,1 +1,1 @@
-"""What a workshop takes beside STL, DXF and lists: PDF, 3MF, STEP, inspection; a plate as measured."""
+"""What a workshop takes beside STL and lists: drawings, 3MF, STEP, inspection; a plate as measured."""

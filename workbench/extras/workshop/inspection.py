@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from workbench.base import se3
-from workbench.plate.parts.callouts import FLAT, LENGTH, MM, PIN_PLACE, RADIAL
-from workbench.plate.parts.csv_lists import csv_text
+from workbench.extras.workshop.drawing_set import FLAT, LENGTH
+from workbench.plate.parts.csv_lists import MM, PIN_PLACE, RADIAL, csv_text
 from workbench.plate.parts.parts import Bore, Fixture, Purpose
 from workbench.plate.plate import Kind, Plate
 

@@ -6,9 +6,9 @@ import numpy as np
 from markupsafe import Markup
 
 from workbench.base.wording import capital
-from workbench.extras.workshop.drawings import svg_of
-from workbench.plate.parts.callouts import MM
-from workbench.plate.parts.drawing_set import slab_sheet
+from workbench.extras.workshop.drawing import svg_of
+from workbench.extras.workshop.drawing_set import slab_sheet
+from workbench.plate.parts.csv_lists import MM
 from workbench.plate.parts.parts import Fixture
 from workbench.plate.readings import assumptions
 from workbench.plate.score import PlateScore

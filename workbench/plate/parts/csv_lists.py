@@ -8,25 +8,29 @@ R = Rz(yaw) Ry(pitch) Rx(roll), in the columns that an as-measured plate is read
 
 import csv
 import io
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from workbench.base import se3
-from workbench.plate.parts.callouts import (
-    BOTTOM,
-    SCREWS,
-    SHORT_OF,
-    STEEL,
-    dowel_length,
-    longest,
-    position_words,
-)
-from workbench.plate.parts.parts import Fixture, Slab
+from workbench.plate.parts.parts import Bore, Fixture, Purpose, Slab
 from workbench.plate.plate import Kind, Plate
+from workbench.plate.tolerances import Tolerances
 
 TARGET_COLUMNS = ("target", "x[mm]", "y[mm]", "z[mm]", "roll[deg]", "pitch[deg]", "yaw[deg]")
 MM = 1e3
+BOTTOM = "EN AW-5083"
+STEEL = "C45"
+RADIAL = 0.01
+"""± of an index hole's distance from the seat [mm]."""
+SHORT_OF = 2.0
+"""Threads and screws end so far above the bottom of their hole [mm]."""
+SCREWS = (8.0, 10.0, 12.0, 16.0, 20.0, 25.0, 30.0, 35.0, 40.0, 45.0, 50.0)
+"""Lengths in which ISO 4762 and ISO 4026 sell M6 and M8 [mm]."""
+DOWELS = (10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 24.0, 28.0, 32.0, 36.0, 40.0)
+"""Lengths in which ISO 8734 sells Ø4 [mm]."""
+PIN_PLACE = 0.01
+"""Diameter in which the probe's pins lie [mm]."""
 
 
 def holes_csv(fixture: Fixture) -> str:
@@ -147,3 +151,28 @@ def _screw(thickness: float, depth: float) -> str:
 
 def _edges(slab: Slab) -> str:
     return " × ".join(f"{edge:.1f}" for edge in MM * slab.size)
+
+
+def position_words(bore: Bore, tolerances: Tolerances) -> str:
+    """Position tolerance of a bore, with its datums."""
+    across = 2.0 * MM * tolerances.place
+    match bore.purpose:
+        case Purpose.SEAT | Purpose.SOCKET | Purpose.TIP:
+            return f"Ø{across:.3f} to A B C"
+        case Purpose.INDEX:
+            return f"by angle; radius ±{RADIAL:g}"
+        case Purpose.DOWEL:
+            return f"Ø{MM * tolerances.pair:.3f} to each other"
+        case Purpose.PIN:
+            return f"Ø{PIN_PLACE:g} to the axis"
+    return f"Ø{max(across, 0.2):.3g}"
+
+
+def longest(sold: Sequence[float], room: float) -> float:
+    """The longest one sold that has room, or the shortest [mm]."""
+    return max((length for length in sold if length <= room + 1e-6), default=min(sold))
+
+
+def dowel_length(fixture: Fixture) -> float:
+    """Length of the pins through the plate into a block [mm]."""
+    return longest(DOWELS, MM * (fixture.slab.size[2] + fixture.stock.dowel_depth))

@@ -1,4 +1,4 @@
-"""All files that are needed to make a plate, in one folder: solids, drawings, lists, and what extras add.
+"""All files that are needed to make a plate, in one folder: solids, lists, and what extras add.
 
 A format whose optional library is missing is skipped and reported; the rest is written. One more is an entry
 point of `workbench.plate_exports`, or in a notebook
@@ -24,7 +24,6 @@ from workbench.plate.parts.csv_lists import (
     parts_csv,
     targets_csv,
 )
-from workbench.plate.parts.drawing_set import drawings_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.parts import Fixture
 from workbench.plate.parts.solids import mesh_of, stl
@@ -71,10 +70,6 @@ def _solids(job: PlateJob) -> dict[str, bytes]:
     return {f"{name}.stl": stl(mesh_of(part)) for name, part in job.fixture.made}
 
 
-def _drawings(job: PlateJob) -> dict[str, bytes]:
-    return {f"{name}.dxf": sheet.dxf().encode() for name, sheet in drawings_of(job.fixture).items()}
-
-
 def _lists(job: PlateJob) -> dict[str, bytes]:
     fixture, plate = job.fixture, job.plate
     lists = {"holes": holes_csv(fixture), "blocks": blocks_csv(fixture), "bores": bores_csv(fixture)}
@@ -88,7 +83,6 @@ PLATE_FILES: Registry[PlateFile] = Registry(
     "plate format",
     PlateFile,
     PlateFile("stl", _solids),
-    PlateFile("dxf", _drawings),
     PlateFile("csv", _lists),
     group="workbench.plate_exports",
 )

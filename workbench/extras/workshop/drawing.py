@@ -1,5 +1,7 @@
 """A sheet of a drawing as entities of ezdxf: a part 1:1 in millimetres, with dimensions, table and title.
 
+DXF, PDF and SVG are of the same entities, the latter two by ezdxf's drawing add-on on matplotlib.
+
 Gaps and heights of text are millimetres on paper, for a sheet that is printed reduced by its scale.
 """
 
@@ -9,8 +11,12 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.backends.backend_pdf import PdfPages
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
 
 from workbench.base.errors import MissingExtraError
+from workbench.report.figures import svg
 
 SCALES = (1.0, 2.0, 5.0, 10.0, 20.0)
 """Reductions of ISO 5455: 1:1, 1:2, …"""
@@ -29,6 +35,9 @@ LAYERS = {
     "FRAME": (7, "CONTINUOUS", 35),
 }
 """Colour, line type and width [0.01 mm] (ISO 128)."""
+
+A3 = (16.54, 11.69)
+"""[in]"""
 
 Point = Sequence[float] | Float[np.ndarray, "2"]
 
@@ -168,3 +177,37 @@ class View:
             text_rotation=0.0,
             **self.sheet.dimension_style("EZ_CURVED"),
         ).render()
+
+
+def pdf_of(sheets: Iterable[Sheet]) -> bytes:
+    """A page for each sheet, fitted to A3."""
+    buffer = io.BytesIO()
+    with PdfPages(buffer, metadata={"CreationDate": None}) as book:
+        for sheet in sheets:
+            book.savefig(figure_of(sheet), facecolor="white")
+    return buffer.getvalue()
+
+
+def svg_of(sheet: Sheet, name: str) -> str:
+    """The same page as SVG."""
+    return svg(figure_of(sheet), name)
+
+
+def figure_of(sheet: Sheet) -> Figure:
+    """The page as a figure of matplotlib."""
+    from ezdxf.addons.drawing import Frontend, RenderContext
+    from ezdxf.addons.drawing.config import BackgroundPolicy, Configuration
+    from ezdxf.addons.drawing.matplotlib import MatplotlibBackend
+    from ezdxf.npshapes import to_matplotlib_path
+
+    class Backend(MatplotlibBackend):
+        def draw_filled_paths(self, paths, properties) -> None:
+            """Glyphs as their font winds them: to detect holes anew fills half of every Ø."""
+            outline = to_matplotlib_path(paths)
+            self.ax.add_patch(PathPatch(outline, color=properties.color, linewidth=0.0))
+
+    figure = Figure(figsize=A3)
+    backend = Backend(figure.add_axes((0.02, 0.02, 0.96, 0.96)), adjust_figure=False)
+    paper = Configuration(background_policy=BackgroundPolicy.WHITE)
+    Frontend(RenderContext(sheet.document), backend, config=paper).draw_layout(sheet.space)
+    return figure

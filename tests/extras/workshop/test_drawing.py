@@ -4,6 +4,7 @@ A block rebuilt from its drawing and the lists alone is the solid."""
 import csv
 import io
 import re
+import sys
 from dataclasses import replace
 
 import ezdxf
@@ -12,8 +13,10 @@ import pytest
 import trimesh
 from manifold3d import Manifold
 
+from workbench.base.errors import MissingExtraError
+from workbench.extras.workshop.drawing import Sheet
+from workbench.extras.workshop.drawing_set import AXIAL, drawings_of
 from workbench.plate.parts.csv_lists import blocks_csv, bores_csv, holes_csv, parts_csv
-from workbench.plate.parts.drawing_set import AXIAL, drawings_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.parts import Turned
 from workbench.plate.parts.solids import mesh_of, stl
@@ -338,3 +341,19 @@ def test_bought_pins_and_screws_fit_the_plate(plate_of):
     assert long["screw ISO 4762 M8"] <= 15.0 + 1e3 * min(b.depth for b in thick.standoff.bores) - 2.0
     assert parts["screw ISO 4762 M6, for the probe's flange"]["quantity"] == "4"
     assert any("Ø4 m6 × 28" in w for w in words_of(thick)["block-A"])
+
+
+def test_drawings_of_ball_blocks_name_neither_pins_nor_dowels(plate_of):
+    plate = plate_of((0.05, -0.025, 0.05, 0.6, 1.1, 0.0), kinds=("socket",))
+    for stock in (Stock.named("printed"), Stock.named("breadboard")):
+        sheets = drawings_of(fixture_of(plate, stock=stock)).values()
+        written = " ".join(text.dxf.text for sheet in sheets for text in sheet.space.query("TEXT"))
+        assert "ndex" not in written
+        assert "dowel" not in written
+
+
+def test_without_ezdxf_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "ezdxf", None)
+    with pytest.raises(MissingExtraError) as error:
+        Sheet(1.0)
+    assert error.value.extra == "cad"

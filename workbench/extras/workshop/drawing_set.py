@@ -7,26 +7,37 @@ between its dowels, or its tapped hole where it has none (B), and the line of th
 runs downhill and v across, from the point above B. A turned part is seen from the side and its end.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from workbench.plate.parts.callouts import (
-    BOTTOM,
-    FLAT,
-    LENGTH,
-    MM,
-    SHORT,
-    STEEL,
-    UPRIGHT,
-    dowel_length,
-    millimetres,
-    position_words,
-    thread_notes,
-)
-from workbench.plate.parts.drawing import TEXT, Sheet, View
+from workbench.extras.workshop.drawing import TEXT, Sheet, View
+from workbench.plate.parts.csv_lists import BOTTOM, MM, SHORT_OF, STEEL, dowel_length, position_words
 from workbench.plate.parts.parts import Block, BlockShape, Bore, Fixture, Purpose, Slab, Turned
 from workbench.plate.plate import Kind
 from workbench.plate.tolerances import GENERAL, Tolerances
 
+UPRIGHT = 0.005
+"""How far a seat or an index hole may lean over its depth [mm]."""
+FLAT = 1e-6
+"""A face that slopes less has no low side [rad]."""
+LENGTH = 0.02
+"""± of the probe's length, which is the tool's [mm]."""
+SHORT = {
+    Purpose.SCREW: "screw",
+    Purpose.THREAD: "screw",
+    Purpose.DOWEL: "dowel",
+    Purpose.MOUNTING: "mounting",
+    Purpose.SEAT: "probe seat",
+    Purpose.INDEX: "index pin",
+    Purpose.SOCKET: "ball",
+    Purpose.TIP: "pointed probe",
+    Purpose.MAGNET: "magnet",
+    Purpose.PIN: "dowel pin",
+    Purpose.FLANGE: "flange screw",
+    Purpose.STANDOFF: "stand-off",
+    Purpose.ROBOT: "robot's foot",
+}
 MOST_ROWS = 50
 """Of a plate's table of holes; holes.csv has them all."""
 Rows = list[tuple[str, ...]]
@@ -368,3 +379,15 @@ FLANGE_NOTES = [
     "F1–F4: flange ISO 9409-1-50-4-M6, x axis between F1 and F4.",
     "There is no register: clock P1 true to the flange's axis when mounting.",
 ]
+
+
+def millimetres(value: float) -> str:
+    """A length in metres as a number of millimetres."""
+    return f"{MM * value:z.3f}"
+
+
+def thread_notes(bores: Sequence[Bore]) -> list[str]:
+    """How deep threads are cut, where there are any."""
+    if not any(bore.size.startswith("M") and not bore.through for bore in bores):
+        return []
+    return [f"Depth of a thread: its core's; the thread ends {SHORT_OF:g} above the bottom."]
