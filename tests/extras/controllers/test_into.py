@@ -111,14 +111,18 @@ def euler(pose: np.ndarray) -> np.ndarray:
 
 
 def sdf(chain: Chain, flange: np.ndarray) -> str:
-    """Links in the model with joints in them, and links on joints that are in the link before."""
+    """Links in the model with joints in them, and links on joints that are in the link before; a frame or a
+    fixed link as the flange."""
     out = '<sdf version="1.9"><model name="mine"><link name="l0"/>\n'
     links = [np.eye(4), *(pose for pose, *_ in chain), flange]
     for k, step in enumerate(steps(chain, flange)):
         kind = "fixed" if k == len(chain) else "revolute" if chain[k][2] else "prismatic"
         axis = "" if k == len(chain) else f"<axis><xyz>{text(chain[k][1])}</xyz></axis>"
         ends = f"<parent>l{k}</parent><child>l{k + 1}</child>{axis}"
-        if k % 2:
+        if k % 2 and k == len(chain):
+            pose = text([*step[:3, 3], *rpy(step)])
+            out += f"<frame name='l{k + 1}' attached_to='l{k}'><pose>{pose}</pose></frame>\n"
+        elif k % 2:
             pose = text([*links[k + 1][:3, 3], *rpy(links[k + 1])])
             out += f'<link name="l{k + 1}">\n <pose>{pose}</pose></link>'
             out += f'<joint name="a{k}" type="{kind}">{ends}</joint>\n'
@@ -180,7 +184,7 @@ def sdf_flanges(path: Path, q: np.ndarray) -> np.ndarray:
         values = (pose.text or "").split() if pose is not None else []
         own = origin(*map(float, values)) if values else np.eye(4)
         ref = pose.get("relative_to") if pose is not None else None
-        ref = ref or (node.find("child").text if node.tag == "joint" else None)
+        ref = ref or node.get("attached_to") or (node.find("child").text if node.tag == "joint" else None)
         return own if ref is None else at(ref) @ own
 
     out = []

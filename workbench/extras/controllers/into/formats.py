@@ -194,9 +194,12 @@ def sdf_model(text: str) -> Model:
             edges.append(
                 Edge(name, parent, child, KINDS.get(node.attrib.get("type", "")), name, _sdf_axis(node))
             )
-        elif node.tag in ("link", "frame"):
-            held = node.attrib.get("attached_to", "") if node.tag == "frame" else ""
-            frames[name] = Given(_relative_to(node, held), held or name, *_sdf_pose(node))
+        elif node.tag == "link":
+            frames[name] = Given(_relative_to(node, ROOT), name, *_sdf_pose(node))
+        elif node.tag == "frame":
+            held = node.attrib.get("attached_to", ROOT)
+            frames[name] = Given(_relative_to(node, held), name, *_sdf_pose(node))
+            edges.append(Edge("", held, name, JointKind.FIXED, name, _sdf_axis(node)))
     return Model(frames, edges)
 
 
