@@ -39,7 +39,7 @@ def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: f
         )
     if not dataset.included.any():
         return dataset
-    _refuse_joint_units(dataset, limits)
+    refuse_joint_units(dataset.q[dataset.included], limits, dataset.source)
     _refuse_length_units(dataset, reach)
     notes = _joint_notes(dataset, limits) + _observation_notes(dataset, reach) + _repeat_notes(dataset)
     return replace(dataset, notes=dataset.notes + tuple(note for note in notes if note not in dataset.notes))
@@ -63,9 +63,8 @@ def repeated_rows(dataset: Dataset) -> list[tuple[int, int]]:
     return pairs
 
 
-def _refuse_joint_units(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> None:
+def refuse_joint_units(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"], source: str) -> None:
     """Raise when joints go so far beyond their limits that the unit must be wrong."""
-    q = dataset.q[dataset.included]
     if (found := implausible_joint(q, limits)) is None:
         return
     joint, unit, bound = found
@@ -74,7 +73,7 @@ def _refuse_joint_units(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> N
         "mm": "these look like mm labelled m: write the unit that they have in the header",
     }.get(unit, "check the units and the order of the joint columns")
     raise DataError(
-        f"{dataset.source}: joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} "
+        f"{source}: joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} "
         f"where its limit is {bound:.4g}: {guess}"
     )
 

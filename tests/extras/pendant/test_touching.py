@@ -157,10 +157,16 @@ def test_two_touches_more_give_the_tools_axes(run, arm):
             "one axis",
             1,
         ),
+        (
+            lambda arm: [tip_at(arm, POINT, turn=Rotation.from_rotvec([np.pi, 0, 0]))] * 4,
+            "kept its orient",
+            1,
+        ),
+        (lambda arm: np.rad2deg(np.angle(np.exp(1j * np.array(pivot(arm, 6))))), "degrees labelled rad", 1),
         (lambda arm: list(random_joints("ur5e", 6)), "choose the robot", 2),
         (lambda arm: pivot(arm, 4, noise=2e-3), "other orientations", 2),
     ],
-    ids=["few", "turned about one axis", "another arm", "loose"],
+    ids=["few", "turned about one axis", "not turned", "other units", "another arm", "loose"],
 )
 def test_touches_that_give_no_tip_say_why(run, arm, q, words, status):
     ended, _, err = run("tcp", table(q(arm)), "--robot", arm, "--save", "tool.toml")
@@ -266,6 +272,10 @@ def test_a_drawings_point_that_slipped_and_two_that_were_exchanged(run, arm, poi
     status, _, err = run("frame", "touches.csv", "--robot", pointer, "--cad", drawing())
     assert status == 2
     assert "'C' and 'B' seem to be exchanged" in err
+    cad = Path(drawing())
+    cad.write_text(cad.read_text().replace("[mm]", "[m]"))
+    status, _, err = run("frame", "touches.csv", "--robot", pointer, "--cad", cad)
+    assert (status, "check the units" in err) == (1, True)
 
 
 @pytest.mark.parametrize(

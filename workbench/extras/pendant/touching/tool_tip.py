@@ -223,7 +223,13 @@ def _check(touches: Touches, pivots: list[int], names: list[str], rotations: np.
             "another orientation of the tool"
         )
     weakest = np.linalg.svd(_centred(rotations, names))[1:]
-    if weakest[0][-1] < TILTED * np.sqrt(len(pivots)):
+    least = TILTED * np.sqrt(len(pivots))
+    if weakest[0][-2] < least:
+        raise DataError(
+            f"{touches.source}: the tool kept its orientation; tilt it by 30° or more about different axes "
+            "(and if the joints are in rad, head them q1[rad] …)"
+        )
+    if weakest[0][-1] < least:
         axis = ", ".join(signed(v, 2) for v in weakest[1][-1])
         raise DataError(
             f"{touches.source}: the tool was turned about one axis only, so the tip along ({axis}) of the "

@@ -18,6 +18,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
+from workbench.data.plausibility import refuse_joint_units
 from workbench.data.readers import read_measurements
 from workbench.data.readers.assemble import joint_columns
 from workbench.data.readers.read import read_fields
@@ -63,7 +64,7 @@ def read_touches(source: Path | Dataset, robot: Robot) -> Touches:
 
     Raises:
         FileError: no table.
-        DataError, ShapeError: no joints, or another number of them.
+        DataError, ShapeError: no joints, another number of them, or units that can't be right.
     """
     if isinstance(source, Dataset):
         robot.check_joints(source.q, source.source)
@@ -79,6 +80,7 @@ def read_touches(source: Path | Dataset, robot: Robot) -> Touches:
             kept = kept & read_measurements(source, joints=robot.dof).included
     if not kept.any():
         raise DataError(f"{where}: there is no touch; give joint positions (q1[deg] …), one touch a line")
+    refuse_joint_units(q[kept], robot.limits, where)
     labels = [""] * len(q) if names is None else [str(name).strip() for name in names]
     chosen = np.flatnonzero(kept)
     return Touches(q[chosen], tuple(labels[k] for k in chosen), tuple(int(rows[k]) for k in chosen), where)

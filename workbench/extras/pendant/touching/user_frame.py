@@ -48,6 +48,8 @@ FLAT = 0.02
 """Least extent of points across their line, as a share of that along it."""
 POOR = 1e-3
 """Root mean square of the touches' errors beyond which a frame should not be used, unless asked for [m]."""
+MISREAD = 10.0
+"""A drawing and its touches differ in size by less."""
 SWAPPED = 5.0
 """Two exchanged points explain a misfit that is this many times smaller without."""
 LABELS = (
@@ -260,6 +262,12 @@ def _begin(
             )
         target = np.array([points[name] for name in touches.names])
         _require_spread(touches, target)
+        drawn, touched = (float(np.linalg.norm(np.ptp(p, axis=0))) for p in (target, tips))
+        if not 1.0 / MISREAD < drawn / max(touched, EXACT) < MISREAD:
+            raise DataError(
+                f"{touches.source}: the touches span {in_mm(touched)}, their points in the drawing "
+                f"{in_mm(drawn)}; check the units of both and the names"
+            )
         return se3.best_fit(target, tips), _Kept(target, np.ones_like(target, bool))
     mean = {name: _rows(touches, name) for name in KEEPS}
     if not set(touches.names) <= set(KEEPS):
