@@ -44,6 +44,7 @@ from workbench.extras.pendant.touching.tool_tip import ToolTip as ToolTip
 from workbench.extras.pendant.touching.tool_tip import tcp as tcp
 from workbench.extras.pendant.touching.user_frame import UserFrame as UserFrame
 from workbench.extras.pendant.touching.user_frame import frame as frame
+from workbench.extras.production.trial import try_plate as try_plate
 from workbench.extras.service.fleet.fleet import Fleet as Fleet
 from workbench.extras.service.fleet.fleet import compare_fleet as compare_fleet
 from workbench.extras.service.rezero.moved_joints import rezero as rezero
@@ -57,7 +58,6 @@ from workbench.identification.result import Evaluation as Evaluation
 from workbench.identification.result import Identification as Identification
 from workbench.paths.trajectories import compensate_trajectory
 from workbench.plate.design import optimise_plate as optimise_plate
-from workbench.plate.design import try_plate as try_plate
 from workbench.plate.measured_plate import load_plate as load_plate
 from workbench.plate.optimiser.optimise import DesignRequest as DesignRequest
 from workbench.plate.optimiser.result import PlateDesign as PlateDesign

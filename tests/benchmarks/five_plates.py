@@ -17,7 +17,8 @@ from rich.console import Console
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import JointHarmonic
 from workbench.arm.robot import Robot
-from workbench.plate.design import optimise_plate, try_plate
+from workbench.extras.production.trial import try_plate
+from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.manufacturing import MANNERS
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.target_blocks import Blocks

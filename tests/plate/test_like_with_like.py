@@ -7,8 +7,7 @@ import pytest
 
 from workbench.base import se3
 from workbench.plate import design
-from workbench.plate.design import optimise_plate, try_plate
-from workbench.plate.monte_carlo.production_yield import Yield
+from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.manufacturing import MANNERS
 from workbench.plate.optimiser.optimise import DesignRequest
@@ -74,23 +73,6 @@ def test_the_page_searches_for_what_its_own_figure_holds(searched, aria, plate):
     assert searched == [(EXACT, "seat")]
 
 
-def test_virtual_arms_read_what_the_targets_are(monkeypatch, aria, plate, solutions):
-    """Sockets and ball-bars were tried with the noise of seats: 0.25 mm where 0.04 mm was predicted."""
-    jobs = []
-
-    def tried(job, **_):
-        jobs.append(job)
-        return yield_of(1, 1)
-
-    monkeypatch.setattr(design, "try_production", tried)
-    fixed = plate.with_joints(np.stack([found[0].q for found in solutions]), plate.branches)
-    for kind in (Kind.SEAT, Kind.SOCKET):
-        found = try_plate(aria, of_kind(fixed, kind), joint_sigma=1e-4, poses=10)
-        assert jobs[-1].errors.seat_position == SIGMAS[str(kind)][0]
-        assert f"instrument {1e3 * SIGMAS[str(kind)][0]:g} mm" in found.assumptions
-        assert found.assumptions.endswith("joint readings 0.0057°")
-
-
 def test_only_seats_have_play_and_orientations(plate):
     sockets = replace(of_kind(plate, Kind.SOCKET), making=OWN)
     assert sockets.assumptions == "targets made within ±0.05 mm, ±0.057°"
@@ -151,23 +133,4 @@ def test_few_angles_and_few_shapes_each_say_what_they_cost(searched, monkeypatch
     assert found.notes == (
         "2 shapes of block cost 0.002 mm (2 %): 0.112 mm instead of 0.110 mm with 4 different ones",
         "blocks of 0° alone cost 0.010 mm (10 %): 0.110 mm instead of 0.100 mm with any tilt",
-    )
-
-
-def yield_of(good, arms):
-    """A trial of so many arms of which some were good."""
-    few, none = np.arange(arms) < good, np.zeros((0, 2))
-    return Yield(
-        wanted=None,
-        reached=np.ones(arms, bool),
-        planned=np.ones(arms, bool),
-        position=np.ones(arms),
-        rotation=np.ones(arms),
-        worst=np.ones((arms, 2)),
-        within=few.astype(float),
-        cells=np.zeros(0, int),
-        predicted=none,
-        observed=none,
-        samples=np.zeros(0, int),
-        sources={},
     )

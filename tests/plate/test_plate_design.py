@@ -1,6 +1,5 @@
 """Readings of a plate's targets against finite differences; plates of every kind designed and tried."""
 
-import json
 from dataclasses import replace
 
 import numpy as np
@@ -10,15 +9,12 @@ from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.plate.design import optimise_plate, try_plate
-from workbench.plate.monte_carlo import production_yield
-from workbench.plate.monte_carlo.yield_inputs import ErrorSizes
+from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Kind
-from workbench.plate.plate_toml import load_plate, read_plate, write_plate
+from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.readings import MAKERS, anchors_of, contact_rows, linearise_reading, reading_named
-from workbench.plate.score import alike
 
 STEP = 1e-6
 WAYS = {
@@ -124,46 +120,6 @@ def test_what_no_reading_is(aria, plate):
         reading_named("socket", aria, plate, sigma=(0.0, None))
 
 
-def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, aria, monkeypatch):
-    """Predicted and tried out over the same poses: any place and branch, 60° about Table 2's targets."""
-    words = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml", "--json", "best.json")
-    status, out, _ = run(*words, "--tilt", "40deg", "--spacing", "75mm", "--places", "100")
-    assert status == 0
-    assert "predicted error in the region" in out
-    best = json.loads((tmp_path / "best.json").read_text())
-    assert best["schema"] == "workbench.plate-design/1"
-    predicted = best["predicted"]
-    assert predicted["given_position_rms_mm"] / predicted["position_rms_mm"] > 1.1
-    assert min(t["clearance_mm"] for t in best["targets"]) >= 10.0 - 1e-6
-    plates = alike([load_plate("table2"), read_plate(tmp_path / "best.toml")])
-    monkeypatch.setattr(ErrorSizes, "alone", lambda self: {})  # whatever is to blame
-    found = [try_plate(aria, p, arms=250, poses=60, towards=plates[0], seed=2) for p in plates]
-    table2, optimised = (each.position_rms for each in found)
-    assert table2 / optimised > 1.1
-
-
-def test_yield_of_table_2(run, tmp_path, monkeypatch):
-    monkeypatch.setattr(production_yield, "CHUNK", 50)
-    words = ("plate", "yield", "table2", "--robot", "aria", "--arms", "100", "--json", "yield.json")
-    status, out, _ = run(
-        *words, "--tolerance", "0.05mm,0.05deg", "--joint-noise", "0.002deg", "--poses", "60"
-    )
-    assert status == 0
-    assert "arms that meet it" in out
-    found = json.loads((tmp_path / "yield.json").read_text())
-    assert found["schema"] == "workbench.plate-yield/1"
-    assert found["arms"] == 100
-    assert found["share"] == 1.0
-    assert set(found["sources"]) == {
-        "seat position",
-        "seat rotation",
-        "joint readings",
-        "target position",
-        "target rotation",
-    }
-    assert len(found["cubes"]) > 30
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -173,7 +129,6 @@ def test_yield_of_table_2(run, tmp_path, monkeypatch):
         (("optimise", "table2", "--tolerance", "40mm"), "--tolerance must be a length and an angle"),
         (("optimise", "table2", "--targets", "300"), "plate size and spacing conflict"),
         (("optimise", "table2", "--reading", "feeler"), "there is no reading"),
-        (("yield", "table2", "--arms", "0"), "--arms must be at least 1, got 0"),
     ],
 )
 def test_mistakes_are_said_in_one_sentence(run, words, said):

@@ -10,7 +10,6 @@ from workbench.plate.score import score_plate
 from workbench.plate.simulated_measurement import measure_plate
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.edit import ChooseBranch
-from workbench.session.commands.plate import TryPlate
 from workbench.session.commands.undo import RestoreBest, Undo
 from workbench.session.target_steps import with_targets
 
@@ -27,8 +26,6 @@ def test_a_blocked_target_counts_neither_in_the_indices_nor_as_the_best_plate(do
     assert np.isnan(blocked.score.per_target[2])
     assert blocked.score.position > first.score.position
     assert do(Undo(), RestoreBest()).plate is first.plate
-    refused = do(SelectTarget(2), ChooseBranch(2, DOWN), TryPlate(20))
-    assert "target 3 is blocked" in refused.messages[-1].text
 
 
 def test_a_branch_left_to_the_program_leaves_what_blocks_it(do):

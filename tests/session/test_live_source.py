@@ -13,7 +13,7 @@ import pytest
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import FileError
-from workbench.data.live.connection import SocketLines, connect, first_listener, send_samples
+from workbench.data.live.connection import SocketLines, connect, first_listener
 from workbench.data.live.sample import Sample, format_sample
 from workbench.plate.simulated_measurement import drive_plate
 from workbench.session import Worker, replay, start
@@ -32,7 +32,6 @@ from workbench.session.live import LiveSource
 from workbench.session.state import Focus, Severity
 
 Q = (0.1, 0.9, 1.2, 0.3, 0.4, 0.5)
-SPEED = 6.0
 
 
 class Lines:
@@ -70,16 +69,22 @@ def line(q, time, **more):
 
 
 def test_an_arm_on_a_socket_is_followed_and_measured(first):
-    """The simulated sender on loopback, as `workbench drive --to` runs it."""
+    """The simulated sender on loopback; a busy machine makes it wait, and passes no target."""
     plate = replace(first.plate, targets=first.plate.targets[:3])
     actual, samples = drive_plate(first.robot, plate, seed=4)
     port, worker = queue.Queue(), Worker(start(first.robot, plate))
     begun = threading.Event()
 
+    def is_taken(sample):
+        return lambda s: [one.time for one in s.measuring.acquisition.judged][-1:] == [sample.time]
+
     def send():
         with first_listener("127.0.0.1:0", timeout=60.0, ready=port.put) as write:
             begun.wait(60.0)
-            send_samples(samples, write, speed=SPEED)
+            for k, sample in enumerate(samples):
+                if sample.capture or k % 8 == 0:
+                    write(format_sample(sample) + "\n")
+                    until(worker, is_taken(sample))
 
     threading.Thread(target=send, daemon=True).start()
     address = f"127.0.0.1:{port.get(timeout=60.0)}"

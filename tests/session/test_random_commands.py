@@ -10,6 +10,7 @@ import json
 import os
 import typing
 from enum import Enum
+from functools import cache
 
 import numpy as np
 from hypothesis import HealthCheck, settings
@@ -55,9 +56,15 @@ def values_of(hint) -> st.SearchStrategy:
     if isinstance(hint, type) and issubclass(hint, Enum):
         return st.sampled_from(list(hint))
     if dataclasses.is_dataclass(hint):
-        return st.deferred(lambda: st.builds(hint, **fields_of(hint)))
+        return made(hint)
     of_type = {float: NUMBERS, int: COUNTS, str: WORDS, bool: (True, False), bytes: (b"", b"q1[deg]\n1\n")}
     return st.sampled_from(of_type[hint]) if hint in of_type else st.none()
+
+
+@cache
+def made(kind) -> st.SearchStrategy:
+    """Records of a type, one strategy for each: `TakeSample` holds another one."""
+    return st.deferred(lambda: st.builds(kind, **fields_of(kind)))
 
 
 def fields_of(kind) -> dict[str, st.SearchStrategy]:
@@ -68,8 +75,7 @@ def fields_of(kind) -> dict[str, st.SearchStrategy]:
 OURS = sorted(
     (k for k in kinds().values() if k.__module__.startswith("workbench.")), key=lambda kind: kind.__name__
 )
-MADE = {kind: st.builds(kind, **fields_of(kind)) for kind in OURS}
-COMMANDS = st.sampled_from(OURS).flatmap(MADE.__getitem__)
+COMMANDS = st.sampled_from(OURS).flatmap(made)
 
 
 class Commands(RuleBasedStateMachine):

@@ -14,10 +14,8 @@ from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.edit import LockTarget
-from workbench.session.commands.plate import ClusterTargets, ImprovePlate, TryPlate
-from workbench.session.commands.region import SetRegion, ShowCubes
-from workbench.session.cubes import values
-from workbench.session.state import CubeView, Field, Severity
+from workbench.session.commands.plate import ClusterTargets, ImprovePlate
+from workbench.session.state import Severity
 
 
 def test_what_can_not_be_diagnosed_is_said(do):
@@ -59,36 +57,3 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     assert ImprovePlate().finish(first, (*half, *half)).plate is first.plate
     better = ImprovePlate().finish(first, kept.plate.targets)
     assert better.score.position < first.score.position
-
-
-def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
-    refused = do(TryPlate(0))
-    assert refused.trial is None
-    assert refused.messages[-1].severity is Severity.ERROR
-
-    worker.submit(TryPlate(4000))
-    while worker.session.job is None or not worker.session.job.text:
-        threading.Event().wait(0.01)
-    worker.cancel()
-    assert worker.wait(120.0)
-    assert worker.session.trial is None
-
-    session = do(TryPlate(20, seed=3))
-    found = session.trial.found
-    assert session.trial.plate is first.plate
-    assert found.arms == 20
-    assert found.planned.all()
-    low, high = (100 * bound for bound in found.interval)
-    words = session.messages[-1].text
-    assert f"{5 * found.passed.sum():.1f} % of 20 virtual arms" in words
-    assert f"{low:.1f} … {high:.1f} %" in words
-    assert words.endswith("the seat position matters most")
-
-    session = do(ShowCubes(CubeView(field=Field.YIELD)))
-    shown = values(session).numbers
-    assert np.array_equal(shown[found.cells], found.observed[:, 0])
-    assert np.isnan(np.delete(shown, found.cells)).all()
-    region = session.plate.region
-    session = do(SetRegion(tuple((region.min + 0.05).tolist()), tuple(region.max.tolist()), region.cube))
-    assert values(session) is None
-    assert do(ShowCubes(CubeView(field=Field.YIELD))).messages[-1].severity is Severity.ERROR

@@ -150,12 +150,10 @@ def test_cubes_follow_a_new_trial(session):
     """Virtual arms were tried again: the cubes show the new errors without any other change."""
 
     def tried(session, error):
-        region = session.plate.region
-        found = SimpleNamespace(
-            cells=np.arange(4), observed=np.full((4, 1), error) * np.arange(1, 5)[:, None]
-        )
-        assert found.cells.max() < region.cubes
-        return replace(session, trial=PlateTrial(session.plate, session.noise, found))
+        errors = np.full(session.plate.region.cubes, np.nan)
+        errors[:4] = error * np.arange(1, 5)
+        trial = PlateTrial(session.plate, session.noise, None, 20, 1.0, 0, error, errors, "tried")
+        return replace(session, trial=trial)
 
     shown = replace(session, cube_view=CubeView(field=Field.YIELD))
     sink = Notebook()

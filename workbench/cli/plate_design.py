@@ -1,4 +1,4 @@
-"""Commands that design a plate and try it out: plate optimise, yield."""
+"""Command that designs a plate: plate optimise."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -136,55 +136,3 @@ def optimise(
         opt.say(f"{made}: afterwards measure {manner.afterwards}")
     opt.say(f"plate: {wb.write_plate(found.plate, out)}")
     opt.write_result(json, design_json(found))
-
-
-@plates.command("yield")
-def yield_(
-    plate: PlateArgument,
-    robot: opt.RobotOption,
-    arms: Annotated[int, option("Number of virtual arms.")] = 10_000,
-    noise: Annotated[
-        str | None, option('Repeatability and reading of a target: "0.1mm,0.02deg"; usual ones if not given.')
-    ] = None,
-    joint_noise: Annotated[str, option("Standard deviation of the joint readings.")] = "0deg",
-    tolerance: ToleranceOption = None,
-    play: PlayOption = None,
-    effects_of: Annotated[
-        str | None, option("--effects-of", "Robot file with undeclared effects of the actual arms.")
-    ] = None,
-    errors: Annotated[
-        str, option("Maximum manufacturing errors of the arms: length and angle.")
-    ] = "5mm,5deg",
-    orientations: Annotated[
-        str | None, option("Evaluate near the orientations of this plate's targets, to compare plates.")
-    ] = None,
-    poses: Annotated[int, option("Number of poses of the region at which arms are evaluated.")] = 500,
-    scheduler: opt.SchedulerOption = None,
-    json: opt.JsonOption = None,
-    seed: opt.SeedOption = 0,
-) -> None:
-    """How many arms of a production run meet the requirement after calibration with the plate."""
-    from workbench.plate import design as plate_design
-    from workbench.plate.report.design import yield_json, yield_tables
-
-    opt.check_writable(json)
-    length, angle = opt.pair_of(errors, "--errors")
-    fixture = wb.load_plate(plate)
-    with opt.progress_bar("yield"):
-        found = plate_design.try_plate(
-            wb.load_robot(robot),
-            fixture,
-            arms=arms,
-            sigma=sigma_of(noise),
-            joint_sigma=opt.angle(joint_noise),
-            making=making_of(fixture, tolerance, play),
-            undeclared=() if effects_of is None else wb.load_robot(effects_of).effects,
-            length=length,
-            angle=angle,
-            towards=None if orientations is None else wb.load_plate(orientations),
-            poses=poses,
-            scheduler=scheduler,
-            seed=seed,
-        )
-    opt.show(yield_tables(found))
-    opt.write_result(json, yield_json(found))

@@ -10,7 +10,7 @@ from workbench.arm.linearisation import Linearisation
 from workbench.plate.cubes import CubeMap
 from workbench.plate.plate import Plate
 from workbench.session.comparison import Comparison
-from workbench.session.state import CubeView, Field, Focus, PlateTrial, Session
+from workbench.session.state import CubeView, Field, Focus, Session
 
 TITLES = {
     Field.REACH: "Reachability",
@@ -63,7 +63,7 @@ def values(session: Session) -> CubeValues | None:
         return _scaled(measured_errors(session, session.comparison))
     if field is Field.YIELD:
         trial = session.trial
-        return None if trial is None or trial.plate.region is not region else _scaled(trial_errors(trial))
+        return None if trial is None or trial.plate.region is not region else _scaled(trial.errors)
     if field is Field.NONE or cubes is None or cubes.region is not region:
         return None
     if field is Field.REACH:
@@ -111,13 +111,6 @@ def measured_errors(session: Session, comparison: Comparison) -> Float[np.ndarra
     count = np.bincount(cell[use], minlength=region.cubes)
     total = np.bincount(cell[use], weights=errors[use], minlength=region.cubes)
     return np.where(count > 0, total / np.maximum(count, 1), np.nan)
-
-
-def trial_errors(trial: PlateTrial) -> Float[np.ndarray, " cubes"]:
-    """Root mean square position error of the virtual arms of a trial in each cube [m]."""
-    errors = np.full(trial.plate.region.cubes, np.nan)
-    errors[trial.found.cells] = trial.found.observed[:, 0]
-    return errors
 
 
 def shown_cubes(session: Session, view: CubeView, numbers: CubeValues) -> Bool[np.ndarray, " cubes"]:

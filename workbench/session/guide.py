@@ -5,6 +5,7 @@ Drag → measure → identify → diagnose → add → compare → take away; th
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from jaxtyping import Float
@@ -15,13 +16,13 @@ from workbench.identification.arm_match import ArmMatch
 from workbench.identification.result import LOOK_AGAIN, Identification, Run, Validation, judged
 from workbench.identification.row_errors import RowErrors
 from workbench.report.numbers import significant
-from workbench.session.command import AbstractCommand
+from workbench.session.command import AbstractCommand, kinds
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.diagnose import LEAST_ROWS, AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import StoreRow, UseRows
-from workbench.session.commands.plate import ImprovePlate, TryPlate
+from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.export import File, fixture_zip
 from workbench.session.judgement import Tone, arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import Measuring
@@ -74,7 +75,6 @@ MORE = Action("Measure more", Tab.MEASURE)
 FIT = Action("Identify the geometry", Tab.CALIBRATE, Identify())
 CAUSE = Action("Find the cause", Tab.CALIBRATE, Diagnose())
 ADD = Action("Add what was found", Tab.CALIBRATE, AddEffects())
-TRY = Action("Try it on virtual arms", Tab.PLATE, TryPlate())
 COMPARE = Action("Compare", Tab.COMPARE)
 TAKE = Action("Save the arm", Tab.EXPORT)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
@@ -266,7 +266,16 @@ def _design(session: Session) -> GuideStep:
         return GuideStep(f"{capital(judged.text)}.", judged.tone, improve, LOAD)
     if judged.tone is Tone.CAREFUL:
         return GuideStep(f"{words}: {judged.text}. Improve it.", judged.tone, improve, LOAD)
-    return GuideStep(f"{words}: {judged.text}. Good enough? Try it, or measure.", judged.tone, TRY, LOAD)
+    if (trial := _trial()) is None:
+        return GuideStep(f"{words}: {judged.text}.", judged.tone, LOAD, improve)
+    return GuideStep(f"{words}: {judged.text}. Good enough? Try it, or measure.", judged.tone, trial, LOAD)
+
+
+@cache
+def _trial() -> Action | None:
+    """The plate tried on virtual arms, where an extra does so."""
+    found = next((kind for kind in kinds().values() if issubclass(kind, AbstractPlateTrial)), None)
+    return None if found is None else Action("Try it on virtual arms", Tab.PLATE, found())
 
 
 def _predicted(session: Session) -> str:

@@ -51,8 +51,8 @@ def plate_judgement(session: Session) -> Judgement | None:
         return None
     if found is not None:
         kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms keep {wanted.words} everywhere"
-        if (short := int((~found.reached).sum())) > (1.0 - PASSING_SHARE) * found.arms:
-            kept += f"; {short} of them can't reach every target within their joint limits"
+        if found.unreached > (1.0 - PASSING_SHARE) * found.arms:
+            kept += f"; {found.unreached} of them can't reach every target within their joint limits"
         return Judgement(Tone.GOOD if found.share >= PASSING_SHARE else Tone.CAREFUL, kept)
     if not wanted.within_by_norms(score.position, score.rotation):
         return Judgement(Tone.CAREFUL, f"rms beyond the wanted {wanted.words}")

@@ -21,7 +21,6 @@ from workbench.diagnosis.result import Diagnosis
 from workbench.identification.problem_blocks import Noise
 from workbench.identification.result import Identification, Run
 from workbench.plate.cubes import CubeMap
-from workbench.plate.monte_carlo.production_yield import Yield
 from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay
@@ -125,14 +124,24 @@ class PlateTrial:
     Args:
         plate: The plate as it was then.
         noise: The instrument of that time.
-        found: Its yield.
         wanted: What every arm had to keep.
+        arms: How many were tried.
+        share: Of them kept it everywhere.
+        unreached: Arms that could not reach every target.
+        position: Mean over the arms of their root mean square position errors [m].
+        errors: Root mean square position error in each cube of the region; NaN where none was judged [m].
+        text: All that in one sentence.
     """
 
     plate: Plate
     noise: Noise
-    found: Yield
-    wanted: Wanted | None = None
+    wanted: Wanted | None
+    arms: int
+    share: float
+    unreached: int
+    position: float
+    errors: Float[np.ndarray, " cubes"]
+    text: str
 
 
 @dataclass(frozen=True)
@@ -373,10 +382,10 @@ class Session:
         return None if self.run is None else self.run.calibrated
 
     @property
-    def tried(self) -> Yield | None:
-        """The yield of the current plate, if it was tried."""
+    def tried(self) -> PlateTrial | None:
+        """The trial of the current plate, if there was one."""
         trial, now = self.trial, (self.plate, self.noise, self.wanted)
-        return trial.found if trial is not None and (trial.plate, trial.noise, trial.wanted) == now else None
+        return trial if trial is not None and (trial.plate, trial.noise, trial.wanted) == now else None
 
     @property
     def shows_plate(self) -> bool:

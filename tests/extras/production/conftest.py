@@ -1,3 +1,5 @@
-"""The plate of the core's tests."""
+"""Plates of the core's tests."""
 
-from tests.plate.conftest import plate  # noqa: F401
+from tests.plate.conftest import plate, solutions
+
+__all__ = ["plate", "solutions"]

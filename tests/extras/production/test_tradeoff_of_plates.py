@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from tests.plate.test_like_with_like import PINS, searched, yield_of
+from tests.extras.production.test_yield import yield_of
+from tests.plate.test_like_with_like import PINS, searched
 from workbench.base.errors import DataError, OptionError
 from workbench.extras.production import tradeoff
 from workbench.extras.production.tradeoff import Choice, Tradeoff, weigh_choices

@@ -1,1 +1,1 @@
-"""Plates of several sizes and ways to make them, weighed against each other."""
+"""Many arms on one plate: its yield, and plates of several sizes and ways to make them, compared."""

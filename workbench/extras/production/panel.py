@@ -1,17 +1,58 @@
-"""Panel: search plates of several sizes and ways to make them, and open one."""
+"""Panels: the yield of the current plate; plates of several sizes and ways to make them, to open one."""
 
 from functools import partial
 
 import viser
 
-from workbench.extras.production.session import OpenChoice, WeighPlates, choices_of
+from workbench.extras.production.session import MOST_ARMS, OpenChoice, TryPlate, WeighPlates, choices_of
 from workbench.extras.production.tradeoff import Choice
 from workbench.session.state import Session, Tab
-from workbench.views.page.html import number
+from workbench.views.page.html import MUTED, block, heading, number, text
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, on_press
 
 MAX_OPENED_PLATES = 24
 """Plates that can be opened from the page."""
+
+
+class YieldPanel(AbstractPanel):
+    """A number of arms, a button, and one sentence."""
+
+    tab, order = Tab.PLATE, 50
+    depends = ("is_idle", "trial", "tried")
+
+    def build(self, gui: viser.GuiApi) -> None:
+        self._try = self.button(
+            "Try this plate",
+            lambda: TryPlate(int(self._arms.value)),
+            viser.Icon.CHART_BAR,
+            "Calibrate virtual arms with random manufacturing errors on it: the share that meets the "
+            "required error everywhere in the region, and which error source dominates. Takes about a "
+            "minute; Cancel stops it.",
+        )
+        self._result = gui.add_html("", visible=False)
+        self._arms = self.number(
+            "Virtual arms",
+            TryPlate.arms,
+            (1, MOST_ARMS, 1),
+            "Number of arms to try. More arms give a narrower interval and take longer.",
+        )
+
+    def show(self, session: Session) -> None:
+        self._try.disabled = session.job is not None
+        self._result.visible = session.trial is not None
+        self._result.content = result(session)
+
+
+def result(session: Session) -> str:
+    """The last yield in words, if there is one."""
+    trial = session.trial
+    if trial is None:
+        return ""
+    content = heading("Yield") + f"<div>{text(trial.text)}.</div>"
+    if session.tried is None:
+        words = "The plate, the instrument or the wanted error has changed since; try again."
+        content += f'<div style="color:{MUTED}">{words}</div>'
+    return block(content, testid="yield", style="margin:4px 0")
 
 
 class TradeoffPanel(AbstractPanel):

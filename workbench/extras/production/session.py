@@ -1,4 +1,4 @@
-"""Weighed plates in a session: the command that searches them, what is kept, and opening one."""
+"""Plates tried on virtual arms, and weighed against each other, in a session; opening one of these."""
 
 from dataclasses import dataclass, replace
 from typing import final
@@ -6,11 +6,15 @@ from typing import final
 import numpy as np
 
 from workbench.base.errors import OptionError
+from workbench.extras.production.report import yield_sentence
 from workbench.extras.production.tradeoff import Choice, Tradeoff, weigh_choices
+from workbench.extras.production.trial import try_plate
+from workbench.plate.plate import AUTO
 from workbench.plate.readings import usual_sigma
 from workbench.session.command import AbstractChange, AbstractTask, computed
+from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.commands.target_placement import place_plate
-from workbench.session.state import AbstractPart, Session, Severity
+from workbench.session.state import AbstractPart, PlateTrial, Session, Severity
 from workbench.session.target_steps import check_free
 
 
@@ -26,6 +30,58 @@ def choices_of(session: Session) -> tuple[Choice, ...]:
     """The plates weighed last."""
     kept = session.part(Weighed)
     return () if kept is None else kept.found.choices
+
+
+MOST_ARMS = 100_000
+"""More arms than this are refused: the page would be busy for hours."""
+
+
+class TryPlate(AbstractPlateTrial):
+    """Find the yield: the share of virtual arms that keep the wanted error after a calibration on this plate.
+
+    Args:
+        arms: How many virtual arms.
+        seed: Of everything random.
+    """
+
+    arms: int = 1000
+    seed: int = 0
+
+    title = computed(lambda self: f"Try the plate on {self.arms} virtual arms")
+
+    def check(self, session: Session) -> None:
+        if not 1 <= self.arms <= MOST_ARMS:
+            raise OptionError(f"the number of virtual arms must be 1 to {MOST_ARMS}, got {self.arms}")
+        if session.wanted is None:
+            raise OptionError("no required error is set to test the arms against; set 'Wanted [mm]' first")
+        for i, state in enumerate(session.states):
+            if not state.measurable:
+                raise OptionError(f"target {i + 1} is {state.obstacle}; move it, then try the plate")
+
+    def compute(self, session: Session) -> PlateTrial:
+        plate, noise = session.plate, session.noise
+        q = np.stack([state.q for state in session.states])
+        found = try_plate(
+            session.robot,
+            plate.with_joints(q, tuple(state.branch or AUTO for state in session.states)),
+            arms=self.arms,
+            sigma=(noise.position, noise.rotation),
+            wanted=session.wanted,
+            seed=self.seed,
+        )
+        errors = np.full(plate.region.cubes, np.nan)
+        errors[found.cells] = found.observed[:, 0]
+        return PlateTrial(
+            plate=plate,
+            noise=noise,
+            wanted=session.wanted,
+            arms=found.arms,
+            share=found.share,
+            unreached=int((~found.reached).sum()),
+            position=float(found.position.mean()),
+            errors=errors,
+            text=yield_sentence(found),
+        )
 
 
 class WeighPlates(AbstractTask[Tradeoff]):

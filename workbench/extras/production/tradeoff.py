@@ -17,8 +17,9 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.progress import cancelled, check_cancelled, part_of
 from workbench.data.accuracy_requirement import Wanted
-from workbench.plate.design import optimise_plate, try_plate
-from workbench.plate.monte_carlo.production_yield import Yield
+from workbench.extras.production.production_yield import Yield
+from workbench.extras.production.trial import try_plate
+from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser.manufacturing import MANNERS
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign

@@ -1,4 +1,4 @@
-"""Designed plates and their yield, for people and programs."""
+"""Designed plates, for people and programs."""
 
 from typing import Any
 
@@ -7,14 +7,12 @@ from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.text import Text
 
-from workbench.plate.monte_carlo.production_yield import Yield
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import places_of
 from workbench.plate.plate import Kind
 from workbench.report.tables import new_table
 
 DESIGN = "workbench.plate-design/1"
-YIELD = "workbench.plate-yield/1"
 
 Json = dict[str, Any]
 
@@ -92,92 +90,4 @@ def design_json(design: PlateDesign) -> Json:
         ],
         "history_mm": [1e3 * cost for cost in design.history],
         "notes": list(design.notes),
-    }
-
-
-def yield_tables(found: Yield) -> RenderableType:
-    """The share of good arms, errors, what is to blame, and how well the prediction held."""
-    low, high = found.interval
-    arms = new_table(f"{found.arms} virtual arms, {found.wanted.words}", "", "")
-    arms.add_row("arms that meet it", f"{100 * found.share:.2f} %")
-    arms.add_row("95 % confidence", f"{100 * low:.2f} … {100 * high:.2f} %")
-    arms.add_row("arms that could not reach a target", str(int((~found.reached).sum())))
-    arms.add_row("arms that needed another branch", str(int((found.reached & ~found.planned).sum())))
-    if found.reached.any():
-        worst = np.percentile(found.position[found.reached], [50, 95, 100])
-        arms.add_row(escape("position error, rms [mm]"), f"{1e3 * found.position_rms:.3f}")
-        arms.add_row(
-            escape("median, 95 %, worst arm [mm]"), " / ".join(f"{1e3 * value:.3f}" for value in worst)
-        )
-        arms.add_row("orientation error, rms [°]", f"{np.rad2deg(found.rotation_rms):.3f}")
-    sources = new_table("Each source alone", "", "position [mm]", "orientation [°]", "share [%]")
-    for name, share in sorted(found.shares.items(), key=lambda item: -item[1]):
-        position, rotation = found.sources[name]
-        sources.add_row(name, f"{1e3 * position:.4f}", f"{np.rad2deg(rotation):.4f}", f"{100 * share:.1f}")
-    return Group(arms, sources, Text("\n".join(_yield_words(found))))
-
-
-def _yield_words(found: Yield) -> list[str]:
-    words = [f"errors include: {found.assumptions}"] if found.assumptions else []
-    if found.blame is not None:
-        words.append(f"the {found.blame} matters most")
-    if len(found.cells):
-        position = found.agreement[:, 0]
-        words.append(
-            f"observed by predicted position error in {len(found.cells)} cubes: {position.min():.2f} … "
-            f"{position.max():.2f}"
-        )
-    if not found.outcome.ok:
-        words.append(f"the trial was {found.outcome}; these are the arms so far")
-    return [*words, *found.notes]
-
-
-def yield_sentence(found: Yield) -> str:
-    """Share of the arms that meet the requirement, its interval, and the error that matters most."""
-    low, high = (100 * bound for bound in found.interval)
-    words = (
-        f"{100 * found.share:.1f} % of {found.arms} virtual arms meet {found.wanted.words} everywhere "
-        f"in the region (95 % confidence {low:.1f} … {high:.1f} %)"
-    )
-    return words if found.blame is None else f"{words}; the {found.blame} matters most"
-
-
-def yield_json(found: Yield) -> Json:
-    """The yield with the distribution over the cubes of the region."""
-    low, high = found.interval
-    return {
-        "schema": YIELD,
-        "outcome": str(found.outcome),
-        "arms": found.arms,
-        "holds": found.assumptions,
-        "requirement": found.wanted.json(),
-        "share": found.share,
-        "share_95": [low, high],
-        "not_reached": int((~found.reached).sum()),
-        "other_branch": int((found.reached & ~found.planned).sum()),
-        "position_rms_mm": 1e3 * found.position_rms if found.reached.any() else None,
-        "orientation_rms_deg": float(np.rad2deg(found.rotation_rms)) if found.reached.any() else None,
-        "sources": {
-            name: {
-                "position_rms_mm": 1e3 * position,
-                "orientation_rms_deg": float(np.rad2deg(rotation)),
-                "share": found.shares.get(name, 0.0),
-            }
-            for name, (position, rotation) in found.sources.items()
-        },
-        "cubes": [
-            {
-                "cube": int(cell),
-                "samples": int(samples),
-                "position_mm": {"predicted": 1e3 * float(p[0]), "observed": 1e3 * float(o[0])},
-                "orientation_deg": {
-                    "predicted": float(np.rad2deg(p[1])),
-                    "observed": float(np.rad2deg(o[1])),
-                },
-            }
-            for cell, samples, p, o in zip(
-                found.cells, found.samples, found.predicted, found.observed, strict=True
-            )
-        ],
-        "notes": list(found.notes),
     }

@@ -1,4 +1,4 @@
-"""Commands for whole plates: equal index (ARIA §4.2), least error, yield."""
+"""Commands for whole plates: equal index (ARIA §4.2), least error, trials on virtual arms."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import numpy as np
 from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.patterns import MOST_TARGETS
-from workbench.plate.plate import AUTO, Plate, Target
+from workbench.plate.plate import Plate, Target
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.target_placement import place_targets
 from workbench.session.state import PlateTrial, Session, Severity
@@ -86,52 +86,11 @@ class ImprovePlate(AbstractTask[tuple[Target, ...]]):
         return better.tell(Severity.LOG, f"predicted error in the region: {before:.3g} → {now:.3g} mm")
 
 
-MOST_ARMS = 100_000
-"""More arms than this are refused: the page would be busy for hours."""
-
-
-class TryPlate(AbstractTask[PlateTrial]):
-    """Find the yield: the share of virtual arms that keep the wanted error after a calibration on this plate.
-
-    Args:
-        arms: How many virtual arms.
-        seed: Of everything random.
-    """
-
-    arms: int = 1000
-    seed: int = 0
-
-    title = computed(lambda self: f"Try the plate on {self.arms} virtual arms")
-
-    def check(self, session: Session) -> None:
-        if not 1 <= self.arms <= MOST_ARMS:
-            raise OptionError(f"the number of virtual arms must be 1 to {MOST_ARMS}, got {self.arms}")
-        if session.wanted is None:
-            raise OptionError("no required error is set to test the arms against; set 'Wanted [mm]' first")
-        for i, state in enumerate(session.states):
-            if not state.measurable:
-                raise OptionError(f"target {i + 1} is {state.obstacle}; move it, then try the plate")
-
-    def compute(self, session: Session) -> PlateTrial:
-        from workbench.plate.design import try_plate
-
-        plate, noise = session.plate, session.noise
-        q = np.stack([state.q for state in session.states])
-        found = try_plate(
-            session.robot,
-            plate.with_joints(q, tuple(state.branch or AUTO for state in session.states)),
-            arms=self.arms,
-            sigma=(noise.position, noise.rotation),
-            wanted=session.wanted,
-            seed=self.seed,
-        )
-        return PlateTrial(plate, noise, found, session.wanted)
+class AbstractPlateTrial(AbstractTask[PlateTrial]):
+    """Try the plate on virtual arms, as an extra does: the guide suggests the first such command."""
 
     def finish(self, session: Session, result: PlateTrial) -> Session:
-        from workbench.plate.report.design import yield_sentence
-
-        session = replace(session, trial=result)
-        return session.tell(Severity.LOG, yield_sentence(result.found))
+        return replace(session, trial=result).tell(Severity.LOG, result.text)
 
 
 LARGEST_POSITION, LARGEST_ROTATION = 0.1, float(np.deg2rad(10.0))

@@ -160,8 +160,8 @@ SUBJECTS: Registry[Subject] = Registry(
     ),
     Subject(
         "yield",
-        lambda s: (None if s.trial is None else s.trial.found,),
-        lambda y: {"arms": y.arms, "share": y.share, "position": y.position.mean()},
+        lambda s: (s.trial,),
+        lambda trial: {"arms": trial.arms, "share": trial.share, "position": trial.position},
     ),
     Subject("track", lambda s: (s.track,), _track),
     Subject(

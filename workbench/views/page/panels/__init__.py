@@ -17,7 +17,7 @@ from workbench.views.page.panels.index import DetailsPanel, IndexPanel, WantedPa
 from workbench.views.page.panels.jog import CapturedPanel, JogPanel, ToolPanel
 from workbench.views.page.panels.joints import JointsPanel
 from workbench.views.page.panels.panel import AbstractPanel
-from workbench.views.page.panels.production import NoisePanel, ProductionPanel
+from workbench.views.page.panels.production import NoisePanel, PlateFilesPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.row_errors import RowErrorsPanel
 from workbench.views.page.panels.target_placement import ImprovePanel, PatternPanel
@@ -40,7 +40,7 @@ PANELS: Registry[type[AbstractPanel]] = Registry(
     DetailsPanel,
     ImprovePanel,
     PatternPanel,
-    ProductionPanel,
+    PlateFilesPanel,
     NoisePanel,
     HistoryPanel,
     RegionPanel,

@@ -1,38 +1,20 @@
-"""The yield of the current plate: the share of virtual arms that meet the requirement."""
+"""What a plate is made from, and the instrument that its errors are predicted for."""
 
 import numpy as np
 import viser
 
-from workbench.plate.report.design import yield_sentence
-from workbench.session.commands.plate import MOST_ARMS, SetNoise, TryPlate
+from workbench.session.commands.plate import SetNoise
 from workbench.session.export import fixture_zip
 from workbench.session.state import Session, Tab
-from workbench.views.page.html import MUTED, block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 
-class ProductionPanel(AbstractPanel):
-    """A number of arms, a button, and one sentence."""
+class PlateFilesPanel(AbstractPanel):
+    """A download."""
 
-    tab, order = Tab.PLATE, 50
-    depends = ("is_idle", "trial", "tried")
+    tab, order = Tab.PLATE, 51
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._try = self.button(
-            "Try this plate",
-            lambda: TryPlate(int(self._arms.value)),
-            viser.Icon.CHART_BAR,
-            "Calibrate virtual arms with random manufacturing errors on it: the share that meets the "
-            "required error everywhere in the region, and which error source dominates. Takes about a "
-            "minute; Cancel stops it.",
-        )
-        self._result = gui.add_html("", visible=False)
-        self._arms = self.number(
-            "Virtual arms",
-            TryPlate.arms,
-            (1, MOST_ARMS, 1),
-            "Number of arms to try. More arms give a narrower interval and take longer.",
-        )
         self.download(
             "Plate to make (ZIP)",
             fixture_zip,
@@ -40,21 +22,7 @@ class ProductionPanel(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        self._try.disabled = session.job is not None
-        self._result.visible = session.trial is not None
-        self._result.content = result(session)
-
-
-def result(session: Session) -> str:
-    """The last yield in words, if there is one."""
-    trial = session.trial
-    if trial is None:
-        return ""
-    content = heading("Yield") + f"<div>{text(yield_sentence(trial.found))}.</div>"
-    if session.tried is None:
-        words = "The plate, the instrument or the wanted error has changed since; try again."
-        content += f'<div style="color:{MUTED}">{words}</div>'
-    return block(content, testid="yield", style="margin:4px 0")
+        """Nothing of it changes."""
 
 
 class NoisePanel(AbstractPanel):

@@ -20,8 +20,8 @@ from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.plate.monte_carlo.reach_targets import Reached, reach_targets
-from workbench.plate.monte_carlo.yield_inputs import YieldJob
+from workbench.extras.production.reach_targets import Reached, reach_targets
+from workbench.extras.production.yield_inputs import YieldJob
 
 CHUNK = 250
 """Arms that are computed as one stack, with one seed."""

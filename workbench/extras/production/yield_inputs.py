@@ -14,7 +14,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import Requirement, Wanted
-from workbench.plate.monte_carlo.reach_targets import branches_by_distance, deflected
+from workbench.extras.production.reach_targets import branches_by_distance, deflected
 from workbench.plate.plate import Kind, Plate
 
 ACROSS = 1e3

@@ -1,15 +1,20 @@
 """Production of virtual arms: against arms made and identified one at a time; on one machine and many."""
 
 import io
+import json
 import multiprocessing
 import os
 import signal
+import threading
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 from rich.console import Console
 
+from tests.plate.test_like_with_like import of_kind
+from tests.plate.test_plate_score import in_the_air
+from tests.session.test_blocked import DOWN
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import JointCompliance
 from workbench.arm.frame import Frame
@@ -24,18 +29,30 @@ from workbench.base.types import Outcome
 from workbench.data.accuracy_requirement import Requirement
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.simulate import virtual_arm
+from workbench.extras.production import production_yield, trial
+from workbench.extras.production.production_yield import Yield, gather, try_production
+from workbench.extras.production.reach_targets import branches_by_distance, reach_targets
+from workbench.extras.production.report import yield_tables
+from workbench.extras.production.session import TryPlate
+from workbench.extras.production.trial import planned_joints, try_plate
+from workbench.extras.production.virtual_arms import try_arms
+from workbench.extras.production.yield_inputs import ErrorSizes, YieldJob, constrained_by
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.monte_carlo import production_yield
-from workbench.plate.monte_carlo.arms import try_arms
-from workbench.plate.monte_carlo.production_yield import gather, try_production
-from workbench.plate.monte_carlo.reach_targets import branches_by_distance, reach_targets
-from workbench.plate.monte_carlo.yield_inputs import ErrorSizes, YieldJob, constrained_by
-from workbench.plate.plate import Kind
+from workbench.plate.plate import Kind, Target
+from workbench.plate.plate_toml import load_plate, read_plate
+from workbench.plate.predicted_error import predicted_error
+from workbench.plate.readings import SIGMAS, linearise_reading, reading_named, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
-from workbench.plate.report.design import yield_tables
+from workbench.plate.score import alike
 from workbench.plate.target_branches import choose_branches
+from workbench.session.commands.drag import SelectTarget
+from workbench.session.commands.edit import ChooseBranch
+from workbench.session.commands.region import SetRegion, ShowCubes
+from workbench.session.cubes import values
+from workbench.session.guide import guide
+from workbench.session.state import CubeView, Field, Severity, UndoStep
 
 NONE = np.zeros(10)
 QUIET = ErrorSizes(
@@ -132,7 +149,7 @@ def test_the_stack_identifies_as_ols_does(aria, job):
     noise = Noise(float(job.sigma[0, 0]), float(job.sigma[0, 3]))
     problem = Problem.build(aria, rows, noise=noise)
     fitted = Ols().search(problem).x
-    from workbench.plate.monte_carlo.arms import _calibrate
+    from workbench.extras.production.virtual_arms import _calibrate
 
     stacked = aria.values(job.names) + _calibrate(job, q[None])[0]
     order = [problem.names.index(n) for n in job.names]
@@ -279,3 +296,147 @@ def test_a_place_in_the_plane_of_a_ball_bar_s_anchors_has_a_weight():
     errors = replace(QUIET, seat_position=5e-6, away=np.stack([plane, np.eye(3)]))
     assert np.allclose(errors.assumed[0, :3] / 5e-6, [0.9, 0.8, 1e3], rtol=0.1)
     assert np.allclose(errors.assumed[1, :3], 5e-6, rtol=1e-5)
+
+
+@pytest.mark.slow
+def test_virtual_arms_on_a_ball_bar_are_as_good_as_the_search_predicts(aria, plate):
+    air = in_the_air(plate, 0.12)
+    sigma = usual_sigma(air)
+    found = try_plate(aria, air, arms=32, sigma=sigma)
+    q, reading = planned_joints(aria, air, sigma), reading_named("ball-bar", aria, air)
+    exact = np.zeros((len(q), 2))
+    searched = linearise_reading(aria, q, reading, target_sigma=exact, names=aria.default_free)
+    error = predicted_error(searched, aria, plate_region_poses(aria, air)).position_rms
+    tried = np.sqrt((found.predicted[:, 0] ** 2 * found.samples).sum() / found.samples.sum())
+    assert np.isclose(tried, error, rtol=0.25)
+    assert np.isclose(found.position_rms, error, rtol=0.4)
+
+
+def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, aria, monkeypatch):
+    """Predicted and tried out over the same poses: any place and branch, 60° about Table 2's targets."""
+    words = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml", "--json", "best.json")
+    status, out, _ = run(*words, "--tilt", "40deg", "--spacing", "75mm", "--places", "100")
+    assert status == 0
+    assert "predicted error in the region" in out
+    best = json.loads((tmp_path / "best.json").read_text())
+    assert best["schema"] == "workbench.plate-design/1"
+    predicted = best["predicted"]
+    assert predicted["given_position_rms_mm"] / predicted["position_rms_mm"] > 1.1
+    assert min(t["clearance_mm"] for t in best["targets"]) >= 10.0 - 1e-6
+    plates = alike([load_plate("table2"), read_plate(tmp_path / "best.toml")])
+    monkeypatch.setattr(ErrorSizes, "alone", lambda self: {})  # whatever is to blame
+    found = [try_plate(aria, p, arms=250, poses=60, towards=plates[0], seed=2) for p in plates]
+    table2, optimised = (each.position_rms for each in found)
+    assert table2 / optimised > 1.1
+
+
+def test_yield_of_table_2(run, tmp_path, monkeypatch):
+    monkeypatch.setattr(production_yield, "CHUNK", 50)
+    words = ("plate", "yield", "table2", "--robot", "aria", "--arms", "100", "--json", "yield.json")
+    status, out, _ = run(
+        *words, "--tolerance", "0.05mm,0.05deg", "--joint-noise", "0.002deg", "--poses", "60"
+    )
+    assert status == 0
+    assert "arms that meet it" in out
+    found = json.loads((tmp_path / "yield.json").read_text())
+    assert found["schema"] == "workbench.plate-yield/1"
+    assert found["arms"] == 100
+    assert found["share"] == 1.0
+    assert set(found["sources"]) == {
+        "seat position",
+        "seat rotation",
+        "joint readings",
+        "target position",
+        "target rotation",
+    }
+    assert len(found["cubes"]) > 30
+
+
+def test_no_arms_are_no_trial(run):
+    status, _, err = run("plate", "yield", "table2", "--robot", "aria", "--arms", "0")
+    assert status != 0
+    assert "--arms must be at least 1, got 0" in err
+
+
+def test_virtual_arms_read_what_the_targets_are(monkeypatch, aria, plate, solutions):
+    """Sockets and ball-bars were tried with the noise of seats: 0.25 mm where 0.04 mm was predicted."""
+    jobs = []
+
+    def tried(job, **_):
+        jobs.append(job)
+        return yield_of(1, 1)
+
+    monkeypatch.setattr(trial, "try_production", tried)
+    fixed = plate.with_joints(np.stack([found[0].q for found in solutions]), plate.branches)
+    for kind in (Kind.SEAT, Kind.SOCKET):
+        found = try_plate(aria, of_kind(fixed, kind), joint_sigma=1e-4, poses=10)
+        assert jobs[-1].errors.seat_position == SIGMAS[str(kind)][0]
+        assert f"instrument {1e3 * SIGMAS[str(kind)][0]:g} mm" in found.assumptions
+        assert found.assumptions.endswith("joint readings 0.0057°")
+
+
+def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
+    refused = do(TryPlate(0))
+    assert refused.trial is None
+    assert refused.messages[-1].severity is Severity.ERROR
+
+    worker.submit(TryPlate(4000))
+    while worker.session.job is None or not worker.session.job.text:
+        threading.Event().wait(0.01)
+    worker.cancel()
+    assert worker.wait(120.0)
+    assert worker.session.trial is None
+
+    session = do(TryPlate(20, seed=3))
+    tried = session.trial
+    assert tried.plate is first.plate
+    assert (tried.arms, tried.unreached) == (20, 0)
+    assert (20 * tried.share).is_integer()
+    assert f"{100 * tried.share:.1f} % of 20 virtual arms" in tried.text
+    assert tried.text.endswith("the seat position matters most")
+    assert session.messages[-1].text == tried.text
+
+    session = do(ShowCubes(CubeView(field=Field.YIELD)))
+    assert np.array_equal(values(session).numbers, tried.errors, equal_nan=True)
+    assert 30 < np.isfinite(tried.errors).sum() <= first.plate.region.cubes
+    region = session.plate.region
+    session = do(SetRegion(tuple((region.min + 0.05).tolist()), tuple(region.max.tolist()), region.cube))
+    assert values(session) is None
+    assert do(ShowCubes(CubeView(field=Field.YIELD))).messages[-1].severity is Severity.ERROR
+
+
+def test_a_plate_with_a_blocked_target_is_not_tried(do):
+    refused = do(SelectTarget(2), ChooseBranch(2, DOWN), TryPlate(20))
+    assert "target 3 is blocked" in refused.messages[-1].text
+
+
+def test_a_plate_with_a_target_out_of_reach_is_not_tried(aria, plate):
+    away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])), *plate.targets))
+    with pytest.raises(DataError, match=r"target 1 is out of reach: .*; move it, then try the plate"):
+        planned_joints(aria, away, SIGMAS["seat"])
+
+
+def test_the_guide_suggests_a_trial_only_where_an_error_is_wanted(first):
+    moved = replace(first, done=(UndoStep(first.plate, first.states),))
+    assert guide(moved).next.command == TryPlate()
+    with pytest.raises(OptionError, match="Wanted"):
+        TryPlate(20).check(replace(moved, wanted=None))
+
+
+def yield_of(good, arms):
+    """A trial of so many arms of which some were good."""
+    few, none = np.arange(arms) < good, np.zeros((0, 2))
+    return Yield(
+        wanted=None,
+        reached=np.ones(arms, bool),
+        planned=np.ones(arms, bool),
+        position=np.ones(arms),
+        rotation=np.ones(arms),
+        worst=np.ones((arms, 2)),
+        within=few.astype(float),
+        cells=np.zeros(0, int),
+        predicted=none,
+        observed=none,
+        samples=np.zeros(0, int),
+        sources={},
+    )

@@ -18,8 +18,8 @@ from workbench.base.errors import OptionError
 from workbench.base.parallel import spread
 from workbench.base.types import Outcome, frozen
 from workbench.data.accuracy_requirement import Wanted
-from workbench.plate.monte_carlo.arms import CHUNK, Chunk, try_arms
-from workbench.plate.monte_carlo.yield_inputs import YieldJob, check_job
+from workbench.extras.production.virtual_arms import CHUNK, Chunk, try_arms
+from workbench.extras.production.yield_inputs import YieldJob, check_job
 
 CONFIDENCE = 0.95
 """Of the interval of the share of arms."""

@@ -1,1 +1,0 @@
-"""A plate used on every arm of a production, tried on thousands of virtual arms."""
