@@ -10,7 +10,7 @@ class Page(HTMLParser):
 
     def __init__(self):
         super().__init__()
-        self.stack, self.tags, self.attributes, self.words = [], [], [], []
+        self.stack, self.tags, self.attributes, self.text = [], [], [], []
 
     def handle_starttag(self, tag, attrs):
         self.tags.append(tag)
@@ -26,4 +26,4 @@ class Page(HTMLParser):
         assert self.stack.pop() == tag
 
     def handle_data(self, data):
-        self.words.append(data)
+        self.text.append(data)

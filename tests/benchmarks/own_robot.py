@@ -37,7 +37,7 @@ def main(count: int) -> None:
         else:
             result = "right" if right(found, arm, signs, offsets) else "WRONG"
             if result == "WRONG":
-                print(number, name, found.words, found.changes)
+                print(number, name, found.text, found.changes)
         seconds.append(time.process_time() - start)
         tally[result] += 1
         if number % 10 == 9:

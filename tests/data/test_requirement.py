@@ -18,7 +18,7 @@ def test_the_papers_angle():
     # 2 asin((5 − 1.7320508) / (2 · 1.4142136 · 200)) = 2 asin(0.00577697) = 0.01155401 rad
     assert requirement.angle == pytest.approx(0.01155401, abs=1e-8)
     assert f"{np.rad2deg(requirement.angle):.2f}" == "0.66"
-    assert requirement.words == "1 mm per axis and 0.66°"
+    assert requirement.text == "1 mm per axis and 0.66°"
 
 
 def test_the_worst_case_just_keeps_the_target():

@@ -45,7 +45,7 @@ class Claim:
 def claims(said) -> tuple[Claim, ...]:
     """Causes of a diagnosis; its effects, without odds, where it has no such list."""
     if getattr(said, "causes", None) is None:
-        return tuple(Claim(tuple(named(e)), sentence=getattr(e, "words", "")) for e in said.effects)
+        return tuple(Claim(tuple(named(e)), sentence=getattr(e, "text", "")) for e in said.effects)
     return tuple(
         Claim(
             names=tuple(named(cause)),

@@ -144,7 +144,7 @@ def test_what_was_not_measured_is_null(nothing):
     ],
 )
 def test_sizes_have_two_digits_of_their_error(size, words):
-    assert size.words == words
+    assert size.text == words
 
 
 def test_units_are_readable():
@@ -185,7 +185,7 @@ def test_poses_that_tell_little_more_are_not_shown(diagnosed, left, is_shown):
 
 def test_a_screen_has_one_standard_error_for_one_size(diagnosed):
     """What poses to measure next would tell is relative to it."""
-    effects = [s.words for e in diagnosed.effects for s in sizes(e.effect, e.std, diagnosed.robot.chain)]
+    effects = [s.text for e in diagnosed.effects for s in sizes(e.effect, e.std, diagnosed.robot.chain)]
     assert all(" ± " in words for words in effects)
     sharpened = [r.sentence for r in diagnosed.next_reasons if "observable" not in r.sentence]
     assert all(sentence.endswith(" % smaller") for sentence in sharpened)
@@ -247,8 +247,8 @@ def test_the_page_needs_nothing_else_and_believes_nobody(page, diagnosed):
     links = [v for k, v in parsed.attributes if k in ("src", "href", "xlink:href") and v]
     assert all(v.startswith(("#", "data:image/png;base64,")) for v in links)
     assert "script" not in parsed.tags
-    assert HOSTILE in "".join(parsed.words)
-    assert diagnosed.message in "".join(parsed.words)
+    assert HOSTILE in "".join(parsed.text)
+    assert diagnosed.message in "".join(parsed.text)
 
 
 def test_an_older_report_goes(nothing, page, tmp_path):

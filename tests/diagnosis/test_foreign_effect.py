@@ -148,7 +148,7 @@ def check_found(diagnosis):
     assert isinstance(accepted.effect, GearSag)
     assert accepted.effect.joints == (1,)
     assert accepted.effect.coefficients[0] == pytest.approx(SIZE, abs=4.0 * accepted.std[0])
-    assert accepted.words.startswith(SENTENCE)
+    assert accepted.text.startswith(SENTENCE)
     assert diagnosis.message.startswith(SENTENCE)
     assert str(diagnosis.verdict) == "explained"
 

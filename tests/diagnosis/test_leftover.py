@@ -66,7 +66,7 @@ def test_every_joint_has_its_own_noise():
     found = joint_noise(fitted(replace(case, data=replace(case.data, q=case.data.q + off))))
     assert found.sigma[2] == pytest.approx(READINGS, rel=0.2)
     assert max(np.delete(found.sigma, 2)) < 0.1 * READINGS
-    assert found.words(case.robot.chain).endswith("mrad in joint 3")
+    assert found.text(case.robot.chain).endswith("mrad in joint 3")
 
 
 def test_heavy_tails_and_misplaced_rows_are_no_noise_of_readings():

@@ -102,9 +102,9 @@ def test_a_mistake_is_named_or_none_is_and_never_another(name, with_rotation):
             continue
         named += 1
         assert found.is_foreign
-        assert says in found.mistake, (says, found.words)
+        assert says in found.mistake, (says, found.text)
         assert found.mistake_error < 0.005 < found.error
-        assert found.mistake in found.words
+        assert found.mistake in found.text
     assert named >= 0.6 * total, (named, total)
 
 
@@ -123,7 +123,7 @@ def test_nothing_is_named_for_rows_of_no_arm():
     found = arm_match(robot, replace(data, position=rng.normal(0.0, 0.4, (50, 3))))
     assert found.is_foreign
     assert not found.mistake
-    assert "no joints exchanged" in found.words
+    assert "no joints exchanged" in found.text
 
 
 def test_an_evaluation_says_what_looks_mistaken():

@@ -48,7 +48,7 @@ def test_two_equal_columns_make_one_null_direction():
     names = ("joint1.d", "base.yaw", "joint2.a", "joint1.theta", "joint3.alpha")
     parameters = tuple(Parameter(n, "rad", 0.0) for n in names)
     (found,) = combinations(factor.null_space, parameters)
-    assert found.words == "base yaw with joint1.theta"
+    assert found.text == "base yaw with joint1.theta"
 
 
 def test_a_faint_direction_is_held_and_named_apart():

@@ -40,7 +40,7 @@ def test_rows_of_another_arm_are_told_from_an_arm_that_is_made_badly(ur5_rows):
     assert foreign.is_foreign
     assert foreign.rival == "ur5"
     assert foreign.rival_error < 0.02
-    assert "these rows are not ARIA's; UR5 (CB3) fits to" in foreign.words
+    assert "these rows are not ARIA's; UR5 (CB3) fits to" in foreign.text
     assert not arm_match(load_robot("ur5"), ur5_rows).is_foreign
     aria = load_robot("aria")
     assert not arm_match(aria, measure_poses(aria, 40, seed=5)[1]).is_foreign

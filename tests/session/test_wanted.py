@@ -34,7 +34,7 @@ from workbench.views.page.scene.scene import _has_other_rows
 
 
 def test_only_aria_begins_with_what_its_paper_asks(first, do):
-    assert first.wanted.words == "1 mm per axis and 0.66°"
+    assert first.wanted.text == "1 mm per axis and 0.66°"
     ur5 = load_robot("ur5")
     assert start(ur5, default_circle(ur5)).wanted is None
     assert do(SetWanted(3e-4)).wanted == Wanted(position=3e-4)

@@ -49,7 +49,7 @@ def reductions(study: KatanaStudy) -> tuple[Finding, ...]:
         found = study.reduction(column, after)
         reached = found.low - 0.05 <= factor <= found.high + 0.05
         reason = "" if reached else _factor_reason(column, after)
-        findings.append(judged(where, f"error {what}", f"{factor:.1f}", found.words(1), reached, reason))
+        findings.append(judged(where, f"error {what}", f"{factor:.1f}", found.text(1), reached, reason))
     return (
         *findings,
         checked(
@@ -79,7 +79,7 @@ def reductions_from_as_bad(study: KatanaStudy) -> tuple[Finding, ...]:
         found = study.reduction(BEFORE, after)
         holds = found.low - 0.05 <= factor <= found.high + 0.05
         what = f"error {what}, {arms}"
-        findings.append(judged(where, what, f"{factor:.1f}", found.words(1), holds, LIKE_THE_THESIS))
+        findings.append(judged(where, what, f"{factor:.1f}", found.text(1), holds, LIKE_THE_THESIS))
     return tuple(findings)
 
 
@@ -99,11 +99,11 @@ def _ours(study: KatanaStudy) -> tuple[Finding, ...]:
     return (
         judged(
             "Fig. 4.9", "tilting first / all at once from the poses", "(tilting first needed)",
-            poses.words(), poses.high < 1.0,
+            poses.text(), poses.high < 1.0,
             "the poses show the tilting of joints 2 to 5 by themselves, geometry and tilting fitted together",
         ),
         judged(
-            "§3.6", "least squares over all poses / pose by pose, held-out", "–", squares.words(),
+            "§3.6", "least squares over all poses / pose by pose, held-out", "–", squares.text(),
             squares.median <= 1.0,
             "the same constants over all poses at once leave no more",
         ),

@@ -73,7 +73,7 @@ def diagnosis(found: Diagnosed) -> Finding:
     count = f"{sum(found.named)} of {len(found.named) * len(HIDDEN)} plays named"
     return checked(
         "Table 4.5", "best mean |ΔP|; here by `diagnose`, told nothing, at held-out poses [mm]", "≤ 0.12",
-        f"{spread(found.held_out).words(3)}, {count}", bool(np.median(found.held_out) <= 0.12),
+        f"{spread(found.held_out).text(3)}, {count}", bool(np.median(found.held_out) <= 0.12),
         f"{len(found.held_out)} arms; it finds the shape of what the thesis leaves over each joint's angle",
     )  # fmt: skip
 

@@ -99,11 +99,11 @@ def _facts(found: KatanaReproduction) -> tuple[str, ...]:
 def _held_out(found: KatanaReproduction) -> Sheet:
     """Errors where nothing was measured, for both readings of the printed play."""
     rows = tuple(
-        (title, *(spread(study.held_out[:, column]).words(3) for study in (found.once, found.twice)),
-         spread(found.once.turned[:, column]).words(3))
+        (title, *(spread(study.held_out[:, column]).text(3) for study in (found.once, found.twice)),
+         spread(found.once.turned[:, column]).text(3))
         for column, title in enumerate(TITLES)
     )  # fmt: skip
-    diagnosed = spread(found.diagnosed.held_out).words(3)
+    diagnosed = spread(found.diagnosed.held_out).text(3)
     rows = (*rows, (f"diagnosed ({len(found.diagnosed.held_out)} arms)", diagnosed, "–", "–"))
     return Sheet(
         "Mean errors at 118 poses that took no part",

@@ -158,10 +158,10 @@ def redundant() -> tuple[tuple[Finding, ...], Sheet]:
         judged("Eq. (3.5)", "17 constants without redundancy", "17", f"{seventeen.rank} independent",
                seventeen.rank == 17,
                "by full poses; points leave "
-               f"{redundancy(craig, printed.CONSTANTS, points=True).combinations[0].words} open"),
+               f"{redundancy(craig, printed.CONSTANTS, points=True).combinations[0].text} open"),
         judged("§4.2", "three rotations a joint “without increasing redundancy”", "12 constants",
                f"{twelve.rank} independent", twelve.rank == 12,
-               f"{twelve.combinations[0].words}: β4 turns about joint 5's own axis; from points, as "
+               f"{twelve.combinations[0].text}: β4 turns about joint 5's own axis; from points, as "
                f"measured, {seen.rank}"),
         judged("§4.2", "both forms hold every error of the arm", f"{complete(craig)} with base and tool",
                f"Craig and Hayati {full.rank}, three rotations {short.rank}", short.rank == full.rank,

@@ -97,7 +97,7 @@ class Spread(NamedTuple):
     low: float
     high: float
 
-    def words(self, digits: int = 2) -> str:
+    def text(self, digits: int = 2) -> str:
         """As in `0.34 [0.28, 0.45]`."""
         return f"{self.median:.{digits}f} [{self.low:.{digits}f}, {self.high:.{digits}f}]"
 

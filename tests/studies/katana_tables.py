@@ -165,7 +165,7 @@ def _compared(where: str, what: str, value: float, ours: np.ndarray, reason: str
     """A printed number against the range of nine arms in ten, to the printed rounding."""
     found = spread(ours)
     inside = found.low - HALF_UNIT <= value <= found.high + HALF_UNIT
-    return judged(where, what, _text(what, value), found.words(), inside, "" if inside else reason)
+    return judged(where, what, _text(what, value), found.text(), inside, "" if inside else reason)
 
 
 def _text(what: str, value: float) -> str:
@@ -197,7 +197,7 @@ def _means_sheet(title: str, table: np.ndarray, ours: np.ndarray, *, tilting: bo
         (
             name,
             *(_text(name, value) for value in table[row]),
-            *(spread(ours[:, column, row]).words() for column in range(ours.shape[1])),
+            *(spread(ours[:, column, row]).text() for column in range(ours.shape[1])),
         )
         for row, name in enumerate(printed.COMPONENTS)
     )

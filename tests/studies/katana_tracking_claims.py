@@ -36,7 +36,7 @@ def tracking_findings(study: TrackingStudy) -> tuple[Finding, ...]:
             "§5.5.1",
             f"circle, mean error {STEPS[step]} [mm]" + (", so many times less" if step else ""),
             f"{circle[step]:.3f}" + (f", {circle[0] / circle[step]:.1f}×" if step else ""),
-            study.spread(step).words(3) + (f", {study.reduction(step).words(1)}×" if step else ""),
+            study.spread(step).text(3) + (f", {study.reduction(step).text(1)}×" if step else ""),
             _matches(study, step),
             reasons[min(step, 1)],
         )
@@ -48,7 +48,7 @@ def tracking_findings(study: TrackingStudy) -> tuple[Finding, ...]:
             "§5.5.1",
             "line, mean error tilting first [mm]",
             f"{line:.3f}",
-            near.words(3),
+            near.text(3),
             near.low <= line <= near.high,
             "identified on samples of the circle alone; the line is another path and chosen here",
         )
@@ -62,7 +62,7 @@ def _stiffness(study: TrackingStudy) -> Finding:
     told = printed.TRACKED[tracking.GEOMETRY] - printed.TRACKED[tracking.STIFFNESS]
     return judged(
         "§5.5.1", "stiffness first lowers the mean error on the circle by [mm]", f"{told:.3f}",
-        gain.words(3), gain.low <= told <= gain.high,
+        gain.text(3), gain.low <= told <= gain.high,
         "stiffness first brings nothing here: the path's own samples have taken it up",
     )  # fmt: skip
 
@@ -78,7 +78,7 @@ def _ways(study: TrackingStudy) -> Finding:
     own, ours = study.spread(tracking.TILTING), study.spread(tracking.OURS)
     return checked(
         "§5.5.1", "from 118 poses / the thesis's way, from samples of the circle; on the circle [mm]",
-        "–", f"{ours.words(3)} / {own.words(3)}", ours.median <= own.median,
+        "–", f"{ours.text(3)} / {own.text(3)}", ours.median <= own.median,
         _better(study),
     )  # fmt: skip
 
@@ -109,8 +109,8 @@ def _elsewhere(study: TrackingStudy) -> Finding:
         "§5.5.1",
         "parameters from samples of one trajectory hold for another [mm]",
         "no correction needed",
-        f"before {study.spread(tracking.BEFORE, tracking.LINE_FAR).words()}, then {there.words()}; "
-        f"from 118 poses {ours.words()}",
+        f"before {study.spread(tracking.BEFORE, tracking.LINE_FAR).text()}, then {there.text()}; "
+        f"from 118 poses {ours.text()}",
         there.median < study.spread(tracking.BEFORE, tracking.LINE_FAR).median / 2.0,
         "one path leaves directions of the constants open, and another posture shows them; poses from the "
         "whole workspace close them",
@@ -162,7 +162,7 @@ def tracking_pictures(study: TrackingStudy) -> tuple[Picture, ...]:
          "The first virtual arm as it comes, and corrected in every way.", lambda: _example(study)),
         ("tracking-arms", f"Tracking over {arms} arms",
          "Mean error along each path. Dots: arms; bars: medians; crosses: the thesis. Stiffness first brings "
-         f"the circle {_gain(study).words(3)} mm here, next to nothing. {_better(study).capitalize()}.",
+         f"the circle {_gain(study).text(3)} mm here, next to nothing. {_better(study).capitalize()}.",
          lambda: _arms(study)),
     )  # fmt: skip
     return drawn(wanted)

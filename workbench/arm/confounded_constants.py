@@ -18,12 +18,12 @@ class Combination:
     Args:
         names: The parameters, the heaviest first.
         weights: Their shares [natural units], the largest 1.
-        words: For people, such as `base yaw with joint1.theta`.
+        text: For people, such as `base yaw with joint1.theta`.
     """
 
     names: tuple[str, ...]
     weights: tuple[float, ...]
-    words: str
+    text: str
 
 
 def combinations(
@@ -56,7 +56,7 @@ def combinations(
 
 def _combination(parameters: list[Parameter], weights: np.ndarray) -> Combination:
     ordered = sorted(zip(parameters, weights, strict=True), key=lambda pair: pair[0].is_geometry)
-    words = [p.words for p, _ in ordered]
+    words = [p.text for p, _ in ordered]
     text = " with ".join(words) if len(words) > 1 else f"{words[0]} alone (no row shows it)"
     if len(words) > 3:
         text = f"{words[0]} with a combination of {', '.join(words[1:-1])} and {words[-1]}"

@@ -65,7 +65,7 @@ class Parameter:
         return replace(free, lower=lower, upper=upper)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """The name as people say it: frames without the dot."""
         owner, _, part = self.name.rpartition(".")
         return f"{owner} {part}" if owner.split("[")[0] in FRAMES else self.name

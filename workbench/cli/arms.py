@@ -86,7 +86,7 @@ def new(
         arm = found.robot
         for words in convention_notes(found):
             opt.say(words)
-        content |= {"words": list(found.words), "changes": list(found.changes), "tried": found.tried}
+        content |= {"words": list(found.assumptions), "changes": list(found.changes), "tried": found.tried}
         content |= {"position_m": found.position, "rotation_rad": found.rotation}
     arm = replace(arm, name=name or arm.name)
     opt.say(f"{arm.name}: {save_robot(arm, out)}")

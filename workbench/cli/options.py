@@ -158,7 +158,7 @@ class FitOptions:
         arm.check_joints(rows.q, rows.source)
         found = arm_match(arm, checked(arm, rows))
         if found.is_foreign and not self.force:
-            raise DataError(f"{found.words}; {found.remedy}, or --force to continue anyway")
+            raise DataError(f"{found.text}; {found.remedy}, or --force to continue anyway")
 
     def choices(self, arm, files: FileOptions):
         """The same in SI."""

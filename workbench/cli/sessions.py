@@ -81,14 +81,14 @@ def replay(
     opt.say_notes(found.notes)
     with opt.progress_bar("replay"):
         replayed = check(found)
-    opt.say(f"{replayed.steps} steps, {replayed.compared} numbers compared: {replayed.words}")
+    opt.say(f"{replayed.steps} steps, {replayed.compared} numbers compared: {replayed.text}")
     opt.write_result(json, replayed.json())
     if report is not None:
         from workbench.views.recording.session_report import write_page
 
         opt.say(f"report: {write_page(found, replayed, report)}")
     if replayed.differences:
-        opt.fail(f"the replay differs from the recording: {replayed.words}")
+        opt.fail(f"the replay differs from the recording: {replayed.text}")
 
 
 HEAD_START = 3.0

@@ -45,7 +45,7 @@ class Wanted:
 
     def __post_init__(self):
         if not self.position > 0.0 or not (self.rotation is None or self.rotation > 0.0):
-            raise OptionError(f"wanted errors must be positive, got {self.words}")
+            raise OptionError(f"wanted errors must be positive, got {self.text}")
 
     @property
     def position_words(self) -> str:
@@ -53,7 +53,7 @@ class Wanted:
         return f"{1e3 * self.position:.3g} mm{' per axis' if self.per_axis else ''}"
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """For people."""
         angle = "" if self.rotation is None else f" and {np.rad2deg(self.rotation):.2g}°"
         return f"{self.position_words}{angle}"
@@ -141,9 +141,9 @@ class WantedCheck:
         return self.wanted.rotation is not None and not np.isfinite(self.worst[len(self.worst) // 2 :]).any()
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """What was judged, for people."""
-        return self.wanted.position_words if self.unmeasured else self.wanted.words
+        return self.wanted.position_words if self.unmeasured else self.wanted.text
 
     @property
     def passed(self) -> Bool[np.ndarray, " rows"]:
@@ -218,9 +218,9 @@ class Requirement:
         return Wanted(position=self.per_axis, rotation=self.angle, per_axis=True, why=why)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """The two limits for people."""
-        return self.wanted.words
+        return self.wanted.text
 
 
 def default_requirement(name: str) -> Wanted | None:

@@ -228,7 +228,7 @@ def _build_diagnosis(
     asked = [e.effect for e in accepted] + [e for c in causes for e in c.look_alikes]
     seen = [] if is_short else coverage(fit.problem.data, robot.chain)
     beyond = extrapolation_notes([a.effect for a in accepted], robot.chain, ready.held.q, ready.held.row)
-    notes = [*ready.notes, *last.offered.notes, *seen, *(f"held out: {words}" for words in beyond)]
+    notes = [*ready.notes, *last.offered.notes, *seen, *(f"held out: {text}" for text in beyond)]
     if suspect_rows.any():
         notes.append(suspect_note(ready.held.row[suspect_rows].tolist(), after))
     if refit_note is not None:
@@ -419,7 +419,7 @@ def _accepted(
                 before_mm=advice.ask(without, partial(judge.refitted_mm, rest), np.nan) if rest else alone_mm,
                 after_mm=after_mm,
                 alternatives=alternatives,
-                words=effect.sentence(final.calibrated.chain, Motion.of(final.problem.data)),
+                text=effect.sentence(final.calibrated.chain, Motion.of(final.problem.data)),
             )
         )
     return tuple(out)

@@ -136,7 +136,7 @@ class _Unknown:
 def _unknowns(problem: Problem, asked: Sequence[AbstractEffect]) -> list[_Unknown]:
     """In the order of the columns."""
     chain = problem.robot.chain
-    found = [_Unknown(p.words, p.name, p.unit) for p in problem.parameters if p.is_plain]
+    found = [_Unknown(p.text, p.name, p.unit) for p in problem.parameters if p.is_plain]
     for effect in asked:
         for name, unit in zip(effect.names, effect.units(chain), strict=True):
             words = effect.phrase if len(effect.joints) < 2 else f"{effect.name} ({name.partition('.')[0]})"

@@ -76,7 +76,7 @@ class Accepted:
             where none was held out.
         after_mm: Of the final model with all effects, on the same rows.
         alternatives: Effects that would do nearly as well in its place, the best first.
-        words: What it does, one sentence.
+        text: What it does, one sentence.
     """
 
     effect: AbstractEffect
@@ -86,7 +86,7 @@ class Accepted:
     before_mm: float
     after_mm: float
     alternatives: tuple[Ranked, ...]
-    words: str
+    text: str
 
 
 def harm_done(before: RowErrors, after: RowErrors) -> str | None:

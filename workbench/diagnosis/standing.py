@@ -45,7 +45,7 @@ class GravityDirection(AbstractEffect):
 def standing_notes(fit: Fit, file: Robot) -> list[str]:
     """Sentences on arms that stand clearly otherwise than the file says, though that allows it."""
     found = standings(fit, file)
-    return [s.words for s in found if s.size > CLEAR * s.error and not s.is_contradicted]
+    return [s.text for s in found if s.size > CLEAR * s.error and not s.is_contradicted]
 
 
 def standing_causes(fit: Fit, file: Robot, noise: Noise) -> Iterator[Cause]:
@@ -69,6 +69,6 @@ def standing_causes(fit: Fit, file: Robot, noise: Noise) -> Iterator[Cause]:
                 effects=(effect,),
                 odds=found.odds,
                 contribution_mm=explained,
-                sentence=capital(found.words),
+                sentence=capital(found.text),
                 look_alikes=(),
             )

@@ -170,7 +170,7 @@ def _idle(searched: Searched, robot: Robot, motion: Motion) -> set[str]:
     return {c.names[0] for c in _asked(searched) if size[c.effect.loads][c.effect.joints[0]] < least}
 
 
-def _listed(words) -> str:
+def _listed(text) -> str:
     """`a`, `a and b`, `a, b and c`."""
-    *others, last = words
+    *others, last = text
     return f"{', '.join(others)} and {last}" if others else last

@@ -89,7 +89,7 @@ def conclude(
         rest += f": it {structure.sentence}"
     lead = ""
     if joint_noise is not None:
-        size, part = joint_noise.words(chain), f"{100 * joint_noise.share:.0f} %"
+        size, part = joint_noise.text(chain), f"{100 * joint_noise.share:.0f} %"
         if is_structured:
             rest += f"; {part} of it is like noise of the joint readings ({size}), or an effect not found yet"
         elif joint_noise.share > LEADS:

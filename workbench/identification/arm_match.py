@@ -81,7 +81,7 @@ class ArmMatch:
     joints: tuple[int, int] = (0, 0)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """The finding as a sentence."""
         rows, arm = self.joints
         found = [f"{in_mm(self.error)} off after the best base and tool"]
@@ -131,7 +131,7 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
     reading = explained(_bare(robot), seen, error, most=SOME * robot.reach)
     if reading is not None and not reading.error > found.rival_error:
         found = replace(found, rival="", rival_name="", rival_error=np.nan)
-        return replace(found, mistake=reading.words, mistake_error=reading.error, is_foreign=True)
+        return replace(found, mistake=reading.text, mistake_error=reading.error, is_foreign=True)
     much = error > MUCH * robot.reach or (outside > OUTSIDE and error > 0.5 * MUCH * robot.reach)
     return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(at, seen, error)))
 

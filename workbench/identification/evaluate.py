@@ -39,5 +39,5 @@ def evaluate(robot: Robot, data: Dataset, *, fit_frames: bool = False) -> Evalua
     misses = errors.position[np.isfinite(errors.position)]
     if len(misses) and np.median(misses) > MISREAD * robot.reach:
         match = arm_match(robot, used)
-        notes[:0] = [f"{match.words}; {match.remedy}"] if match.is_foreign else []
+        notes[:0] = [f"{match.text}; {match.remedy}"] if match.is_foreign else []
     return Evaluation(robot, used, errors, tuple(notes))

@@ -198,7 +198,7 @@ class Fit(AbstractShown):
     def poorly_determined(self) -> tuple[str, ...]:
         """Constants that are seen, but only within more than a degree or 5 mm."""
         open_ones = {n for c in (*self.unidentifiable, *self.hardly_seen) for n in c.names}
-        return tuple(p.words for p in self.parameters if p.name in self.uncertain - open_ones)
+        return tuple(p.text for p in self.parameters if p.name in self.uncertain - open_ones)
 
     @cached_property
     def uncertain(self) -> frozenset[str]:
@@ -221,7 +221,7 @@ class Fit(AbstractShown):
         """Parameters that ended on a bound."""
         lower, upper = self.problem.bounds
         on = (np.abs(self.x - lower) <= 1e-12) | (np.abs(self.x - upper) <= 1e-12)
-        return tuple(p.words for p, b in zip(self.parameters, on, strict=True) if b)
+        return tuple(p.text for p, b in zip(self.parameters, on, strict=True) if b)
 
     @cached_property
     def beyond_bounds(self) -> tuple[str, ...]:
@@ -229,7 +229,7 @@ class Fit(AbstractShown):
         lower, upper = self.problem.bounds
         beyond = (self.x < lower - 1e-12) | (self.x > upper + 1e-12)
         given = self.problem.bounded
-        return tuple(p.words for p, b in zip(self.parameters, beyond, strict=True) if b and p.name in given)
+        return tuple(p.text for p, b in zip(self.parameters, beyond, strict=True) if b and p.name in given)
 
     @property
     def cautions(self) -> tuple[str, ...]:
@@ -238,9 +238,9 @@ class Fit(AbstractShown):
         if self.spare < 1.0:
             found.append("there are no spare measurements, so errors can't be assessed; measure more poses")
         if self.hardly_seen:
-            hidden = "; ".join(c.words for c in self.hardly_seen)
+            hidden = "; ".join(c.text for c in self.hardly_seen)
             found.append(f"barely observable, kept near nominal: {hidden}")
-        if uncertain := [words for words in self.poorly_determined if words not in self.idle]:
+        if uncertain := [text for text in self.poorly_determined if text not in self.idle]:
             found.append(f"uncertain by more than 1° or 5 mm: {', '.join(uncertain)}")
         if len(self.suspicious):
             shown = first_of(self.problem.data.row[self.suspicious], MAX_NAMED_ROWS)

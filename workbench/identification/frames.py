@@ -92,7 +92,7 @@ def choose_frames(
     (chosen, words), aligned = candidates[0], None
     if len(candidates) > 1:
         taken = _decide(robot, trial, candidates, noise, free, effects, prior, known)
-        chosen, words = taken.freedom, f"{taken.words} (decided from the data)"
+        chosen, words = taken.freedom, f"{taken.text} (decided from the data)"
         aligned = taken.aligned if len(trial) == len(data) else None
     aligned = aligned or align(robot, data, chosen, noise=noise, known=known)
     notes = [words]
@@ -160,7 +160,7 @@ class _Trial(NamedTuple):
 
     aligned: Robot
     freedom: FrameFreedom
-    words: str
+    text: str
     square: float
     rank: int
     size: int
@@ -197,7 +197,7 @@ def _decide(robot, data, candidates, noise, free, effects, prior, known) -> _Tri
     return taken
 
 
-def _trial(robot, data, freedom, words, noise, free, effects, prior, known) -> _Trial:
+def _trial(robot, data, freedom, text, noise, free, effects, prior, known) -> _Trial:
     aligned = align(robot, data, freedom, noise=noise, known=known)
     problem = Problem.build(
         aligned, data, free=free, frames=freedom, noise=noise, known=known, effects=effects
@@ -211,7 +211,7 @@ def _trial(robot, data, freedom, words, noise, free, effects, prior, known) -> _
     moved = np.abs(search.x - problem.start) / limits
     strangeness = float(moved[arm].max(initial=0.0))
     size = problem.count + (0 if problem.prior is None else len(problem.prior))
-    return _Trial(aligned, freedom, words, 2.0 * search.history[-1], factor.rank, size, strangeness)
+    return _Trial(aligned, freedom, text, 2.0 * search.history[-1], factor.rank, size, strangeness)
 
 
 def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: Mapping[str, float]) -> None:

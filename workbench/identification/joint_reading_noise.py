@@ -68,7 +68,7 @@ class Readings(NamedTuple):
         sigma = np.array(self.sigma)
         return tuple(np.flatnonzero(sigma > ALONE * np.median(sigma)).tolist())
 
-    def words(self, chain: Chain) -> str:
+    def text(self, chain: Chain) -> str:
         """`0.5 mrad`, or `0.5 mrad in joint 2, 0.1 mm in joint 3`; joints that read exactly are left out."""
         sizes: dict[str, list[int]] = {}
         for j, sigma in enumerate(self.sigma):

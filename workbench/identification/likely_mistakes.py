@@ -36,14 +36,14 @@ class CorrectedRows:
     """Rows as they would be without a mistake.
 
     Args:
-        words: The mistake.
+        text: The mistake.
         rows: The rows with it taken back.
         inverted: Joints that it inverts.
         shrunk: How many times it shrinks the points, or the motion of the arm, and with them the error.
         error: What is left of the rows [m].
     """
 
-    words: str
+    text: str
     rows: Dataset
     inverted: frozenset[int] = frozenset()
     shrunk: float = 1.0
@@ -72,7 +72,7 @@ def explained(robot: Robot, seen: Dataset, error: float, *, most: float) -> Corr
     likely = [r for r in alike if not any(_is_part(other, r) for other in alike)]
     if not 0 < len(likely) <= MOST:
         return None
-    return replace(likely[0], words=", or ".join(r.words for r in likely))
+    return replace(likely[0], text=", or ".join(r.text for r in likely))
 
 
 def _is_part(one: CorrectedRows, other: CorrectedRows) -> bool:

@@ -42,7 +42,7 @@ def idle_constants(fit: "Fit") -> frozenset[str]:
     """Poorly determined constants whose uncertainty, with what goes along with it, hardly moves the tool."""
     from workbench.identification.expected_error import fit_twists
 
-    wanted = [k for k, p in enumerate(fit.parameters) if p.words in fit.poorly_determined]
+    wanted = [k for k, p in enumerate(fit.parameters) if p.text in fit.poorly_determined]
     if not wanted:
         return frozenset()
     motion = Motion.of(fit.problem.data).take(some_of(fit.problem.data.q))
@@ -50,7 +50,7 @@ def idle_constants(fit: "Fit") -> frozenset[str]:
     along = fit.covariance[np.ix_(places, wanted)] / fit.std[wanted]
     position, rotation = _sizes(poses, twists @ along)
     still = np.maximum(position, LEVER * rotation) < IDLE * MOST_POSITION
-    return frozenset(fit.parameters[k].words for k, idle in zip(wanted, still, strict=True) if idle)
+    return frozenset(fit.parameters[k].text for k, idle in zip(wanted, still, strict=True) if idle)
 
 
 def _expected(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:

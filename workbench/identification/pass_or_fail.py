@@ -41,9 +41,9 @@ class Judged:
         if not count:
             return "Not judged: no positions were measured"
         if not self.failed:
-            return f"✓ Meets {self.check.words} on all {count} {self.where}"
+            return f"✓ Meets {self.check.text} on all {count} {self.where}"
         words = "misses" if len(self.failed) == 1 else "miss"
-        return f"✗ {len(self.failed)} of {count} {self.where} {words} {self.check.words}"
+        return f"✗ {len(self.failed)} of {count} {self.where} {words} {self.check.text}"
 
 
 def judge(result: Identification, wanted: Wanted, *, run: Run | None = None) -> Judged:

@@ -372,4 +372,4 @@ def _with_tilts(problem: Problem, noise: Noise) -> Problem:
 
 
 def _noise_words(noise: Noise, turned: bool) -> str:
-    return (noise if turned else noise._replace(rotation=np.nan)).words
+    return (noise if turned else noise._replace(rotation=np.nan)).text

@@ -58,7 +58,7 @@ class Noise(NamedTuple):
     tilt: float = np.deg2rad(0.02)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Of positions and of orientations, where each is known."""
         sizes = ((1e3 * self.position, ".3g", " mm"), (np.rad2deg(self.rotation), ".2g", "°"))
         return ", ".join(f"{size:{digits}}{unit}" for size, digits, unit in sizes if np.isfinite(size))

@@ -133,7 +133,7 @@ class Run(AbstractShown):
             known = p.is_geometry and p.name not in self.fit.uncertain
             if known and abs(moved := value - p.nominal) > most:
                 size = f"{np.rad2deg(moved):+.0f}°" if p.unit == "rad" else f"{1e3 * moved:+.0f} mm"
-                found.append((abs(moved) / most, f"{p.words} {size}"))
+                found.append((abs(moved) / most, f"{p.text} {size}"))
         return tuple(words for _, words in sorted(found, reverse=True))
 
 
@@ -151,7 +151,7 @@ class Outlier(NamedTuple):
     rotation: float
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Row and error, for people."""
         off = f"{1e3 * self.position:.3g} mm" if np.isfinite(self.position) else ""
         turned = f"{np.rad2deg(self.rotation):.2g}°" if np.isfinite(self.rotation) else ""
@@ -274,13 +274,13 @@ class Identification(AbstractShown):
 
     def doubts(self, run: Run) -> tuple[str, ...]:
         """Reasons to doubt a calibrated arm: rows of another arm, or constants that moved too far."""
-        foreign = (self.match.words,) if self.match is not None and self.match.is_foreign else ()
+        foreign = (self.match.text,) if self.match is not None and self.match.is_foreign else ()
         return foreign + run.implausible
 
     @property
     def unidentifiable(self) -> tuple[str, ...]:
         """Combinations of parameters that the rows don't show, in words."""
-        return tuple(c.words for c in self.best.fit.unidentifiable)
+        return tuple(c.text for c in self.best.fit.unidentifiable)
 
     @property
     def warnings(self) -> tuple[str, ...]:
@@ -290,7 +290,7 @@ class Identification(AbstractShown):
         if self.best.implausible:
             found.insert(0, f"implausible: {', '.join(self.best.implausible[:3])}; {LOOK_AGAIN}")
         if self.match is not None and self.match.is_foreign:
-            found.insert(0, self.match.words)
+            found.insert(0, self.match.text)
         if self.suspects:
             found.insert(0, suspect_note(list(self.suspects), judged(self.best)))
         if self.outliers:
@@ -438,7 +438,7 @@ def with_error(fit: Fit, errors: Errors) -> Robot:
 
 def _set_apart(outliers: tuple[Outlier, ...], others: Errors) -> str:
     """Which rows were set apart, and what to do."""
-    shown = first_of([row.words for row in outliers], MAX_NAMED_ROWS)
+    shown = first_of([row.text for row in outliers], MAX_NAMED_ROWS)
     rows, them = ("rows", "them") if len(outliers) > 1 else ("row", "it")
-    typical = f", where the others are off by {others.words('median')}" if others.words("median") else ""
+    typical = f", where the others are off by {others.text('median')}" if others.text("median") else ""
     return f"{rows} {shown} set apart{typical}: measure {them} again, or correct the file"

@@ -141,7 +141,7 @@ class Errors:
         own = None if rows.own is None else _own_spread(rows.own)
         return cls(Spread.of(1e3 * rows.position), turned, tilted, own, rows.own.name if rows.own else "")
 
-    def words(self, which: str) -> str:
+    def text(self, which: str) -> str:
         """Mean, median … of positions and orientations, for people; empty if neither was measured."""
         found = [(self.position_mm, " mm"), (self.orientation_deg, "°")]
         values = [(getattr(spread, which), unit) for spread, unit in found if spread is not None]

@@ -143,7 +143,7 @@ def suspect_note(rows: list[int], errors: Errors) -> str:
     words = (
         f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
     )
-    mean, median = errors.words("mean"), errors.words("median")
+    mean, median = errors.text("mean"), errors.text("median")
     return f"{words}. With {it} the mean held-out error is {mean}, the median {median}" if mean else words
 
 

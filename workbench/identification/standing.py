@@ -73,7 +73,7 @@ class Standing:
         return -0.5 * float(self.angles @ np.linalg.solve(spread, self.angles) + np.linalg.slogdet(spread)[1])
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """How far it stands off."""
         where = f"in session {self.session} the arm" if self.session else "the arm"
         size, error = np.rad2deg([self.size, self.error])

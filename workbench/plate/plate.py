@@ -169,7 +169,7 @@ class Plate:
         if self.anchors is not None:
             return f"{len(self.anchors)} anchors known to {1e3 * ANCHOR_SIGMA:.2g} mm (one σ)"
         measured = [t.sigma for t in self.targets if t.sigma is not None]
-        made, played = self.making.words
+        made, played = self.making.text
         words = [made, played] if self.has_seats else [made]
         if not measured:
             return ", ".join(words)

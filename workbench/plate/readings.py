@@ -77,7 +77,7 @@ class TargetReading:
     anchors: Float[np.ndarray, "anchors 3"] | None = None
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """How exactly it reads, for people."""
         turns = f", {np.rad2deg(self.sigma[-1]):.2g}°" if self.name == "seat" else ""
         times = "once" if self.visits == 1 else f"{self.visits} times"

@@ -100,7 +100,7 @@ class Making:
         return np.array([np.sqrt(2.0) * shift / 3.0, turn / 3.0])
 
     @property
-    def words(self) -> tuple[str, str]:
+    def text(self) -> tuple[str, str]:
         """For people: what was assumed of the making, and of the play in the seats."""
         made = "targets made exactly"
         if self.position or self.angle:

@@ -56,7 +56,7 @@ class Upright:
     """A dashed upright line with words beside its top."""
 
     x: float
-    words: str
+    text: str
     colour: str
 
 
@@ -106,7 +106,7 @@ class Chart:
             parts += [
                 f'<path d="M{at:.1f} 0V{self.height:.0f}" style="stroke:{line.colour}" stroke-width="1.6" '
                 'stroke-dasharray="5 3" data-testid="event-line"/>',
-                words(at + aside, MARGIN + 5 + (SIZE + 2) * k, line.words, anchor=anchor),
+                words(at + aside, MARGIN + 5 + (SIZE + 2) * k, line.text, anchor=anchor),
             ]
         return framed(self.height + FOOT, parts, self.testid)
 

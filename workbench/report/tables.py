@@ -26,7 +26,7 @@ def unbroken(heading: str) -> Column:
     return Column(escape(heading), no_wrap=True)
 
 
-def line(kind: str, words: str) -> Text:
+def line(kind: str, text: str) -> Text:
     """One line of the answer with its kind before it."""
     style = {"warning": "yellow", "not identifiable": "yellow"}.get(kind, "dim")
-    return Text.assemble((f"{kind}: ", style), words)
+    return Text.assemble((f"{kind}: ", style), text)

@@ -164,7 +164,7 @@ def _foreign(match: ArmMatch) -> GuideStep:
     anyway = OTHER_ARM
     if match.joints[0] == match.joints[1]:
         anyway = Action("Identify all the same", Tab.CALIBRATE, Identify(anyway=True))
-    return GuideStep(f"{capital(match.words)}.", Tone.BAD, _change_to(match), anyway)
+    return GuideStep(f"{capital(match.text)}.", Tone.BAD, _change_to(match), anyway)
 
 
 def _change_to(match: ArmMatch) -> Action:

@@ -143,11 +143,11 @@ class LiveSource(AbstractView):
             return False
         return True
 
-    def _say(self, words: str) -> None:
+    def _say(self, text: str) -> None:
         """The first mistake of a source: the same one would come twenty times a second."""
         self._mistakes += 1
         if self._mistakes == 1:
-            self._worker.submit(Tell(words))
+            self._worker.submit(Tell(text))
 
     def _pass_on(self) -> None:
         is_silent = False

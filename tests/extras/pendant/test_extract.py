@@ -52,7 +52,7 @@ def test_the_display_is_understood_with_and_without_a_tool(run, tmp_path, arm, s
     tool = TOOL if style == "z y' x''" else None
     fill_in(planned(run, arm), actual, style=style, tool=tool)
     found = wb.extract(arm, "form.csv")
-    assert style in found.meaning.words
+    assert style in found.meaning.text
     assert bool(found.run.frames.tool) == (tool is not None)
     found.robot.save(tmp_path / "mine.toml")
     assert apart(tmp_path / "mine.toml", actual, random_joints(arm, 200), tool).mean() < 3e-5
@@ -69,7 +69,7 @@ def test_every_arm_in_five_conventions(run, tmp_path, arm):
         form.write_text(empty)
         fill_in(form, actual, style=style)
         found = wb.extract(arm, "form.csv")
-        assert style in found.meaning.words
+        assert style in found.meaning.text
         found.robot.save(tmp_path / f"mine{ending}")
         assert apart(tmp_path / f"mine{ending}", actual, random_joints(arm, 200)).mean() < 3e-5
 
@@ -149,7 +149,7 @@ def test_tables_as_people_write_them(tmp_path, head, change):
     rows = lines(actual, np.round(random_joints("ur5e", 20), 2), style="z y' x''")
     path = tmp_path / "read.csv"
     path.write_text("\n".join([head, *map(change, rows)]))
-    assert "z y' x''" in wb.extract("ur5e", path).meaning.words
+    assert "z y' x''" in wb.extract("ur5e", path).meaning.text
 
 
 def test_poses_may_be_typed_and_metres_and_radians_are_found(tmp_path):

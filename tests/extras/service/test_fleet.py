@@ -135,7 +135,7 @@ def test_the_page_shows_worn_arms(fleet, tmp_path):
     page = write_fleet(fleet, tmp_path / "out")
     html = Page()
     html.feed(page.read_text())
-    words = " ".join(html.words)
+    words = " ".join(html.text)
     assert "joint3.theta" in words
     assert "14 arms" in words
     assert {p.name for p in page.parent.iterdir()} == {

@@ -228,7 +228,7 @@ def test_a_certificate_says_what_was_done(arm, tmp_path):
     assert {p.name for p in page.parent.iterdir()} == {PAGE, f"{MAP}.svg", "result.json"}
     html = Page()
     html.feed(text)
-    words = " ".join(html.words)
+    words = " ".join(html.text)
     for said in (
         "PASSED",
         "A <b> & C",

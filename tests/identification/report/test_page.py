@@ -59,14 +59,14 @@ def test_tags_close_and_hostile_words_are_only_words(page, result):
     text = path.read_text()
     assert "<b>probe" not in text
     assert "a<i>b.csv" not in text
-    words = "".join(parsed.words)
+    words = "".join(parsed.text)
     assert "<script>" in result.robot.name
     assert result.robot.name in words
     assert "<b>probe</b>" in words
 
 
 def test_it_says_what_matters(page, result):
-    words = " ".join("".join(page[1].words).split())
+    words = " ".join("".join(page[1].text).split())
     for sentence in (*result.notes, *result.warnings, *result.unidentifiable):
         assert " ".join(sentence.split()) in words
     for value in result.best.held_out.position_mm[:3]:
@@ -92,7 +92,7 @@ def test_an_arm_is_judged_by_what_its_user_wants_and_else_not_at_all(result, poi
     strict = judge(result, Wanted(position=1e-2, rotation=1e-7))
     assert strict.failed == result.held_out_data.row.tolist()
     assert strict.check.limits.tolist() == [1e-2, 1e-7]
-    assert judge(points, Wanted(position=1e-2, rotation=1e-7)).check.words == "10 mm"
+    assert judge(points, Wanted(position=1e-2, rotation=1e-7)).check.text == "10 mm"
     assert default_requirement("ARIA") == Requirement().wanted
     assert default_requirement("UR5") is None
 

@@ -31,7 +31,7 @@ def test_it_is_small(sample):
 def test_it_comes_to_the_same_numbers(sample, replayed):
     assert replayed.steps == len(sample.lines) == 20
     assert replayed.compared > 1100
-    assert replayed.differences == (), replayed.words
+    assert replayed.differences == (), replayed.text
     assert replayed.rounding < 1e-9
 
 

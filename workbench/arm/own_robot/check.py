@@ -188,7 +188,7 @@ def readings_of(source: Path | str, *, tip: str | None = None, name: str = "") -
 def convention_notes(found: FoundConvention) -> tuple[str, ...]:
     """What fits, what differs from the arm as it was given, and how well, one sentence each."""
     return (
-        f"it fits: {', '.join(found.words) or 'as it was given'}",
+        f"it fits: {', '.join(found.assumptions) or 'as it was given'}",
         *(f"change: {change}" for change in found.changes),
         f"errors at the typed poses: at most {1e3 * found.position:.3f} mm and "
         f"{np.rad2deg(found.rotation):.3f}°; {found.tried} readings tried",

@@ -59,7 +59,7 @@ class FoundConvention:
         robot: The arm, whose joints count as the pendant does.
         signs: Which joints count the other way than in the table (−1).
         offsets: What is added to the joints after their sign [rad or m].
-        words: What was assumed of table and numbers.
+        assumptions: What was assumed of table and numbers.
         position: Greatest error at the typed poses [m].
         rotation: Greatest angle there [rad].
         tried: Number of readings.
@@ -68,7 +68,7 @@ class FoundConvention:
     robot: Robot
     signs: Float[np.ndarray, " n"]
     offsets: Float[np.ndarray, " n"]
-    words: tuple[str, ...]
+    assumptions: tuple[str, ...]
     position: float
     rotation: float
     tried: int
@@ -157,7 +157,7 @@ def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) ->
         robot=with_signs_and_offsets(chosen.reading.robot, chosen.signs, chosen.offsets),
         signs=frozen(chosen.signs),
         offsets=frozen(chosen.offsets),
-        words=(*chosen.reading.words, *chosen.typed.words),
+        assumptions=(*chosen.reading.assumptions, *chosen.typed.assumptions),
         position=chosen.errors[0],
         rotation=chosen.errors[1],
         tried=tried,
@@ -181,7 +181,7 @@ def _slip(readings: Sequence[TableReading], typed: Sequence[Typed]) -> str:
     full[:, :3] = best.at(numbers.q[row : row + 1])
     error = se3.pose_error(numbers.poses[row : row + 1], full)[0]
     position, rotation = (float(np.linalg.norm(error[part])) for part in PARTS)
-    words = ", ".join((*best.reading.words, *best.typed.words))
+    words = ", ".join((*best.reading.assumptions, *best.typed.assumptions))
     return (
         f"pose {row + 1} alone is {in_mm(position)} and {np.rad2deg(rotation):.3g}° off, the others fit to "
         f"{in_mm(best.errors[0])} with {words}: check its numbers"
@@ -375,6 +375,4 @@ def _undecided(best: _Fit, rivals: list[_Fit]) -> str:
 def _said(fit: _Fit) -> str:
     flips = ", ".join(str(k + 1) for k in np.flatnonzero(fit.signs < 0)) or "none"
     offsets = ", ".join(f"{np.rad2deg(o):.1f}" for o in fit.offsets)
-    return (
-        f"{', '.join((*fit.reading.words, *fit.typed.words))}, joints reversed: {flips}, offsets {offsets}°"
-    )
+    return f"{', '.join((*fit.reading.assumptions, *fit.typed.assumptions))}, joints reversed: {flips}, offsets {offsets}°"

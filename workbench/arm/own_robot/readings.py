@@ -40,12 +40,12 @@ class Typed:
     Args:
         q: Joint positions [rad or m].
         poses: Of the flange in the robot's base.
-        words: What was assumed of the numbers, such as `joints in deg`.
+        assumptions: What was assumed of the numbers, such as `joints in deg`.
     """
 
     q: Float[np.ndarray, "m n"]
     poses: Float[np.ndarray, "m 4 4"]
-    words: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +54,11 @@ class TableReading:
 
     Args:
         robot: The arm under it, with neither base nor tool.
-        words: What was assumed, such as `standard DH` or `lengths in mm`.
+        assumptions: What was assumed, such as `standard DH` or `lengths in mm`.
     """
 
     robot: Robot
-    words: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
 
 
 def table_readings(

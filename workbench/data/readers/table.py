@@ -22,7 +22,7 @@ class Separator(StrEnum):
     BLANKS = " "
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """The separator, as people say it."""
         return {"\t": "tabs", ";": "semicolons", ",": "commas", " ": "blanks"}[self.value]
 

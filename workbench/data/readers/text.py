@@ -33,7 +33,7 @@ def read_text(data: bytes, path: Path) -> Grid:
     rows, places = _fields(lines, numbers, separator, path)
     notes = [f"text in {encoding}"] if encoding not in ("utf-8", "utf-8-sig") else []
     if separator is not Separator.COMMA:
-        notes.append(f"fields are separated by {separator.words}")
+        notes.append(f"fields are separated by {separator.text}")
     return Grid(
         source=str(path), rows=rows, lines=places, separator=separator, comments=comments, notes=tuple(notes)
     )

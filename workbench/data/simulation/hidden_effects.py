@@ -102,14 +102,14 @@ def varied_state(robot: Robot, q: Float[np.ndarray, "rows n"], *, rng: np.random
     return Motion.with_drivers(q, {"row": np.arange(rows), **drivers})
 
 
-def _from_words(robot: Robot, words: str, rng: np.random.Generator) -> AbstractEffect:
-    name, _, rest = words.partition(":")
+def _from_words(robot: Robot, text: str, rng: np.random.Generator) -> AbstractEffect:
+    name, _, rest = text.partition(":")
     joint, _, size = rest.partition(":")
     if name not in EFFECTS:
         raise OptionError(f"there is no effect '{name}'; known are {', '.join(EFFECTS)}")
-    effect = EFFECTS[name].example(robot, _joint(robot, name, joint, words), rng)
+    effect = EFFECTS[name].example(robot, _joint(robot, name, joint, text), rng)
     robot.with_effects(effect)
-    factor = _size(robot, effect, size, words, rng)
+    factor = _size(robot, effect, size, text, rng)
     return _scaled(effect, factor)
 
 

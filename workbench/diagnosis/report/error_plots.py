@@ -36,7 +36,7 @@ def errors(result: Diagnosis) -> Figure:
     return figure
 
 
-def _means(axes: Axes, result: Diagnosis, name: str, unit: str, words: str) -> None:
+def _means(axes: Axes, result: Diagnosis, name: str, unit: str, text: str) -> None:
     """Mean (filled) and greatest error (open) on a logarithmic scale."""
     place, ticks, labels = 0.0, [], []
     shown = (result.nominal, result.before, *((result.after,) if result.effects else ()))
@@ -60,7 +60,7 @@ def _means(axes: Axes, result: Diagnosis, name: str, unit: str, words: str) -> N
     axes.set_xscale("log")
     axes.set_yticks(ticks, labels)
     axes.set_ylim(place - 0.3, 0.0)
-    axes.set_xlabel(f"{words} error [{unit}]: mean ● and greatest ○")
+    axes.set_xlabel(f"{text} error [{unit}]: mean ● and greatest ○")
     plain_ticks(axes.xaxis)
     grid(axes, "x")
 

@@ -107,7 +107,7 @@ def _effect(result: Diagnosis, place: int) -> dict[str, object]:
     found = result.effects[place]
     return {
         "label": found.effect.label,
-        "words": found.words,
+        "words": found.text,
         "sizes": lines(found.effect, found.std, result.calibrated.chain),
         "before": short(found.before_mm),
         "after": short(found.after_mm),
@@ -121,10 +121,10 @@ def _facts(result: Diagnosis) -> list[tuple[str, str]]:
         ("Robot", f"{result.robot.name} ({result.robot.convention}, {result.robot.dof} joints)"),
         ("Measurements", result.data.source),
         ("Rows", f"{rows}, {len(result.excluded)} excluded"),
-        ("Remaining error", f"{result.noise.words} per axis"),
+        ("Remaining error", f"{result.noise.text} per axis"),
     ]
     if result.floor is not None:
-        facts.append(("Known noise", f"{result.floor.words} per axis"))
+        facts.append(("Known noise", f"{result.floor.text} per axis"))
     if result.joint_noise is not None:
         facts.append(("Noise of joint readings", joint_noise_words(result)))
     return facts

@@ -88,6 +88,6 @@ def _of_effects(result: Diagnosis) -> tuple[Picture, ...]:
         return ()
     rows = Rows.of(result)
     return tuple(
-        Picture(f"effect-{k + 1}", found.words, OF_AN_EFFECT, partial(against_drivers, found, rows))
+        Picture(f"effect-{k + 1}", found.text, OF_AN_EFFECT, partial(against_drivers, found, rows))
         for k, found in enumerate(result.effects[:DRAWN])
     )

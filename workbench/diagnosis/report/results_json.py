@@ -98,7 +98,7 @@ def _accepted(found: Accepted, result: Diagnosis) -> Json:
         "before_held_out_mm": found.before_mm,
         "after_held_out_mm": found.after_mm,
         "alternatives": [_ranked(r) for r in found.alternatives],
-        "words": found.words,
+        "words": found.text,
     }
 
 

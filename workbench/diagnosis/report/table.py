@@ -38,7 +38,7 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
         parts.append(line("map", result.residual_map.sentence))
     if result.effects:
         parts.append(effects_table(result))
-        parts += [line("effect", found.words) for found in result.effects]
+        parts += [line("effect", found.text) for found in result.effects]
     parts += _alternatives(result)
     if len(result.outliers):
         parts.append(line("outliers", outlier_words(result)))
@@ -46,15 +46,15 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
         parts.append(line("noise of joint readings", joint_noise_words(result)))
     if result.worth_measuring:
         parts.append(next_table(result))
-    parts += [line("warning", words) for words in result.warnings]
-    parts += [line("note", words) for words in result.notes]
+    parts += [line("warning", text) for text in result.warnings]
+    parts += [line("note", text) for text in result.notes]
     return Group(*parts)
 
 
 def summary(result: Diagnosis) -> RenderableType:
     """The verdict, errors before and after, and what each candidate would have brought."""
     ranking = [ranking_table(result)] if result.ranking else []
-    warnings = [line("warning", words) for words in result.warnings]
+    warnings = [line("warning", text) for text in result.warnings]
     return Group(*_beginning(result), *ranking, *_alternatives(result), *warnings)
 
 
@@ -63,7 +63,7 @@ def joint_noise_words(result: Diagnosis) -> str:
     found = result.joint_noise
     if found is None:
         return "–"
-    return f"{found.words(result.calibrated.chain)}, {100 * found.share:.0f} % of the remaining error"
+    return f"{found.text(result.calibrated.chain)}, {100 * found.share:.0f} % of the remaining error"
 
 
 def _beginning(result: Diagnosis) -> list[RenderableType]:
@@ -76,7 +76,7 @@ def _beginning(result: Diagnosis) -> list[RenderableType]:
 
 
 def _alternatives(result: Diagnosis) -> list[Text]:
-    return [Text(words, style="dim") for words in alternatives(result)]
+    return [Text(text, style="dim") for text in alternatives(result)]
 
 
 def ranking_table(result: Diagnosis) -> Table:
@@ -205,7 +205,7 @@ class Size:
     unit: str
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """Such as `0.0412 ± 0.0003 mrad/(N·m)`: two digits of the standard error."""
         return f"{with_error(self.value, self.std)} {self.unit}"
 
@@ -225,6 +225,6 @@ def lines(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple
     """Names and values for a table; of many coefficients only the one that is surely largest."""
     found = sizes(effect, std, chain)
     if len(found) <= LISTED:
-        return tuple((size.name, size.words) for size in found)
+        return tuple((size.name, size.text) for size in found)
     largest = max(found, key=lambda size: abs(size.value) - size.std)
-    return ((f"{len(found)} coefficients, largest {largest.name}", largest.words),)
+    return ((f"{len(found)} coefficients, largest {largest.name}", largest.text),)

@@ -126,12 +126,12 @@ class Doubts:
     """What the pictures contradict.
 
     Args:
-        words: Sentences with what to do.
+        sentences: Sentences with what to do.
         data: The pictures, with what is contradicted let go.
         off: How far from what was given it seems to be, by name; none where nothing fixed is contradicted.
     """
 
-    words: tuple[str, ...]
+    sentences: tuple[str, ...]
     data: Dataset
     off: Mapping[str, float]
 
@@ -253,9 +253,9 @@ def _sentences(
         is_size = lens.is_implausible_size(rig)
     else:
         yield from (
-            f"{words}, more than {OUTSIDE:g} times sigma from the given intrinsics; check that they are of "
+            f"{text}, more than {OUTSIDE:g} times sigma from the given intrinsics; check that they are of "
             "this camera and lens"
-            for words in (given if is_suited else size).implausible_intrinsics(rig)
+            for text in (given if is_suited else size).implausible_intrinsics(rig)
         )
     if is_size and exact is not None:
         yield (

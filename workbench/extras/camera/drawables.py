@@ -79,8 +79,8 @@ def _ellipsoid(covariance: np.ndarray, place: np.ndarray, times: float) -> Mesh:
     return Mesh(solid=solid, colour=CALIBRATED, opacity=0.45, pose=se3.pose(np.eye(3), place))
 
 
-def _words(words: str, place: np.ndarray) -> Label:
-    return Label(text=words, place=place + np.array([0.0, 0.0, 0.06]))
+def _words(text: str, place: np.ndarray) -> Label:
+    return Label(text=text, place=place + np.array([0.0, 0.0, 0.06]))
 
 
 def _round_factor(most: float) -> float:

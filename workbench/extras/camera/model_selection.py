@@ -130,7 +130,7 @@ def select_camera_step(
         let_go = with_rig(data, rig_of(data).with_intrinsics(Freedom.AUTO))
         given, lens = (free_of(rows, widest)[1].picture_fit for rows in (data, let_go))
         doubted = contradicted_lens(given, lens) or Doubts((), data, {})
-        if doubted.words:
+        if doubted.sentences:
             data, begin = let_go, _alike(build(robot, let_go, free=()))
     last, taken, at = begin.problem, begin, begin
     steps = [_step("camera and target alone", begin, begin)]
@@ -162,7 +162,7 @@ def select_camera_step(
     considered = _considered(doubted, last, at, taken)
     actual = None if taken.free else at.noise
     return taken.problem, Identifiability.of(
-        steps, number, advice, taken.noise, doubted.words, actual, considered
+        steps, number, advice, taken.noise, doubted.sentences, actual, considered
     )
 
 

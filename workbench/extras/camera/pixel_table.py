@@ -219,7 +219,7 @@ def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str
         corner = f" corner {rows.corner[first]}" if rows.corner.any() else ""
         raise DataError(
             f"{rows.source}: {int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]}{corner}, "
-            f"are none of the target's {rig.words}; give the target that was in view"
+            f"are none of the target's {rig.text}; give the target that was in view"
         )
     unknown = sorted(set(rows.id[lost].tolist()))
     notes = (

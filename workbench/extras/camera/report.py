@@ -35,7 +35,7 @@ class Zero(NamedTuple):
         return abs(self.change) > max(SURE * self.std, LEAST_MOVED)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """The change with its 95 % interval."""
         scale, unit = (np.rad2deg(1.0), "°") if self.unit == "rad" else (1e3, " mm")
         return (
@@ -57,7 +57,7 @@ def zeros(fit: Fit) -> tuple[Zero, ...]:
 
 def found_sentences(fit: Fit) -> Iterator[str]:
     """Sentences for people: zeros that moved, then where each camera and the target are."""
-    yield from (zero.words for zero in zeros(fit) if zero.moved)
+    yield from (zero.text for zero in zeros(fit) if zero.moved)
     for name, pose in _poses(fit).items():
         xyz = ", ".join(f"{1e3 * v:.2f}" for v in pose["xyz"])
         rpy = ", ".join(f"{v:.3f}" for v in pose["rpy_deg"])

@@ -108,9 +108,9 @@ class Rig:
         return found
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """What is in view."""
-        return ", ".join(f"{t.name}: {t.words}" if t.name else t.words for t in self.targets)
+        return ", ".join(f"{t.name}: {t.text}" if t.name else t.text for t in self.targets)
 
     @property
     def is_lens_fixed(self) -> bool:

@@ -50,7 +50,7 @@ class PictureFolder(NamedTuple):
         return with_data(session, self.loaded).with_part(self.previews)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """What was read."""
         return f"{plural(len(self.loaded.dataset), 'picture')} read from {self.loaded.name}"
 
@@ -77,7 +77,7 @@ class CameraAlone(AbstractPart):
         return with_data(session, None).with_part(self)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """What was found."""
         pictures = plural(len(self.data), "picture")
         return f"camera and target are found from {pictures} of {self.data.source} with poses of the tool"
@@ -122,7 +122,7 @@ class LoadPictures(AbstractLoad[PictureFolder | CameraAlone]):
         return PictureFolder.of(session, dataset, name, pictures)
 
     def finish(self, session: Session, result: PictureFolder | CameraAlone) -> Session:
-        return result.used(session).tell(Severity.INFO, result.words)
+        return result.used(session).tell(Severity.INFO, result.text)
 
     @classmethod
     def packed(cls, folder: Path) -> tuple[str, bytes]:
@@ -141,7 +141,7 @@ def facts_of(data: Dataset) -> tuple[tuple[str, str], ...]:
         ("Corners", f"{int(seen.sum())}; {len(rig.apart)} set apart as wrong"),
         ("Joints", f"{data.joints}"),
         ("Camera", "; ".join(cameras)),
-        ("Target", f"{rig.words}, {ON[rig.mounted]}"),
+        ("Target", f"{rig.text}, {ON[rig.mounted]}"),
     )
 
 

@@ -137,7 +137,7 @@ class Target:
         return prints_of(self.dictionary if self.charuco is None else self.charuco.dictionary)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """The points that it has."""
         if self.charuco is None:
             return f"{len(self)} points of ids {listed(sorted(set(self.ids.tolist())))}"

@@ -63,10 +63,10 @@ class Board:
         if has_target(folder):
             return ()
         write_text(folder / "target.toml", self.target())
-        return (f"no target.toml: {self.words}",)
+        return (f"no target.toml: {self.text}",)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """What it is."""
         board = f"a board of {self.across} × {self.down} squares of {1e3 * self.square:g} mm"
         return f"{board}, {'on the tool' if self.mounted is Mount.TOOL else 'in the cell'}"
@@ -77,14 +77,14 @@ def fitting_marker(square: float) -> float:
     return round(0.75 * square, 4)
 
 
-def across_down(words: str) -> tuple[int, int]:
+def across_down(text: str) -> tuple[int, int]:
     """Squares across and down from 5x7.
 
     Raises:
         OptionError: it is no such thing.
     """
     try:
-        across, down = (int(part) for part in words.lower().replace("×", "x").split("x"))
+        across, down = (int(part) for part in text.lower().replace("×", "x").split("x"))
     except ValueError:
-        raise OptionError(f"squares must be like 5x7, got '{words}'") from None
+        raise OptionError(f"squares must be like 5x7, got '{text}'") from None
     return across, down

@@ -113,7 +113,7 @@ class Following(AbstractShown):
             lag = (signed(1e3 * v, 0) for v in j.lag)
             table.add_row(j.name, *numbers, *lag, f"{j.left:.2f}")
         parts: list[RenderableType] = [Text(self.sentence, style="bold"), table]
-        return Group(*parts, *(line("note", words) for words in self.said))
+        return Group(*parts, *(line("note", text) for text in self.said))
 
     @cached_property
     def said(self) -> tuple[str, ...]:

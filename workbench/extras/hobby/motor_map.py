@@ -162,7 +162,7 @@ class MotorMap(AbstractShown):
             way = "with it" if self.counting.signs[k] > 0 else "against it"
             table.add_row(self._motor(k), str(k + 1), way, *size)
         parts: list[RenderableType] = [Text(f"{self.nominal.name}: {self.sentence}", style="bold"), table]
-        return Group(*parts, *(line("note", words) for words in (*self._said(), *self.notes)))
+        return Group(*parts, *(line("note", text) for text in (*self._said(), *self.notes)))
 
     def _said(self) -> list[str]:
         said = ["the zeros of the first and last joint depend on how board and camera are mounted, and stay"]
@@ -172,7 +172,7 @@ class MotorMap(AbstractShown):
             said.append(f"joints scatter by {turn:.2g}° about what the motors read: play, or sag")
         if self.poses_wanted > len(self.run.train_rows):
             said.append(f"about {self.poses_wanted} such poses would make the tip known to 1 mm")
-        said += [f"found beside the zeros: {e.words}" for e in self.effects]
+        said += [f"found beside the zeros: {e.text}" for e in self.effects]
         said += [f"pose {o.row + 1} does not fit the others; it was left out" for o in self.run.outliers]
         return said
 

@@ -66,11 +66,11 @@ class Convention:
     rotation: float
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """`joints in deg, positions in mm, rotation vector (UR) in rad`."""
         joints, lengths, angles = self.units
         turned = f" in {angles}" if self.orientation.has_units else ""
-        return f"joints in {joints}, positions in {lengths}, {self.orientation.words}{turned}"
+        return f"joints in {joints}, positions in {lengths}, {self.orientation.text}{turned}"
 
     def cost(self, robot: Robot) -> float:
         """Error as an angle, lengths in parts of the reach."""
@@ -100,13 +100,13 @@ def find_convention(robot: Robot, readings: PendantReadings) -> Convention:
     rival = next((c for c in found[1:] if not _same(c, best)), None)
     if rival is not None and rival.cost(robot) < CLEARLY * max(best.cost(robot), 1e-6):
         raise DataError(
-            f"{readings.source}: the poses fit as {best.words}, and nearly as well as {rival.words}; add "
+            f"{readings.source}: the poses fit as {best.text}, and nearly as well as {rival.text}; add "
             "poses with the tool turned about all axes"
         )
     if best.position > CLOSE * robot.reach:
         match = arm_match(robot, _positions(best, readings), some=CLOSE)
         if match.is_foreign:
-            raise DataError(f"{readings.source}: {match.words}; {match.remedy}")
+            raise DataError(f"{readings.source}: {match.text}; {match.remedy}")
     return best
 
 
@@ -220,9 +220,9 @@ def _why_not(robot: Robot, readings: PendantReadings, best: Convention) -> str:
     """What is wrong with readings that fit under no meaning."""
     match = arm_match(robot, _positions(best, readings), some=CLOSE)
     if match.is_foreign:
-        return f"{readings.source}: {match.words}; {match.remedy}"
+        return f"{readings.source}: {match.text}; {match.remedy}"
     off = f"{in_mm(best.position)} and {np.rad2deg(best.rotation):.2g}° off"
     return (
-        f"{readings.source}: no convention fits {robot.name}: the best, {best.words}, is {off}; check the "
+        f"{readings.source}: no convention fits {robot.name}: the best, {best.text}, is {off}; check the "
         "columns and the robot, or let 'workbench new' find how the pendant counts its joints"
     )

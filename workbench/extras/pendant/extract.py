@@ -118,7 +118,7 @@ class Extraction(AbstractShown):
         own, at = self.run.frames, self.robot
         tool = f"a tool is set: {_pose_words(at.tool)}" if own.tool else "no tool is set: it shows the flange"
         base = f"a user frame is set: the robot's base is at {_pose_words(at.base)}" if own.base else ""
-        return tuple(filter(None, (f"the display: {self.meaning.words}", tool, base)))
+        return tuple(filter(None, (f"the display: {self.meaning.text}", tool, base)))
 
     @property
     def _after(self) -> float:
@@ -133,8 +133,8 @@ class Extraction(AbstractShown):
             Text(f"{self.run.nominal_robot.name}: {self.sentence}", style="bold"),
             table,
         ]
-        parts += [line("found", words) for words in self.frames]
-        parts += [line("warning", f"reading {o.row + 1} does not fit the others {o.words.partition(' ')[2]}: "
+        parts += [line("found", text) for text in self.frames]
+        parts += [line("warning", f"reading {o.row + 1} does not fit the others {o.text.partition(' ')[2]}: "
                        "correct it or read it again") for o in self.run.outliers]  # fmt: skip
         return Group(*parts)
 
@@ -151,7 +151,7 @@ class Extraction(AbstractShown):
                     "joints": joints,
                     "positions": lengths,
                     "angles": angles or None,
-                    "orientation": self.meaning.orientation.words,
+                    "orientation": self.meaning.orientation.text,
                     "tool_set": bool(self.run.frames.tool),
                     "base_set": bool(self.run.frames.base),
                 },

@@ -26,13 +26,13 @@ class Orientation(NamedTuple):
     """One meaning.
 
     Args:
-        words: For people.
+        text: For people.
         numbers: How many.
         has_units: Whether the numbers are angles, which `matrices` expects in rad.
         matrices: Rotation matrices of rows of them.
     """
 
-    words: str
+    text: str
     numbers: int
     has_units: bool
     matrices: Callable[[np.ndarray], np.ndarray]

@@ -62,13 +62,13 @@ class Sheet:
         return View(self, np.array([x, y]))
 
     def text(
-        self, words: str, at: Point, *, height: float = TEXT, align: str = "left", turn: float = 0.0
+        self, text: str, at: Point, *, height: float = TEXT, align: str = "left", turn: float = 0.0
     ) -> None:
         """A line of text with its foot at a place of the sheet [mm]: `left`, `center` or `right`."""
         from ezdxf.enums import TextEntityAlignment
 
         style = {"layer": "TEXT", "style": "OpenSans", "rotation": turn}
-        line = self.space.add_text(words, height=self.scale * height, dxfattribs=style)
+        line = self.space.add_text(text, height=self.scale * height, dxfattribs=style)
         line.set_placement(tuple(map(float, at)), align=TextEntityAlignment[align.upper()])
 
     def column(
@@ -147,9 +147,9 @@ class View:
         for reach in 0.8 * diameter * np.eye(2):
             self.line([centre - reach, centre + reach], "CENTRES", closed=False)
 
-    def text(self, words: str, at: Point, off: Point = (0.0, 0.0), *, align: str = "center", large=False):
+    def text(self, text: str, at: Point, off: Point = (0.0, 0.0), *, align: str = "center", large=False):
         """A line of text."""
-        self.sheet.text(words, self.at(at, off), height=TEXT * (1.2 if large else 1.0), align=align)
+        self.sheet.text(text, self.at(at, off), height=TEXT * (1.2 if large else 1.0), align=align)
 
     def across(
         self, a: Point, b: Point, off: Point, turn: float, text: str = "<>", *, by: Point = (0.0, 0.0)

@@ -21,7 +21,7 @@ def redundancy_text(robot: Robot, found: Redundancy, *, frames: bool) -> Rendera
     if frames:
         lines.append(f"a complete model with base and tool has {complete(robot)}")
     lines.append(f"may be removed: {', '.join(found.redundant) or 'none'}")
-    lines += [f"alike: {combination.words}" for combination in found.combinations]
+    lines += [f"alike: {combination.text}" for combination in found.combinations]
     return Text("\n".join(lines))
 
 
@@ -36,7 +36,7 @@ def redundancy_json(robot: Robot, found: Redundancy) -> Json:
             "redundant": list(found.redundant),
             "complete": complete(robot),
             "combinations": [
-                {"names": list(c.names), "weights": list(c.weights), "words": c.words}
+                {"names": list(c.names), "weights": list(c.weights), "words": c.text}
                 for c in found.combinations
             ],
         }

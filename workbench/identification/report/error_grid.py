@@ -113,8 +113,8 @@ def _scale(axes: Axes, span: float, *, signed: bool) -> None:
     axes.locator_params(axis="y", nbins=5)
 
 
-def _say(axes: Axes, words: str) -> None:
-    axes.set_title(words, loc="right", fontsize=6.5, fontweight="normal", pad=2.0, alpha=0.85)
+def _say(axes: Axes, text: str) -> None:
+    axes.set_title(text, loc="right", fontsize=6.5, fontweight="normal", pad=2.0, alpha=0.85)
 
 
 def _round(ratio: float) -> str:

@@ -112,7 +112,7 @@ def _facts(result: Identification) -> list[tuple[str, str]]:
     if len(data.sessions) > 1:
         facts.append(("Sessions", f"{len(data.sessions)}: {', '.join(data.sessions)}"))
     noise = result.noise if data.rotation is not None else result.noise._replace(rotation=np.nan)
-    facts.append(("Noise that weighed the rows", noise.words))
+    facts.append(("Noise that weighed the rows", noise.text))
     facts.append(("Parameters", f"{len(result.best.fit.problem.names)} identified together"))
     return facts
 

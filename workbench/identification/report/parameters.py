@@ -122,7 +122,7 @@ def parameter_table(fit: Fit) -> ParameterTable:
         state = ConstantStatus.SHARED if p.name in shared else ConstantStatus.IDENTIFIED
         if p.name in hidden:
             state, std = ConstantStatus.UNSEEN, None
-        elif p.words in fit.idle:
+        elif p.text in fit.idle:
             state, std = ConstantStatus.SHARED, None
         cells[p.name] = Cell(p.name, p.unit, p.nominal, value, std, state, p.name in expected)
     of_joints: dict[str, dict[str, Cell]] = {}

@@ -115,7 +115,7 @@ def describe(
     error, plate = set_error(setting, targets.q, targets.places, goal), _plate(setting, targets)
     return PlateDesign(
         plate=plate,
-        assumptions=f"{setting.reading.words}; {plate.assumptions}",
+        assumptions=f"{setting.reading.text}; {plate.assumptions}",
         cost=error.position_rms,
         rotation=error.rotation_rms,
         clearance=frozen(_clearance(setting, targets)),

@@ -120,7 +120,7 @@ def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, list[str]]]:
 def _open_words(score: SetScore) -> list[str]:
     """What a set leaves open, as people say it."""
     parameters = tuple(Parameter(n, "", 0.0) for n in score.names)
-    return [found.words for found in combinations(score.open, parameters)]
+    return [found.text for found in combinations(score.open, parameters)]
 
 
 def _cell(score: SetScore | None, value) -> str:

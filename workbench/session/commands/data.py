@@ -129,19 +129,19 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             joints=joints,
             base=robot.base.pose,
         )
-        problems = tuple(words.replace(f"{path.parent}/", "") for words in found.problems)
+        problems = tuple(text.replace(f"{path.parent}/", "") for text in found.problems)
         return replace(found, path=path.name, problems=problems)
 
     def finish(self, session: Session, result: Loaded | MeasurementFile) -> Session:
         if isinstance(result, MeasurementFile):
             session = replace(session, unread=result)
             if result.match is not None and result.match.rival:
-                return session.tell(Severity.WARNING, f"{result.name}: {result.match.words}")
+                return session.tell(Severity.WARNING, f"{result.name}: {result.match.text}")
             return session.tell(Severity.ERROR, _on_page(result.preview.problems[0], HERE))
         session = with_data(session, result)
         words = f"{len(result.dataset)} rows read from {result.name}"
         if result.match is not None and result.is_foreign:
-            return session.tell(Severity.WARNING, f"{words}; {result.match.words}")
+            return session.tell(Severity.WARNING, f"{words}; {result.match.text}")
         return session.tell(Severity.INFO, words)
 
 
@@ -275,7 +275,7 @@ def check_same_arm(session: Session, *, anyway: bool) -> None:
     """Refuse rows of another arm, unless forced."""
     loaded = measurements(session)
     if loaded.match is not None and loaded.is_foreign and not anyway:
-        raise DataError(f"{loaded.match.words}; {loaded.match.remedy}, or continue anyway")
+        raise DataError(f"{loaded.match.text}; {loaded.match.remedy}, or continue anyway")
 
 
 def instrument_of(session: Session) -> Instrument:

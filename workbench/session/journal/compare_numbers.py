@@ -75,7 +75,7 @@ class Replayed:
         return max(self.differences, key=lambda d: d.size, default=None)
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """The outcome in one sentence."""
         worst = self.largest
         if worst is None:

@@ -179,10 +179,10 @@ def branch(recording: Recording, session: Session, *, root: Path = ROOT) -> Star
 
 
 def _without_folder(
-    session: Session, words: str, error: Exception, place: Path, entries: tuple[Entry, ...] = ()
+    session: Session, text: str, error: Exception, place: Path, entries: tuple[Entry, ...] = ()
 ) -> StartedSession:
     """The session all the same; its user is told."""
-    trouble = f"{words}: {_why(error, place)}"
+    trouble = f"{text}: {_why(error, place)}"
     return StartedSession(session, (Logbook(None, trouble=trouble),), None, entries, trouble)
 
 

@@ -112,7 +112,7 @@ def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str, str]]:
     for p, value, std in zip(fit.parameters, fit.x, fit.std, strict=True):
         scale, unit = UNITS.get(p.unit, (1.0, p.unit))
         error = "not seen" if p.name in hidden else standard_error(float(scale * std), 4)
-        yield p.words, signed(scale * p.nominal, 4), signed(float(scale * value), 4), error, unit
+        yield p.text, signed(scale * p.nominal, 4), signed(float(scale * value), 4), error, unit
 
 
 def diagnosis_markdown(found: Diagnosis) -> str:
@@ -143,7 +143,7 @@ def model_errors(found: Diagnosis) -> Iterator[tuple[str, str]]:
 
 def remarks(found: Diagnosis) -> Iterator[str]:
     """What was added, alternatives, outliers, what to measure next."""
-    yield from (accepted.words for accepted in found.effects)
+    yield from (accepted.text for accepted in found.effects)
     yield from alternatives(found)
     if len(found.outliers):
         yield f"outliers: {outlier_words(found)}"

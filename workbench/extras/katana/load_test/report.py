@@ -48,7 +48,7 @@ def load_test_table(found: LoadTest) -> RenderableType:
     for joint in found.joints:
         table.add_row(str(joint.joint + 1), "found", *_cells(joint, errors=True))
         table.add_row("", "hidden", *_cells(hidden[joint.joint], errors=False), end_section=True)
-    return Group(table, *(line("note", words) for words in notes(found)))
+    return Group(table, *(line("note", text) for text in notes(found)))
 
 
 def notes(found: LoadTest) -> list[str]:

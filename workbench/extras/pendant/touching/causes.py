@@ -27,14 +27,14 @@ class PossibleCause(NamedTuple):
     """Something that may have happened.
 
     Args:
-        words: For people, such as `joint 3`.
+        text: For people, such as `joint 3`.
         kind: joint, tool, base, seat, warming or touch.
         columns: What it does to the tips for each of its unknowns, where other unknowns are free (3 rows, k).
         alarm: Chance of a false alarm that it may take.
         joint: Counted from 0; -1 for others.
     """
 
-    words: str
+    text: str
     kind: str
     columns: Float[np.ndarray, "numbers k"]
     alarm: float

@@ -143,7 +143,7 @@ class Check(AbstractShown):
     @property
     def _alike(self) -> str:
         assert self.best is not None
-        rivals = [t.cause.words for t in self.found[1:] if t.score < self.best.score + MIN_LIKELIHOOD_GAP]
+        rivals = [t.cause.text for t in self.found[1:] if t.score < self.best.score + MIN_LIKELIHOOD_GAP]
         return f"; or {' or '.join(rivals[:3])}, which these touches do not tell apart" if rivals else ""
 
     def _words(self, tested: TestedCause) -> str:
@@ -153,13 +153,13 @@ class Check(AbstractShown):
             value, half = factor * tested.x[0], factor * 1.96 * tested.std[0]
             digits = int(np.clip(1 - np.floor(np.log10(max(half, 1e-9))), 1, 5))
             unit = shown_units(self.calibrated)[cause.joint]
-            return f"{cause.words} moved by {signed(value, digits)}{unit} ± {half:.{digits}f}{unit}"
+            return f"{cause.text} moved by {signed(value, digits)}{unit} ± {half:.{digits}f}{unit}"
         if cause.kind == "warming":
             minutes = int(5 * np.ceil(self.wait / 300.0))
             return f"still warming up: wait {minutes} min and check again"
         if cause.kind == "touch":
-            return f"{cause.words} does not fit the others by {in_mm(_length(tested))}: touch that seat again"
-        return f"{cause.words} moved by {in_mm(_length(tested))}"
+            return f"{cause.text} does not fit the others by {in_mm(_length(tested))}: touch that seat again"
+        return f"{cause.text} moved by {in_mm(_length(tested))}"
 
     @property
     def robot(self) -> Robot:
@@ -208,7 +208,7 @@ class Check(AbstractShown):
                 ],
                 "found": [
                     {
-                        "cause": t.cause.words,
+                        "cause": t.cause.text,
                         "kind": t.cause.kind,
                         "values": t.x,
                         "std": t.std,

@@ -145,7 +145,7 @@ class UserFrame(AbstractShown):
         ]
         if self.apart:
             parts.append(line("warning", f"{numbered(self.touches, self.apart)} slipped; left out"))
-        return Group(*parts, *(line("note", words) for words in self.notes))
+        return Group(*parts, *(line("note", text) for text in self.notes))
 
     def json(self) -> Json:
         """The result as plain data, in SI."""

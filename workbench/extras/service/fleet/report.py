@@ -59,7 +59,7 @@ def fleet_tables(fleet: Fleet) -> RenderableType:
         parts.append(Text(f"and {more} more"))
     parts.append(Text(fleet.verdict, style="bold"))
     parts += [line("warning", f"{arm.arm}: {arm.why}") for arm in fleet.unread[:LISTED]]
-    return Group(*parts, *(line("note", words) for words in notes_of(fleet)))
+    return Group(*parts, *(line("note", text) for text in notes_of(fleet)))
 
 
 def notes_of(fleet: Fleet) -> tuple[str, ...]:

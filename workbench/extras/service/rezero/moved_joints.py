@@ -259,11 +259,11 @@ def _ambiguous(knowledge: Knowledge, ready: Prepared, shifts: tuple[JointShift, 
         frames = sorted({re.split(r"[.\[]", n)[0] for n in combination.names} & own)
         joints = " and ".join(f"joint {s.joint + 1}" for s in shifted)
         if not frames:
-            sentences.append(f"the zeros of {joints} ({combination.words}): measure poses that differ more")
+            sentences.append(f"the zeros of {joints} ({combination.text}): measure poses that differ more")
             continue
         frame = " and ".join(frames)
         if not set(frames) <= set(FRAMES):
-            words = f"the zero of {joints} and a turn of the {frame} ({combination.words})"
+            words = f"the zero of {joints} and a turn of the {frame} ({combination.text})"
             sentences.append(f"{words}: no row shows which of them turned; here the {frame} took it")
             continue
         free = any(getattr(taken, f) for f in frames)
@@ -272,5 +272,5 @@ def _ambiguous(knowledge: Knowledge, ready: Prepared, shifts: tuple[JointShift, 
             if free
             else f"here the joint took it; if the {frame} has moved, set [{frames[0]}] free = true"
         )
-        sentences.append(f"the zero of {joints} and a turn of the {frame} ({combination.words}): {said}")
+        sentences.append(f"the zero of {joints} and a turn of the {frame} ({combination.text}): {said}")
     return tuple(sentences)

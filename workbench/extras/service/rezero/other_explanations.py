@@ -37,14 +37,14 @@ class _Cause(NamedTuple):
     """An alternative cause, with its constants freed.
 
     Args:
-        words: What it is.
+        text: What it is.
         remedy: What to do if it is so.
         problem: With it let go.
         further: Unknowns more, or measured numbers less, than with zeros alone.
         shown: Constants whose change is said.
     """
 
-    words: str
+    text: str
     remedy: str
     problem: Problem
     further: int
@@ -159,7 +159,7 @@ def _sentence(knowledge: Knowledge, cause: _Cause, fit: Optimum, ratio: float) -
     sure.sort(key=lambda n: -abs(off[n]) / fit.std[n])
     sizes = [_size(knowledge.robot, n, off[n], fit.std[n]) for n in sure[:2]]
     shown = f" ({', '.join(sizes)})" if sizes else ""
-    return f"{cause.words}{shown}: zeros alone leave {ratio:.1f} times as much; {cause.remedy}"
+    return f"{cause.text}{shown}: zeros alone leave {ratio:.1f} times as much; {cause.remedy}"
 
 
 def _size(robot: Robot, name: str, change: float, std: float) -> str:

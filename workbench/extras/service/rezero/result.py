@@ -72,7 +72,7 @@ class JointShift:
         ]
 
     @property
-    def words(self) -> str:
+    def text(self) -> str:
         """`joint 3 by 0.42° ± 0.02°`."""
         joint, shift, half, _ = self.cells
         return f"joint {joint} by {shift} {half.replace('±', '± ')}"
@@ -126,7 +126,7 @@ class Rezero(AbstractShown):
         if self.doubts:
             return f"not the zeros alone: {self.doubts[0]}"
         if self.moved:
-            return f"moved: {'; '.join(s.words for s in self.moved)} (95 %){self._untold}"
+            return f"moved: {'; '.join(s.text for s in self.moved)} (95 %){self._untold}"
         told = [s for s in self.shifts if s.determined]
         if not told:
             return "the rows determine no joint zero; measure more poses that differ in all joints"
@@ -162,9 +162,9 @@ class Rezero(AbstractShown):
                 geometry.add_row(name, *changed)
             parts.append(geometry)
         parts.append(line("error on the rows", repr(self.error)))
-        parts += [line("warning", words) for words in self.doubts]
-        parts += [line("can't be told apart", words) for words in self.ambiguous]
-        parts += [line("note", words) for words in self.notes]
+        parts += [line("warning", text) for text in self.doubts]
+        parts += [line("can't be told apart", text) for text in self.ambiguous]
+        parts += [line("note", text) for text in self.notes]
         parts += [line("excluded", f"row {row} ({reason})") for row, reason in self.excluded]
         return Group(*parts)
 

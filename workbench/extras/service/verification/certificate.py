@@ -88,9 +88,7 @@ def _conditions(result: Verification) -> list[tuple[str, str]]:
         values = data.column(name)
         if values is not None and np.isfinite(values).any():
             rows.append(_range(column, values))
-    wanted = (
-        "no figure was given" if result.wanted is None else f"at most {result.wanted.words} at every pose"
-    )
+    wanted = "no figure was given" if result.wanted is None else f"at most {result.wanted.text} at every pose"
     return [*rows, ("Wanted", wanted)]
 
 

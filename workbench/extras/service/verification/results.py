@@ -32,9 +32,9 @@ def verification_tables(result: Verification) -> RenderableType:
         "max",
         "bound",
     )
-    for words, spread, bounds, scale in error_lines(result):
+    for text, spread, bounds, scale in error_lines(result):
         table.add_row(
-            escape(words),
+            escape(text),
             short(spread.mean),
             f"{short(scale * bounds.mean.low)} … {short(scale * bounds.mean.high)}",
             short(spread.rms),
@@ -46,8 +46,8 @@ def verification_tables(result: Verification) -> RenderableType:
         parts.append(_repeats_table(result))
     colour = {True: "bold green", False: "bold red", None: "bold"}[result.passed]
     parts.append(Text(result.verdict, style=colour))
-    parts += [line("warning", words) for words in result.warnings]
-    return Group(*parts, *(line("note", words) for words in result.evaluation.notes))
+    parts += [line("warning", text) for text in result.warnings]
+    return Group(*parts, *(line("note", text) for text in result.evaluation.notes))
 
 
 def error_lines(result: Verification) -> list[tuple[str, Spread, Bounds, float]]:

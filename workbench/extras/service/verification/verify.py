@@ -132,7 +132,7 @@ class Verification(AbstractShown):
         if self.wanted is None:
             return "No verdict: set a required error (--wanted)."
         rows = f"{plural(len(self.within), 'measurement')} of {plural(self.poses, 'fresh pose')}"
-        limit = self.wanted.words if self._judges_rotation else self.wanted.position_words
+        limit = self.wanted.text if self._judges_rotation else self.wanted.position_words
         if self.passed:
             return (
                 f"Passed: all {rows} are within {limit}; with 95 % confidence so are at least "

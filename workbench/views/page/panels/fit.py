@@ -214,10 +214,10 @@ def _parameters(found: Identification, shown: str) -> str:
         )
         rows.append(
             (
-                f'{text(parameter.words)} <span style="color:{MUTED}">{unit}</span>',
+                f'{text(parameter.text)} <span style="color:{MUTED}">{unit}</span>',
                 f"{scale * parameter.nominal:.3f}".replace("-", "−"),
                 f"{scale * value:.3f}".replace("-", "−"),
-                "–" if parameter.words in fit.idle else f"±{_uncertain(scale * std)}",
+                "–" if parameter.text in fit.idle else f"±{_uncertain(scale * std)}",
             )
         )
     header = ("Parameter", "nominal", "identified", "std. error")
