@@ -34,7 +34,7 @@ from workbench.session.export import calibrated_toml, calibrated_urdf
 MICRON, TURN = 1e-6, np.deg2rad(1e-4)
 MINUTES = {"ur5", "wam", "panda_3"}
 """Real sets whose diagnosis takes long."""
-MOST_ROWS = 1500
+MAX_ROWS = 1500
 """Rows of a real set that are taken, evenly spread."""
 
 
@@ -83,7 +83,7 @@ def real(name: str, shared: Path, folder: Path) -> Measured:
     """A real set, thinned where it is large."""
     place, robot = SETS[name]
     head, *lines = (shared / place / "measurements.csv").read_text().splitlines()
-    kept = np.unique(np.linspace(0, len(lines) - 1, min(len(lines), MOST_ROWS)).astype(int))
+    kept = np.unique(np.linspace(0, len(lines) - 1, min(len(lines), MAX_ROWS)).astype(int))
     (folder / "rows.csv").write_text("\n".join([head, *(lines[k] for k in kept)]) + "\n")
     return Measured(robot, folder / "rows.csv")
 

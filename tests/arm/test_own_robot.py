@@ -73,7 +73,7 @@ def test_signs_offsets_units_and_convention_are_found(name, seed):
     found = find_convention(table_readings(table), typed_readings(numbers, [False] * arm.dof))
     assert right(found, arm, signs, offsets)
     wanted = "modified DH (Craig)" if arm.convention.startswith("craig") else "standard DH"
-    assert found.text[0] == wanted
+    assert found.assumptions[0] == wanted
     assert found.position < 1e-3
 
 
@@ -113,7 +113,7 @@ def test_makers_angles_are_read(axes, says):
     angles = Rotation.from_matrix(poses[:, :3, :3]).as_euler(axes.upper(), degrees=True)
     numbers = np.column_stack([np.rad2deg(q), 1e3 * poses[:, :3, 3], angles])
     found = find_convention([TableReading(arm)], typed_readings(numbers, [False] * 6))
-    assert says in found.text[-1]
+    assert says in found.assumptions[-1]
     assert found.position < 1e-6
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.base.errors import DataError, OptionError
-from workbench.plate.poses.iso_cube import LEAST_MOVE, _cubes, iso_cube_poses, largest_cube, plane_points
+from workbench.plate.poses.iso_cube import MIN_MOVE, _cubes, iso_cube_poses, largest_cube, plane_points
 from workbench.plate.poses.sampling import in_base
 from workbench.plate.region import Region
 
@@ -55,7 +55,7 @@ def test_the_poses_stand_on_the_planes_and_move_all_joints(katana, poses):
     assert on_planes(shares.round(6)).all()
     assert ((poses.q >= katana.limits[:, 0]) & (poses.q <= katana.limits[:, 1])).all()
     assert np.isclose(poses.least_move, np.abs(np.diff(poses.q, axis=0)).min())
-    assert poses.least_move >= LEAST_MOVE
+    assert poses.least_move >= MIN_MOVE
 
 
 def test_every_part_of_the_cube_is_reached(katana):

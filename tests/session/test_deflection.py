@@ -18,7 +18,7 @@ from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.identify import Identify
-from workbench.session.deflection import MOST_DRAWN, bend, bending_robot, drawable_bending
+from workbench.session.deflection import MAX_DRAWN, bend, bending_robot, drawable_bending
 from workbench.session.start import default_circle
 from workbench.session.state import Severity
 from workbench.views.appearance.bodies import body_frames
@@ -59,8 +59,8 @@ def test_a_bent_arm_is_drawn_as_far_off_as_a_tenth_of_its_reach_at_most(times, c
     drawn = drawable_bending(robot, Q, times)
     straight, bent = body_frames(robot, Q), body_frames(robot, Q, shift=drawn * bend(robot, Q).shift)
     off = np.linalg.norm((bent - straight)[:, :3, 3], axis=1).max()
-    assert 0.0 < off <= MOST_DRAWN * robot.reach
-    assert drawn == times if times == 1.0 else off > 0.5 * MOST_DRAWN * robot.reach
+    assert 0.0 < off <= MAX_DRAWN * robot.reach
+    assert drawn == times if times == 1.0 else off > 0.5 * MAX_DRAWN * robot.reach
 
 
 def test_only_effects_that_the_pose_drives_are_drawn(first):

@@ -24,7 +24,7 @@ from workbench.views.drawables.scene_contents import on_page
 from workbench.views.page.panels.figure import error_figure
 from workbench.views.page.panels.legend import stage_means
 from workbench.views.page.panels.result_card import numbers, result_card
-from workbench.views.page.render import LEAST_WIDTH
+from workbench.views.page.render import MIN_WIDTH
 from workbench.views.page.style import WIDEST
 
 
@@ -335,7 +335,7 @@ def test_a_bent_arm_says_how_much_its_bending_is_exaggerated(walked):
     assert re.fullmatch(r"bent × [\d.]+", label.text)
 
 
-@pytest.mark.parametrize(("fits", "across"), [(("opt2",), LEAST_WIDTH - 24), ((), WIDEST)])
+@pytest.mark.parametrize(("fits", "across"), [(("opt2",), MIN_WIDTH - 24), ((), WIDEST)])
 def test_words_of_the_error_plots_can_be_read(walked, fits, across):
     """In the narrowest panel the shown fit alone; all fits in the wide sheet, which scrolls."""
     drawing = error_figure(walked["identified"].identification, fits=fits)

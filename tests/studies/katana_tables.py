@@ -41,11 +41,11 @@ INFLUENCE_REASON = (
     "influence as a weight removes no error that the constants can't hold: here it leaves what the "
     "simultaneous way leaves, and least squares a little less"
 )
-LEAST_REASON = (
+MIN_REASON = (
     "among 118 errors of either sign one comes nearer to nothing: printed is what an error shows that keeps "
     "its sign at all poses, such as that of the reference corner"
 )
-GREATEST_REASON = (
+MAX_REASON = (
     "the greatest of 118 depends on single poses, which are not listed; Φ and Ψ swing where the last link "
     "stands nearly upright"
 )
@@ -76,10 +76,7 @@ def table_4_5(study: KatanaStudy) -> tuple[tuple[Finding, ...], tuple[Sheet, ...
     ours = study.measured[:, [BEFORE, CONVENTIONAL, FIRST]]
     findings = [
         _row(word, row, printed.TABLE_4_5[statistic, row], ours[:, :, statistic, row], reason)
-        for statistic, word, reason in (
-            (LEAST, "least", LEAST_REASON),
-            (GREATEST, "greatest", GREATEST_REASON),
-        )
+        for statistic, word, reason in ((LEAST, "least", MIN_REASON), (GREATEST, "greatest", MAX_REASON))
         for row in range(len(printed.COMPONENTS))
     ]
     for column, title in ((1, "conventional"), (2, "with tilting")):

@@ -57,7 +57,7 @@ def together(links: list[tuple[float, Vector3]]) -> tuple[float, Vector3]:
 
 ASSUMED = 1.0
 """Relative standard deviation of a mass that was assumed."""
-LEAST_LENGTH = 0.05
+MIN_LENGTH = 0.05
 """An assumed centre of mass is known to half its link's length, and to half of this at least [m]."""
 
 
@@ -89,7 +89,7 @@ def _assumed(robot: Robot, moving: int, entry: int, mass: float) -> Joint:
     ]
     tip = end[:3, 3] if moving + 1 < len(driven) else end[:3] @ [*robot.tool.xyz, 1.0]
     centre = se3.apply(se3.inverse(own), 0.5 * (start[:3, 3] + tip))
-    length = max(float(np.linalg.norm(tip - start[:3, 3])), LEAST_LENGTH)
+    length = max(float(np.linalg.norm(tip - start[:3, 3])), MIN_LENGTH)
     return replace(
         robot.joints[entry], mass=mass, com=frozen(centre), mass_tolerance=ASSUMED, com_tolerance=0.5 * length
     )

@@ -18,7 +18,7 @@ from workbench.arm.robot import Robot, UrdfSource
 from workbench.base.errors import FileError
 
 GREY = (200, 204, 210)
-MOST_FACES = 400_000
+MAX_FACES = 400_000
 """Heavier arms are drawn from their geometry instead."""
 MAX_MESH_BYTES = 100 * 2**20
 """A mesh file beyond this size is not read [bytes]."""
@@ -60,7 +60,7 @@ def link_meshes(robot: Robot) -> tuple[LinkMesh, ...]:
         pieces = tuple(_pieces(model, robot.urdf))
     except Exception:  # whatever a mesh file has wrong: the arm can be drawn without it
         return ()
-    return pieces if 0 < sum(len(p.faces) for p in pieces) <= MOST_FACES else ()
+    return pieces if 0 < sum(len(p.faces) for p in pieces) <= MAX_FACES else ()
 
 
 def find_mesh(name: str, urdf: Path) -> str:
@@ -84,8 +84,8 @@ def find_mesh(name: str, urdf: Path) -> str:
                 raise FileError(
                     f"is larger than {MAX_MESH_BYTES // 2**20} MiB; give a coarser mesh", path=str(path)
                 )
-            if _faces(path, size) > MOST_FACES:
-                raise FileError(f"has more than {MOST_FACES} triangles; give a coarser mesh", path=str(path))
+            if _faces(path, size) > MAX_FACES:
+                raise FileError(f"has more than {MAX_FACES} triangles; give a coarser mesh", path=str(path))
             return str(path)
     raise FileError("there is no such mesh in the robot's folders; put it there", path=name)
 

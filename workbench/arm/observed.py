@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-MOST_POSITION, MOST_ROTATION = 2e-3, float(np.deg2rad(0.3))
+MAX_POSITION, MAX_ROTATION = 2e-3, float(np.deg2rad(0.3))
 """Standard errors of the tool from which on a nominal arm is as good [m], [rad]."""
 POSES = 120
 """Measured joint positions that a calibration keeps."""
@@ -50,12 +50,12 @@ class Observed:
     @property
     def sees_position(self) -> bool:
         """Whether positions of the tool are better known than the nominal arm has them."""
-        return self.position == 3 and self.tool.position < MOST_POSITION
+        return self.position == 3 and self.tool.position < MAX_POSITION
 
     @property
     def sees_rotation(self) -> bool:
         """Whether its orientations are."""
-        return self.rotation == 3 and self.tool.rotation < MOST_ROTATION
+        return self.rotation == 3 and self.tool.rotation < MAX_ROTATION
 
     @property
     def missing(self) -> str:

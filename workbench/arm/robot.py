@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from workbench.arm.motion import Motion
 
-MOST_JOINTS = 50
+MAX_JOINTS = 50
 """Joints that move beyond this number are refused: what is computed from them would never end."""
 
 
@@ -91,8 +91,8 @@ class Robot:
             raise RobotError(f"the robot's name {self.name!a} has control characters; remove them")
         if not any(e.joint is not None for e in self.elements):
             raise RobotError(f"robot '{self.name}' has no joint that moves; give at least one")
-        if self.dof > MOST_JOINTS:
-            raise RobotError(f"'{self.name}' has {self.dof} joints that move; at most {MOST_JOINTS} may move")
+        if self.dof > MAX_JOINTS:
+            raise RobotError(f"'{self.name}' has {self.dof} joints that move; at most {MAX_JOINTS} may move")
         names = Counter(e.name for e in self.elements)
         if len(names) != len(self.elements):
             double = next(name for name, count in names.items() if count > 1)

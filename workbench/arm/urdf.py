@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     import yourdfpy
 
 KINDS = {kind.value: kind for kind in JointKind} | {"continuous": JointKind.REVOLUTE}
-LARGEST_FILE, MOST_PARTS = 16 * 2**20, 1000
+LARGEST_FILE, MAX_PARTS = 16 * 2**20, 1000
 """Bytes, links and joints of a file that are read at most."""
 BASE_LINK, TOOL_LINK = "measuring_frame", "calibrated_tool"
 """Links that a written file has before and behind the arm; the tool's is then the chain's end."""
@@ -125,8 +125,8 @@ def _parse(path: Path) -> "yourdfpy.URDF":
         raise FileError("has no joints; give a URDF that describes an arm", path=str(path))
     for kind in ("joint", "link"):
         names = Counter(str(node.get("name")) for node in root.findall(kind))
-        if names.total() > MOST_PARTS:
-            raise FileError(f"has {names.total()} {kind}s; give at most {MOST_PARTS}", path=str(path))
+        if names.total() > MAX_PARTS:
+            raise FileError(f"has {names.total()} {kind}s; give at most {MAX_PARTS}", path=str(path))
         if double := next((name for name, count in names.items() if count > 1), None):
             raise FileError(f"has two {kind}s called '{double}'; rename one", path=str(path))
     for joint in root.findall("joint"):

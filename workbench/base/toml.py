@@ -17,7 +17,7 @@ from workbench.base.types import frozen
 
 LARGEST_FILE = 16 * 2**20
 """Files beyond this size are refused [bytes]."""
-MOST_TABLES = 1000
+MAX_TABLES = 1000
 """More tables of one name than this are refused: computing with them would take forever."""
 MAX_NUMBER = 1e100
 """Numbers beyond this overflow when they are squared."""
@@ -82,8 +82,8 @@ class AbstractTableReader(ABC):
         value = data.get(key, [])
         if not isinstance(value, list):
             raise self.fail(f"{key} must be given as [[{key}]] tables, with two brackets, not as {value!r}")
-        if len(value) > MOST_TABLES:
-            raise self.fail(f"has {len(value)} [[{key}]] tables; give at most {MOST_TABLES}")
+        if len(value) > MAX_TABLES:
+            raise self.fail(f"has {len(value)} [[{key}]] tables; give at most {MAX_TABLES}")
         return [self.table(entry, f"[[{key}]] {i + 1}") for i, entry in enumerate(value)]
 
     def keys(self, table: Any, known: set[str], what: str) -> None:

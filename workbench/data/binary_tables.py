@@ -19,9 +19,9 @@ from workbench.base.bounded_process import MEBIBYTE, ChildError, in_child
 from workbench.base.errors import FileError, MissingExtraError
 from workbench.data.matlab_elements import check_matlab
 
-MOST_ROWS, MOST_COLUMNS = 2**20, 1000
+MAX_ROWS, MAX_COLUMNS = 2**20, 1000
 """Rows are what a sheet can hold at most; no arm has so many columns."""
-RATIO, AT_LEAST, AT_MOST = 60, 4 * MEBIBYTE, 512 * MEBIBYTE
+RATIO, MIN_BYTES, MAX_BYTES = 60, 4 * MEBIBYTE, 512 * MEBIBYTE
 """How large a workbook may unpack: so many times its size, but not less and not more [bytes]."""
 
 BASE_MEMORY = 300 * MEBIBYTE
@@ -34,7 +34,7 @@ Cells = tuple[list[list[str]], list[int]]
 def read_workbook(data: bytes, path: Path) -> dict[str, Cells]:
     """Cells of each sheet by its name."""
     what, instead = "this workbook", "save it again as .xlsx, or as CSV"
-    most = min(max(AT_LEAST, RATIO * len(data)), AT_MOST)
+    most = min(max(MIN_BYTES, RATIO * len(data)), MAX_BYTES)
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             unpacked = sum(entry.file_size for entry in archive.infolist())
@@ -100,11 +100,11 @@ def _sheet_cells(sheet) -> Cells:
     sheet.reset_dimensions()  # some writers store a wrong size
     rows: list[list[str]] = []
     lines: list[int] = []
-    for number, row in enumerate(sheet.iter_rows(values_only=True, max_row=MOST_ROWS + 1), start=1):
-        if number > MOST_ROWS:
-            raise ChildError(f"sheet '{sheet.title[:40]}' has more than {MOST_ROWS} rows")
-        if len(row) > MOST_COLUMNS:
-            raise ChildError(f"row {number} reaches beyond column {MOST_COLUMNS}")
+    for number, row in enumerate(sheet.iter_rows(values_only=True, max_row=MAX_ROWS + 1), start=1):
+        if number > MAX_ROWS:
+            raise ChildError(f"sheet '{sheet.title[:40]}' has more than {MAX_ROWS} rows")
+        if len(row) > MAX_COLUMNS:
+            raise ChildError(f"row {number} reaches beyond column {MAX_COLUMNS}")
         cells = [text_of(value) for value in row]
         if any(cells) and not next(cell for cell in cells if cell).startswith("#"):
             rows.append(cells)
@@ -117,7 +117,7 @@ def parquet_columns(data: bytes) -> tuple[list[str], list[list[str]]]:
     from pyarrow.parquet import ParquetFile
 
     file = ParquetFile(io.BytesIO(data))
-    if file.metadata.num_rows > MOST_ROWS * 10 or file.metadata.num_columns > MOST_COLUMNS:
+    if file.metadata.num_rows > MAX_ROWS * 10 or file.metadata.num_columns > MAX_COLUMNS:
         raise ChildError(f"it has {file.metadata.num_rows} rows and {file.metadata.num_columns} columns")
     table = file.read(use_threads=False)
     return list(table.column_names), [[text_of(v) for v in column.to_pylist()] for column in table.columns]

@@ -99,7 +99,7 @@ PART_OF_REST, PART_OF_NOISE = 0.1, 1.0 / 3.0
 """Parts of what is left, and of the noise, that a cause must explain at least."""
 CERTAIN, PROBABLE = 1000.0, 20.0
 """Odds from which on a cause is called so; below, it can't be told from its rival."""
-MOST_ODDS = 1e12
+MAX_ODDS = 1e12
 """Odds beyond this say nothing more."""
 MARGINAL = 100.0
 """Greatest odds where what a cause explains, less one standard error, is too little to be called one …"""
@@ -364,7 +364,7 @@ def _against_rivals(
     leads = [place.own - best_of(found) for place, found in zip(parts, others, strict=True)]
     lead = whole.own - best
     leads = leads or [lead]
-    stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MOST_ODDS))).tolist()
+    stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MAX_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
     survive = partial(survival, searched, group, rivals, including, least=float(np.log(PROBABLE)))

@@ -23,7 +23,7 @@ from workbench.diagnosis.timeline import Timeline
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
 
-FEWEST = 3
+MIN_SIDE = 3
 """Rows on either side of a step."""
 RARE = 20
 """How much rarer an event is beforehand than an effect of the arm."""
@@ -67,7 +67,7 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
     if grams.history is None or not kinds:
         return []
     search = _Search.of(grams, model)
-    steps = np.flatnonzero((line.before >= FEWEST) & (line.before <= len(line.row) - FEWEST))
+    steps = np.flatnonzero((line.before >= MIN_SIDE) & (line.before <= len(line.row) - MIN_SIDE))
     span, begin = float(np.ptp(line.clock)), float(line.clock.min())
     weights = np.exp(-(line.middle - begin) / (PACES[:, None] * span)) if span > 0.0 else np.zeros((0, 1))
     found = []

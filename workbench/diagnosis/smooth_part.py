@@ -11,14 +11,14 @@ from workbench.identification.problem import Problem
 
 EVIDENT = 3.0
 """Standard errors by which neighbours must agree to be called alike."""
-FEWEST = 20
+MIN_ROWS = 20
 """Rows below which nothing is smooth."""
 
 
 def smooth_part(problem: Problem, x: np.ndarray) -> float:
     """Standard deviation of a whitened component's smooth part at x; 0 where it may be chance."""
     data = problem.data
-    if len(data) < FEWEST:
+    if len(data) < MIN_ROWS:
         return 0.0
     rows = np.zeros((len(data), max(b.inverse_sigma.shape[1] for b in problem.blocks)))
     residual = problem.residual(x)

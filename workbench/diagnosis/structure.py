@@ -33,15 +33,15 @@ APART = (1, 3, 8, 20)
 NEAREST = (1, 4)
 """How many neighbours of a posture, or a place, it is compared with."""
 PERMUTATIONS = 120
-FEWEST = 20
+MIN_ROWS = 20
 """Rows below which nothing is looked for."""
 SPARE = 10.0
 """Measured numbers beyond the unknowns below which nothing is looked for."""
-MOST = 2000
+MAX_ROWS = 2000
 """Rows that are looked at, evenly spread over those that were measured."""
 STEADY = 0.01
 """Part of the greatest load within which a joint's load counts as the same in all rows."""
-LEAST_SKEW = 0.2
+MIN_SKEW = 0.2
 """Skewness that is assumed at least."""
 PARTS, STEP = 10, 0.6
 """Parts of the order, and the share of their means' squares that makes a step."""
@@ -112,7 +112,7 @@ class Structure:
 
 def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
     """Look along every axis that the rows have."""
-    if fit.spare < SPARE or len(fit.problem.data) < FEWEST:
+    if fit.spare < SPARE or len(fit.problem.data) < MIN_ROWS:
         return Structure()
     left = _Left(fit)
     nulls: dict[str, np.ndarray] = {}
@@ -149,7 +149,7 @@ class _Left:
         problem, data = fit.problem, fit.problem.data
         clock, is_timed = clock_of(data)
         order = np.argsort(clock, kind="stable")
-        self._rows = rows = order[:: max(1, -(-len(data) // MOST))]
+        self._rows = rows = order[:: max(1, -(-len(data) // MAX_ROWS))]
         self.data, self.row = data.take(rows), np.asarray(data.row)[rows]
         self.arm = fit.calibrated
         self.motion = Motion.of(self.data)
@@ -256,7 +256,7 @@ def _directions(left: _Left) -> Iterator[Axis]:
         return
     for j in range(left.data.joints):
         sign, view = np.nan_to_num(left.data.direction[:, j]), f"joint {j + 1}"
-        if view in left.views and (sign > 0).sum() >= FEWEST / 4 <= (sign < 0).sum():
+        if view in left.views and (sign > 0).sum() >= MIN_ROWS / 4 <= (sign < 0).sum():
             error = left.views[view][:, 0]
             error = error - error.mean()
             z = abs(float(sign @ error)) / np.sqrt(max(float((sign * error) @ (sign * error)), 1e-300))
@@ -305,7 +305,7 @@ def _chance(found: Float[np.ndarray, " m"], mixed: Float[np.ndarray, "p m"]) -> 
     By gamma distributions with their mean, variance and skewness: quadratic forms have a long tail.
     """
     mean, std = mixed.mean(0), np.maximum(mixed.std(0), 1e-300)
-    skew = np.maximum((((mixed - mean) / std) ** 3).mean(0), LEAST_SKEW)
+    skew = np.maximum((((mixed - mean) / std) ** 3).mean(0), MIN_SKEW)
     shape = 4.0 / skew**2
     place = np.maximum(shape + np.sqrt(shape) * (found - mean) / std, 0.0)
     return float(min(1.0, special.gammaincc(shape, place).min() * len(found)))

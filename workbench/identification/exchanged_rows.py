@@ -10,7 +10,7 @@ from workbench.data.dataset import Dataset
 from workbench.identification.fit import Fit
 from workbench.identification.outlying_rows import limits, row_sizes
 
-MOST = 30
+MAX_SET_APART = 30
 """Rows set apart beyond which nobody exchanged two of them."""
 SEEN = ("position", "rotation", "markers", "distance")
 """What an instrument saw."""
@@ -24,7 +24,7 @@ def exchanged_rows(fit: Fit, data: Dataset, apart: Int[np.ndarray, " k"]) -> lis
         data: All rows.
         apart: Rows that were set apart, indices into data.
     """
-    if not 2 <= len(apart) <= MOST:
+    if not 2 <= len(apart) <= MAX_SET_APART:
         return []
     pairs = list(permutations(range(len(apart)), 2))
     here, there = (data.take(apart[[pair[k] for pair in pairs]]) for k in (0, 1))

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.arm.observed import MOST_POSITION, MOST_ROTATION
+from workbench.arm.observed import MAX_POSITION, MAX_ROTATION
 from workbench.arm.robot import Robot
 from workbench.arm.usable import unobserved_words, usable_arm
 from workbench.base.wording import in_mm
@@ -56,7 +56,7 @@ def file_words(found: Identification, run: Run) -> str:
     seen = arm.calibration
     if seen is not None and (at := seen.observed) is not None:
         known = f"flange known to {in_mm(at.flange.position)} and {np.rad2deg(at.flange.rotation):.2g}°"
-        if at.flange.position > MOST_POSITION or at.flange.rotation > MOST_ROTATION:
+        if at.flange.position > MAX_POSITION or at.flange.rotation > MAX_ROTATION:
             known = "the flange was not observed apart from the tool"
         words += unobserved_words(arm, _files(arm)) or [known]
     return "; ".join(filter(None, words))

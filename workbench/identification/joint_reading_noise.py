@@ -35,7 +35,7 @@ FREEDOM = 5.0
 """Degrees of freedom ν of the law of residuals."""
 MARGIN = 3.0
 """Log likelihood by which noise of joint readings must be better, beyond what its variances are charged."""
-MOST_ROWS = 2000
+MAX_ROWS = 2000
 """Rows from which the variances are told, evenly spread; more would hardly change them."""
 MIN_VARIANCE_SHARE = 1e-4
 """Least variance of a channel, as part of what is left, where rows state none …"""
@@ -183,8 +183,8 @@ def _is_smooth(tables: Sequence[_Table], variances: np.ndarray, joint: int) -> b
 
 
 def _tables(problem: Problem, residual: np.ndarray) -> list[_Table]:
-    """The rows, at most `MOST_ROWS` of them, by their components."""
-    every = slice(None, None, max(1, -(-len(problem.data) // MOST_ROWS)))
+    """The rows, at most `MAX_ROWS` of them, by their components."""
+    every = slice(None, None, max(1, -(-len(problem.data) // MAX_ROWS)))
     alike: dict[tuple[Channel, ...], list[_Table]] = {}
     for block in problem.blocks:
         if Channel.TILT in block.observation.channels:

@@ -26,7 +26,7 @@ ALONE = 2.0
 """… and so many times less than any other explanation."""
 NO_GAIN = 1.2
 """Joints whose sign is not seen improve nothing by this."""
-REFINED, MOST = 6, 3
+REFINED, MAX_LIKELY = 6, 3
 """Readings that are looked at closely, and that are named where they explain the rows alike."""
 LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "inch": 0.0254}
 
@@ -70,7 +70,7 @@ def explained(robot: Robot, seen: Dataset, error: float, *, most: float) -> Corr
     found = sorted((r for r in close if r.error < most and r.cost < error / BETTER), key=lambda r: r.cost)
     alike = [r for r in found if r.cost < ALONE * found[0].cost]
     likely = [r for r in alike if not any(_is_part(other, r) for other in alike)]
-    if not 0 < len(likely) <= MOST:
+    if not 0 < len(likely) <= MAX_LIKELY:
         return None
     return replace(likely[0], text=", or ".join(r.text for r in likely))
 

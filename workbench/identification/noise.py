@@ -34,7 +34,7 @@ ENOUGH_SPARE = 10.0
 """Degrees of freedom below which noise of joint readings is not separated from that of the instrument."""
 HEAVY = 1e9
 """Products of a Jacobian's columns from which on its factorisation takes long."""
-LEAST_PART = 1e-3
+MIN_PART = 1e-3
 """Part of what is left below which s counts as 0 where all rows state their own."""
 ROUNDING_NOISE = Noise(1e-8, 1e-8)
 """Below this a fit leaves only rounding, and the stated values are kept."""
@@ -154,7 +154,7 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
         return float((np.log(variance) + (FREEDOM + 1.0) * tails).sum())
 
     largest = max(float(square.mean()), 1e-300)
-    tried = 0.5 * np.log(largest) + np.linspace(np.log(LEAST_PART), np.log(2.0), 40)
+    tried = 0.5 * np.log(largest) + np.linspace(np.log(MIN_PART), np.log(2.0), 40)
     costs = [cost(t) for t in tried]
     best = int(np.argmin(costs))
     if best == 0 and (own > 0.0).all():

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.motion import Motion
-from workbench.arm.observed import MOST_POSITION, Expected, Observed, some_of
+from workbench.arm.observed import MAX_POSITION, Expected, Observed, some_of
 from workbench.base import se3
 from workbench.base.types import Matrix3, frozen
 
@@ -49,7 +49,7 @@ def idle_constants(fit: "Fit") -> frozenset[str]:
     poses, twists, places = fit_twists(fit, motion)
     along = fit.covariance[np.ix_(places, wanted)] / fit.std[wanted]
     position, rotation = _sizes(poses, twists @ along)
-    still = np.maximum(position, LEVER * rotation) < IDLE * MOST_POSITION
+    still = np.maximum(position, LEVER * rotation) < IDLE * MAX_POSITION
     return frozenset(fit.parameters[k].text for k, idle in zip(wanted, still, strict=True) if idle)
 
 

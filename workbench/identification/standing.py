@@ -26,7 +26,7 @@ CLEAR = 4.0
 """Standard errors from which on a difference is mentioned."""
 FREE = 0.5
 """Standard deviation of an arm that stands otherwise than its file says [rad]."""
-MOST_ODDS = 1e12
+MAX_ODDS = 1e12
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +65,7 @@ class Standing:
     def odds(self) -> float:
         """That the file is wrong, as in the module."""
         wide, narrow = (self._log_density(width) for width in (FREE, self.tolerance))
-        return float(np.exp(np.clip(wide - narrow, 0.0, np.log(MOST_ODDS))))
+        return float(np.exp(np.clip(wide - narrow, 0.0, np.log(MAX_ODDS))))
 
     def _log_density(self, width: float) -> float:
         """Of the angles, if an arm stands by so much off its file as a rule; up to a constant."""

@@ -28,7 +28,7 @@ from workbench.base.types import frozen
 from workbench.paths.path import Commanded, Times, named, refuse_beyond, refuse_fast, refuse_singular
 from workbench.report.result_display import AbstractShown
 
-GREATEST = 0.35
+MAX_CORRECTION = 0.35
 """Correction of a joint beyond which no calibration is at work but a singularity [rad or m]."""
 ACCEPTED_ERROR = 1e-6
 """Error that an iterated correction may leave without being said [m]."""
@@ -186,7 +186,7 @@ def _refuse_stopped(robot: Robot, new: np.ndarray, after: Refined, time: Times) 
 def _refuse_large(change: np.ndarray, time: Times) -> None:
     """Refuse corrections that no calibration can mean."""
     size = np.abs(change)
-    if (size > GREATEST).any():
+    if (size > MAX_CORRECTION).any():
         row, joint = divmod(int(np.argmax(size)), size.shape[1])
         raise DataError(
             f"{named(row, time)}: the correction turns joint {joint + 1} by {size[row, joint]:.2f} "

@@ -41,7 +41,7 @@ SPINS = np.deg2rad([0.0, 90.0, 180.0, 270.0])
 """Turns about the tool's z axis that are tried where the arm holds it too [rad]."""
 STILL = 1e-3
 """Angle from the direction wanted that counts as none [deg]."""
-LEAST_ROWS = 8
+MIN_ROWS = 8
 """Rows below which a curve is no trajectory."""
 
 
@@ -95,9 +95,9 @@ def plan(
         OptionError: no time, too few rows, an axis of no length.
         DataError: a point out of reach, at a limit or a singularity, or too fast; names time, row and joint.
     """
-    if not (duration > 0.0 and np.isfinite(duration)) or rows < LEAST_ROWS:
+    if not (duration > 0.0 and np.isfinite(duration)) or rows < MIN_ROWS:
         raise OptionError(
-            f"duration must be above 0 s and rows at least {LEAST_ROWS}, got {duration:g} s and {rows}"
+            f"duration must be above 0 s and rows at least {MIN_ROWS}, got {duration:g} s and {rows}"
         )
     time = np.linspace(0.0, duration, rows)
     wanted = _above(curve) if axis is None else _unit(axis)

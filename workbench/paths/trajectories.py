@@ -28,7 +28,7 @@ from workbench.paths.path import Commanded, command_joints, command_poses
 from workbench.paths.planning import Planned, derivatives
 from workbench.plate.door import door
 
-LEAST_MOVING = 6
+MIN_MOVING = 6
 """Rows from which velocities and accelerations can be told."""
 
 
@@ -106,9 +106,9 @@ def _commanded(
 
 def _in_motion(state: Motion, source: str) -> Motion:
     """The state with velocities and accelerations."""
-    if state.time is None or len(state) < LEAST_MOVING:
+    if state.time is None or len(state) < MIN_MOVING:
         raise OptionError(
-            f"{source}: a path in motion needs its time (time[s]) and {LEAST_MOVING} rows or more"
+            f"{source}: a path in motion needs its time (time[s]) and {MIN_MOVING} rows or more"
         )
     velocity, acceleration = derivatives(state.time, state.q, at_rest=False)
     return replace(state, velocity=velocity, acceleration=acceleration)

@@ -18,7 +18,7 @@ from workbench.plate.plate import Plate, Target
 from workbench.plate.region import Region
 
 Places = Float[np.ndarray, "number 2"]
-MOST_TARGETS = 200
+MAX_TARGETS = 200
 """More targets than this are refused."""
 CIRCLE, TARGETS = "Circle", 10
 """Name and number of targets of the default plate."""
@@ -80,8 +80,8 @@ def pattern(
     """
     if name not in PATTERNS:
         raise OptionError(f"there is no pattern '{name}'; known are {', '.join(PATTERNS)}")
-    if not 1 <= number <= MOST_TARGETS:
-        raise OptionError(f"a pattern has 1 to {MOST_TARGETS} targets, got {number}")
+    if not 1 <= number <= MAX_TARGETS:
+        raise OptionError(f"a pattern has 1 to {MAX_TARGETS} targets, got {number}")
     if not (np.isfinite(radius) and radius > 0 and tilts):
         raise OptionError(f"the half width of a pattern must be positive, got {radius:g} m")
     places = np.column_stack([radius * PATTERNS[name](number), np.zeros(number)]) + centre

@@ -130,7 +130,7 @@ def _weight(twists: Float[np.ndarray, "rows 6 p"], scales: ArrayLike) -> Float[n
     return moves.T @ moves / len(twists)
 
 
-LEAST_LEFT = 1e-9
+MIN_LEFT = 1e-9
 """Share of information left without a measurement below which nothing is left."""
 
 
@@ -161,7 +161,7 @@ def _rise(rows: np.ndarray, covariance: np.ndarray, weight: np.ndarray) -> float
     gain = covariance @ rows.T
     left = np.eye(len(rows)) - rows @ gain
     values, vectors = np.linalg.eigh(left)
-    if values[0] < LEAST_LEFT:
+    if values[0] < MIN_LEFT:
         return np.inf
     turned = gain @ vectors
     return float(((turned * (weight @ turned)).sum(0) / values).sum())

@@ -37,7 +37,7 @@ def decimals_of(std: float, *, digits: int = 2, most: int = 6) -> int:
     return int(np.clip(digits - 1 - np.floor(np.log10(std)), 0, most))
 
 
-MOST_DIGITS = 5
+MAX_DIGITS = 5
 """Digits of a value that people are shown at most, however small its standard error."""
 
 
@@ -49,7 +49,7 @@ def with_error(value: float, std: float) -> str:
     if not np.isfinite(std) or std <= 0.0:
         return f"{value:.3g}".replace("-", "−")
     decimals = decimals_of(std, most=12)
-    finest = int(MOST_DIGITS - 1 - np.floor(np.log10(abs(value)))) if value else decimals
+    finest = int(MAX_DIGITS - 1 - np.floor(np.log10(abs(value)))) if value else decimals
     if decimals > finest + 1:
         finest = max(finest, 0)
         return f"{signed(value, finest)} ± < {10.0**-finest:.{finest}f}"

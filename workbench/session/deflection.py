@@ -15,7 +15,7 @@ from workbench.arm.statics.wrenches import own_axis
 from workbench.base.errors import WorkbenchError
 from workbench.session.state import Session
 
-MOST_DRAWN = 0.1
+MAX_DRAWN = 0.1
 """Maximum displacement at which a deflected arm is drawn, as a multiple of its reach."""
 HALVINGS = 40
 
@@ -64,7 +64,7 @@ def drawable_bending(robot: Robot, q: Float[np.ndarray, " n"], times: float) -> 
     The displacement grows nearly in proportion to the factor; where it doesn't, halving goes on from there.
     """
     straight, shift = body_frames(robot, q[None])[0, :, :3, 3], bend(robot, q).shift
-    most = MOST_DRAWN * robot.reach
+    most = MAX_DRAWN * robot.reach
     for _ in range(HALVINGS):
         moved = body_frames(robot, q[None], shift=times * shift)[0, :, :3, 3] - straight
         off = float(np.linalg.norm(moved, axis=1).max())

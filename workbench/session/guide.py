@@ -18,7 +18,7 @@ from workbench.identification.row_errors import RowErrors
 from workbench.report.numbers import significant
 from workbench.session.command import AbstractCommand, kinds
 from workbench.session.commands.arm import ChooseRobot
-from workbench.session.commands.diagnose import LEAST_ROWS, AddEffects, Diagnose, TakeNextPoses
+from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import StoreRow, UseRows
@@ -315,9 +315,9 @@ def _identified(session: Session, found: Identification) -> GuideStep:
     if times <= BEYOND_NOISE:
         words = f"{stages_in_words(session)} mm: the remaining error is instrument noise."
         return GuideStep(words, Tone.GOOD, TAKE, COMPARE)
-    if rows < LEAST_ROWS:
+    if rows < MIN_ROWS:
         words = f"{significant(left)} mm left. {rows} rows are too few to look for a cause; "
-        words += f"it takes {LEAST_ROWS}."
+        words += f"it takes {MIN_ROWS}."
         return GuideStep(words, Tone.CAREFUL, MORE, COMPARE)
     if np.isnan(times):
         words = f"{significant(left)} mm left. Noise, or something that is not geometry?"

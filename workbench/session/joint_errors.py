@@ -20,11 +20,11 @@ from workbench.diagnosis.result import Diagnosis
 from workbench.session.comparison import into_base
 from workbench.session.state import Session
 
-LEAST_LEVER = 0.005
+MIN_LEVER = 0.005
 """Motion of the tool [m/rad] below which a row tells nothing along a joint."""
-MOST_ROWS = 300
+MAX_ROWS = 300
 """Rows at which laws are worked out; of more, evenly chosen ones."""
-MOST_CANDIDATES = 6
+MAX_CANDIDATES = 6
 """Candidates, besides what was accepted, whose laws can be laid over the rows."""
 NO_LAW = "none"
 
@@ -41,7 +41,7 @@ def along_joints(
     """
     directions = robot.base.pose[:3, :3].T @ geometric_jacobian(robot, q)[:, :3]
     length = np.linalg.norm(directions, axis=1, keepdims=True)
-    unit = np.divide(directions, length, out=np.full_like(directions, np.nan), where=length > LEAST_LEVER)
+    unit = np.divide(directions, length, out=np.full_like(directions, np.nan), where=length > MIN_LEVER)
     return np.einsum("rxn,rkx->rnk", unit, vectors)
 
 
@@ -60,7 +60,7 @@ def candidates(found: Diagnosis) -> tuple[AbstractEffect, ...]:
     accepted = [a.effect for a in found.effects]
     labels = {effect.label for effect in accepted}
     tried = [r.effect for r in found.ranking if r.effect.label not in labels]
-    return (*accepted, *tried[:MOST_CANDIDATES])
+    return (*accepted, *tried[:MAX_CANDIDATES])
 
 
 @lru_cache(maxsize=4)
@@ -74,7 +74,7 @@ def law_along_joints(
     """
     effect = next((e for e in candidates(found) if e.label == label), None)
     data = found.after_fit.problem.data
-    rows = np.unique(np.linspace(0, len(data) - 1, min(len(data), MOST_ROWS)).round().astype(int))
+    rows = np.unique(np.linspace(0, len(data) - 1, min(len(data), MAX_ROWS)).round().astype(int))
     data = data.take(rows)
     if effect is None or data.position is None:
         return None

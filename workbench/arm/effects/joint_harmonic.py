@@ -20,7 +20,7 @@ HIGHEST_ORDER = 64
 """Orders beyond this are not looked for."""
 ROWS_PER_ORDER = 6
 """Rows that a single order asks for; one of a band asks for twice as many."""
-LEAST_BAND = 16
+MIN_BAND = 16
 """Lowest order up to which a band must reach."""
 HALF_TURN = np.pi
 """A band asks for a joint that went through this [rad]: on less, a spline is the same."""
@@ -135,7 +135,7 @@ class JointHarmonic(AbstractEffect):
                 yield Candidate(cls((joint,), order=order))
             band = min(highest, len(motion) // (2 * ROWS_PER_ORDER))
             low, high = float(motion.q[:, joint].min()), float(motion.q[:, joint].max())
-            if band >= LEAST_BAND and high - low > HALF_TURN:
+            if band >= MIN_BAND and high - low > HALF_TURN:
                 known = () if high - low >= FULL_TURN else (low, high)
                 effect = cls((joint,), order=tuple(range(1, band + 1)), range=known)
                 orders = np.repeat(np.array(effect.orders), 2)

@@ -18,9 +18,9 @@ from workbench.arm.effects.joint_harmonic import places
 from workbench.arm.effects.valid_range import Learned, range_problem
 
 TURN = 2.0 * np.pi
-MOST_KNOTS = 40
+MAX_KNOTS = 40
 """Most knots that a diagnosis tries."""
-FEWEST_KNOTS = 5
+MIN_KNOTS = 5
 """Fewest knots that it tries."""
 ROWS_PER_KNOT = 4
 """Rows that it asks for each knot, whose height is shrunk."""
@@ -94,8 +94,8 @@ class LocalJointError(AbstractEffect):
         """Splines of several widths over the positions that occur."""
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
-            count = min(MOST_KNOTS, len(motion) // ROWS_PER_KNOT, places(q))
-            if count < FEWEST_KNOTS:
+            count = min(MAX_KNOTS, len(motion) // ROWS_PER_KNOT, places(q))
+            if count < MIN_KNOTS:
                 continue
             low, high = float(q.min()), float(q.max())
             effect = cls((joint,), knots=tuple(np.linspace(low, high, count).tolist()), range=(low, high))

@@ -12,7 +12,7 @@ from workbench.arm.inverse.damped_newton import Task
 from workbench.base.errors import OptionError
 from workbench.base.types import frozen
 
-MOST_TURNS = 4096
+MAX_TURNS = 4096
 """Alternatives that `Branch.turns` lists at most."""
 TURN = 2.0 * np.pi
 LIMIT_SLACK = 1e-9
@@ -58,7 +58,7 @@ class Branch:
                 choices.append(
                     sorted(value + TURN * np.arange(least, most + 1), key=lambda v: abs(v - value))
                 )
-        while np.prod([float(len(c)) for c in choices]) > MOST_TURNS:
+        while np.prod([float(len(c)) for c in choices]) > MAX_TURNS:
             longest = max(choices, key=len)
             longest.pop()
         rows = np.array(list(product(*choices)), float).reshape(-1, len(self.q))

@@ -40,7 +40,7 @@ ROTATION_TOLERANCE = 1e-9
 """A solution is turned away from its target by less than this [rad]."""
 WEIGHT = 0.25
 """Default w, as a share of the arm's length [1/rad]."""
-LEAST_DAMPING = 1e-11
+MIN_DAMPING = 1e-11
 """Share of the mean square column: less lets rounding choose the place on a redundant arm's self-motion."""
 
 
@@ -244,7 +244,7 @@ def _refine_many(constants, slides, targets, target_of, task, weight, limits, it
             for k in range(n):
                 size += h[k, k] / n
                 held[k] = (x[k] <= limits[k, 0] and g[k] < 0.0) or (x[k] >= limits[k, 1] and g[k] > 0.0)
-            relative = max(min(relative, cost / size), LEAST_DAMPING)
+            relative = max(min(relative, cost / size), MIN_DAMPING)
             better = False
             for _ in range(14):
                 if not _solve_damped(h, g, relative * size, held, low, step):

@@ -26,7 +26,7 @@ from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
 from workbench.base.wording import in_mm
 
-LEAST_POSES = 3
+MIN_POSES = 3
 WEIGHT = 0.25
 """Length at which an angle counts, as a share of the arm's."""
 NEAR = (0.005, float(np.deg2rad(0.5)))
@@ -124,10 +124,10 @@ def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) ->
     """
     readings = tuple(readings)
     for numbers in typed:
-        if len(numbers.q) < LEAST_POSES:
+        if len(numbers.q) < MIN_POSES:
             raise ShapeError(
-                f"at least {LEAST_POSES} poses are needed, got {len(numbers.q)}; move every joint between",
-                expected=LEAST_POSES,
+                f"at least {MIN_POSES} poses are needed, got {len(numbers.q)}; move every joint between",
+                expected=MIN_POSES,
                 found=len(numbers.q),
             )
         readings[0].robot.check_joints(numbers.q, "the typed poses")
@@ -167,7 +167,7 @@ def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) ->
 def _slip(readings: Sequence[TableReading], typed: Sequence[Typed]) -> str:
     """The one pose without which a reading fits, by how much it is off, and the reading; empty if none is."""
     found: list[tuple[_Fit, int, Typed]] = []
-    for row in range(len(typed[0].q) if len(typed[0].q) > LEAST_POSES else 0):
+    for row in range(len(typed[0].q) if len(typed[0].q) > MIN_POSES else 0):
         for reading, numbers in product(readings, typed):
             kept = np.arange(len(numbers.q)) != row
             others = replace(numbers, q=numbers.q[kept], poses=numbers.poses[kept])
@@ -375,4 +375,5 @@ def _undecided(best: _Fit, rivals: list[_Fit]) -> str:
 def _said(fit: _Fit) -> str:
     flips = ", ".join(str(k + 1) for k in np.flatnonzero(fit.signs < 0)) or "none"
     offsets = ", ".join(f"{np.rad2deg(o):.1f}" for o in fit.offsets)
-    return f"{', '.join((*fit.reading.assumptions, *fit.typed.assumptions))}, joints reversed: {flips}, offsets {offsets}°"
+    assumed = ", ".join((*fit.reading.assumptions, *fit.typed.assumptions))
+    return f"{assumed}, joints reversed: {flips}, offsets {offsets}°"

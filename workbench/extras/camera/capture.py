@@ -16,7 +16,7 @@ from workbench.session.state import AbstractPart
 
 SHARP = 2.0
 """Blur of a picture [px, standard deviation] from which on it is not kept."""
-FEWEST = 4
+MIN_CORNERS = 4
 """Corners that a kept picture shows."""
 
 
@@ -51,8 +51,8 @@ class Shot:
     @property
     def refused(self) -> str:
         """Why it is not kept; "" where it is."""
-        if self.reason or len(self.ids) < FEWEST:
-            return self.reason or f"it shows {plural(len(self.ids), 'corner')}; {FEWEST} are needed"
+        if self.reason or len(self.ids) < MIN_CORNERS:
+            return self.reason or f"it shows {plural(len(self.ids), 'corner')}; {MIN_CORNERS} are needed"
         if self.blur > SHARP:
             return (
                 f"it is blurred by {self.blur:.1f} px, more than {SHARP:g}: hold still, focus, or add light"

@@ -22,7 +22,7 @@ from workbench.identification.considered import Considered
 from workbench.identification.noise import factor_at
 from workbench.identification.problem import Noise, Problem
 
-BETTER, LEAST_PIXEL = 0.75, 0.07
+BETTER, MIN_PIXEL = 0.75, 0.07
 """What was given is doubted where other values leave this part of the corners' error, and so many px less."""
 OUTSIDE = 3.0
 """Standard deviations of prior knowledge beyond which it is doubted."""
@@ -38,11 +38,11 @@ SHOWN, VISIBLY = 12.0, 0.95
 """Twice the gain in log likelihood, and part of the corners' error left, without which no size is doubted."""
 ANY_SIZE = 1.0
 """Standard deviation of a target's relative size where nothing is known of it."""
-LEAST_SIGMA = 1e-4
+MIN_SIGMA = 1e-4
 """A size that counts as exact is judged as if known to this, as pictures tell it no better."""
 OUT_OF_LINE, FAR_OFF = 6.0, 2e-3
 """Pictures this many times the median off, and so many m, don't suit their joints …"""
-MOST_WRONG = 0.25
+MAX_WRONG = 0.25
 """… if they are a smaller part of all."""
 ROBUST_ROUNDS = 5
 """Fits in turn with pictures weighed by how far they were off."""
@@ -88,7 +88,7 @@ class PictureFit:
 
     def strangeness(self, target: Target) -> float:
         """How many standard deviations of its knowledge a board's size is from the stated one."""
-        return abs(self.scale(target)) / max(target.scale_sigma, LEAST_SIGMA)
+        return abs(self.scale(target)) / max(target.scale_sigma, MIN_SIGMA)
 
     def is_implausible_size(self, rig: Rig) -> bool:
         """Whether a board's size is farther from the stated one than the rig's knowledge of it."""
@@ -220,7 +220,7 @@ def contradicted_lens(given: PictureFit, lens: PictureFit) -> Doubts | None:
 
 
 def _suits(fit: PictureFit, least: float) -> bool:
-    return BETTER * fit.pixel <= least or fit.pixel - least <= LEAST_PIXEL
+    return BETTER * fit.pixel <= least or fit.pixel - least <= MIN_PIXEL
 
 
 def _sentences(
@@ -310,7 +310,7 @@ def mismatched_pictures(
     x, off = _robust_errors(problem)
     _check_mounts(robot, data, build, problem, x)
     lost = off > max(OUT_OF_LINE * float(np.median(off)), FAR_OFF)
-    if not lost.any() or lost.mean() >= MOST_WRONG:
+    if not lost.any() or lost.mean() >= MAX_WRONG:
         return {}
     image = PictureReadings.of(data).image
     reasons = {

@@ -34,7 +34,7 @@ from workbench.extras.camera.pixel_table import PixelRows
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import Target, prints_of
 
-FEWEST = 4
+MIN_FOUND = 4
 """Corners, or markers, that a picture must show."""
 BLURRED = 1.4
 """Blur [px, standard deviation] from which on it is named: sharp pictures of small squares have up to 1.1."""
@@ -132,7 +132,7 @@ class Finder:
         uv, names, _, markers = cv2.aruco.CharucoDetector(self._board).detectBoard(picture)
         expected = self.target.markers | self.foreign
         strays = () if markers is None else tuple(sorted({int(m) for m in markers.ravel()} - expected))
-        if names is None or len(names) < FEWEST:
+        if names is None or len(names) < MIN_FOUND:
             return NOTHING._replace(strays=strays)
         names = names.ravel().astype(int) + int(self.target.ids[0])
         return Found(names, np.zeros(len(names), int), uv.reshape(-1, 2).astype(float), strays=strays)
@@ -142,7 +142,7 @@ class Finder:
         found = self.seen(picture)
         return (
             found
-            if len(found.ids) >= FEWEST
+            if len(found.ids) >= MIN_FOUND
             else NOTHING._replace(reason=self.reason(picture), strays=found.strays)
         )
 
@@ -152,7 +152,7 @@ class Finder:
         is_foreign = np.isin(names, list(self.foreign))
         squares, names = squares[~is_foreign], names[~is_foreign]
         board = self.target.charuco
-        if len(names) >= FEWEST and board is not None and _on_board(self._board, squares, names) < RIGHT:
+        if len(names) >= MIN_FOUND and board is not None and _on_board(self._board, squares, names) < RIGHT:
             across = _likely_width(self, squares, names)
             looks = f"; it looks like one {across} squares across" if across else ""
             size = "{} x {}".format(*board.squares)
@@ -167,7 +167,7 @@ class Finder:
             return "it shows no marker of this board"
         stated = {prints_of(f.dictionary) for f in self.others} - {prints_of(self.dictionary)}
         for other in (name for name in USUAL if name != self.dictionary and prints_of(name) not in stated):
-            if len(_markers(picture, other)[1]) >= FEWEST:
+            if len(_markers(picture, other)[1]) >= MIN_FOUND:
                 return f"its markers are of {other}, not of {self.dictionary}"
         return f"it shows no marker of {self.dictionary}"
 
@@ -204,7 +204,7 @@ class BoardFinder:
     def find(self, picture: Picture) -> Found:
         """All corners in a picture, or the reason why there are none."""
         found = [finder.seen(picture) for finder in self.finders]
-        seen = [f for f in found if len(f.ids) >= FEWEST]
+        seen = [f for f in found if len(f.ids) >= MIN_FOUND]
         strays = tuple(sorted(set[int]().union(*(f.strays for f in found))))
         if not seen:
             return NOTHING._replace(reason=self.reason(picture), strays=strays)
@@ -348,7 +348,7 @@ def _on_board(board: Any, squares: np.ndarray, names: np.ndarray) -> float:
     pairs = zip(board.getIds().ravel(), board.getObjPoints(), strict=True)
     place = {int(m): np.asarray(points)[:, :2] for m, points in pairs}
     own = np.array([int(m) in place for m in names])
-    if own.sum() < FEWEST:
+    if own.sum() < MIN_FOUND:
         return 0.0
     drawn = np.concatenate([place[int(m)] for m in names[own]])
     side = float(np.median(np.linalg.norm(np.diff(squares, axis=1), axis=2)))

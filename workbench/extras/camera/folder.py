@@ -29,9 +29,9 @@ from workbench.extras.camera.pixel_table import plain_names, read_pixels
 from workbench.extras.camera.rig import Rig, read_rig
 
 TABLES = (".csv", ".tsv", ".xlsx", ".parquet")
-LARGEST, MOST_FILES, CHUNK = 1 << 30, 20_000, 1 << 20
+LARGEST, MAX_FILES, CHUNK = 1 << 30, 20_000, 1 << 20
 """Bytes and files of an archive that are unpacked, and bytes at once."""
-MOST_TABLES = 100
+MAX_TABLES = 100
 """Tables and TOML files of a folder that are looked into."""
 CAMERA, TARGET = {"camera"}, {"charuco", "point", "board"}
 """Tables of a TOML file by which its kind is known."""
@@ -63,8 +63,8 @@ def scan_folder(place: Path | str) -> Folder:
         raise FileError("is no folder", path=str(place))
     place = only_folder(place)
     files = sorted(p for p in place.iterdir() if p.is_file())
-    if sum(p.suffix.lower() in (*TABLES, ".toml") for p in files) > MOST_TABLES:
-        raise FileError(f"has more than {MOST_TABLES} tables; leave those of the pictures", path=str(place))
+    if sum(p.suffix.lower() in (*TABLES, ".toml") for p in files) > MAX_TABLES:
+        raise FileError(f"has more than {MAX_TABLES} tables; leave those of the pictures", path=str(place))
     camera = _only(place, _tomls(place, CAMERA))
     target = _only(place, _tomls(place, TARGET), "target.toml", "[charuco], [[point]] or [[board]]")
     corners, joints = tables_in(place)
@@ -180,8 +180,8 @@ def _unpack(name: str, content: bytes, folder: Path) -> None:
                 while left >= 0 and (piece := file.read(CHUNK)):
                     left -= len(piece)
                     copy.write(piece)
-        if left < 0 or number >= MOST_FILES:
-            raise FileError(f"unpacks to more than {LARGEST >> 20} MiB or {MOST_FILES} files", path=name)
+        if left < 0 or number >= MAX_FILES:
+            raise FileError(f"unpacks to more than {LARGEST >> 20} MiB or {MAX_FILES} files", path=name)
 
 
 def _members(content: bytes) -> Iterator[tuple[str, IO[bytes]]]:

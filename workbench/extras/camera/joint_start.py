@@ -20,7 +20,7 @@ from workbench.base import se3
 from workbench.extras.camera.camera import Camera, Mount
 from workbench.extras.camera.opencv import opencv
 
-MOST_CORNERS = 150
+MAX_CORNERS = 150
 """Corners that take part; more add nothing to a first guess."""
 GRID, TRIED = 5, 4
 """Places of the board along each axis, and those of them that are refined."""
@@ -73,7 +73,7 @@ def joint_start(given: Given) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarra
     """Poses of camera and board, each in what carries it."""
     camera, points, stand = given.camera, given.points, given.stand
     carried, spot, pixels = given.corners
-    some = np.unique(np.linspace(0, len(spot) - 1, MOST_CORNERS).astype(int))
+    some = np.unique(np.linspace(0, len(spot) - 1, MAX_CORNERS).astype(int))
     carried, spot, pixels = carried[some], spot[some], pixels[some]
     places = _grid(given.tool, is_fixed=camera.mounted is Mount.WORLD)
     middle = points[np.unique(spot)].mean(0)

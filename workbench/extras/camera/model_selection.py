@@ -35,7 +35,7 @@ from workbench.data.dataset import Dataset
 from workbench.extras.camera.checks import Doubts, PictureFit, contradicted_lens, find_doubts, is_size_certain
 from workbench.extras.camera.pixel_noise import (
     FAR,
-    LEAST,
+    MIN_SIZE,
     Knowledge,
     Pictures,
     Variances,
@@ -214,7 +214,7 @@ def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
         if shrunk:
             inside = shares > 0.0
             names = [p.name for p, mine in zip(problem.parameters, inside, strict=True) if mine]
-            wall = np.diag(1.0 / (max(found.width, LEAST[3]) * shares[inside]))
+            wall = np.diag(1.0 / (max(found.width, MIN_SIZE[3]) * shares[inside]))
             now = problem.with_noise(now.noise).with_prior(names, problem.start[inside], wall)
         x = Opt2(limit=60).search(now, begin=x).x
         found = most_likely(Pictures.at(problem, x), Knowledge.of(problem, x, shares), found)

@@ -36,7 +36,7 @@ POSE = ("x", "y", "z", "rx", "ry", "rz")
 BENDS = ("bend_xx", "bend_xy", "bend_yy")
 OUTLYING = 4.0
 """Pictures whose turn is this many times the median off take no part in the first guess."""
-FEWEST_POSES = 3
+MIN_POSES = 3
 """Pictures with a pose of their own from which camera and board are placed."""
 
 
@@ -217,7 +217,7 @@ class PixelObservation(AbstractObservation):
             rows = seen[:, c, b] & mine
             sight, camera = self.sight[rows, c, b], self.rig.cameras[c]
             carried = poses[rows] if camera.mounted is Mount.WORLD else se3.inverse(poses[rows])
-            if rows.sum() < (1 if stands[i] or held[j] else FEWEST_POSES):
+            if rows.sum() < (1 if stands[i] or held[j] else MIN_POSES):
                 target, part = self.rig.parts[b]
                 stand = cameras[i] if stands[i] else None
                 given = Given(camera, target.points, measured[mine, c, part], poses[mine], stand)

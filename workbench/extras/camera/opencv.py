@@ -6,14 +6,14 @@ from typing import Any
 
 from workbench.base.errors import MissingExtraError
 
-MOST_PIXELS = 250_000_000
+MAX_PIXELS = 250_000_000
 """Larger pictures are refused, as a small file may unpack to gigabytes; sensors have 150 million at most."""
 
 
 @cache
 def opencv(what: str) -> Any:
     """The library."""
-    os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MOST_PIXELS))
+    os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS))
     try:
         import cv2
 

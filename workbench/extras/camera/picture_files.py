@@ -10,7 +10,7 @@ from PIL import Image
 
 from workbench.base.errors import FileError
 from workbench.base.wording import listed, plural
-from workbench.extras.camera.opencv import MOST_PIXELS, opencv
+from workbench.extras.camera.opencv import MAX_PIXELS, opencv
 from workbench.extras.camera.rig import Rig
 
 ENDINGS = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff", ".pgm", ".webp")
@@ -57,13 +57,13 @@ def read_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
     cv2 = opencv("reading pictures")
     picture = None
     for way in (cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION, cv2.IMREAD_GRAYSCALE):
-        with contextlib.suppress(cv2.error):  # of more than `MOST_PIXELS`
+        with contextlib.suppress(cv2.error):  # of more than `MAX_PIXELS`
             picture = cv2.imread(str(path), way)
         if picture is None or size is None or picture.shape[::-1] == size:
             break
     if picture is None:
         raise FileError(
-            f"can't be read as a picture of at most {MOST_PIXELS // 10**6} megapixels", path=str(path)
+            f"can't be read as a picture of at most {MAX_PIXELS // 10**6} megapixels", path=str(path)
         )
     return picture
 

@@ -27,7 +27,7 @@ from scipy import optimize
 
 from workbench.identification.problem import Noise, Problem
 
-LEAST, MOST = np.array([0.01, 1e-7, 1e-7, 1e-7]), np.array([50.0, 0.05, 0.2, 0.02])
+MIN_SIZE, MAX_SIZE = np.array([0.01, 1e-7, 1e-7, 1e-7]), np.array([50.0, 0.05, 0.2, 0.02])
 """Bounds of σ [px], s_p [m], s_r [rad] and τ [m]."""
 SHOWN = 6.0
 """Twice the gain in log likelihood from which on what a picture shares is no chance (χ² of two, 95 %)."""
@@ -173,7 +173,7 @@ def most_likely(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> V
     inside = knowledge.shares > 0.0
     count = 4 if inside.any() else 3
     first = np.array([begin.noise.own, begin.noise.position, begin.noise.rotation, begin.width])[:count]
-    low, high = np.log(LEAST[:count]), np.log(MOST[:count])
+    low, high = np.log(MIN_SIZE[:count]), np.log(MAX_SIZE[:count])
     cost = partial(_cost, pictures, knowledge)
     found = optimize.minimize(
         cost,
@@ -213,9 +213,11 @@ def evidence(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> floa
     It weighs what all pictures say, and changes little from one half of them to the other.
     """
     found = most_likely(pictures, knowledge, begin)
-    best = _at_width(pictures, knowledge, found, max(found.width, LEAST[3]))[1]
+    best = _at_width(pictures, knowledge, found, max(found.width, MIN_SIZE[3]))[1]
     held = found._replace(noise=found.noise._replace(position=UNCALIBRATED, rotation=UNCALIBRATED))
-    return max(min(_at_width(pictures, knowledge, each, LEAST[3])[1] for each in (found, held)) - best, 0.0)
+    return max(
+        min(_at_width(pictures, knowledge, each, MIN_SIZE[3])[1] for each in (found, held)) - best, 0.0
+    )
 
 
 def _at_width(
@@ -227,8 +229,8 @@ def _at_width(
         value, gradient = _cost(pictures, knowledge, np.append(at, np.log(width)))
         return value, gradient[:3]
 
-    first = np.clip([begin.noise.own, begin.noise.position, begin.noise.rotation], LEAST[:3], MOST[:3])
-    bounds = np.log(np.array([LEAST, MOST]).T[:3])
+    first = np.clip([begin.noise.own, begin.noise.position, begin.noise.rotation], MIN_SIZE[:3], MAX_SIZE[:3])
+    bounds = np.log(np.array([MIN_SIZE, MAX_SIZE]).T[:3])
     found = optimize.minimize(
         cost, np.log(first), method="L-BFGS-B", jac=True, bounds=bounds, options={"ftol": 1e-7}
     )
@@ -296,7 +298,7 @@ def unlikeliness(pictures: Pictures) -> float:
         pictures, cross=np.zeros((rows, 6, 0)), information=np.zeros((0, 0)), gradient=np.zeros(0)
     )
     noise = most_likely(alone, NOTHING, FIRST).noise
-    sizes = np.maximum([noise.own, noise.position, noise.rotation], LEAST[:3])
+    sizes = np.maximum([noise.own, noise.position, noise.rotation], MIN_SIZE[:3])
     return _cost(alone, NOTHING, np.log(sizes))[0]
 
 
@@ -317,11 +319,11 @@ def largest(pictures: Pictures, knowledge: Knowledge, found: Variances) -> Noise
     """The most likely variances with s_p and s_r, each alone, as large as the pictures allow (1 σ)."""
     noise, inside = found.noise, bool((knowledge.shares > 0.0).any())
     best = np.array([noise.own, noise.position, noise.rotation, *([found.width] if inside else [])])
-    best = np.maximum(best, LEAST[: len(best)])
+    best = np.maximum(best, MIN_SIZE[: len(best)])
     limit, shown = _cost(pictures, knowledge, np.log(best))[0] + 1.0, []
     for k in (1, 2):
         tried = best.copy()
-        while tried[k] < MOST[k] and _cost(pictures, knowledge, np.log(tried))[0] < limit:
+        while tried[k] < MAX_SIZE[k] and _cost(pictures, knowledge, np.log(tried))[0] < limit:
             tried[k] *= 1.2
         shown.append(float(tried[k]))
     return noise._replace(position=shown[0], rotation=shown[1])

@@ -28,9 +28,9 @@ from workbench.extras.camera.selection_steps import Identifiability
 from workbench.identification.own_preparation import AbstractPreparation, Seek
 from workbench.identification.problem import Noise, Problem
 
-LEAST_TURN = np.deg2rad(3.0)
+MIN_TURN = np.deg2rad(3.0)
 """Turn of the tool between pictures [rad] that is none."""
-FEWEST_PICTURES = 4
+MIN_PICTURES = 4
 """Pictures below which camera and target are not found."""
 
 
@@ -64,7 +64,7 @@ class PicturePreparation(AbstractPreparation):
         held = with_boards(held, [target.owner for target in rig_of(fitted).targets])
         rig = rig_of(held)
         known = {owner_in(p, s) for p in rig.posed for s in fitted.sessions}
-        held = with_sessions_in_view(held, FEWEST_PICTURES, known)
+        held = with_sessions_in_view(held, MIN_PICTURES, known)
         sessions = held.take(held.included).sessions if held.included.any() else ()
         new = tuple(
             f"held-out session '{s}': where {part.owner} stands was found from its own pictures, the arm "
@@ -81,15 +81,15 @@ class PicturePreparation(AbstractPreparation):
 
 def _check_number(data: Dataset) -> None:
     count = int(data.included.sum())
-    if count < FEWEST_PICTURES:
-        raise DataError(f"{data.source}: {count} pictures are left to fit; give at least {FEWEST_PICTURES}")
+    if count < MIN_PICTURES:
+        raise DataError(f"{data.source}: {count} pictures are left to fit; give at least {MIN_PICTURES}")
 
 
 def _check_turned(robot: Robot, data: Dataset) -> None:
     """Refuse pictures between which the tool hardly turns: they don't tell where camera and target are."""
     turn = predict(robot, data.take(data.included))[:, :3, :3]
     off = np.linalg.norm(se3.matrix_to_rotvec(turn[0].T @ turn), axis=1)
-    if off.max() < LEAST_TURN:
+    if off.max() < MIN_TURN:
         raise DataError(
             f"{data.source}: the tool kept its orientation to {np.rad2deg(off.max()):.2g}°, so that the "
             "pictures can't tell where camera and target are; turn it by 30° or more, about several axes, in "

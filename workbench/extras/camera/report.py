@@ -15,7 +15,7 @@ from workbench.extras.camera.rig import owner_in
 from workbench.identification.fit import Fit
 from workbench.report.json import Json
 
-SURE, LEAST_MOVED = 3.0, np.deg2rad(0.03)
+SURE, MIN_MOVED = 3.0, np.deg2rad(0.03)
 """Standard errors, and an angle [rad], beyond which a joint's zero is said to have moved."""
 NORMAL = 1.96
 """Standard errors of a 95 % interval."""
@@ -32,7 +32,7 @@ class Zero(NamedTuple):
     @property
     def moved(self) -> bool:
         """Whether it has moved beyond doubt."""
-        return abs(self.change) > max(SURE * self.std, LEAST_MOVED)
+        return abs(self.change) > max(SURE * self.std, MIN_MOVED)
 
     @property
     def text(self) -> str:

@@ -31,7 +31,7 @@ STEPS = 15
 """Gauss–Newton steps of the refinement."""
 FAR_OFF = 50.0
 """Corners farther off than this [px] count alike when the first pose is chosen."""
-WRONG, LEAST_WRONG = 6.0, 2.0
+WRONG, MIN_WRONG = 6.0, 2.0
 """Corners beyond this many standard deviations, and so many px, are set apart."""
 USELESS = 5.0
 """Median error of a picture [px] beyond which it shows another target, or beyond which none fits."""
@@ -206,7 +206,7 @@ def _judged(
     spare = np.sqrt(np.maximum(2.0 * points - 6.0, 1.0).sum() / (2.0 * points).sum())
     scatter = float(np.nanmedian(off[~useless])) / RAYLEIGH / spare
     with np.errstate(invalid="ignore"):
-        lost = off > max(WRONG * scatter, LEAST_WRONG)
+        lost = off > max(WRONG * scatter, MIN_WRONG)
     return lost | (useless[:, None] & np.isfinite(off))
 
 

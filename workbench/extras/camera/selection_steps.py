@@ -20,7 +20,7 @@ CLEARLY = 2.0
 """A step that moves the tool by less, times what it is uncertain, in squares, needs more pictures."""
 NEEDED = {ZEROS: 1.0, GEOMETRY: 2.0, EFFECTS: 0.0}
 """Evidence for a step (twice the gain in log likelihood) that each picture must add on average …"""
-LEAST_EVIDENCE = 12.0
+MIN_EVIDENCE = 12.0
 """… and all of them together."""
 WORTHWHILE = 0.9
 """Part of the expected error that effects may leave."""
@@ -187,7 +187,7 @@ def _noise_text(noise: Noise) -> str:
 def judged(step: Step, steps: Sequence[Step], pictures: int) -> Step:
     """The step, with the reason where it is not taken."""
     before = [s for s in steps if not s.refused][-1]
-    needed = max(NEEDED[step.name] * pictures, LEAST_EVIDENCE)
+    needed = max(NEEDED[step.name] * pictures, MIN_EVIDENCE)
     reason = ""
     if step.name != EFFECTS and step.evidence < needed:
         reason = (

@@ -145,7 +145,7 @@ def facts_of(data: Dataset) -> tuple[tuple[str, str], ...]:
     )
 
 
-FEWEST = 4
+MIN_PICTURES = 4
 """Pictures that are enough to be used."""
 
 
@@ -234,8 +234,8 @@ class UseShots(AbstractTask[PictureFolder]):
     def check(self, session: Session) -> None:
         capture = session.part(Capture)
         kept = 0 if capture is None else len(capture.kept)
-        if kept < FEWEST:
-            raise DataError(f"{plural(kept, 'picture')} kept; take at least {FEWEST}")
+        if kept < MIN_PICTURES:
+            raise DataError(f"{plural(kept, 'picture')} kept; take at least {MIN_PICTURES}")
 
     def compute(self, session: Session) -> PictureFolder:
         capture = session.part(Capture)

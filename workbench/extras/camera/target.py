@@ -28,7 +28,7 @@ BOARD_FLATNESS = 3e-4
 """… and of how far a board's edges bend out of its plane [m]."""
 USUAL_DICTIONARY = "DICT_6X6_250"
 """Of a ChArUco board where nobody said."""
-MOST_SQUARES = 10_000
+MAX_SQUARES = 10_000
 """Of a board; the largest dictionaries have markers for a fifth of them."""
 KNOWLEDGE = ("scale_sigma", "flatness_sigma")
 KEYS = ("charuco", "point", "dictionary", PER_SESSION, *KNOWLEDGE)
@@ -180,8 +180,8 @@ def charuco_target(
             f"a ChArUco board needs 2 x 2 squares or more, and markers smaller than its squares; got "
             f"{across} x {down} squares of {board.square:g} m with markers of {board.marker:g} m"
         )
-    if across * down > MOST_SQUARES:
-        raise DataError(f"a ChArUco board has at most {MOST_SQUARES} squares here, got {across} x {down}")
+    if across * down > MAX_SQUARES:
+        raise DataError(f"a ChArUco board has at most {MAX_SQUARES} squares here, got {across} x {down}")
     y, x = np.divmod(np.arange((across - 1) * (down - 1)), across - 1)
     points = board.square * np.stack([x + 1.0, y + 1.0, np.zeros(len(x))], axis=1)
     known: dict[str, Any] = {"scale_sigma": BOARD_SCALE, "flatness_sigma": BOARD_FLATNESS, **more}

@@ -15,7 +15,7 @@ from workbench.views.page.html import BAD, GOOD, text
 
 WIDTH, QUALITY = 160, 60
 """Width [px] and quality of a small picture."""
-MOST = 200
+MAX_PICTURES = 200
 """Pictures that are shown."""
 
 
@@ -35,7 +35,7 @@ def thumbnails(data: Dataset, previews: Previews | None) -> tuple[Thumbnail, ...
     keys = dict.fromkeys([*((camera.name, image) for image in rows for camera in own.rig.cameras), *known])
     number = {camera.name: c for c, camera in enumerate(own.rig.cameras)}
     found = []
-    for name, image in list(keys)[:MOST]:
+    for name, image in list(keys)[:MAX_PICTURES]:
         c = number[name]
         pixels = own.pixels[rows[image], c] if image in rows else np.zeros((0, 2))
         html = _html(

@@ -24,7 +24,7 @@ from workbench.exports.export_format import AbstractForm, Job
 from workbench.extras.controllers.into.form import MJCF
 from workbench.extras.controllers.joint_names import joint_names
 
-LEAST_MASS, LEAST_INERTIA = "0.001", "1e-06"
+MIN_MASS, MIN_INERTIA = "0.001", "1e-06"
 
 
 @final
@@ -40,7 +40,7 @@ class Mjcf(AbstractForm):
             return MJCF.write(job)
         robot, frames = job.robot, job.frames
         root = ET.Element("mujoco", model=robot.name)
-        ET.SubElement(root, "compiler", angle="radian", boundmass=LEAST_MASS, boundinertia=LEAST_INERTIA)
+        ET.SubElement(root, "compiler", angle="radian", boundmass=MIN_MASS, boundinertia=MIN_INERTIA)
         ET.SubElement(root, "option", gravity=_text(robot.gravity))
         world = ET.SubElement(root, "worldbody")
         node = _body(world, "base", robot.base.pose)

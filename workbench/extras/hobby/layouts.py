@@ -24,7 +24,7 @@ COUNTS = {"counts", "count", "ticks", "steps", "raw"}
 TURN, ZERO = 4096, 2048
 COUNTED = f"motor counts: {TURN} to a turn, {ZERO} is 0°"
 """Note by which angles from counts are known."""
-FEWEST = 3
+MIN_ROWS = 3
 
 
 def motor_of(heading: str) -> tuple[str, bool] | None:
@@ -44,7 +44,7 @@ class Motors(AbstractTableLayout):
     name = "motors"
 
     def matches(self, headings: list[str]) -> bool:
-        return len(_joints(headings)) >= FEWEST
+        return len(_joints(headings)) >= MIN_ROWS
 
     def read(self, table: Table) -> Fields:
         joints = _joints(list(table.headings))

@@ -34,7 +34,7 @@ from workbench.identification.controller_parameters import (
 
 TURN = 4095.0
 """Counts that LeRobot takes for a turn."""
-MIDDLE, MOST_HOMING = 2047, 2047
+MIDDLE, MAX_HOMING = 2047, 2047
 """Count that LeRobot makes the middle of a turn, and the largest homing offset of a Feetech motor."""
 KEYS = ("id", "drive_mode", "homing_offset", "range_min", "range_max")
 
@@ -96,7 +96,7 @@ class Motor:
         shift = twice // 2 - MIDDLE
         homing = self.homing_offset + (shift if make is Make.FEETECH else -shift)
         if make is Make.FEETECH:  # its register holds one turn
-            homing = max((homing + 2048) % 4096 - 2048, -MOST_HOMING)
+            homing = max((homing + 2048) % 4096 - 2048, -MAX_HOMING)
         return replace(self, homing_offset=homing, range_min=low - shift, range_max=high - shift)
 
     def counts(self, percent: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:

@@ -42,7 +42,7 @@ from workbench.report.result_display import AbstractShown
 from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.motor-map/1"
-FEWEST, USUAL = 8, "12 to 20"
+MIN_POSES, USUAL = 8, "12 to 20"
 MOVED = np.deg2rad(15.0)
 """Least range of each motor."""
 TURNED = 0.1
@@ -279,7 +279,7 @@ def _seen(robot: Robot, data: Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
 
 def _check(data: Dataset, q: np.ndarray, poses: np.ndarray, names: tuple[str, ...]) -> None:
-    if len(q) < FEWEST:
+    if len(q) < MIN_POSES:
         raise DataError(f"{data.source}: {plural(len(q), 'pose')}; take {USUAL}, every joint moved between")
     width = np.array([_width(column) for column in q.T])
     if still := [names[k] for k in np.flatnonzero(width < MOVED)]:

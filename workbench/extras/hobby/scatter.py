@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 
 from workbench.identification.problem import Noise
 
-LEAST = np.array([1e-4, 2e-4, 1e-4])
+MIN_SIGMA = np.array([1e-4, 2e-4, 1e-4])
 """Smallest sizes: position [m], rotation [rad], joint [rad]."""
 
 
@@ -31,7 +31,7 @@ def joint_scatter(
     made = jacobian @ jacobian.swapaxes(1, 2)
 
     def cost(log: np.ndarray) -> float:
-        variances = np.maximum(np.exp(2.0 * log), LEAST**2)
+        variances = np.maximum(np.exp(2.0 * log), MIN_SIGMA**2)
         covariance = variances[2] * made + np.diag(np.repeat(variances[:2], 3))
         white = np.linalg.solve(covariance, left[..., None])[..., 0]
         return float(0.5 * (np.linalg.slogdet(covariance)[1] + (left * white).sum(1)).sum())
@@ -39,5 +39,5 @@ def joint_scatter(
     size = np.sqrt((left**2).mean())
     begun = ([0.3 * size, size, 0.01 * size], [0.03 * size, 0.1 * size, 0.5 * size])
     found = min((minimize(cost, np.log(b), method="Nelder-Mead") for b in begun), key=lambda f: f.fun)
-    position, rotation, joint = np.maximum(np.exp(found.x), LEAST).tolist()
+    position, rotation, joint = np.maximum(np.exp(found.x), MIN_SIGMA).tolist()
     return Noise(position, rotation, (joint,) * jacobian.shape[2])

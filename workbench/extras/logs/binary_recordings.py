@@ -17,7 +17,7 @@ from workbench.data.binary_tables import read_in_child
 
 MEMORY = 400 * MEBIBYTE
 """What a child may take beside a few times the file's size [bytes]."""
-MOST_MESSAGES = 5_000_000
+MAX_MESSAGES = 5_000_000
 JOINTS = "sensor_msgs/msg/JointState"
 POSES = ("geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/TransformStamped", "tf2_msgs/msg/TFMessage")
 
@@ -61,8 +61,8 @@ def bag_streams(path: str) -> Streams:
     poses: dict[str, list] = {}
     with AnyReader([Path(path)], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
         wanted = [c for c in reader.connections if c.msgtype in (JOINTS, *POSES) and c.topic != "/tf_static"]
-        if sum(c.msgcount for c in wanted) > MOST_MESSAGES:
-            raise ChildError(f"it has more than {MOST_MESSAGES} joint states and poses")
+        if sum(c.msgcount for c in wanted) > MAX_MESSAGES:
+            raise ChildError(f"it has more than {MAX_MESSAGES} joint states and poses")
         for connection, recorded, raw in reader.messages(connections=wanted) if wanted else ():
             message: Any = reader.deserialize(raw, connection.msgtype)
             if connection.msgtype == JOINTS:

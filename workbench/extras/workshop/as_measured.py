@@ -12,7 +12,7 @@ from workbench.plate.plate import Plate, Target
 
 FARTHEST = 0.02
 """Deviation from the drawing above which the frame or the units must be wrong [m]."""
-MOST_TURNED = float(np.deg2rad(10.0))
+MAX_TURNED = float(np.deg2rad(10.0))
 """The same of an orientation [rad]."""
 
 
@@ -78,7 +78,7 @@ def as_measured(nominal: Plate, measured: MeasuredTargets, *, frame: PlateFrame 
 
 def _refuse_far(deviations: np.ndarray, measured: MeasuredTargets, nominal: Plate, frame: PlateFrame) -> None:
     far, turned = np.linalg.norm(deviations[:, :3], axis=1), np.linalg.norm(deviations[:, 3:], axis=1)
-    wrong = np.flatnonzero((far > FARTHEST) | (turned > MOST_TURNED))
+    wrong = np.flatnonzero((far > FARTHEST) | (turned > MAX_TURNED))
     if not len(wrong):
         return
     row = int(wrong[0])

@@ -79,8 +79,8 @@ def slab_sheet(fixture: Fixture, slab: Slab) -> Sheet:
         (bore.label, f"{x:z.3f}", f"{y:z.3f}", bore.size.split(" (core")[0], SHORT[bore.purpose])
         for (x, y), bore in zip(places, slab.bores, strict=True)
     ]
-    if len(rows) > MOST_ROWS:
-        rows = [*rows[:MOST_ROWS], ("…", "", "", "", f"{len(rows) - MOST_ROWS} more in holes.csv")]
+    if len(rows) > MAX_ROWS:
+        rows = [*rows[:MAX_ROWS], ("…", "", "", "", f"{len(rows) - MAX_ROWS} more in holes.csv")]
     base = [
         "Robot's base frame: origin at the centre of R1–R4, x to the right, y up.",
         "All holes: position Ø0.2 to the lower and the left edge.",

@@ -27,7 +27,7 @@ POLISH_STEPS = 100
 """Greatest number of steps of the continuous improvement."""
 STRIDE = 0.1
 """First stride of poses with limits [rad or m]."""
-LEAST_STRIDE = 1e-4
+MIN_STRIDE = 1e-4
 """Least stride of poses with limits [rad or m]."""
 
 Climbed = tuple[np.ndarray, list[float], Outcome]
@@ -120,7 +120,7 @@ class PoseClimb:
                 q, stride = trial, 2.0 * stride
                 value, slope = self.value_and_gradient(q)
                 history.append(value)
-            elif stride <= LEAST_STRIDE:
+            elif stride <= MIN_STRIDE:
                 return q, history, Outcome.CONVERGED
             else:
                 stride = 0.3 * stride

@@ -34,7 +34,7 @@ FULL = 3
 """Samples from which on a voxel counts as reached."""
 COLUMN = 0.1
 """Radius about the base's z axis, as a share of the arm's reach, that the arm's own base takes up."""
-LEAST_MOVE = float(np.deg2rad(2.0))
+MIN_MOVE = float(np.deg2rad(2.0))
 """Least motion of every joint between poses [rad], or as many radii of the arm's reach [m/m]."""
 SWAPS = 20_000
 """Exchanges tried for the order of measuring."""
@@ -169,7 +169,7 @@ def _order(
     robot: Robot, q: Float[np.ndarray, "rows n"], rng: np.random.Generator
 ) -> Int[np.ndarray, " rows"]:
     """A random order whose pairs of neighbours move every joint, mended by exchanges of two poses."""
-    need = np.where(sliding(robot), LEAST_MOVE * robot.reach, LEAST_MOVE)
+    need = np.where(sliding(robot), MIN_MOVE * robot.reach, MIN_MOVE)
     still = (np.abs(q[:, None] - q[None]) < need).any(axis=-1)
     order = rng.permutation(len(q))
 

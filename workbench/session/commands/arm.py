@@ -245,7 +245,7 @@ def _check_quiet(session: Session) -> None:
         raise OptionError("a target is being dragged; wait until it is released")
 
 
-MOST_CAPTURED = 200
+MAX_CAPTURED = 200
 """Poses that are kept at most."""
 
 
@@ -255,8 +255,8 @@ class CapturePose(AbstractChange):
     title = "Keep the pose"
 
     def check(self, session: Session) -> None:
-        if len(session.captured) >= MOST_CAPTURED:
-            raise OptionError(f"at most {MOST_CAPTURED} poses can be kept; save them, then clear the list")
+        if len(session.captured) >= MAX_CAPTURED:
+            raise OptionError(f"at most {MAX_CAPTURED} poses can be kept; save them, then clear the list")
 
     def apply(self, session: Session) -> Session:
         return replace(session, captured=(*session.captured, tuple(drawn_joints(session).tolist())))

@@ -23,7 +23,7 @@ from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import Focus, Session, Severity, Units
 
 log = logging.getLogger(__name__)
-LEAST_EXAGGERATION, GREATEST_EXAGGERATION = 1.0, 5000.0
+MIN_EXAGGERATION, MAX_EXAGGERATION = 1.0, 5000.0
 
 
 def with_fit(session: Session, algorithm: str) -> Session:
@@ -166,8 +166,8 @@ class SetOverlay(AbstractChange):
             ("the calibrated arm's errors", overlay.exaggeration_after),
             ("bending", overlay.bending),
         ):
-            if not LEAST_EXAGGERATION <= times <= GREATEST_EXAGGERATION:
-                limits = f"{LEAST_EXAGGERATION:g} to {GREATEST_EXAGGERATION:g}"
+            if not MIN_EXAGGERATION <= times <= MAX_EXAGGERATION:
+                limits = f"{MIN_EXAGGERATION:g} to {MAX_EXAGGERATION:g}"
                 raise OptionError(f"the exaggeration of {what} must be {limits}, got {times:g}")
 
     def apply(self, session: Session) -> Session:

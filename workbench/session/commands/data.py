@@ -50,8 +50,8 @@ EARLIER_ERRORS = 5e-3, float(np.deg2rad(5.0))
 """Those of virtual arms in journals that don't say them: largest errors of lengths [m] and angles [rad]."""
 FEW = 8
 """Fewer rows show no region."""
-MOST_SEED = 2**32 - 1
-MOST_MORE = 500
+MAX_SEED = 2**32 - 1
+MAX_MORE = 500
 
 
 def virtual_instruments() -> tuple[str, ...]:
@@ -171,8 +171,8 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
     def check(self, session: Session) -> None:
         check_seed(self.seed)
         check_errors(self.errors)
-        if not 0 <= self.more <= MOST_MORE:
-            raise OptionError(f"the number of extra poses must be 0 to {MOST_MORE}, got {self.more}")
+        if not 0 <= self.more <= MAX_MORE:
+            raise OptionError(f"the number of extra poses must be 0 to {MAX_MORE}, got {self.more}")
         if self.instrument and self.instrument not in (offered := virtual_instruments()):
             known = ", ".join(offered)
             raise OptionError(f"unknown instrument '{self.instrument}'; choose one of {known}")
@@ -234,8 +234,8 @@ def check_errors(errors: tuple[float, float]) -> None:
 
 def check_seed(seed: int) -> None:
     """Refuse a seed that numpy's generators don't accept."""
-    if not 0 <= seed <= MOST_SEED:
-        raise OptionError(f"the seed must be 0 to {MOST_SEED}, got {seed}")
+    if not 0 <= seed <= MAX_SEED:
+        raise OptionError(f"the seed must be 0 to {MAX_SEED}, got {seed}")
 
 
 def check_measurable(session: Session) -> None:

@@ -13,7 +13,7 @@ from workbench.base.types import frozen
 from workbench.diagnosis.result import Diagnosis
 from workbench.identification.own_preparation import preparation_of
 from workbench.plate.collision import allows_target
-from workbench.plate.patterns import MOST_TARGETS
+from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import Target
 from workbench.session.command import AbstractChange, AbstractTask
 from workbench.session.commands.compare import with_comparison
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from workbench.diagnosis.next_poses import Measurable
 
 
-LEAST_ROWS = 20
+MIN_ROWS = 20
 """Fewer rows can't tell one effect from another."""
 
 
@@ -55,9 +55,9 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
         if (own := preparation_of(dataset)) is not None:
             raise DataError(own.undiagnosed)
         rows = len(dataset) - len(session.left_out)
-        if rows < LEAST_ROWS:
+        if rows < MIN_ROWS:
             raise DataError(
-                f"a diagnosis needs at least {LEAST_ROWS} rows, got {rows} "
+                f"a diagnosis needs at least {MIN_ROWS} rows, got {rows} "
                 "(for a virtual arm, raise 'More poses' in the Measure tab)"
             )
 
@@ -115,8 +115,8 @@ class TakeNextPoses(AbstractChange):
         wanted = len(_found(session).measure_next)
         if not wanted:
             raise DataError("the diagnosis suggests no further poses")
-        if wanted + len(session.plate) > MOST_TARGETS:
-            raise OptionError(f"a plate can have at most {MOST_TARGETS} targets; delete some first")
+        if wanted + len(session.plate) > MAX_TARGETS:
+            raise OptionError(f"a plate can have at most {MAX_TARGETS} targets; delete some first")
 
     def apply(self, session: Session) -> Session:
         q = np.asarray(_found(session).measure_next)

@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
-from workbench.plate.patterns import MOST_TARGETS
+from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import AUTO, Target
 from workbench.session.command import AbstractChange, computed
 from workbench.session.commands.target_placement import place_plate
@@ -123,8 +123,8 @@ class LockTarget(AbstractChange):
 
 
 def _check_room(session: Session) -> None:
-    if len(session.plate) >= MOST_TARGETS:
-        raise OptionError(f"a plate can have at most {MOST_TARGETS} targets; delete one first")
+    if len(session.plate) >= MAX_TARGETS:
+        raise OptionError(f"a plate can have at most {MAX_TARGETS} targets; delete one first")
 
 
 def _with_new(session: Session, model: Target, xyz: Vector3) -> Session:

@@ -29,7 +29,7 @@ class ClusterTargets(AbstractTask[Plate]):
 
     def check(self, session: Session) -> None:
         check_free(session)
-        most = min(MOST_TARGETS, session.plate.region.cubes)
+        most = min(MAX_TARGETS, session.plate.region.cubes)
         if not 2 <= self.number <= most:
             raise OptionError(f"the number of poses must be 2 to {most}, got {self.number}")
 

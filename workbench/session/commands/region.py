@@ -16,7 +16,7 @@ from workbench.session.score import draw_region
 from workbench.session.state import CubeView, Field, Session
 from workbench.session.target_steps import begin_step, rescore
 
-MOST_CUBES = 12_000
+MAX_CUBES = 12_000
 """More cubes than this are refused: the page would no longer be responsive."""
 FARTHEST = 10.0
 """Corners beyond this are refused [m]."""
@@ -51,9 +51,9 @@ class SetRegion(AbstractChange):
         if max(map(abs, (*self.least, *self.greatest))) > FARTHEST:
             raise OptionError(f"the region must stay within {FARTHEST:g} m of the base")
         cubes = self.region().cubes
-        if cubes > MOST_CUBES:
+        if cubes > MAX_CUBES:
             raise OptionError(
-                f"the region would have {cubes} cubes; the limit is {MOST_CUBES}: make the cubes larger"
+                f"the region would have {cubes} cubes; the limit is {MAX_CUBES}: make the cubes larger"
             )
 
     def apply(self, session: Session) -> Session:

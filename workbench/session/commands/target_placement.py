@@ -8,7 +8,7 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Vector3, frozen
-from workbench.plate.patterns import MOST_TARGETS, pattern
+from workbench.plate.patterns import MAX_TARGETS, pattern
 from workbench.plate.plate import Plate, Target
 from workbench.session.command import AbstractChange, computed
 from workbench.session.commands.drag import MoveTarget, check_place
@@ -63,8 +63,8 @@ class PlaceTargets(AbstractChange):
 
     def check(self, session: Session) -> None:
         check_free(session)
-        if not 1 <= len(self.rows) <= MOST_TARGETS:
-            raise OptionError(f"the table must have 1 to {MOST_TARGETS} targets, got {len(self.rows)}")
+        if not 1 <= len(self.rows) <= MAX_TARGETS:
+            raise OptionError(f"the table must have 1 to {MAX_TARGETS} targets, got {len(self.rows)}")
         for i, row in enumerate(self.rows):
             if len(row) != 6:
                 raise OptionError(f"line {i + 1} must have 6 numbers (x y z roll pitch yaw), got {len(row)}")

@@ -127,9 +127,9 @@ def make_track(
     )
 
 
-LEAST_TIME, GREATEST_TIME = 1.0, 120.0
+MIN_TIME, MAX_TIME = 1.0, 120.0
 """Time that a trajectory may take [s]."""
-LEAST_RADIUS, GREATEST_RADIUS = 1e-3, 5.0
+MIN_RADIUS, MAX_RADIUS = 1e-3, 5.0
 """Size of a circle or line [m]."""
 SLOWEST, FASTEST = 0.1, 10.0
 """Pace at which it is played, in multiples of its own."""
@@ -160,16 +160,14 @@ class PlanTrack(AbstractTask[tuple[Robot, Track]]):
         check_free(session)
         if self.kind not in (CIRCLE, LINE):
             raise OptionError(f"the trajectory must be {CIRCLE} or {LINE}, got '{self.kind}'")
-        if not LEAST_TIME <= self.duration <= GREATEST_TIME:
-            raise OptionError(
-                f"a trajectory must last {LEAST_TIME:g} to {GREATEST_TIME:g} s, got {self.duration:g}"
-            )
+        if not MIN_TIME <= self.duration <= MAX_TIME:
+            raise OptionError(f"a trajectory must last {MIN_TIME:g} to {MAX_TIME:g} s, got {self.duration:g}")
         if self.plane not in PLANES:
             raise OptionError(f"the plane must be one of {', '.join(PLANES)}, got '{self.plane}'")
-        if not (np.isfinite(self.centre or 0.0).all() and LEAST_RADIUS <= self.radius <= GREATEST_RADIUS):
+        if not (np.isfinite(self.centre or 0.0).all() and MIN_RADIUS <= self.radius <= MAX_RADIUS):
             raise OptionError(
-                f"a trajectory needs a finite centre and a radius of {1e3 * LEAST_RADIUS:g} to "
-                f"{1e3 * GREATEST_RADIUS:g} mm, got {1e3 * self.radius:g} mm"
+                f"a trajectory needs a finite centre and a radius of {1e3 * MIN_RADIUS:g} to "
+                f"{1e3 * MAX_RADIUS:g} mm, got {1e3 * self.radius:g} mm"
             )
         if self.is_corrected and deviating_robot(session) is None:
             raise OptionError("there is no calibrated arm to correct with; identify it first")

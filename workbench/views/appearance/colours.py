@@ -86,7 +86,7 @@ def linear(colours: UInt8[np.ndarray, "n 3"]) -> UInt8[np.ndarray, "n 3"]:
 
 LOWEST, HIGHEST = 0.05, 0.95
 """Quantiles of the errors of the best and of the worst model that the scale lies between."""
-LEAST_SPAN = 5.0
+MIN_SPAN = 5.0
 """Least ratio of its ends."""
 MIN_ERROR = 1e-6
 """Errors below this are one colour [m]."""
@@ -114,7 +114,7 @@ class ErrorScale:
         if not known.size:
             return cls(1e-4, 1e-3)
         low = max(float(np.nanquantile(known, LOWEST, axis=0).min()), MIN_ERROR)
-        high = max(float(np.nanquantile(known, HIGHEST, axis=0).max()), LEAST_SPAN * low)
+        high = max(float(np.nanquantile(known, HIGHEST, axis=0).max()), MIN_SPAN * low)
         return cls(_round(low, up=False), _round(high, up=True))
 
     def shares(self, errors: Float[np.ndarray, "*n"]) -> Float[np.ndarray, "*n"]:

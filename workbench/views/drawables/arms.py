@@ -18,7 +18,7 @@ from workbench.views.drawables.sink import Item
 
 SHELL = 1.09
 """How much thicker a ghost is, so that it encloses the arm that it is compared with."""
-MOST_BRANCHES = 8
+MAX_BRANCHES = 8
 """Arms of so many branches are drawn at most."""
 ABOVE = 0.05
 """Height of the words over the bent arm's tool [m]."""
@@ -68,7 +68,7 @@ def branches(session: Session) -> Iterator[Item]:
     )
     now = session.states[session.selected].q
     others = [b.q for b in session.branches if np.abs(b.q - now).max() > SAME_POSTURE] if is_shown else []
-    for i in range(MOST_BRANCHES):
+    for i in range(MAX_BRANCHES):
         q = others[i] if i < len(others) else None
         yield Item(f"arm/branch/{i + 1}", _branch, (session.robot, q), shown=q is not None)
 

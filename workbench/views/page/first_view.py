@@ -9,7 +9,7 @@ from workbench.session.comparison import Comparison
 from workbench.session.state import Focus, Session
 from workbench.views.page.camera import from_outside, view_of, view_of_region
 
-MOST_POSTURES = 40
+MAX_POSTURES = 40
 """Rows at which the arm has to be in the picture."""
 
 
@@ -24,6 +24,6 @@ def first_view(session: Session) -> tuple[Vector3, Vector3]:
 def view_of_rows(robot: Robot, rows: Comparison) -> tuple[Vector3, Vector3]:
     """Where the camera has the arm and all measured positions in its picture, from their side of the base."""
     seen = rows.measured[np.isfinite(rows.measured).all(1)]
-    postures = rows.q[:: max(1, -(-len(rows) // MOST_POSTURES))]
+    postures = rows.q[:: max(1, -(-len(rows) // MAX_POSTURES))]
     arm = body_frames(robot, postures)[..., :3, 3].reshape(-1, 3)
     return view_of(np.vstack([seen, arm]), along=from_outside(seen if len(seen) else arm))

@@ -28,7 +28,7 @@ from workbench.views.page.tabs import PageSignals, Tabs
 from workbench.views.page.viser_internals import controls, icons_at_once
 
 log = logging.getLogger(__name__)
-LEAST_WIDTH, SHARE = 340, 0.42
+MIN_WIDTH, SHARE = 340, 0.42
 """Where the window is narrow: least width of the panel [px], and its share of the window."""
 STRIP: tuple[type[AbstractPanel], ...] = (HeaderVerdict, Header)
 """The panels above the tabs, in a folder that the style sheet keeps in view (`style.py`)."""
@@ -164,7 +164,7 @@ def _build_panels(
 def _fit_panel(client: viser.ClientHandle) -> None:
     """Leave the scene its part of a narrow window; a page that has just been opened shows the scene alone."""
     if 0 < (window := client.camera.image_width) <= NARROW:
-        client.gui.main_panel.set_width(max(LEAST_WIDTH, SHARE * window))
+        client.gui.main_panel.set_width(max(MIN_WIDTH, SHARE * window))
 
 
 def _link(address: str) -> str:

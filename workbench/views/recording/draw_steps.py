@@ -30,7 +30,7 @@ from workbench.views.recording.rerun_sink import RecordingSink, markdown, quater
 from workbench.views.recording.sentences import about, diagnosis_markdown, parameters_markdown
 from workbench.views.recording.timelines import TIMELINES
 
-MOST_ROWS = 2000
+MAX_ROWS = 2000
 """Rows for which the arms are drawn at most."""
 log = logging.getLogger(__name__)
 
@@ -83,7 +83,7 @@ def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:
     arms = {"nominal": (nominal_arm, session.robot)}
     if session.calibrated is not None:
         arms["calibrated"] = (calibrated_arm, session.calibrated)
-    q = rows.q[:MOST_ROWS]
+    q = rows.q[:MAX_ROWS]
     around = (item for subject in (plate, region, measured) for item in subject(session))
     standing = (Item(f"arm/{name}", make, (robot, q[0])) for name, (make, robot) in arms.items())
     scene = RecordingSink(canvas, "world/")

@@ -21,7 +21,7 @@ if TYPE_CHECKING:  # rerun is read by the recorder's thread
     from workbench.views.recording.canvas import Canvas
 
 STEM = "session"
-MOST_WAITING = 5000
+MAX_WAITING = 5000
 """Moments in the queue beyond which the oldest are left out of the recording."""
 PATIENCE = 20.0
 """How long the end of a session waits for its last pictures [s]."""
@@ -66,7 +66,7 @@ class Recorder(AbstractKeeper):
         with self._changed:
             if self._queue and moment.replaces(self._queue[-1]):
                 self._queue.pop()
-            elif len(self._queue) >= MOST_WAITING:
+            elif len(self._queue) >= MAX_WAITING:
                 self._queue.popleft()
             self._queue.append(moment)
             self._changed.notify_all()

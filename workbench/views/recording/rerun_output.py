@@ -23,7 +23,7 @@ OPEN_FILES = "/proc/self/fd" if os.path.isdir("/proc/self/fd") else "/dev/fd"
 APPLICATION = "workbench"
 PORT = 9876
 """Port of a rerun viewer that was started without options."""
-MOST_WAITING = 32 * 2**20
+MAX_WAITING = 32 * 2**20
 """Bytes that wait for room on the disk before the rest of the recording is dropped."""
 CHUNK = 2**18
 TICK = 1.0
@@ -93,7 +93,7 @@ class FileOutlet(AbstractOutlet):
                         f"{self.trouble}, so pictures are missing from here on; the session goes on, and "
                         "'workbench review' draws them from its journal"
                     )
-                dropped = len(waiting) > MOST_WAITING
+                dropped = len(waiting) > MAX_WAITING
         os.close(self._end)
         os.close(self._file)
 

@@ -58,7 +58,7 @@ BACKLASH = (0.045, 0.065)
 """Range of its backlashes [°] (ibid.)."""
 STIFFNESS = (70.0, 125.0)
 """Range of its stiffnesses [kg m/°] (ibid.)."""
-LEAST_MASS = 0.1
+MIN_MASS = 0.1
 """Least share of its stated mass that a link of a virtual arm has."""
 SPARE = 4.0
 """Variance of the residual, in that of the stated noise, above which a fit is refused."""
@@ -250,7 +250,7 @@ def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random
 def with_other_masses(robot: Robot, rng: np.random.Generator) -> Robot:
     """The arm with links whose masses, a tenth at least, and centres are off as their tolerances say."""
     heavy = [j for j in robot.joints if j.mass]
-    sizes = [j.mass * max(1.0 + j.mass_tolerance * rng.normal(), LEAST_MASS) for j in heavy if j.mass]
+    sizes = [j.mass * max(1.0 + j.mass_tolerance * rng.normal(), MIN_MASS) for j in heavy if j.mass]
     others = {
         j.name: replace(j, mass=mass, com=frozen(j.com + j.com_tolerance * rng.normal(size=3)))
         for j, mass in zip(heavy, sizes, strict=True)

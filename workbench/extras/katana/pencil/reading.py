@@ -36,7 +36,7 @@ INKED = 0.25
 """Least share of green light that the print absorbs, relative to red."""
 DARK = 0.15
 """Least share of red light that the pencil absorbs."""
-LEAST_DOTS = 500
+MIN_DOTS = 500
 """Red dots below which there is no print."""
 AROUND = 0.8
 """Share of the rays that must show the printed line."""
@@ -211,7 +211,7 @@ def _harmonics(angle: np.ndarray) -> Float[np.ndarray, "rays 5"]:
 def _rough(inked: np.ndarray, source: str) -> tuple[np.ndarray, float]:
     """Middle (row, column) and radius of the print, in dots, from the red dots alone."""
     row, column = np.nonzero(inked > INKED)
-    if len(row) < LEAST_DOTS:
+    if len(row) < MIN_DOTS:
         raise DataError(
             f"{source} shows no recognisable circle: there is no red print in it; print the sheet in colour "
             "and scan it in colour"
@@ -221,7 +221,7 @@ def _rough(inked: np.ndarray, source: str) -> tuple[np.ndarray, float]:
         circle = fit_circle(dots)
         away = np.abs(circle.out)
         dots = dots[away <= max(3.0 * float(np.median(away)), 2.0)]
-    if np.median(away) > ROUGH * circle.radius or len(dots) < LEAST_DOTS // 5:
+    if np.median(away) > ROUGH * circle.radius or len(dots) < MIN_DOTS // 5:
         raise DataError(
             f"{source} shows no recognisable circle: its red print is not round; scan the whole sheet and "
             "nothing else"

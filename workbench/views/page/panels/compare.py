@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from workbench.session.commands.compare import GREATEST_EXAGGERATION, LEAST_EXAGGERATION, SetOverlay, ShowRow
+from workbench.session.commands.compare import MAX_EXAGGERATION, MIN_EXAGGERATION, SetOverlay, ShowRow
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
 from workbench.session.state import Session, Tab
@@ -62,9 +62,7 @@ class ComparePanel(AbstractPanel):
                 for name, (label, hint) in SWITCHES.items()
             }
             self._times, self._times_after = (
-                self.number(
-                    label, getattr(overlay, name), (LEAST_EXAGGERATION, GREATEST_EXAGGERATION, 1.0), hint
-                )
+                self.number(label, getattr(overlay, name), (MIN_EXAGGERATION, MAX_EXAGGERATION, 1.0), hint)
                 for name, (label, hint) in FACTORS.items()
             )
         for control in (*self._switches.values(), self._times, self._times_after):

@@ -5,7 +5,7 @@ import viser
 from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.session.commands.data import (
     LARGEST_FILE,
-    MOST_MORE,
+    MAX_MORE,
     ForgetData,
     LoadData,
     MeasureVirtualArm,
@@ -48,7 +48,7 @@ class DataPanel(AbstractPanel):
             self._more = self.number(
                 "More poses",
                 MORE,
-                (0, MOST_MORE, 10),
+                (0, MAX_MORE, 10),
                 "Poses in the region to measure for fitting, besides the targets.",
             )
             self._instrument = gui.add_dropdown(

@@ -8,14 +8,14 @@ import viser
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.arm.robot import Robot
 from workbench.session.commands.arm import drawn_joints
-from workbench.session.commands.compare import LEAST_EXAGGERATION, SetOverlay
-from workbench.session.deflection import MOST_DRAWN, Bending, bend, bending_robot, drawable_bending
+from workbench.session.commands.compare import MIN_EXAGGERATION, SetOverlay
+from workbench.session.deflection import MAX_DRAWN, Bending, bend, bending_robot, drawable_bending
 from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import BENT, css
 from workbench.views.page.html import MUTED, badge, block, table, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
-GREATEST_BENDING = 500
+MAX_BENDING = 500
 
 
 class BendingPanel(AbstractPanel):
@@ -36,7 +36,7 @@ class BendingPanel(AbstractPanel):
             self._times = self.slider(
                 "Bending ×",
                 int(overlay.bending),
-                (int(LEAST_EXAGGERATION), GREATEST_BENDING, 1),
+                (int(MIN_EXAGGERATION), MAX_BENDING, 1),
                 "Exaggeration of the violet arm's deflection.",
             )
             self._table = gui.add_html("")
@@ -65,7 +65,7 @@ def _drawn(robot: Robot, q: np.ndarray, wanted: float) -> str:
         return ""
     return (
         f'<div style="color:{MUTED}">Drawn × {times:.3g} here: more would displace the arm by over '
-        f"{MOST_DRAWN * robot.reach * 1e3:.0f} mm.</div>"
+        f"{MAX_DRAWN * robot.reach * 1e3:.0f} mm.</div>"
     )
 
 

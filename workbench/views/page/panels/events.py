@@ -17,7 +17,7 @@ HINT = (
     "takes it back."
 )
 APART = "margin:2px 0 6px"
-MOST = 3
+MAX_BUTTONS = 3
 """Events with a button; of more, those after them once these have been pressed."""
 
 
@@ -34,7 +34,7 @@ class EventButtons:
                 gui.add_html("", visible=False),
                 panel.button(SPLIT, partial(split, place), viser.Icon.ARROWS_SPLIT_2, HINT, visible=False),
             )
-            for place in range(MOST)
+            for place in range(MAX_BUTTONS)
         ]
 
     def show(self, session: Session) -> None:

@@ -13,7 +13,7 @@ from workbench.views.page.html import MUTED, label, text
 LABELS = ("X", "Y", "Z", "norm")
 CELL, GAP, LEFT, TOP = (150.0, 78.0), 12.0, 46.0, 18.0
 """Size of one plot, room between two, and room for words."""
-MOST_STEMS = 400
+MAX_STEMS = 400
 """Rows drawn at most; of more, evenly chosen ones."""
 
 
@@ -73,7 +73,7 @@ def _cell(x, y, values, place, held, span: float, row: int, unit: str) -> str:
         'stroke-width=".5"/>',
         label(x + 3, y + 10, f"±{span:.2g}" if not is_norm else f"{span:.2g}"),
     ]
-    for k in np.flatnonzero(np.isfinite(values))[:: max(1, -(-len(values) // MOST_STEMS))]:
+    for k in np.flatnonzero(np.isfinite(values))[:: max(1, -(-len(values) // MAX_STEMS))]:
         at, end = x + step * (place[k] - 0.5), zero - room * values[k] / span
         colour = css(HELD_OUT if held[k] else FITTED)
         kind = "held out" if held[k] else "fitted"

@@ -20,9 +20,9 @@ from workbench.views.page.panels.panel import AbstractPanel, set_options
 COLUMNS, CELL, PLOT = 2, (190.0, 108.0), (150.0, 70.0)
 """Plots in a row, size of each with its words, and of its frame."""
 LEFT, TOP = 34.0, 18.0
-MOST_DOTS, BINS, FEWEST = 200, 9, 4
+MAX_DOTS, BINS, MIN_DOTS = 200, 9, 4
 """Rows drawn, bins of the mean, and rows that a bin has at least."""
-LEAST_MOVED = float(np.deg2rad(2.0))
+MIN_MOVED = float(np.deg2rad(2.0))
 """A joint [rad or m] that moves less has no plot."""
 
 
@@ -110,12 +110,12 @@ def _cell(
         f'<rect x="{LEFT}" y="{TOP}" width="{PLOT[0]}" height="{PLOT[1]}" fill="none" '
         f'style="stroke:{colour if is_blamed else LINE}" stroke-width="{1.6 if is_blamed else 0.8}"/>',
     ]
-    if high - low < LEAST_MOVED * (1e3 if unit == " mm" else np.rad2deg(1.0)):
+    if high - low < MIN_MOVED * (1e3 if unit == " mm" else np.rad2deg(1.0)):
         return "".join([*parts, label(LEFT + 8, TOP + 0.5 * PLOT[1], "hardly moved")])
     if not np.isfinite(left).any():
         return "".join([*parts, label(LEFT + 8, TOP + 0.5 * PLOT[1], "does not move the tool")])
     px = LEFT + PLOT[0] * (x - low) / (high - low)
-    some = np.unique(np.linspace(0, len(x) - 1, min(len(x), MOST_DOTS)).round().astype(int))
+    some = np.unique(np.linspace(0, len(x) - 1, min(len(x), MAX_DOTS)).round().astype(int))
     for k, ink in inks.items():
         parts.append(_dots(px[some], _level(left[some, k], top), ink, 0.45))
     parts += [_means(px, left[:, k], top, ink) for k, ink in inks.items()]
@@ -159,7 +159,7 @@ def _bins(x: np.ndarray, values: np.ndarray, top: float) -> Iterator[tuple[float
     part = np.minimum((BINS * (x - LEFT) / PLOT[0]).astype(int), BINS - 1)
     for k in range(BINS):
         mine = values[(part == k) & np.isfinite(values)]
-        if len(mine) >= FEWEST and abs(mean := float(mine.mean())) <= top:
+        if len(mine) >= MIN_DOTS and abs(mean := float(mine.mean())) <= top:
             yield LEFT + PLOT[0] * (k + 0.5) / BINS, float(_level(np.array(mean), top))
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import viser
 
-from workbench.plate.patterns import MOST_TARGETS, PATTERNS
+from workbench.plate.patterns import MAX_TARGETS, PATTERNS
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.commands.target_placement import ApplyPattern
 from workbench.session.state import Session, Tab
@@ -49,7 +49,7 @@ class PatternPanel(AbstractPanel):
         self._pattern = gui.add_dropdown(
             "Pattern", list(KINDS), hint="Layout of the targets. The circle is the paper's Table 2."
         )
-        self._count = self.number("Targets", 10, (1, MOST_TARGETS, 1), "Number of targets.")
+        self._count = self.number("Targets", 10, (1, MAX_TARGETS, 1), "Number of targets.")
         self._centre = gui.add_vector3(
             "Centre [mm]", (316.0, 354.0, 235.0), step=1.0, hint="Centre of the pattern in the base frame."
         )

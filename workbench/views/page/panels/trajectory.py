@@ -9,9 +9,9 @@ from workbench.base.wording import capital, in_mm
 from workbench.plate.region import Region
 from workbench.session.commands.trajectory import (
     CIRCLE,
-    GREATEST_TIME,
-    LEAST_TIME,
     LINE,
+    MAX_TIME,
+    MIN_TIME,
     PLANES,
     SLOWEST,
     LeaveTrack,
@@ -35,12 +35,12 @@ from workbench.views.page.style import OVER, OVER_HEIGHT
 KINDS = {"Circle": CIRCLE, "Straight line": LINE}
 WIDTH, ROOM = 340, OVER_HEIGHT // 2
 """Width of the curves, and height of the error's and of the joints' part."""
-LEAST_MOVED = 1.0
+MIN_MOVED = 1.0
 """A joint that moves less is drawn as nearly at rest [° or mm]."""
 JOINT_INKS = ("#3b82f6", "#16a34a", "#c2700a", "#db2777", "#7c3aed", "#0891b2", "#737373")
 EMPTY_NOTE = "Plan a path, then play it. After an identification, both arms follow it and the error is shown."
 QUICKEST = 5.0
-LEAST_SHOWN = 1e-6
+MIN_SHOWN = 1e-6
 """Error that the curve's full height stands for, at least [m]."""
 
 
@@ -78,10 +78,7 @@ class TrackPanel(AbstractPanel):
             )
             self._plane = gui.add_dropdown("Plane", list(PLANES), hint="Plane of the path.")
             self._duration = self.number(
-                "Duration [s]",
-                10.0,
-                (LEAST_TIME, GREATEST_TIME, 1.0),
-                "Time from start to end, at rest at both.",
+                "Duration [s]", 10.0, (MIN_TIME, MAX_TIME, 1.0), "Time from start to end, at rest at both."
             )
             self._corrected = gui.add_checkbox(
                 "Corrected",
@@ -197,10 +194,10 @@ def curves(track: Track) -> str:
     parts = []
     is_shown = track.before is not None and not track.is_corrected
     if is_shown:
-        errors = track.errors / max(float(track.errors.max()), LEAST_SHOWN)
+        errors = track.errors / max(float(track.errors.max()), MIN_SHOWN)
         parts.append(_polyline(track.time, errors, 0.0, "currentColor"))
     for column, ink in zip(shown_joints(track.robot, track.q).T, JOINT_INKS * 2, strict=False):
-        share = (column - column.min()) / max(float(np.ptp(column)), LEAST_MOVED)
+        share = (column - column.min()) / max(float(np.ptp(column)), MIN_MOVED)
         parts.append(_polyline(track.time, share, ROOM, ink))
     drawn = f'<svg viewBox="0 0 {WIDTH} {2 * ROOM}" preserveAspectRatio="none">{"".join(parts)}</svg>'
     top = f"error, largest {in_mm(track.errors.max())}" if is_shown else ""
