@@ -43,8 +43,8 @@ def test_weights_are_shares_of_the_greatest(katana, poses):
     found = influence(katana, Motion(poses), names=CONSTANTS)
     assert np.allclose(found.weights.max(axis=1), 1.0)
     assert np.allclose(found.weights * found.distances.max(axis=1, keepdims=True), found.distances)
-    assert (found.least <= found.mean).all()
-    assert (found.mean <= found.greatest).all()
+    assert (found.minimum <= found.mean).all()
+    assert (found.mean <= found.maximum).all()
 
 
 def test_the_thesis_reads_like_ours(katana, poses):
@@ -53,8 +53,8 @@ def test_the_thesis_reads_like_ours(katana, poses):
     nearer to the arm; the printed value lies within what θ2 does over the poses."""
     found = influence(katana, Motion(poses), names=CONSTANTS)
     mean = dict(zip(CONSTANTS, found.mean, strict=True))
-    greatest = dict(zip(CONSTANTS, found.greatest, strict=True))
-    least = dict(zip(CONSTANTS, found.least, strict=True))
+    greatest = dict(zip(CONSTANTS, found.maximum, strict=True))
+    least = dict(zip(CONSTANTS, found.minimum, strict=True))
     assert max(mean, key=mean.get) == "joint2.theta"
     assert np.isclose(mean["joint3.alpha"], PRINTED_INFLUENCE["joint3.alpha"], rtol=0.10)
     assert np.isclose(mean["joint2.theta"], 0.78 * PRINTED_INFLUENCE["joint2.theta"], rtol=0.03)

@@ -66,4 +66,4 @@ def test_a_small_file_takes_little_memory(tmp_path):
 
 def test_a_device_without_end_is_refused():
     with pytest.raises(FileError, match="more than 1 MiB"):
-        files.read_bytes("/dev/zero", wanted="a measurement file", most=2**20)
+        files.read_bytes("/dev/zero", wanted="a measurement file", maximum=2**20)

@@ -121,5 +121,5 @@ def test_an_effect_that_a_tenth_of_the_rows_makes_does_not_survive(everywhere):
     q[:, 1] -= size * np.sin(q[:, 1])
     searched = searched_with(geometric(replace(case, data=replace(case.data, q=q))), ECCENTRIC)
     assert place_of(searched, searched.found.model).own > np.log(claimed_causes.CERTAIN)
-    kept = survival(searched, searched.found.model, [], (), least=np.log(20.0))
+    kept = survival(searched, searched.found.model, [], (), minimum=np.log(20.0))
     assert kept.holds is everywhere

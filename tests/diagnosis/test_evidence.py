@@ -204,7 +204,7 @@ def test_what_is_larger_than_credible_is_not_offered():
     """Column units are arbitrary here: 40 of them are found where 30, then 60, are the most."""
     table = Table(4, joint1_cos2=40.0)
     for most, is_offered in ((60.0, True), (30.0, False)):
-        grams = replace(table.grams, most=np.where(np.arange(len(table.names)) == 2, most, np.inf))
+        grams = replace(table.grams, maximum=np.where(np.arange(len(table.names)) == 2, most, np.inf))
         found = {o.term.candidate for o in offers(left_by(grams, ()), FREE)}
         assert (FREE[1] in found) is is_offered
 
@@ -217,14 +217,14 @@ def test_free_coefficients_are_expected_within_what_is_credible():
     prior = np.column_stack([np.zeros((4, GEOMETRY)), np.eye(4) / 25.0])
     target = np.concatenate([table.left, np.zeros(4)])
     by_hand = np.linalg.lstsq(np.vstack([design, prior]), target, rcond=None)[0][GEOMETRY:]
-    found = coefficients(replace(table.grams, most=most), model)
+    found = coefficients(replace(table.grams, maximum=most), model)
     scales = [table.scale[table.names.index(n)] for n in found]
     assert np.array(list(found.values())) * scales == pytest.approx(by_hand, rel=1e-4)
 
 
 def test_shrunk_coefficients_scatter_by_no_more_than_is_credible():
     table = Table(0, **TRUE)
-    grams = replace(table.grams, most=np.full(len(table.names), 0.5))
+    grams = replace(table.grams, maximum=np.full(len(table.names), 0.5))
     names = [table.names.index(n) for n in SHRUNK.names]
     wide, narrow = (offer(left_by(g, ()), SHRUNK).term.precision for g in (table.grams, grams))
     widest = (table.scale[names] ** 2 * np.diag(SMOOTH)).max() / 0.5**2
@@ -237,7 +237,7 @@ def test_an_effect_that_other_folds_do_not_ask_for_is_dropped():
     table = Table(4, joint1_cos2=40.0)
     truth, chance = Term(FREE[1]), Term(FREE[5])
     assert supported(table.grams, (truth, chance)) == (truth,)
-    grams = replace(table.grams, most=np.full(len(table.names), 20.0))
+    grams = replace(table.grams, maximum=np.full(len(table.names), 20.0))
     assert supported(grams, (truth,)) == ()
 
 

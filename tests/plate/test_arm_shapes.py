@@ -110,7 +110,7 @@ def test_what_only_tells_whether_the_clearance_is_kept_agrees_with_the_distances
     every, hulls = np.ones(len(arm.pieces), bool), [plate_hull(plate)]
     for measure in (arm.own_distances, lambda *a, **k: arm.hull_distances(*a, hulls, checked=every, **k)):
         exact = measure(placements)
-        quick = measure(placements, far=0.0101, least=0.01)
+        quick = measure(placements, far=0.0101, minimum=0.01)
         assert ((exact >= 0.01) == (quick >= 0.01)).all()
         assert 0 < (exact < 0.01).sum() < len(exact)
 

@@ -81,8 +81,8 @@ class Observed:
         }
 
 
-def some_of(q: Float[np.ndarray, "rows n"], most: int = POSES) -> np.ndarray:
+def some_of(q: Float[np.ndarray, "rows n"], maximum: int = POSES) -> np.ndarray:
     """Rows that stand for all of them: those with the extremes of each joint, the others evenly spread."""
     ends = np.concatenate([q.argmin(0), q.argmax(0)])
-    even = np.linspace(0, len(q) - 1, min(len(q), most)).round().astype(int)
+    even = np.linspace(0, len(q) - 1, min(len(q), maximum)).round().astype(int)
     return np.unique(np.concatenate([ends, even]))

@@ -165,7 +165,7 @@ def _check_angles(joint: ET.Element, path: Path) -> None:
 def _root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
     """The file's <robot>, comments included."""
     parser = ET.XMLParser(target=ET.TreeBuilder(insert_comments=True))
-    content = read_bytes(path, wanted=wanted, most=LARGEST_FILE)
+    content = read_bytes(path, wanted=wanted, maximum=LARGEST_FILE)
     try:
         return ET.fromstring(content, parser=parser)
     except ET.ParseError as error:
@@ -212,14 +212,16 @@ def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
     leaves = [to_root(link) for link in ends]
     if not leaves:
         raise FileError("has no link at which a chain ends; a serial chain is needed", path=str(path))
-    most = max(count(joints) for joints in leaves)
-    if most == 0:
+    maximum = max(count(joints) for joints in leaves)
+    if maximum == 0:
         raise FileError("has no joint that moves", path=str(path))
-    best = [joints for joints in leaves if count(joints) == most]
+    best = [joints for joints in leaves if count(joints) == maximum]
     last_moving = [max(i for i, j in enumerate(joints) if j.type != "fixed") for joints in best]
     if len({joints[i].name for joints, i in zip(best, last_moving, strict=True)}) > 1:
         tips = ", ".join(joints[-1].child for joints in best)
-        raise FileError(f"has several chains of {most} moving joints; choose a tip: {tips}", path=str(path))
+        raise FileError(
+            f"has several chains of {maximum} moving joints; choose a tip: {tips}", path=str(path)
+        )
     if len(best) > 1:  # several tools on one flange: stop at the flange
         return best[0][: last_moving[0] + 1]
     return best[0]

@@ -218,8 +218,8 @@ def away_words(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[s
     """
     if max(left.position_max, left.rotation_max) < EXACT:
         return ()
-    mean, most = off_words(robot, left)
-    at = f"{mean} on average from the calibrated model, up to {most}, over {poses} poses"
+    mean, maximum = off_words(robot, left)
+    at = f"{mean} on average from the calibrated model, up to {maximum}, over {poses} poses"
     if robot.calibration is None or (own := robot.calibration.error) is None:
         return (f"the {name} is {at}",)
     used = np.hypot(own.position, left.position_mean)

@@ -117,5 +117,5 @@ def _bound(seconds: float, memory: int) -> None:
         pages = int(Path("/proc/self/statm").read_text().split()[0])
     except OSError:  # systems that don't tell, and don't keep the bound either
         return
-    most = pages * resource.getpagesize() + memory
-    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    maximum = pages * resource.getpagesize() + memory
+    resource.setrlimit(resource.RLIMIT_AS, (maximum, maximum))

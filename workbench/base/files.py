@@ -22,35 +22,35 @@ STANDARD_OUTPUT = ("-", "/dev/stdout", "/dev/fd/1")
 _WAITING: ContextVar[list[Callable[[], None]] | None] = ContextVar("waiting", default=None)
 
 
-def read_bytes(path: Path | str, *, wanted: str, most: int = MAX_FILE_BYTES) -> bytes:
+def read_bytes(path: Path | str, *, wanted: str, maximum: int = MAX_FILE_BYTES) -> bytes:
     """Contents of a file.
 
     Args:
         path: Which.
         wanted: What to give instead, such as "a measurement file".
-        most: The largest size that is read [bytes].
+        maximum: The largest size that is read [bytes].
 
     Raises:
         FileError: it can't be opened, or is too large.
     """
     try:
         with open(path, "rb") as file:
-            content = _all_of(file, most + 1)
+            content = _all_of(file, maximum + 1)
     except OSError as error:
         raise FileError(f"can't be opened ({error.strerror}); give {wanted}", path=str(path)) from None
     except ValueError as error:  # a name with a zero byte
         raise FileError(f"can't be opened ({error}); give {wanted}", path=str(path)) from None
-    if len(content) > most:
-        raise FileError(f"has more than {most / 2**20:.0f} MiB; give {wanted}", path=str(path))
+    if len(content) > maximum:
+        raise FileError(f"has more than {maximum / 2**20:.0f} MiB; give {wanted}", path=str(path))
     return content
 
 
-def _all_of(file: BinaryIO, most: int) -> bytes:
+def _all_of(file: BinaryIO, maximum: int) -> bytes:
     """So many bytes, or all there are; asked for at once, they would have their memory beforehand."""
     parts: list[bytes] = []
-    while most > 0 and (part := file.read(min(most, CHUNK))):
+    while maximum > 0 and (part := file.read(min(maximum, CHUNK))):
         parts.append(part)
-        most -= len(part)
+        maximum -= len(part)
     return b"".join(parts)
 
 

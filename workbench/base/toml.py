@@ -38,7 +38,7 @@ class AbstractTableReader(ABC):
         """The file's tables."""
         if not Path(self.path).exists():
             raise self.fail(f"there is no such file; give {self.otherwise}")
-        content = read_bytes(self.path, wanted=self.wanted, most=LARGEST_FILE)
+        content = read_bytes(self.path, wanted=self.wanted, maximum=LARGEST_FILE)
         try:
             return tomllib.loads(content.decode("utf-8-sig"))
         except UnicodeDecodeError as error:

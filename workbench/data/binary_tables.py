@@ -34,14 +34,14 @@ Cells = tuple[list[list[str]], list[int]]
 def read_workbook(data: bytes, path: Path) -> dict[str, Cells]:
     """Cells of each sheet by its name."""
     what, instead = "this workbook", "save it again as .xlsx, or as CSV"
-    most = min(max(MIN_BYTES, RATIO * len(data)), MAX_BYTES)
+    maximum = min(max(MIN_BYTES, RATIO * len(data)), MAX_BYTES)
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
             unpacked = sum(entry.file_size for entry in archive.infolist())
     except Exception as error:  # a broken archive raises nearly anything
         raise _refusal(what, type(error).__name__, instead, path) from None
-    if unpacked > most:
-        why = f"it unpacks to {unpacked / MEBIBYTE:.0f} MiB, and at most {most / MEBIBYTE:.0f} are read"
+    if unpacked > maximum:
+        why = f"it unpacks to {unpacked / MEBIBYTE:.0f} MiB, and at most {maximum / MEBIBYTE:.0f} are read"
         raise _refusal(what, why, "save the measurements alone, or as CSV", path)
     return _read(workbook_cells, "openpyxl", data, path, what=what, instead=instead)
 

@@ -80,8 +80,8 @@ def distinct(found: Sequence[Offer]) -> list[Offer]:
 def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
     """The best candidates for the place of an accepted term, each with the model that they would join."""
     place = place_of(searched, (term,))
-    least = max(MENTIONED * place.own, place.own - MUCH_WORSE)
-    near = distinct([o for o in place.offers if o.gain > least])
+    minimum = max(MENTIONED * place.own, place.own - MUCH_WORSE)
+    near = distinct([o for o in place.offers if o.gain > minimum])
     return [(place.left.model, found) for found in near[:LISTED]]
 
 
@@ -244,11 +244,11 @@ def find_causes(
     scatter = readings(searched.stage.geometric)
     fitted = searched.stage.fitted
     smooth = smooth_part(fitted.problem.with_noise(searched.stage.geometric.noise), fitted.fit.x)
-    most = _most(arm, motion)
+    maximum = _most(arm, motion)
     after = validated(searched.grams, searched.found.model)
     count = searched.grams.count
     left = float(np.sqrt(after.sum() / count))
-    least = max(PART_OF_NOISE * _noise(left, known, floor), PART_OF_REST * left)
+    minimum = max(PART_OF_NOISE * _noise(left, known, floor), PART_OF_REST * left)
     found = []
     groups = _groups(searched.found.model)
     without = validated_without(searched.grams, searched.found.model, groups)
@@ -256,12 +256,12 @@ def find_causes(
         effects = tuple(sized[t.candidate.names] for t in group)
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
         is_map = group[0].candidate.shrunk and group[0].candidate.effect.maps_joint
-        if is_map or size < least or fall.mean() <= standard_error(fall):
+        if is_map or size < minimum or fall.mean() <= standard_error(fall):
             continue
         found_sizes = [(n, s) for e in effects for n, s in zip(e.names, e.coefficients, strict=True)]
         if all(abs(s) < SURE * std[n] for n, s in found_sizes):
             continue
-        if _is_masked_by_scatter(effects, most, scatter):
+        if _is_masked_by_scatter(effects, maximum, scatter):
             continue
         odds, rivals, survive = _against_rivals(searched, group)
         explained = 1e3 * float(np.sqrt(3.0)) * known.position * size
@@ -271,7 +271,7 @@ def find_causes(
         doubt = together(effects).doubt(motion)
         if (
             is_strained
-            or fall.mean() - standard_error(fall) < least**2 * count / len(fall)
+            or fall.mean() - standard_error(fall) < minimum**2 * count / len(fall)
             or smooth > SMOOTH * size
             or len(unclear) == len(sizes)
             or doubt is not None
@@ -326,12 +326,14 @@ def _groups(model: Model) -> list[Model]:
     return list(out.values())
 
 
-def _is_masked_by_scatter(effects: Sequence[AbstractEffect], most: Sizes, scatter: Readings | None) -> bool:
+def _is_masked_by_scatter(
+    effects: Sequence[AbstractEffect], maximum: Sizes, scatter: Readings | None
+) -> bool:
     """Whether effects of a joint's position or motion don't stand out of what that joint alone scatters."""
     if scatter is None:
         return False
     mine = [e for e in effects if not e.loads and e.joints and e.joints[0] in scatter.alone]
-    return any(most[e.names] < STANDS_OUT * scatter.sigma[e.joints[0]] for e in mine)
+    return any(maximum[e.names] < STANDS_OUT * scatter.sigma[e.joints[0]] for e in mine)
 
 
 def _most(arm: Robot, motion: Motion) -> Sizes:
@@ -367,7 +369,7 @@ def _against_rivals(
     stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MAX_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
-    survive = partial(survival, searched, group, rivals, including, least=float(np.log(PROBABLE)))
+    survive = partial(survival, searched, group, rivals, including, minimum=float(np.log(PROBABLE)))
     return odds, tuple(o.term.candidate.effect for o in close[:LOOK_ALIKES]), survive
 
 

@@ -44,7 +44,7 @@ class Grams:
             gravity that act through it. They go with the effect: without it, no mass is seen.
         known: Standard deviations of these, scaled as the columns are.
         reach: How far a model may be expected to move each of the unknowns that are no coefficients.
-        most: Largest credible size of every coefficient, scaled as the columns are; any by default.
+        maximum: Largest credible size of every coefficient, scaled as the columns are; any by default.
         history: Inner products of U further columns, which events may change, with all columns and among
             themselves, within each piece of the time; None where nobody asked.
     """
@@ -57,7 +57,7 @@ class Grams:
     inertia: Mapping[tuple[str, ...], tuple[str, ...]] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     reach: Float[np.ndarray, " p"] | float = TETHER
-    most: Float[np.ndarray, " c"] | None = None
+    maximum: Float[np.ndarray, " c"] | None = None
     history: Float[np.ndarray, "pieces u gc1u"] | None = None
 
     @cached_property
@@ -119,9 +119,9 @@ class Grams:
 
     def bounds(self, names: Sequence[str]) -> np.ndarray:
         """Largest credible sizes of some scaled coefficients."""
-        if self.most is None:
+        if self.maximum is None:
             return np.full(len(names), np.inf)
-        return self.most[self.columns(names) - self.geometry]
+        return self.maximum[self.columns(names) - self.geometry]
 
 
 def compress(
@@ -221,7 +221,7 @@ def _bounds(problem: Problem, arm: Robot, effects: Sequence[AbstractEffect]) -> 
     offered, motion = {n for e in effects for n in e.names}, Motion.of(problem.data)
     chain = arm.with_effects(*effects, *(e for e in arm.effects if not offered & set(e.names))).chain
     wrenches = known_wrenches(arm, motion) if any(e.loads for e in effects) else NO_WRENCHES
-    return [most for e in effects for most in e.bounds(chain, motion, wrenches)]
+    return [maximum for e in effects for maximum in e.bounds(chain, motion, wrenches)]
 
 
 def weighed(problem: Problem, arm: Robot) -> list[AbstractEffect]:

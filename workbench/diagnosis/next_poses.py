@@ -234,8 +234,8 @@ def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
 
 def _unmeasured(data: Dataset, q: np.ndarray, arm: Robot, session: str) -> Dataset:
     """Rows as the instrument that saw most of them would see them, drivers as in a typical row."""
-    most = max((rows for _, rows in observed_kinds(data)), key=len)
-    like = data.take(np.resize(most, len(q)))
+    maximum = max((rows for _, rows in observed_kinds(data)), key=len)
+    like = data.take(np.resize(maximum, len(q)))
     poses = tool_poses(arm, Motion(q))
     return replace(
         like,

@@ -49,7 +49,7 @@ class Survival:
 
 
 def survival(
-    searched: Searched, group: Model, rivals: Sequence[Offer], including: Container[int], *, least: float
+    searched: Searched, group: Model, rivals: Sequence[Offer], including: Container[int], *, minimum: float
 ) -> Survival:
     """What is left of a claim that the rows prefer.
 
@@ -58,19 +58,19 @@ def survival(
         group: Terms of the claim.
         rivals: Other claims for their place, the best first.
         including: Candidates, by their `id`, that hold the claim as a special case and are no rivals.
-        least: Log evidence by which it must stay better than others.
+        minimum: Log evidence by which it must stay better than others.
     """
     kinds = [c for c in searched.offered.candidates if c.alike and kind_of(Term(c)) == kind_of(group[0])]
     widest = max(kinds, key=lambda c: len(c.names), default=None)
     left = place_of(searched, group).left
-    weak = _weak_joints(left, group, widest, least)
+    weak = _weak_joints(left, group, widest, minimum)
     if widest is not None and (whole := offer(left, widest)) is not None:
         weak |= {j for j, z in _clearness(left, (whole.term,)).items() if z < CLEAR and j in _joints(group)}
     for other in _otherwise(searched, [o.term.candidate for o in rivals[:RIVALS]], kinds):
         place = place_of(other, group)
-        if place.own - best_of([o for o in place.offers if id(o.term.candidate) not in including]) < least:
+        if place.own - best_of([o for o in place.offers if id(o.term.candidate) not in including]) < minimum:
             return Survival(False, frozenset())
-        weak |= _weak_joints(place.left, group, widest, least)
+        weak |= _weak_joints(place.left, group, widest, minimum)
     return Survival(None not in weak, frozenset(j for j in weak if j is not None))
 
 
@@ -102,11 +102,11 @@ def _joints(group: Model) -> set[int]:
     return {j for t in group for j in t.candidate.effect.joints}
 
 
-def _weak_joints(left: Left, group: Model, widest: Candidate | None, least: float) -> set[int | None]:
+def _weak_joints(left: Left, group: Model, widest: Candidate | None, minimum: float) -> set[int | None]:
     """Joints of which a claim's coefficients are not significant, or in whose place others would do; None for
     coefficients that are of no joint in particular."""
     weak = {j for j, z in _clearness(left, group).items() if z < SURE}
-    return weak | (set() if widest is None else _exchangeable(left, group, widest, least))
+    return weak | (set() if widest is None else _exchangeable(left, group, widest, minimum))
 
 
 def _clearness(left: Left, group: Model) -> dict[int | None, float]:
@@ -122,7 +122,7 @@ def _clearness(left: Left, group: Model) -> dict[int | None, float]:
     return clearness([t.candidate.effect.sized(sizes) for t in group], errors)
 
 
-def _exchangeable(left: Left, group: Model, widest: Candidate, least: float) -> set[int | None]:
+def _exchangeable(left: Left, group: Model, widest: Candidate, minimum: float) -> set[int | None]:
     """Joints of an effect of several that others, or none, could stand for."""
     every = widest.effect.joints
     mine = sorted(_joints(group))
@@ -138,6 +138,6 @@ def _exchangeable(left: Left, group: Model, widest: Candidate, least: float) -> 
         others = [set(mine) - {joint} | {k} for k in every if k not in mine]
         if len(mine) > 2:
             others.append(set(mine) - {joint})
-        if max(map(gain, others), default=-np.inf) > best - least:
+        if max(map(gain, others), default=-np.inf) > best - minimum:
             out.add(joint)
     return out

@@ -165,9 +165,9 @@ def _idle(searched: Searched, robot: Robot, motion: Motion) -> set[str]:
     wrenches, joints = motion_wrenches(robot, motion), range(robot.dof)
     about = np.sqrt((own(robot.chain, joints, wrenches) ** 2).mean(0))
     tipping = np.sqrt((across(robot.chain, joints, wrenches) ** 2).sum(-1).mean(0))
-    least = IDLE * max(about.max(), tipping.max())
+    minimum = IDLE * max(about.max(), tipping.max())
     size = {Loads.OWN: about, Loads.ALL: tipping}
-    return {c.names[0] for c in _asked(searched) if size[c.effect.loads][c.effect.joints[0]] < least}
+    return {c.names[0] for c in _asked(searched) if size[c.effect.loads][c.effect.joints[0]] < minimum}
 
 
 def _listed(text) -> str:

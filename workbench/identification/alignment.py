@@ -57,12 +57,12 @@ def align(
             rough = align(robot, some, freedom, noise=noise, known=known, limit=limit)
             problem = Problem.build(rough, data, free=(), frames=freedom, noise=noise, known=known)
             return _standing_as(robot, problem.robot_at(Opt2(limit=limit).search(problem).x))
-    best, least = robot, np.inf
+    best, minimum = robot, np.inf
     for start in starts(robot, data, freedom):
         problem = Problem.build(start, data, free=(), frames=freedom, noise=noise, known=known)
         search = Opt2(limit=limit).search(problem)
-        if search.history[-1] < least:
-            best, least = problem.robot_at(search.x), search.history[-1]
+        if search.history[-1] < minimum:
+            best, minimum = problem.robot_at(search.x), search.history[-1]
     return _standing_as(robot, best)
 
 

@@ -128,7 +128,7 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
         return found
     if error > some * robot.reach:
         found = _with_rival(found, data, seen)
-    reading = explained(_bare(robot), seen, error, most=SOME * robot.reach)
+    reading = explained(_bare(robot), seen, error, maximum=SOME * robot.reach)
     if reading is not None and not reading.error > found.rival_error:
         found = replace(found, rival="", rival_name="", rival_error=np.nan)
         return replace(found, mistake=reading.text, mistake_error=reading.error, is_foreign=True)

@@ -204,7 +204,7 @@ def _names(arm: Robot, parts: tuple[ControllerPart, ...]) -> tuple[str, ...]:
 def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows n"]) -> Iterator[str]:
     """Where an arm misses more than the one with which the search began."""
     actual = usable.robot.with_effects(*divided(usable.robot)[0])
-    least = SMALL if usable.sees_rotation else NOTICED
+    minimum = SMALL if usable.sees_rotation else NOTICED
     for where, rows in (("at the measured poses", q), ("within the joint limits", sampled(arm))):
         for place, tool in (("tool", None), ("flange", Frame())):
             wanted, old, new = (
@@ -214,7 +214,7 @@ def _losses(usable: Usable, start: Robot, arm: Robot, q: Float[np.ndarray, "rows
             if after.position_mean > WORSE * before.position_mean + SMALL:
                 change = f"{in_mm(before.position_mean)} → {in_mm(after.position_mean)}"
                 yield f"{place} positions {where}: {change}"
-            if after.rotation_mean > WORSE * before.rotation_mean + least:
+            if after.rotation_mean > WORSE * before.rotation_mean + minimum:
                 sizes = np.rad2deg([before.rotation_mean, after.rotation_mean])
                 yield f"{place} orientations {where}: {sizes[0]:.3f}° → {sizes[1]:.3f}°"
 

@@ -232,15 +232,15 @@ def _members(scale: np.ndarray, groups: Sequence[np.ndarray] | np.ndarray) -> Fl
 
 def _fit(tables: Sequence[_Table], members: np.ndarray, size: np.ndarray, stated: bool) -> _Answer:
     """The most likely sizes ≥ 0 by Fisher's scoring: each step is a non-negative least-squares problem."""
-    least = np.append(np.zeros(2) if stated else np.full(2, MIN_VARIANCE_SHARE), np.zeros(len(size) - 2))
-    size = np.maximum(size, least)
+    minimum = np.append(np.zeros(2) if stated else np.full(2, MIN_VARIANCE_SHARE), np.zeros(len(size) - 2))
+    size = np.maximum(size, minimum)
     cost, slope, information = _cost(tables, members @ size)
     for _ in range(MAX_SCORING_STEPS):
         down, curved = members.T @ slope, members.T @ information @ members
         curved[np.diag_indices(len(size))] += 1e-9 * max(float(np.trace(curved)), 1e-300)
         root = np.linalg.cholesky(curved).T
-        aim = root @ (size - least) - np.linalg.solve(root.T, down)
-        step = optimize.nnls(root, aim)[0] + least - size
+        aim = root @ (size - minimum) - np.linalg.solve(root.T, down)
+        step = optimize.nnls(root, aim)[0] + minimum - size
         promised = -float(down @ step)
         for _ in range(HALVINGS):
             new = _cost(tables, members @ (size + step))
@@ -286,14 +286,14 @@ def _cost(tables: Sequence[_Table], variances: np.ndarray) -> tuple[float, np.nd
         slope[:2] += 0.5 * np.bincount(table.channel, each, 2)
         slope[2:] += 0.5 * ((columns**2).sum((0, 1)) - weight @ along**2)
         share = 0.5 / (FREEDOM + count + 2.0)
-        most = (FREEDOM + count) * share
+        maximum = (FREEDOM + count) * share
         channel = np.eye(2)[table.channel]
-        seen = np.tensordot(most, precision**2 * table.live[:, :, None] * table.live[:, None], 1)
-        mixed = channel.T @ np.tensordot(most, (transposed @ columns) ** 2, 1)
+        seen = np.tensordot(maximum, precision**2 * table.live[:, :, None] * table.live[:, None], 1)
+        mixed = channel.T @ np.tensordot(maximum, (transposed @ columns) ** 2, 1)
         information[:2, :2] += channel.T @ seen @ channel
         information[:2, 2:] += mixed
         information[2:, :2] += mixed.T
-        information[2:, 2:] += np.tensordot(most, (columns.transpose(0, 2, 1) @ columns) ** 2, 1)
+        information[2:, 2:] += np.tensordot(maximum, (columns.transpose(0, 2, 1) @ columns) ** 2, 1)
         trace = np.concatenate([(alone * table.live) @ channel, (columns**2).sum(1)], axis=1)
         information -= trace.T @ (trace * share[:, None])
     return value, slope, information

@@ -55,19 +55,19 @@ class CorrectedRows:
         return self.error * self.shrunk
 
 
-def explained(robot: Robot, seen: Dataset, error: float, *, most: float) -> CorrectedRows | None:
+def explained(robot: Robot, seen: Dataset, error: float, *, maximum: float) -> CorrectedRows | None:
     """The mistake that explains why rows miss their arm, or two or three that do alike; None if nothing does.
 
     Args:
         robot: Nominal arm without effects.
         seen: A few dozen rows with measured points, of one session.
         error: What they leave as they are [m].
-        most: What an arm's own rows leave at most [m].
+        maximum: What an arm's own rows leave at most [m].
     """
     rough = [replace(r, error=rough_error(robot, r.rows)) for r in _readings(robot, seen)]
     nearest = sorted(rough, key=lambda r: r.cost)[:REFINED]
     close = [replace(r, error=median_error(aligned(robot, r.rows, FRAME_STEPS), r.rows)) for r in nearest]
-    found = sorted((r for r in close if r.error < most and r.cost < error / BETTER), key=lambda r: r.cost)
+    found = sorted((r for r in close if r.error < maximum and r.cost < error / BETTER), key=lambda r: r.cost)
     alike = [r for r in found if r.cost < ALONE * found[0].cost]
     likely = [r for r in alike if not any(_is_part(other, r) for other in alike)]
     if not 0 < len(likely) <= MAX_LIKELY:

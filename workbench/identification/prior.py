@@ -101,7 +101,7 @@ def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
         OptionError: a joint to renew that the result does not have, or nothing left to know.
     """
     wanted = "the file that 'workbench identify --json' wrote"
-    content = read_bytes(path, wanted=wanted, most=LARGEST_FILE)
+    content = read_bytes(path, wanted=wanted, maximum=LARGEST_FILE)
     try:
         found = json.loads(content)[KEY]
         names = tuple(str(name) for name in found["names"])

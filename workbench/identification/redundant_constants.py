@@ -72,8 +72,8 @@ def redundancy(
     columns = twists.reshape(-1, len(names))
     free = set(robot.default_free)
     order = sorted(range(len(names)), key=lambda i: names[i] not in free)
-    least = np.full(len(names), NOTHING_NEW * np.linalg.norm(columns, axis=0).max(initial=0.0))
-    kept = {order[i] for i in independent_columns(columns[:, order], least)}
+    minimum = np.full(len(names), NOTHING_NEW * np.linalg.norm(columns, axis=0).max(initial=0.0))
+    kept = {order[i] for i in independent_columns(columns[:, order], minimum)}
     null_space = factorise(columns, np.zeros(len(columns))).null_space
     elements = robot.chain.elements
     parameters = tuple(

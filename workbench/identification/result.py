@@ -129,11 +129,11 @@ class Run(AbstractShown):
         """Well-determined constants that moved farther than arms are wrongly made, the farthest first."""
         found = []
         for p, value in zip(self.fit.parameters, self.fit.x.tolist(), strict=True):
-            most = IMPLAUSIBLE_ANGLE if p.unit == "rad" else IMPLAUSIBLE_LENGTH
+            maximum = IMPLAUSIBLE_ANGLE if p.unit == "rad" else IMPLAUSIBLE_LENGTH
             known = p.is_geometry and p.name not in self.fit.uncertain
-            if known and abs(moved := value - p.nominal) > most:
+            if known and abs(moved := value - p.nominal) > maximum:
                 size = f"{np.rad2deg(moved):+.0f}°" if p.unit == "rad" else f"{1e3 * moved:+.0f} mm"
-                found.append((abs(moved) / most, f"{p.text} {size}"))
+                found.append((abs(moved) / maximum, f"{p.text} {size}"))
         return tuple(words for _, words in sorted(found, reverse=True))
 
 
@@ -210,9 +210,9 @@ class Identification(AbstractShown):
         """
         runs = [r for r in self.runs.values() if not r.fit.beyond_bounds] or list(self.runs.values())
         plain = min(runs, key=lambda run: run.fit.history[-1])
-        least = plain.fit.history[-1]
-        chance = CHANCE * min(1.0, 2.0 * least / max(plain.fit.spare, 1.0))
-        equal = [run for run in runs if run.fit.history[-1] <= least * (1.0 + SAME_COST) + chance]
+        minimum = plain.fit.history[-1]
+        chance = CHANCE * min(1.0, 2.0 * minimum / max(plain.fit.spare, 1.0))
+        equal = [run for run in runs if run.fit.history[-1] <= minimum * (1.0 + SAME_COST) + chance]
         nearest = min(run.deviation for run in equal)
         return min(
             equal,

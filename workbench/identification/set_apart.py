@@ -132,8 +132,8 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
         row_sizes(there, there.at(known), nobody, root=_root(there, fit)) for known in (found, *others, {})
     )
     own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), root=fit.factor.root)
-    most = limits(np.concatenate([own, after]))
-    return np.all([(sizes > most).any(1) for sizes in (after, *before)], axis=0)
+    maximum = limits(np.concatenate([own, after]))
+    return np.all([(sizes > maximum).any(1) for sizes in (after, *before)], axis=0)
 
 
 def suspect_note(rows: list[int], errors: Errors) -> str:

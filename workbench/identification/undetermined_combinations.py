@@ -107,13 +107,13 @@ class Factor:
         return float(self.s.max() / self.s[self.seen].min()) if self.rank else np.inf
 
 
-def independent_columns(columns: Float[np.ndarray, "m p"], least: Float[np.ndarray, " p"]) -> list[int]:
+def independent_columns(columns: Float[np.ndarray, "m p"], minimum: Float[np.ndarray, " p"]) -> list[int]:
     """Columns of which those kept before leave more than a least length, in their order."""
     basis, kept = np.zeros((len(columns), 0)), []
     for i, rest in enumerate(columns.T):
         for _ in range(2):  # once more against rounding
             rest = rest - basis @ (basis.T @ rest)
-        if (length := float(np.linalg.norm(rest))) > least[i]:
+        if (length := float(np.linalg.norm(rest))) > minimum[i]:
             basis = np.column_stack([basis, rest / length])
             kept.append(i)
     return kept

@@ -205,12 +205,12 @@ def _refuse_unconverged(commanded: Commanded, after: Refined) -> None:
     if left.any():
         row = int(np.argmax(left))
         jacobian = task_jacobian(compile_arm(robot), after.x[row : row + 1], commanded.task)
-        least = float(np.linalg.svd(jacobian, compute_uv=False)[0, -1])
+        minimum = float(np.linalg.svd(jacobian, compute_uv=False)[0, -1])
         why = "check the effects of the calibrated robot, or lead the path away from where it ends"
-        if least < BOUNDARY:
+        if minimum < BOUNDARY:
             why = (
                 "the calibrated arm does not reach this pose in the branch of the path (singularity, "
-                f"smallest singular value {least:.1e}); lead the path away from it, or take another branch"
+                f"smallest singular value {minimum:.1e}); lead the path away from it, or take another branch"
             )
         raise DataError(
             f"{named(row, commanded.time)}: the correction does not converge, "
@@ -223,16 +223,16 @@ def _play(robot: Robot) -> float:
     return 2.0 * robot.reach * sum(abs(c) for e in robot.effects if e.has_play for c in e.coefficients)
 
 
-def _speeds(robot: Robot, state: Motion, most: float | None) -> np.ndarray | None:
-    """Greatest speed of every joint between two rows; refuse one above `most`."""
+def _speeds(robot: Robot, state: Motion, maximum: float | None) -> np.ndarray | None:
+    """Greatest speed of every joint between two rows; refuse one above `maximum`."""
     if state.time is None or len(state) < 2:
-        if most is not None:
+        if maximum is not None:
             raise OptionError(
                 "a greatest speed is given, but the trajectory has no time; add the column time[s]"
             )
         return None
     speed = np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]
-    refuse_fast(robot, np.vstack([0.0 * speed[:1], speed]), most, state.time)
+    refuse_fast(robot, np.vstack([0.0 * speed[:1], speed]), maximum, state.time)
     return frozen(speed.max(0))
 
 

@@ -273,13 +273,13 @@ def refuse_singular(robot: Robot, q: Float[np.ndarray, "rows n"], task: Task, ti
 
 
 def refuse_fast(
-    robot: Robot, speed: Float[np.ndarray, "rows n"], most: float | None, time: Float[np.ndarray, " rows"]
+    robot: Robot, speed: Float[np.ndarray, "rows n"], maximum: float | None, time: Float[np.ndarray, " rows"]
 ) -> None:
-    """Refuse rows at which a joint moves faster than `most` [rad/s or m/s]; none if None."""
-    if most is not None and (np.abs(speed) > most).any():
-        row, joint = (int(i) for i in np.argwhere(np.abs(speed) > most)[0])
+    """Refuse rows at which a joint moves faster than `maximum` [rad/s or m/s]; none if None."""
+    if maximum is not None and (np.abs(speed) > maximum).any():
+        row, joint = (int(i) for i in np.argwhere(np.abs(speed) > maximum)[0])
         unit = "m/s" if sliding(robot)[joint] else "rad/s"
         raise DataError(
             f"{named(row, time)}: joint {joint + 1} would move at {abs(speed[row, joint]):.3g} {unit}, more "
-            f"than {most:g}; go slower there"
+            f"than {maximum:g}; go slower there"
         )

@@ -83,7 +83,7 @@ def read_program(path: Path, joints: int) -> Program | None:
     form = next((f for f in PROGRAMS.values() if path.suffix.lower() in f.endings), None)
     if form is None:
         return None
-    text = read_bytes(path, wanted=f"a {form.name} program", most=LARGEST).decode(TEXT)
+    text = read_bytes(path, wanted=f"a {form.name} program", maximum=LARGEST).decode(TEXT)
     spans = sorted(tuple(row) for row in form.targets(text, str(path)))
     if not spans:
         raise FileError(f"has no joint target that {form.name} programs are read for", path=str(path))

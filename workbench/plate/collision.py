@@ -128,7 +128,7 @@ def touches(shape: CapsuleArm, at: Placements, hulls: Sequence[Hull]) -> Bool[np
         list(hulls) * rows,
         checked=shape.bodies < shape.robot.dof,
         far=TOUCHING,
-        least=TOUCHING,
+        minimum=TOUCHING,
     )
     return (gaps < TOUCHING).reshape(rows, count)
 
@@ -164,7 +164,7 @@ def _link(shape: CapsuleArm, at: Placements, hull: Hull) -> int:
     """The first link that a posture brings into a body: k is the link after joint k, 0 the base."""
     for body in range(shape.robot.dof):
         if (
-            shape.hull_distances(at, [hull], checked=shape.bodies == body, far=TOUCHING, least=TOUCHING)[0]
+            shape.hull_distances(at, [hull], checked=shape.bodies == body, far=TOUCHING, minimum=TOUCHING)[0]
             < TOUCHING
         ):
             return body

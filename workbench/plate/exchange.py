@@ -143,9 +143,9 @@ class _Search:
         if not len(numbers):
             return cost
         costs = self.criterion(total - self.options[choice[slot]] + self.options[numbers])
-        least = int(np.argmin(costs))
-        if costs[least] < cost - 1e-12 * abs(cost):
-            choice[slot], cost = numbers[least], float(costs[least])
+        minimum = int(np.argmin(costs))
+        if costs[minimum] < cost - 1e-12 * abs(cost):
+            choice[slot], cost = numbers[minimum], float(costs[minimum])
         return cost
 
     def open_to(self, choice: np.ndarray, slot: int) -> np.ndarray:

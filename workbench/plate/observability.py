@@ -145,10 +145,10 @@ def inverse_condition_gradient(
 ) -> tuple[Float[np.ndarray, " rows"], Float[np.ndarray, "rows r p"]]:
     """O of each pose, and its derivative by each entry of the pose's Jacobian."""
     u, values, vt = np.linalg.svd(jacobians, full_matrices=False)
-    least, most = values[:, -1], np.maximum(values[:, 0], np.finfo(float).tiny)
-    by_least = u[:, :, -1, None] * vt[:, None, -1] / most[:, None, None]
-    by_most = u[:, :, 0, None] * vt[:, None, 0] * (least / most**2)[:, None, None]
-    return least / most, by_least - by_most
+    minimum, maximum = values[:, -1], np.maximum(values[:, 0], np.finfo(float).tiny)
+    by_least = u[:, :, -1, None] * vt[:, None, -1] / maximum[:, None, None]
+    by_most = u[:, :, 0, None] * vt[:, None, 0] * (minimum / maximum**2)[:, None, None]
+    return minimum / maximum, by_least - by_most
 
 
 @final
@@ -190,11 +190,11 @@ def _blocks(linearisation: Linearisation) -> Iterator[tuple[np.ndarray, np.ndarr
         yield poses, np.searchsorted(linearisation.measurement, poses)[:, None] + np.arange(count)
 
 
-def _ends(spectrum: Float[np.ndarray, " p"], least: float, greatest: float = 0.0) -> Float[np.ndarray, " p"]:
+def _ends(spectrum: Float[np.ndarray, " p"], minimum: float, maximum: float = 0.0) -> Float[np.ndarray, " p"]:
     """A derivative by the least and the greatest singular value alone."""
     slope = np.zeros_like(spectrum)
-    slope[-1] += least
-    slope[0] += greatest
+    slope[-1] += minimum
+    slope[0] += maximum
     return slope
 
 

@@ -30,11 +30,11 @@ def standard_error(std: float, digits: int = 6) -> str:
     return f"±{std:.{digits}f}" if std >= 0.95 * 10.0**-digits else f"±{std:.0e}"
 
 
-def decimals_of(std: float, *, digits: int = 2, most: int = 6) -> int:
+def decimals_of(std: float, *, digits: int = 2, maximum: int = 6) -> int:
     """Decimals of a value with this standard error: as many as show so many digits of the error."""
     if not np.isfinite(std) or std <= 0.0:
-        return most
-    return int(np.clip(digits - 1 - np.floor(np.log10(std)), 0, most))
+        return maximum
+    return int(np.clip(digits - 1 - np.floor(np.log10(std)), 0, maximum))
 
 
 MAX_DIGITS = 5
@@ -48,7 +48,7 @@ def with_error(value: float, std: float) -> str:
     """
     if not np.isfinite(std) or std <= 0.0:
         return f"{value:.3g}".replace("-", "−")
-    decimals = decimals_of(std, most=12)
+    decimals = decimals_of(std, maximum=12)
     finest = int(MAX_DIGITS - 1 - np.floor(np.log10(abs(value)))) if value else decimals
     if decimals > finest + 1:
         finest = max(finest, 0)

@@ -69,20 +69,20 @@ def history(values, std=1.0) -> History:
 
 
 def test_two_dates_differ_by_sigmas_by_hand():
-    (found,) = movements(history([1.0, 11.0]), factor=1.0, least=5.0)
+    (found,) = movements(history([1.0, 11.0]), factor=1.0, minimum=5.0)
     assert found.sigmas == pytest.approx(10.0 / np.sqrt(2.0))
     assert (found.shift, found.since, found.rate) == (pytest.approx(10.0), date(2026, 4, 2), 0.0)
-    assert not movements(history([1.0, 11.0]), factor=2.0, least=5.0)
-    assert not movements(history([1.0]), factor=1.0, least=0.0)
+    assert not movements(history([1.0, 11.0]), factor=2.0, minimum=5.0)
+    assert not movements(history([1.0]), factor=1.0, minimum=0.0)
 
 
 def test_a_step_is_told_from_a_drift():
-    (step,) = movements(history([0.0, 0.1, 20.0, 19.9]), factor=1.0, least=5.0)
+    (step,) = movements(history([0.0, 0.1, 20.0, 19.9]), factor=1.0, minimum=5.0)
     assert (step.law, step.since, step.joint) == (Law.STEP, date(2026, 7, 1), 2)
     assert step.shift == pytest.approx(19.9)
     assert step.std == pytest.approx(1.0)  # √(1/2 + 1/2)
     days = history([0, 0, 0, 0]).days
-    (drift,) = movements(history(0.1 * days), factor=1.0, least=5.0)
+    (drift,) = movements(history(0.1 * days), factor=1.0, minimum=5.0)
     assert drift.law is Law.DRIFT
     assert drift.rate == pytest.approx(0.1)
     assert drift.since == date(2026, 1, 10)
@@ -95,7 +95,7 @@ def test_sigma_is_widened_to_what_calibrations_really_scatter():
     assert scatter_factor([history(rng.normal(0.0, 0.1, 4)) for _ in range(100)]) == 1.0
     factor, least = scatter_factor(many), threshold(many)
     assert 4.5 < least < 4.9  # 0.01 / 3000 tests, both sides
-    assert not [m for h in many for m in movements(h, factor=factor, least=least)]
+    assert not [m for h in many for m in movements(h, factor=factor, minimum=least)]
 
 
 # -- a fleet --------------------------------------------------------------------------------------

@@ -145,7 +145,7 @@ def test_visits_of_a_pose_are_one_pose():
     errors, pose = np.repeat([1.0, 2.0, 3.0], 100), np.repeat([0, 1, 2], 100)
     bounds = Bounds.of(errors, pose, pose, np.random.default_rng(0))
     assert bounds.mean.low < 1.4 < 2.6 < bounds.mean.high
-    assert np.isnan(bounds.most)
+    assert np.isnan(bounds.maximum)
 
 
 # -- fresh poses ----------------------------------------------------------------------------------

@@ -132,8 +132,8 @@ class AbstractEffect(AbstractLaw):
         law = np.nan_to_num(np.abs(self.law(chain, motion, wrenches))).max(0, initial=0.0)
         axes = [e.axis for e in chain.elements]
         slides = [axes[k] >= Axis.TX for k in chain.indices(self.elements(chain))]
-        most = np.array(self.credible)[np.array(slides, int)]
-        return tuple((most[:, None] / np.maximum(law, 1.0 if self.loads else UNDRIVEN)).min(0).tolist())
+        maximum = np.array(self.credible)[np.array(slides, int)]
+        return tuple((maximum[:, None] / np.maximum(law, 1.0 if self.loads else UNDRIVEN)).min(0).tolist())
 
     def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
         """Every increment over what drives it; by default over what `loads`, `needs` or its joints name."""

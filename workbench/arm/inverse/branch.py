@@ -51,12 +51,12 @@ class Branch:
         """
         choices = []
         for value, (low, high), slide in zip(self.q, self.limits, self.slides, strict=True):
-            least, most = np.ceil((low - value) / TURN), np.floor((high - value) / TURN)
-            if slide or not (np.isfinite(least) and np.isfinite(most)):
+            minimum, maximum = np.ceil((low - value) / TURN), np.floor((high - value) / TURN)
+            if slide or not (np.isfinite(minimum) and np.isfinite(maximum)):
                 choices.append([value] if low <= value <= high else [])
             else:
                 choices.append(
-                    sorted(value + TURN * np.arange(least, most + 1), key=lambda v: abs(v - value))
+                    sorted(value + TURN * np.arange(minimum, maximum + 1), key=lambda v: abs(v - value))
                 )
         while np.prod([float(len(c)) for c in choices]) > MAX_TURNS:
             longest = max(choices, key=len)
@@ -69,9 +69,9 @@ class Branch:
         turns = np.where(self.slides, 0.0, np.round((q - self.q) / TURN))
         if self.within_limits:
             with np.errstate(invalid="ignore"):
-                least = np.ceil((self.limits[:, 0] - self.q - 1e-12) / TURN)
-                most = np.floor((self.limits[:, 1] - self.q + 1e-12) / TURN)
-            turns = np.where(self.slides, 0.0, np.clip(turns, least, most))
+                minimum = np.ceil((self.limits[:, 0] - self.q - 1e-12) / TURN)
+                maximum = np.floor((self.limits[:, 1] - self.q + 1e-12) / TURN)
+            turns = np.where(self.slides, 0.0, np.clip(turns, minimum, maximum))
         return frozen(self.q + TURN * turns)
 
 

@@ -71,8 +71,8 @@ def _outermost(robot: Robot) -> tuple[float, float, Float[np.ndarray, "layers di
 def _smooth(table: Float[np.ndarray, "layers directions"]) -> Float[np.ndarray, "layers directions"]:
     """Greatest distance about every direction, then the mean of the nearest: random ones are ragged."""
     near = np.stack([np.roll(table, turn, axis=1) for turn in (-2, -1, 0, 1, 2)])
-    greatest = np.fmax.reduce(near)
-    near = np.stack([np.roll(greatest, turn, axis=1) for turn in (-2, -1, 0, 1, 2)])
+    maximum = np.fmax.reduce(near)
+    near = np.stack([np.roll(maximum, turn, axis=1) for turn in (-2, -1, 0, 1, 2)])
     known = np.isfinite(near)
     mean = np.where(known, near, 0.0).sum(0) / np.maximum(known.sum(0), 1)
     return np.where(np.isfinite(table), mean, np.nan)

@@ -37,11 +37,11 @@ class Influence:
     @property
     def weights(self) -> Float[np.ndarray, "rows p"]:
         """k of every pose: shares of its greatest influence (Katana §3.6); zero where nothing moves."""
-        greatest = self.distances.max(axis=1, keepdims=True)
-        return self.distances / np.where(greatest > 0.0, greatest, 1.0)
+        maximum = self.distances.max(axis=1, keepdims=True)
+        return self.distances / np.where(maximum > 0.0, maximum, 1.0)
 
     @property
-    def least(self) -> Float[np.ndarray, " p"]:
+    def minimum(self) -> Float[np.ndarray, " p"]:
         """Least influence of each constant over the poses [m]."""
         return self.distances.min(axis=0)
 
@@ -51,7 +51,7 @@ class Influence:
         return self.distances.mean(axis=0)
 
     @property
-    def greatest(self) -> Float[np.ndarray, " p"]:
+    def maximum(self) -> Float[np.ndarray, " p"]:
         """Greatest influence of each constant over the poses [m]."""
         return self.distances.max(axis=0)
 

@@ -64,7 +64,7 @@ def read_joint_table(path: Path | str) -> JointTable:
     Raises:
         FileError: no such table; names line and column.
     """
-    text = read_bytes(path, wanted="a joint table (.csv)", most=MAX_FILE_BYTES).decode(
+    text = read_bytes(path, wanted="a joint table (.csv)", maximum=MAX_FILE_BYTES).decode(
         "utf-8-sig", errors="replace"
     )
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]

@@ -132,9 +132,9 @@ def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) ->
             )
         readings[0].robot.check_joints(numbers.q, "the typed poses")
     fits: list[_Fit] = []
-    for steps, most, apart in SEARCH_STAGES:
+    for steps, maximum, apart in SEARCH_STAGES:
         for reading, numbers in product(readings, typed):
-            fits += _fits(reading, numbers, steps, most, apart)
+            fits += _fits(reading, numbers, steps, maximum, apart)
         if fits:
             break
     tried = len(readings) * len(typed)
@@ -194,7 +194,7 @@ def _steps(arm: ReducedArm, count: int) -> list[list[tuple[float, float]]]:
     return [[(s, o) for s in (1.0, -1.0) for o in ([0.0] if slides else turns)] for slides in arm.slides]
 
 
-def _fits(reading: TableReading, typed: Typed, count: int, most: int, apart: float) -> list[_Fit]:
+def _fits(reading: TableReading, typed: Typed, count: int, maximum: int, apart: float) -> list[_Fit]:
     """Signs and offsets with which a reading gives the poses."""
     arm = compile_arm(reading.robot)
     q, poses = typed.q[:, arm.columns], typed.poses
@@ -206,7 +206,7 @@ def _fits(reading: TableReading, typed: Typed, count: int, most: int, apart: flo
     last = _products(arm, q, range(half, arm.dof), choices, np.eye(4))
     wanted = _features(se3.inverse(first) @ poses, arm.length)
     offered = _features(last, arm.length)
-    pairs = _nearest(wanted, offered, most, apart)
+    pairs = _nearest(wanted, offered, maximum, apart)
     if not len(pairs):
         return []
     grid = [np.array(list(product(*choices[a:b]))) for a, b in ((0, half), (half, arm.dof))]
@@ -242,7 +242,7 @@ def _features(poses: np.ndarray, length: float) -> np.ndarray:
     return np.concatenate(parts, axis=-1).reshape(len(poses), -1).astype(np.float32)
 
 
-def _nearest(wanted: np.ndarray, offered: np.ndarray, most: int, farthest: float) -> np.ndarray:
+def _nearest(wanted: np.ndarray, offered: np.ndarray, maximum: int, farthest: float) -> np.ndarray:
     """The pairs of points that are next to each other (b, 2)."""
     found: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
     size = (offered**2).sum(1)
@@ -250,12 +250,12 @@ def _nearest(wanted: np.ndarray, offered: np.ndarray, most: int, farthest: float
         block = wanted[start : start + BLOCK]
         apart = size - 2.0 * block @ offered.T + (block**2).sum(1)[:, None]
         near = np.flatnonzero(apart < farthest**2)
-        if len(near) > most:
-            near = near[np.argpartition(apart.ravel()[near], most - 1)[:most]]
+        if len(near) > maximum:
+            near = near[np.argpartition(apart.ravel()[near], maximum - 1)[:maximum]]
         rows, columns = np.divmod(near, len(offered))
         found.append((apart.ravel()[near], rows + start, columns))
     apart, rows, columns = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    order = np.argsort(apart)[:most]
+    order = np.argsort(apart)[:maximum]
     return np.column_stack([rows[order], columns[order]])
 
 

@@ -156,8 +156,8 @@ def law_sizes(robot: Robot, motion: Motion, coefficients: Sequence[str]) -> dict
         laws |= _laws(robot.chain, motion, robot.effects, loaded=True, wrenches=deflected.wrenches)
     sizes: dict[str, float] = {}
     for i, effect in enumerate(robot.effects):
-        most = np.maximum(laws[i].max((0, 1), initial=0.0), -laws[i].min((0, 1), initial=0.0))
-        sizes |= dict(zip(effect.names, most.tolist(), strict=True))
+        maximum = np.maximum(laws[i].max((0, 1), initial=0.0), -laws[i].min((0, 1), initial=0.0))
+        sizes |= dict(zip(effect.names, maximum.tolist(), strict=True))
     return {name: sizes[name] for name in coefficients}
 
 

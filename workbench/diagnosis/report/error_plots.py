@@ -46,10 +46,10 @@ def _means(axes: Axes, result: Diagnosis, name: str, unit: str, text: str) -> No
             if spread is None or np.isnan(spread.mean):
                 continue
             place -= 1
-            mean, most = max(spread.mean, 1e-9), max(spread.max, 1e-9)
-            axes.plot([mean, most], [place] * 2, color=ink, lw=1.4)
+            mean, maximum = max(spread.mean, 1e-9), max(spread.max, 1e-9)
+            axes.plot([mean, maximum], [place] * 2, color=ink, lw=1.4)
             axes.plot(mean, place, "o", ms=7, color=ink)
-            axes.plot(most, place, "o", ms=5, mfc="none", mec=ink)
+            axes.plot(maximum, place, "o", ms=5, mfc="none", mec=ink)
             axes.annotate(
                 short(spread.mean), (mean, place), xytext=(0, 6), textcoords="offset points", ha="center",
                 fontsize=7.5, fontweight="bold",

@@ -57,12 +57,12 @@ def _errors(axes: Axes, result: Diagnosis, tried: list[int], place, colours) -> 
     rows = "held-out" if result.before.held_out is not None else "fitted"
     without = judged(result.before).position_mm.mean
     values = [float(result.ranking[i].held_out_mm or 0.0) for i in tried]
-    most = 1.15 * max(without, *values)
+    maximum = 1.15 * max(without, *values)
     for i, value in zip(tried, values, strict=True):
         better = value <= without
         axes.plot([without, value], [place[i]] * 2, color=colours[i], lw=1.2)
         axes.plot(value, place[i], "o", ms=6, color=colours[i])
-        left, above = better and value > ROOM * most, better and value <= ROOM * most
+        left, above = better and value > ROOM * maximum, better and value <= ROOM * maximum
         axes.annotate(
             f"{value:.3g}", (value, place[i]), xytext=(-7 if left else 7, 3 if above else 0),
             textcoords="offset points", ha="right" if left else "left",
@@ -73,6 +73,6 @@ def _errors(axes: Axes, result: Diagnosis, tried: list[int], place, colours) -> 
         f"geometry alone {without:.3g}", (without, 1.0), xycoords=("data", "axes fraction"), xytext=(0, 2),
         textcoords="offset points", fontsize=7, color=COLOURS[0], ha="center",
     )  # fmt: skip
-    axes.set_xlim(0.0, most)
+    axes.set_xlim(0.0, maximum)
     axes.set_xlabel(f"mean error of {rows} rows with it alone [mm]")
     grid(axes, "x")

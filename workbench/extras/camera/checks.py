@@ -180,11 +180,11 @@ def find_doubts(fitted: Callable[[Dataset], PictureFit], data: Dataset) -> Doubt
         size = given
     lens = fitted(with_rig(data, rig.with_intrinsics(Freedom.AUTO))) if rig.is_lens_fixed else given
     words = tuple(_sentences(rig, given, lens, size, exact.pixel if is_shown else None))
-    least = min(given.pixel, lens.pixel, size.pixel)
-    if _suits(given, least) and not (is_shown and given.is_implausible_size(rig)):
+    minimum = min(given.pixel, lens.pixel, size.pixel)
+    if _suits(given, minimum) and not (is_shown and given.is_implausible_size(rig)):
         return Doubts(words, data, {})
-    is_either = is_shown and _suits(size, least)
-    if _suits(lens, least) and not is_either and not (is_shown and lens.is_implausible_size(rig)):
+    is_either = is_shown and _suits(size, minimum)
+    if _suits(lens, minimum) and not is_either and not (is_shown and lens.is_implausible_size(rig)):
         return Doubts.of(words, given, lens)
     return Doubts.of(words, given, size, *(f"{t.owner}.scale" for t in rig.targets))
 
@@ -219,8 +219,8 @@ def contradicted_lens(given: PictureFit, lens: PictureFit) -> Doubts | None:
     return Doubts((_against_lens(given, lens, rig),), problem.data, {})
 
 
-def _suits(fit: PictureFit, least: float) -> bool:
-    return BETTER * fit.pixel <= least or fit.pixel - least <= MIN_PIXEL
+def _suits(fit: PictureFit, minimum: float) -> bool:
+    return BETTER * fit.pixel <= minimum or fit.pixel - minimum <= MIN_PIXEL
 
 
 def _sentences(
@@ -230,7 +230,7 @@ def _sentences(
 
     `exact` is the error of corners [px] with just the size that was given; None where that may be right.
     """
-    suits = partial(_suits, least=min(given.pixel, lens.pixel, size.pixel))
+    suits = partial(_suits, minimum=min(given.pixel, lens.pixel, size.pixel))
     is_suited, is_size = suits(given), exact is not None and given.is_implausible_size(rig)
     is_lens = bool(given.implausible_intrinsics(rig))
     if not is_suited:

@@ -289,13 +289,13 @@ def _judged(folder: Path, finder: BoardFinder, names: list[str], found: list[Fou
     boards = [f.target.charuco for f in finder.finders if f.target.charuco is not None]
     larger = [f for f in found if len(f.strays) > 1]
     if len(larger) > 0.5 * len(found):
-        most = max(max(f.strays) for f in larger)
+        maximum = max(max(f.strays) for f in larger)
         sizes = ", ".join(
             "a board of {} x {} squares has markers {} … {}".format(*b.squares, b.markers[0], b.markers[-1])
             for b in boards
         )
         raise DataError(
-            f"{folder}: the pictures show marker {most}, {sizes}; give the board that was in view"
+            f"{folder}: the pictures show marker {maximum}, {sizes}; give the board that was in view"
         )
     if len(without) == len(found):
         reason, times = Counter(reason for _, reason in without).most_common(1)[0]

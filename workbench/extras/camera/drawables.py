@@ -83,10 +83,10 @@ def _words(text: str, place: np.ndarray) -> Label:
     return Label(text=text, place=place + np.array([0.0, 0.0, 0.06]))
 
 
-def _round_factor(most: float) -> float:
+def _round_factor(maximum: float) -> float:
     """The largest 1, 2, 5, 10 … up to this."""
-    digit = 10.0 ** np.floor(np.log10(max(most, 1.0)))
-    return float(max(n * digit for n in (1, 2, 5) if n * digit <= max(most, 1.0)))
+    digit = 10.0 ** np.floor(np.log10(max(maximum, 1.0)))
+    return float(max(n * digit for n in (1, 2, 5) if n * digit <= max(maximum, 1.0)))
 
 
 @lru_cache(maxsize=1)

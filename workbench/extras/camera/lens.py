@@ -56,8 +56,8 @@ def assumed_of_corners(rig: Rig, names: Iterable[str], uv: Float[np.ndarray, "n 
     """The rig with the cameras that a table of corners names, where it has none."""
     if rig.cameras:
         return rig
-    most = np.nanmax(uv, axis=0, initial=0.0)
-    size = next((s for s in SIZES if (most < s).all()), (int(most[0]) + 1, int(most[1]) + 1))
+    maximum = np.nanmax(uv, axis=0, initial=0.0)
+    size = next((s for s in SIZES if (maximum < s).all()), (int(maximum[0]) + 1, int(maximum[1]) + 1))
     cameras = (_assumed(name, rig, size, None, GUESSED_SIGMA) for name in dict.fromkeys(names))
     return replace(rig, cameras=tuple(cameras))
 

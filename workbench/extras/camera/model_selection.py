@@ -199,8 +199,8 @@ def _alike(problem: Problem) -> Fitted:
     problem, x, nothing = fit.problem, fit.x, np.zeros(len(fit.x))
     begin = Variances(Noise(1e-3, 1e-3, (), problem.noise.own))
     found = most_likely(Pictures.at(problem, x), Knowledge.of(problem, x, nothing), begin)
-    most = largest(Pictures.at(problem, x), Knowledge.of(problem, x, nothing), found).position
-    return Fitted(problem, x, (), found.noise, found.is_shown, most_lack=most)
+    maximum = largest(Pictures.at(problem, x), Knowledge.of(problem, x, nothing), found).position
+    return Fitted(problem, x, (), found.noise, found.is_shown, most_lack=maximum)
 
 
 def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
@@ -224,8 +224,8 @@ def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
         ):
             break
     free = tuple(p.name for p in problem.parameters if p.is_geometry or p.is_coefficient)
-    most = largest(Pictures.at(problem, x), Knowledge.of(problem, x, shares), found).position
-    return Fitted(now, x, free, now.noise, found.is_shown, shares, most)
+    maximum = largest(Pictures.at(problem, x), Knowledge.of(problem, x, shares), found).position
+    return Fitted(now, x, free, now.noise, found.is_shown, shares, maximum)
 
 
 def _with_effects(

@@ -99,7 +99,7 @@ class CamerasPanel(AbstractPanel):
                 "a column 'image'. Without target.toml it is the board above. Up to "
                 f"{LARGEST_FOLDER // 2**20} MiB.",
                 endings=ENDING,
-                most=LARGEST_FOLDER,
+                maximum=LARGEST_FOLDER,
             )
             self._thumbs = gui.add_html("")
             self._seen = gui.add_html("")
@@ -210,10 +210,10 @@ def covered(cells: np.ndarray) -> str:
 
 
 def _cells(cells: np.ndarray) -> str:
-    most = max(float(cells.max()), 1.0)
+    maximum = max(float(cells.max()), 1.0)
     parts = [
         f'<rect x="{12 * c}" y="{12 * r}" width="11" height="11" rx="2" fill="{FOUND}" '
-        f'fill-opacity="{0.0 if not n else 0.25 + 0.75 * n / most:.2f}" stroke="{LINE}" stroke-width=".7">'
+        f'fill-opacity="{0.0 if not n else 0.25 + 0.75 * n / maximum:.2f}" stroke="{LINE}" stroke-width=".7">'
         f"<title>{int(n)} corners</title></rect>"
         for (r, c), n in np.ndenumerate(cells)
     ]

@@ -276,7 +276,7 @@ def _refined(
     """The better of both first poses after robust damped steps, all pictures at once."""
     there = np.isfinite(seen[..., 0])
     is_robust = there.sum(1, keepdims=True) >= OUTVOTED
-    best, least = np.full((len(seen), 4, 4), np.nan), np.full(len(seen), np.inf)
+    best, minimum = np.full((len(seen), 4, 4), np.nan), np.full(len(seen), np.inf)
     for poses in np.moveaxis(first, 1, 0):
         damping = np.full(len(seen), 1e-3)
         for _ in range(STEPS):
@@ -298,8 +298,8 @@ def _refined(
             damping = np.clip(damping * np.where(is_better, 0.1, 10.0), 1e-9, 1e6)
         off = np.linalg.norm(seen - _predicted(poses, camera, target), axis=2)
         cost = np.nanmean(np.minimum(off, FAR_OFF), axis=1)
-        better = cost < least
-        best[better], least[better] = poses[better], cost[better]
+        better = cost < minimum
+        best[better], minimum[better] = poses[better], cost[better]
     return best
 
 

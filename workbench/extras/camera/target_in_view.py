@@ -118,9 +118,9 @@ class View(AbstractSight):
     def shows(self, poses: Float[np.ndarray, "rows 4 4"]) -> Bool[np.ndarray, " rows"]:
         """At which of the tool's poses some camera sees enough of the target."""
         target = self.rig.targets[0]
-        least = WHOLE * len(target) if target.charuco is not None else TAGS
+        minimum = WHOLE * len(target) if target.charuco is not None else TAGS
         seen = [self.seen(poses, k)[1].sum(1) for k in range(len(self.cameras))]
-        return np.max(seen, axis=0) >= min(least, len(target))
+        return np.max(seen, axis=0) >= min(minimum, len(target))
 
     def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
         return self.shows(tool_poses(robot, Motion(q)))

@@ -119,7 +119,7 @@ def _dated(measured: Fields, joints: Fields) -> Fields:
     )
 
 
-def still(time: Times, values: Float[np.ndarray, "samples n"], most: float) -> list[tuple[int, int]]:
+def still(time: Times, values: Float[np.ndarray, "samples n"], maximum: float) -> list[tuple[int, int]]:
     """First and last sample of every stretch of at least `WINDOW` in which no value ranges beyond a limit."""
     found: list[tuple[int, int]] = []
     first, low, high = 0, values[0].copy(), values[0].copy()
@@ -127,14 +127,16 @@ def still(time: Times, values: Float[np.ndarray, "samples n"], most: float) -> l
         inside = k < len(time) and time[k] - time[k - 1] < GAP
         if inside:
             lower, higher = np.minimum(low, values[k]), np.maximum(high, values[k])
-            inside = bool(np.max(higher - lower) <= most)
+            inside = bool(np.max(higher - lower) <= maximum)
         if inside:
             low, high = lower, higher
             continue
         if time[k - 1] - time[first] >= WINDOW + 2.0 * MARGIN:
             middle = values[first:k].mean(0)
             last = found[-1] if found else None
-            same = last is not None and np.abs(values[last[0] : last[1] + 1].mean(0) - middle).max() <= most
+            same = (
+                last is not None and np.abs(values[last[0] : last[1] + 1].mean(0) - middle).max() <= maximum
+            )
             if last is not None and same and time[first] - time[last[1]] < WINDOW:
                 found[-1] = (last[0], k - 1)
             else:

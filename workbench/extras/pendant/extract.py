@@ -78,8 +78,8 @@ class Extraction(AbstractShown):
         """What was found."""
         if self.left[1] > ROUNDING:
             return ModelVerdict.MORE
-        share, least = UNCERTAIN
-        if self.expected.position > max(share * 1e-3 * self.run.nominal.train.position_mm.rms, least):
+        share, minimum = UNCERTAIN
+        if self.expected.position > max(share * 1e-3 * self.run.nominal.train.position_mm.rms, minimum):
             return ModelVerdict.UNCERTAIN
         return ModelVerdict.NOMINAL if self.left[0] < ROUNDING else ModelVerdict.EXTRACTED
 

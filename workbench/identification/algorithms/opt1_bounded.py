@@ -46,20 +46,20 @@ class Opt1(AbstractIdentifier):
         scale = 1.0 / np.where(columns > 1e-9 * columns.max(initial=0.0), columns, 1.0)
         lower, upper = problem.bounds
         history: list[float] = []
-        least, best = np.inf, start.copy()
+        minimum, best = np.inf, start.copy()
 
         def cost(y: np.ndarray) -> tuple[float, np.ndarray]:
-            nonlocal least, best
+            nonlocal minimum, best
             x = start + scale * y
             value, gradient = problem.cost_and_gradient(x)
-            if value < least:
-                least, best = value, x
+            if value < minimum:
+                minimum, best = value, x
             if not history:
                 history.append(value)
             return value, scale * gradient
 
         def after_iteration(_: np.ndarray) -> None:
-            history.append(least)
+            history.append(minimum)
             check_cancelled()
 
         first, _ = cost(np.zeros(len(start)))
@@ -85,7 +85,7 @@ class Opt1(AbstractIdentifier):
         else:
             at = problem.evaluate(x)
             factor = factorise(at.jacobian, at.residual, problem.units)
-            outcome = ended(factor.predicted_decrease(), [*history, least], problem.count)
+            outcome = ended(factor.predicted_decrease(), [*history, minimum], problem.count)
         return SearchOutcome(x, outcome, tuple(history))
 
 

@@ -148,7 +148,7 @@ class Setting:
     def _around(self, placements: Placements) -> np.ndarray:
         """Distances from itself, the table and the plate, exact enough to tell whether clearance is kept."""
         clearance = self.constraints.clearance
-        return self.surroundings.distances(placements, far=clearance + HAIR, least=clearance)
+        return self.surroundings.distances(placements, far=clearance + HAIR, minimum=clearance)
 
     def _retreats(self, poses, q, placements) -> tuple[np.ndarray, np.ndarray]:
         """Where the arm is at the target and during its retreat, and whether that is possible and clear."""
@@ -170,7 +170,7 @@ class Setting:
         free = np.ones(len(poses), bool)
         for stop in range(stops.shape[1]):
             gaps = self.arm.hull_distances(
-                stops[:, stop], hulls, checked=~self.arm.probes, far=clearance + HAIR, least=clearance
+                stops[:, stop], hulls, checked=~self.arm.probes, far=clearance + HAIR, minimum=clearance
             )
             free &= gaps >= clearance
         return free
@@ -226,18 +226,18 @@ class Neighbours:
     def _misses(self, visitor: int, block: int) -> bool:
         if (visitor, block) not in self._seen:
             clearance = self.setting.constraints.clearance
-            gap = self.gap(visitor, block, far=clearance + HAIR, least=clearance)
+            gap = self.gap(visitor, block, far=clearance + HAIR, minimum=clearance)
             self._seen[visitor, block] = gap >= clearance
         return self._seen[visitor, block]
 
     def gap(
-        self, visitor: int, block: int, *, far: float = MAX_MEASURED_DISTANCE, least: float | None = None
+        self, visitor: int, block: int, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
     ) -> float:
         """Distance of the arm at a candidate, and during its retreat, from the block of another [m]."""
         arm = self.setting.arm
         checked = ~arm.probes if visitor == block else np.ones(len(arm.bodies), bool)
         placements, hull = self.pool.placements[visitor], self._hulls[block]
-        return float(arm.hull_distances(placements, [hull], checked=checked, far=far, least=least).min())
+        return float(arm.hull_distances(placements, [hull], checked=checked, far=far, minimum=minimum).min())
 
 
 BATCH = 50

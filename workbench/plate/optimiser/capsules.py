@@ -127,7 +127,7 @@ class CapsuleArm(AbstractArmShape):
         return placements[..., 2].min(-1) - self.radii
 
     def own_distances(
-        self, placements, *, far=MAX_MEASURED_DISTANCE, least=None
+        self, placements, *, far=MAX_MEASURED_DISTANCE, minimum=None
     ) -> Float[np.ndarray, " rows"]:
         apart = self.apart
         if not len(apart.pairs):
@@ -137,7 +137,7 @@ class CapsuleArm(AbstractArmShape):
         return np.minimum((gaps - self.radii[apart.pairs].sum(1)).min(1), far)
 
     def hull_distances(
-        self, placements, hulls, *, checked, far=MAX_MEASURED_DISTANCE, least=None
+        self, placements, hulls, *, checked, far=MAX_MEASURED_DISTANCE, minimum=None
     ) -> Float[np.ndarray, " rows"]:
         gaps = line_distances(placements, hulls, far + self.radii) - self.radii
         gaps[:, ~checked] = far

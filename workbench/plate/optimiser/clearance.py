@@ -49,23 +49,23 @@ class Surroundings:
     floor: float | None
 
     def distances(
-        self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, least: float | None = None
+        self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
     ) -> Float[np.ndarray, "rows 3"]:
         """Least distance from itself, the table and the plate in every row, at most `far` [m].
 
         Args:
             placements: Where the arm's pieces are.
             far: Greatest distance of interest [m].
-            least: Where only more or less than this matters: rows with less may be given as 0 [m].
+            minimum: Where only more or less than this matters: rows with less may be given as 0 [m].
         """
         arm = self.arm
         result = np.full((len(placements), 3), far)
-        result[:, 0] = arm.own_distances(placements, far=far, least=least)
+        result[:, 0] = arm.own_distances(placements, far=far, minimum=minimum)
         free = arm.bodies > ON_THE_TABLE
         if self.floor is not None and free.any():
             result[:, 1] = np.minimum(arm.lowest(placements)[:, free].min(1) - self.floor, far)
         every = np.ones(len(arm.bodies), bool)
         for hull in self.plate:
-            gaps = arm.hull_distances(placements, [hull], checked=every, far=far, least=least)
+            gaps = arm.hull_distances(placements, [hull], checked=every, far=far, minimum=minimum)
             result[:, 2] = np.minimum(result[:, 2], gaps)
         return result

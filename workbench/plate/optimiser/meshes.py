@@ -138,7 +138,7 @@ class MeshArm(AbstractArmShape):
         )
 
     def own_distances(
-        self, placements, *, far=MAX_MEASURED_DISTANCE, least=None
+        self, placements, *, far=MAX_MEASURED_DISTANCE, minimum=None
     ) -> Float[np.ndarray, " rows"]:
         result = np.full(len(placements), far)
         if not len(self.pairs):
@@ -147,22 +147,22 @@ class MeshArm(AbstractArmShape):
         one, other = self.pairs.T
         bounds = segment_distances(lines[:, one], lines[:, other]) - self.radii[self.pairs].sum(1)
         for row, pair in zip(*np.nonzero(bounds < far), strict=True):
-            if bounds[row, pair] < result[row] and not _is_close(result[row], least):
+            if bounds[row, pair] < result[row] and not _is_close(result[row], minimum):
                 i, j = self.pairs[pair]
                 first, second = self.pieces[i], self.pieces[j]
                 places = _transform(placements[row, i]), _transform(placements[row, j])
-                result[row] = _distance(first, places[0], second, places[1], float(result[row]), least)
+                result[row] = _distance(first, places[0], second, places[1], float(result[row]), minimum)
         return result
 
     def hull_distances(
-        self, placements, hulls: Sequence[Hull], *, checked, far=MAX_MEASURED_DISTANCE, least=None
+        self, placements, hulls: Sequence[Hull], *, checked, far=MAX_MEASURED_DISTANCE, minimum=None
     ) -> Float[np.ndarray, " rows"]:
         result = np.full(len(placements), far)
         bounds = line_distances(self._lines(placements), hulls, far + self.radii) - self.radii
         for row, i in zip(*np.nonzero((bounds < far) & checked), strict=True):
-            if bounds[row, i] < result[row] and not _is_close(result[row], least):
+            if bounds[row, i] < result[row] and not _is_close(result[row], minimum):
                 hull, place = hulls[row if len(hulls) > 1 else 0], _transform(placements[row, i])
-                result[row] = _distance(self.pieces[i], place, hull, _STILL, float(result[row]), least)
+                result[row] = _distance(self.pieces[i], place, hull, _STILL, float(result[row]), minimum)
         return result
 
     def _lines(self, placements: np.ndarray) -> Float[np.ndarray, "rows pieces 2 3"]:
@@ -170,9 +170,9 @@ class MeshArm(AbstractArmShape):
         return se3.apply(placements[:, :, None], np.array([piece.capsule[0] for piece in self.pieces]))
 
 
-def _is_close(distance: float, least: float | None) -> bool:
+def _is_close(distance: float, minimum: float | None) -> bool:
     """Whether no more need be known of a row: it is known to have less than the least."""
-    return least is not None and distance < least
+    return minimum is not None and distance < minimum
 
 
 _STILL = coal.Transform3s()
@@ -189,21 +189,21 @@ def _distance(
     second: Piece | Hull,
     second_place: coal.Transform3s,
     far: float,
-    least: float | None,
+    minimum: float | None,
 ) -> float:
-    """Distance of two bodies, at most `far` [m]; 0 where it is below `least`."""
+    """Distance of two bodies, at most `far` [m]; 0 where it is below `minimum`."""
     bound = coal.distance(first.hull, first_place, second.hull, second_place, _REQUEST, coal.DistanceResult())
     if bound >= far or (first.hull is first.shape and second.hull is second.shape):
         return min(bound, far)
-    if least is None:
+    if minimum is None:
         exact = coal.distance(
             first.shape, first_place, second.shape, second_place, _REQUEST, coal.DistanceResult()
         )
         return float(min(exact, far)) if exact > 0.0 else 0.0
-    if bound >= least:
+    if bound >= minimum:
         return far
     request = coal.CollisionRequest()
-    request.security_margin = least
+    request.security_margin = minimum
     hit = coal.collide(first.shape, first_place, second.shape, second_place, request, coal.CollisionResult())
     return 0.0 if hit else far
 
@@ -236,7 +236,7 @@ def mesh_arm(robot: Robot, clearance: float) -> MeshArm | None:
 def _can_be_apart(arm: MeshArm, placements: np.ndarray, clearance: float) -> bool:
     """Whether some posture brings the arm's only pair apart by more than the clearance [m]."""
     far = clearance + 0.01
-    return any(arm.own_distances(row[None], far=far, least=clearance)[0] > clearance for row in placements)
+    return any(arm.own_distances(row[None], far=far, minimum=clearance)[0] > clearance for row in placements)
 
 
 def _pieces(robot: Robot, source: UrdfSource) -> tuple[tuple[Piece, ...], str]:

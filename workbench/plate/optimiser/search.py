@@ -74,7 +74,7 @@ class Search:
                 values = gains(near.pool.rows, self._covariance(near.pool.rows[chosen]), self.weight)
             else:
                 values = self.rng.uniform(size=len(near.pool))
-            found = self._best(near, values, chosen, least=-np.inf)
+            found = self._best(near, values, chosen, minimum=-np.inf)
             if found is None:
                 return None
             chosen.append(found)
@@ -116,15 +116,15 @@ class Search:
         base = float((covariance * self.weight).sum())
         values = gains(near.pool.rows, covariance, self.weight)
         values[:first] = -np.inf
-        found = self._best(near, values, others, least=base - cost * (1.0 - BETTER))
+        found = self._best(near, values, others, minimum=base - cost * (1.0 - BETTER))
         if found is None:
             return cost
         chosen[slot] = found
         return base - float(values[found])
 
-    def _best(self, near: Neighbours, values: np.ndarray, others: list[int], *, least: float) -> int | None:
-        """The candidate of greatest value above `least` that goes with the others."""
-        fit = near.spaced(others) & (values > least)
+    def _best(self, near: Neighbours, values: np.ndarray, others: list[int], *, minimum: float) -> int | None:
+        """The candidate of greatest value above `minimum` that goes with the others."""
+        fit = near.spaced(others) & (values > minimum)
         rows = np.flatnonzero(fit)
         for candidate in rows[np.argsort(-values[rows], kind="stable")][:TRIES]:
             if near.clear(int(candidate), others):

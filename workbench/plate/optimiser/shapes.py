@@ -107,14 +107,14 @@ class AbstractArmShape(ABC):
 
     @abstractmethod
     def own_distances(
-        self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, least: float | None = None
+        self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
     ) -> Float[np.ndarray, " rows"]:
         """Least distance between pieces of the arm that must not touch, at most `far` [m].
 
         Args:
             placements: Where the pieces are.
             far: Greatest distance of interest [m].
-            least: Where only more or less than this matters: rows with less may be given as 0 [m].
+            minimum: Where only more or less than this matters: rows with less may be given as 0 [m].
         """
 
     @abstractmethod
@@ -125,7 +125,7 @@ class AbstractArmShape(ABC):
         *,
         checked: Bool[np.ndarray, " pieces"],
         far: float = MAX_MEASURED_DISTANCE,
-        least: float | None = None,
+        minimum: float | None = None,
     ) -> Float[np.ndarray, " rows"]:
         """Least distance of some pieces from a hull in every row, at most `far` [m].
 
@@ -134,7 +134,7 @@ class AbstractArmShape(ABC):
             hulls: One for all rows, or one for each.
             checked: Which pieces count.
             far: Greatest distance of interest [m].
-            least: As for `own_distances`.
+            minimum: As for `own_distances`.
         """
 
 

@@ -250,19 +250,19 @@ def d_bound(
     count, rows, size = blocks.shape
     flat = flattened(blocks)
     weights = np.full(count, 1.0 / count)
-    least = np.inf
+    minimum = np.inf
     for _ in range(steps):
         information = flat.T @ (np.repeat(weights, rows)[:, None] * flat)
         inverse = np.linalg.inv(information)
         pull = ((flat @ inverse) * flat).reshape(count, -1).sum(1)
         gap = pull.max() - size
-        least = min(least, np.linalg.slogdet(information)[1] + gap)
+        minimum = min(minimum, np.linalg.slogdet(information)[1] + gap)
         if gap < 2.0 * size * share:
             break
         weights *= (pull / size) ** HASTE
         weights /= weights.sum()
     # O1 = det(JᵀJ)^(1/2p) / √m with JᵀJ = m M(w): the m cancels
-    return float(np.exp(least / (2.0 * size)))
+    return float(np.exp(minimum / (2.0 * size)))
 
 
 def _cost(chosen: Float[np.ndarray, "number r p"]) -> float:

@@ -195,11 +195,11 @@ def informative_poses(
 
 def _check_enough(number: int, parameters: int, sigma_rotation: float | None) -> None:
     rows = 3 if sigma_rotation is None else 6
-    least = -(-parameters // rows)
-    if number < least:
+    minimum = -(-parameters // rows)
+    if number < minimum:
         raise OptionError(
             f"{number} poses give {number * rows} equations for {parameters} parameters; ask for at least "
-            f"{least} poses, or for the index O, which looks at single poses"
+            f"{minimum} poses, or for the index O, which looks at single poses"
         )
 
 

@@ -86,8 +86,8 @@ def largest_cube(robot: Robot, *, rng: np.random.Generator) -> Region:
         raise DataError(f"the workspace of robot '{robot.name}' holds no cube; choose poses by an index")
     last = np.array(np.unravel_index(int(np.argmax(sides)), sides.shape))
     edge = int(sides.max())
-    least = corner + side * (last - edge + 1)
-    return Region(min=frozen(least), max=frozen(least + side * edge), cube=side * edge)
+    minimum = corner + side * (last - edge + 1)
+    return Region(min=frozen(minimum), max=frozen(minimum + side * edge), cube=side * edge)
 
 
 def _cubes(full: Bool[np.ndarray, "x y z"]) -> Int[np.ndarray, "x y z"]:

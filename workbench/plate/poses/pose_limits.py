@@ -60,8 +60,8 @@ class PoseLimits:
     solid: Plate | None = None
 
     def __post_init__(self):
-        least = min(self.spread, self.margin, self.dexterity)
-        if least < 0 or not self.cone > 0 or (self.travel is not None and not self.travel > 0):
+        minimum = min(self.spread, self.margin, self.dexterity)
+        if minimum < 0 or not self.cone > 0 or (self.travel is not None and not self.travel > 0):
             raise OptionError(
                 f"a cone of {np.rad2deg(self.cone):g}°, margin {np.rad2deg(self.margin):g}°, spread "
                 f"{1e3 * self.spread:g} mm and a travel of {self.travel} are out of range: none may be "
@@ -88,7 +88,7 @@ class PoseLimits:
             kept[kept] = self.view.admits(robot, q[kept])
         if self.clearance is not None and kept.any():
             shape = arm_shape(robot, self.clearance)
-            own = shape.own_distances(shape.placements(q[kept]), least=self.clearance)
+            own = shape.own_distances(shape.placements(q[kept]), minimum=self.clearance)
             kept[kept] = own >= self.clearance
         if self.solid is not None and kept.any():
             kept[kept] = solid_clear(robot, self.solid, q[kept])

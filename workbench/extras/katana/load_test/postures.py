@@ -261,10 +261,10 @@ def _pairs(
     first = _hung(moves, heavy) if purpose is Purpose.SIZE and heavy.mass and is_weak else moves
     offered = [chosen for chosen in (first, heavy) if _worth(chosen, joint, purpose).max() >= FIRM]
     if not offered:
-        most = max(_worth(chosen, joint, purpose).max() for chosen in (first, heavy))
+        maximum = max(_worth(chosen, joint, purpose).max() for chosen in (first, heavy))
         raise DataError(
             f"no posture that robot '{robot.name}' reaches loads joint {joint + 1} as '{purpose}' asks "
-            f"({most:.2g} N·m of {FIRM:g} N·m are reached); widen its limits, or add mass at the tool"
+            f"({maximum:.2g} N·m of {FIRM:g} N·m are reached); widen its limits, or add mass at the tool"
         )
     for chosen in offered:  # the mass settles the side of a load that errors of the links leave in doubt
         if picked := _picked(robot, chosen, heavy, joint, purpose, each):

@@ -251,16 +251,16 @@ def _refined(
     return middle, line
 
 
-def _crossings(ink: np.ndarray, middle: np.ndarray, ring: np.ndarray, least: float) -> np.ndarray:
+def _crossings(ink: np.ndarray, middle: np.ndarray, ring: np.ndarray, minimum: float) -> np.ndarray:
     """Where a line crosses each ray near a ring, in dots from the middle; NaN where none does."""
     size = float(ring.mean())
     offset = np.arange(-WIDE * size, WIDE * size, 0.5)
     seen = _sampled(ink, middle, ring[:, None] + offset)
     peak = seen.argmax(axis=1)
     own = np.abs(offset - offset[peak][:, None]) <= NEAR * size
-    weight = np.clip(seen - 0.5 * least, 0.0, None) * own
+    weight = np.clip(seen - 0.5 * minimum, 0.0, None) * own
     found = ring + (weight * offset).sum(axis=1) / np.maximum(weight.sum(axis=1), 1e-9)
-    return np.where(seen.max(axis=1) >= least, found, np.nan)
+    return np.where(seen.max(axis=1) >= minimum, found, np.nan)
 
 
 def _sampled(ink: np.ndarray, middle: np.ndarray, distance: np.ndarray) -> np.ndarray:

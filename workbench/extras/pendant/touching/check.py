@@ -175,10 +175,10 @@ class Check(AbstractShown):
             "Joints, each as if it alone had moved", "joint", "by", "± (95 %)", "found from", "at the tip"
         )
         units, slides = shown_units(self.calibrated), sliding(self.calibrated)
-        for k, (shift, std, least) in enumerate(self.joints):
+        for k, (shift, std, minimum) in enumerate(self.joints):
             factor = 1e3 if slides[k] else float(np.rad2deg(1.0))
             cells = [f"{signed(factor * shift, 4)}{units[k]}", f"{factor * 1.96 * std:.4f}{units[k]}"]
-            cells += [f"{factor * least:.4f}{units[k]}", in_mm(least * self.lever[k])]
+            cells += [f"{factor * minimum:.4f}{units[k]}", in_mm(minimum * self.lever[k])]
             table.add_row(str(k + 1), *(cells if self.seen[k] else ["can't be seen", "", "", ""]))
         noise = f"a touch repeats to {in_mm(self.noise)} along each axis (standard deviation)"
         return Group(

@@ -87,7 +87,7 @@ def read_touches(source: Path | Dataset, robot: Robot) -> Touches:
 
 
 def slipped(
-    square: Callable[[Sequence[int]], tuple[float, int]], count: int, *, most: float = MAX_SHARE_APART
+    square: Callable[[Sequence[int]], tuple[float, int]], count: int, *, maximum: float = MAX_SHARE_APART
 ) -> tuple[list[int], list[int]]:
     """Touches that agree, and those that do not, the worst first.
 
@@ -95,10 +95,10 @@ def slipped(
         square: Squared residuals that a fit of some touches leaves [m²], and its numbers to spare; a
             negative count where they don't determine the fit.
         count: How many touches there are.
-        most: Share of them that may be set apart.
+        maximum: Share of them that may be set apart.
     """
     kept, apart = list(range(count)), list[int]()
-    while len(apart) < int(most * count + 1e-9):
+    while len(apart) < int(maximum * count + 1e-9):
         whole, spare = square(kept)
         tests = []
         for each in kept:

@@ -71,14 +71,14 @@ class Fleet(AbstractShown):
         arms: By name.
         unread: Arms that could not be compared, and why.
         factor: How many times farther calibrations scatter than their standard errors say.
-        least: Number of σ from which a constant moved.
+        minimum: Number of σ from which a constant moved.
         allowed: Displacement of the tool by a drift after which to measure again [m].
     """
 
     arms: tuple[ArmReport, ...]
     unread: tuple[Unread, ...]
     factor: float
-    least: float
+    minimum: float
     allowed: float
 
     @cached_property
@@ -96,7 +96,7 @@ class Fleet(AbstractShown):
         """The answer in one sentence."""
         many = plural(len(self.arms), "arm")
         if not self.worn:
-            return f"Nothing moved in {many} by more than chance may bring ({self.least:.1f} σ)."
+            return f"Nothing moved in {many} by more than chance may bring ({self.minimum:.1f} σ)."
         worst = self.worn[0]
         joint = "" if worst.joint is None else f", joint {worst.joint}"
         return (
@@ -153,12 +153,12 @@ def compare_fleet(
     read = spread(read_histories, pieces, workers=workers, scheduler=scheduler, text="reading files")
     found = [arm for piece in read for arm in piece]
     histories = [arm for arm in found if isinstance(arm, History)]
-    factor, least = scatter_factor(histories), threshold(histories)
+    factor, minimum = scatter_factor(histories), threshold(histories)
     return Fleet(
-        arms=tuple(_report(h, movements(h, factor=factor, least=least), allowed) for h in histories),
+        arms=tuple(_report(h, movements(h, factor=factor, minimum=minimum), allowed) for h in histories),
         unread=tuple(arm for arm in found if isinstance(arm, Unread)),
         factor=factor,
-        least=least,
+        minimum=minimum,
         allowed=allowed,
     )
 

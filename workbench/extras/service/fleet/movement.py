@@ -83,17 +83,17 @@ def threshold(histories: Sequence[History]) -> float:
     return float(-special.ndtri(0.5 * CHANCE / max(tried, 1)))
 
 
-def movements(history: History, *, factor: float, least: float) -> tuple[Movement, ...]:
+def movements(history: History, *, factor: float, minimum: float) -> tuple[Movement, ...]:
     """Constants of an arm that moved, those by the most σ first.
 
     Args:
         factor: By which standard errors are widened.
-        least: Number of σ from which a constant moved.
+        minimum: Number of σ from which a constant moved.
     """
     if len(history.dates) < 2:
         return ()
     found = [_movement(history, k, factor * history.std[:, k]) for k in range(len(history.names))]
-    return tuple(sorted((m for m in found if m.sigmas > least), key=lambda m: -m.sigmas))
+    return tuple(sorted((m for m in found if m.sigmas > minimum), key=lambda m: -m.sigmas))
 
 
 def _movement(history: History, k: int, sigma: Float[np.ndarray, " dates"]) -> Movement:

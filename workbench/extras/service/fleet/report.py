@@ -65,7 +65,7 @@ def fleet_tables(fleet: Fleet) -> RenderableType:
 def notes_of(fleet: Fleet) -> tuple[str, ...]:
     """What was decided, one sentence each."""
     notes = [
-        f"something moved beyond {fleet.least:.1f} σ, which chance exceeds in one such fleet of a hundred",
+        f"something moved beyond {fleet.minimum:.1f} σ, which chance exceeds in one such fleet of a hundred",
         f"again by: when a drift will have moved the tool by {1e3 * fleet.allowed:.3g} mm since the last "
         "calibration",
     ]
@@ -83,7 +83,7 @@ def fleet_json(fleet: Fleet) -> Json:
             "schema": SCHEMA,
             "verdict": fleet.verdict,
             "sigma_factor": fleet.factor,
-            "threshold_sigmas": fleet.least,
+            "threshold_sigmas": fleet.minimum,
             "allowed_mm": 1e3 * fleet.allowed,
             "arms": [
                 {
@@ -172,9 +172,9 @@ def fleet_chart(fleet: Fleet) -> Figure:
             if (name := fleet.arms[row].history.arm) in named:
                 at = (places[row, joint], sigmas[row, joint])
                 axes.annotate(name, at, (5, 3), textcoords="offset points", fontsize=7)
-        axes.axhline(fleet.least, color=INK, lw=0.9, ls=(0, (3, 2)))
+        axes.axhline(fleet.minimum, color=INK, lw=0.9, ls=(0, (3, 2)))
         axes.set_yscale("symlog", linthresh=1.0)
-        axes.set_ylim(0.0, 1.4 * max(fleet.least, sigmas.max(initial=1.0)))
+        axes.set_ylim(0.0, 1.4 * max(fleet.minimum, sigmas.max(initial=1.0)))
         axes.yaxis.set_major_formatter(lambda value, _: f"{value:g}")
         axes.set_xticks(np.arange(1, joints + 1))
         axes.set_xlim(0.5, joints + 0.5)

@@ -107,9 +107,9 @@ class Optimum:
         """
         same = Optimum.of(other.problem, measured=True, noise=self.problem.noise, begin=other.x)
         gained = max(same.square - self.square, 0.0) / further
-        least = max(self.mean_square, 1e-300)
-        chance = float(special.fdtrc(further, self.spare, gained / least))
-        return chance, float(np.sqrt(same.mean_square / least))
+        minimum = max(self.mean_square, 1e-300)
+        chance = float(special.fdtrc(further, self.spare, gained / minimum))
+        return chance, float(np.sqrt(same.mean_square / minimum))
 
 
 def _left(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise | None:

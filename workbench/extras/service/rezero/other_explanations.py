@@ -60,9 +60,9 @@ def doubts(knowledge: Knowledge, zeros: Optimum, *, measured: bool) -> tuple[str
         measured: Whether the noise is known.
     """
     found = []
-    most = knowledge.robot.dof + 3 + WORST
+    maximum = knowledge.robot.dof + 3 + WORST
     for k, cause in enumerate(_causes(knowledge, zeros)):
-        progress(0.7 * k / most, "other explanations")
+        progress(0.7 * k / maximum, "other explanations")
         fit = Optimum.of(cause.problem, measured=measured)
         chance, ratio = fit.against(zeros, cause.further)
         if chance < STRANGE and ratio > CLEARLY_WORSE:

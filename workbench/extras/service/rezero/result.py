@@ -209,5 +209,5 @@ class Rezero(AbstractShown):
 
 def _joints(shifts: Sequence[JointShift]) -> str:
     """`joint 1`, `joints 1, 2 and 6`."""
-    *most, last = (str(s.joint + 1) for s in shifts)
-    return f"joints {', '.join(most)} and {last}" if most else f"joint {last}"
+    *first, last = (str(s.joint + 1) for s in shifts)
+    return f"joints {', '.join(first)} and {last}" if first else f"joint {last}"

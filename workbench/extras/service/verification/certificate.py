@@ -105,8 +105,8 @@ def _errors(result: Verification) -> list[tuple[str, ...]]:
     lines: list[tuple[str, ...]] = [("Error", "mean", "95 % interval", "rms", "largest", "95 % of all poses")]
     for name, spread, bounds, scale in error_lines(result):
         interval = f"{short(scale * bounds.mean.low)} … {short(scale * bounds.mean.high)}"
-        most = f"≤ {short(scale * bounds.most)}" if np.isfinite(bounds.most) else "too few poses"
-        lines.append((name, short(spread.mean), interval, short(spread.rms), short(spread.max), most))
+        maximum = f"≤ {short(scale * bounds.maximum)}" if np.isfinite(bounds.maximum) else "too few poses"
+        lines.append((name, short(spread.mean), interval, short(spread.rms), short(spread.max), maximum))
     return lines
 
 

@@ -36,12 +36,12 @@ class Bounds(NamedTuple):
     Args:
         mean: Interval of the mean.
         rms: Interval of the root mean square.
-        most: Bound that 95 % of all poses keep, with 95 % confidence; NaN with fewer than 59 poses.
+        maximum: Bound that 95 % of all poses keep, with 95 % confidence; NaN with fewer than 59 poses.
     """
 
     mean: Interval
     rms: Interval
-    most: float
+    maximum: float
 
     @classmethod
     def of(

@@ -125,9 +125,9 @@ def cycle_words(poses: Sequence[RepeatedPose]) -> str:
             f"no pose was visited twice, so there is no repeatability; ISO 9283 asks for {POSES} poses, "
             f"{VISITS} times each"
         )
-    least, most = min(visits), max(visits)
-    times = f"{least}" if least == most else f"{least} to {most}"
+    minimum, maximum = min(visits), max(visits)
+    times = f"{minimum}" if minimum == maximum else f"{minimum} to {maximum}"
     done = f"{plural(len(poses), 'pose')} visited {times} times"
-    if len(poses) >= POSES and least >= VISITS:
+    if len(poses) >= POSES and minimum >= VISITS:
         return f"{done}: the cycle of ISO 9283 ({POSES} poses, {VISITS} times each) is met"
     return f"{done}; ISO 9283 asks for {POSES} poses, {VISITS} times each, so AP and RP are indications"

@@ -39,7 +39,7 @@ def verification_tables(result: Verification) -> RenderableType:
             f"{short(scale * bounds.mean.low)} … {short(scale * bounds.mean.high)}",
             short(spread.rms),
             short(spread.max),
-            short(scale * bounds.most),
+            short(scale * bounds.maximum),
         )
     parts: list[RenderableType] = [table, Text("bound: 95 % of all poses keep it, with 95 % confidence")]
     if result.repeated:
@@ -128,5 +128,5 @@ def _bounds(bounds: Bounds, scale: float) -> Json:
         "mean": [scale * v for v in bounds.mean],
         "rms": [scale * v for v in bounds.rms],
         "share": SHARE,
-        "share_within": scale * bounds.most,
+        "share_within": scale * bounds.maximum,
     }

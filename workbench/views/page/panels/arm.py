@@ -40,7 +40,7 @@ class ArmPanel(AbstractPanel):
             LoadModel,
             "A robot as TOML or URDF, or a plate as TOML; measurements go to the Measure tab.",
             endings=MODELS,
-            most=LARGEST_MODEL,
+            maximum=LARGEST_MODEL,
             question=lambda content: "" if b"[[target]]" in content else self._lost(),
         )
         self._facts = gui.add_html("")
@@ -117,7 +117,7 @@ class OwnRobotPanel(AbstractPanel):
                 self._keep,
                 "A table with columns theta, d, a, alpha (.csv), or a description of the robot.",
                 endings=KINDS,
-                most=LARGEST_MODEL,
+                maximum=LARGEST_MODEL,
             )
             self._poses = gui.add_text("Poses", "", multiline=True, hint=f"Such as {EXAMPLE}")
             self.button(

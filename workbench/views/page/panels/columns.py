@@ -43,7 +43,7 @@ class ColumnsPanel(AbstractPanel):
                 self._with_mapping,
                 "Reads the file again with the columns as they were saved.",
                 endings=".toml",
-                most=MAX_MAPPING_BYTES,
+                maximum=MAX_MAPPING_BYTES,
             )
             self._list = gui.add_html("")
 

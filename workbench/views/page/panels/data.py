@@ -41,7 +41,7 @@ class DataPanel(AbstractPanel):
                 "Joint positions and measured poses: a CSV, Excel or Parquet file, units in "
                 f"brackets as in q1[deg] or x[mm]; up to {LARGEST_FILE // 2**20} MiB.",
                 endings=FILES,
-                most=LARGEST_FILE,
+                maximum=LARGEST_FILE,
                 main=True,
             )
         with gui.add_folder("Virtual arm"):

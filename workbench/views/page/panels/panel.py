@@ -103,8 +103,8 @@ class AbstractPanel(ABC):
         self, label: str, value: float, limits: tuple[float, float, float], hint: str
     ) -> viser.GuiNumberHandle:
         """A field for a number, with its least and greatest value and what an arrow key adds."""
-        least, most, step = limits
-        return self._gui.add_number(label, value, min=least, max=most, step=step, hint=hint)
+        least, maximum, step = limits
+        return self._gui.add_number(label, value, min=least, max=maximum, step=step, hint=hint)
 
     def slider(
         self, label: str, value: float, limits: tuple[float, float, float], hint: str, *, visible: bool = True
@@ -148,7 +148,7 @@ class AbstractPanel(ABC):
         hint: str,
         *,
         endings: str,
-        most: int,
+        maximum: int,
         main: bool = False,
         question: Callable[[bytes], str] = lambda content: "",
     ) -> viser.GuiUploadButtonHandle:
@@ -160,15 +160,15 @@ class AbstractPanel(ABC):
             label, icon=viser.Icon.UPLOAD, color=None if main else "gray", mime_type=endings, hint=hint
         )
 
-        too_much = f"'{label}' takes files of at most {most / 2**20:.3g} MiB; nothing was sent"
+        too_much = f"'{label}' takes files of at most {maximum / 2**20:.3g} MiB; nothing was sent"
         told = self.link(f"large-{id(made)}", lambda: self._worker.submit(Tell(too_much)))
-        limit_upload(self._gui, made, most, told)
+        limit_upload(self._gui, made, maximum, told)
 
         @made.on_upload
         async def _(event: viser.GuiEvent) -> None:
             file = event.target.value
-            if len(file.content) > most:
-                self._worker.submit(Tell(f"{too_large(file.name, len(file.content), most)} here"))
+            if len(file.content) > maximum:
+                self._worker.submit(Tell(f"{too_large(file.name, len(file.content), maximum)} here"))
                 return
             await asyncio.sleep(ARRIVED)
             if asked := question(bytes(file.content)):

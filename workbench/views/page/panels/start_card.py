@@ -105,7 +105,7 @@ class StartCard(AbstractPanel):
             LoadModel,
             "The nominal arm as its maker describes it.",
             endings=MODELS,
-            most=LARGEST_MODEL,
+            maximum=LARGEST_MODEL,
         )
         self._data = gui.add_folder(None)
         with self._data:
@@ -114,7 +114,7 @@ class StartCard(AbstractPanel):
                 LoadData,
                 "Joint positions and measured poses, units in brackets as in q1[deg] or x[mm].",
                 endings=FILES,
-                most=LARGEST_FILE,
+                maximum=LARGEST_FILE,
                 main=True,
             )
 
