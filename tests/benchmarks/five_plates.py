@@ -42,19 +42,19 @@ Sigma = tuple[float, float]
 def plates(robot: Robot, places: int, wanted: tuple[str, ...]) -> Iterator[tuple[str, Plate, Sigma]]:
     """Name, plate, and how well a target returns and is read, of those whose name begins with one wanted."""
     given = load_plate("table2")
-    machined = replace(MANNERS["machined"].making, play=Stock().play)
+    machined = replace(MANNERS["machined"].production, play=Stock().play)
     if "Table 2".startswith(wanted):
         yield "Table 2", given.made(machined), SEATS
     for name, shapes in (("optimised", None), ("three shapes", 3)):
         if name.startswith(wanted):
-            request = DesignRequest(making=machined, shapes=shapes, places=places)
+            request = DesignRequest(production=machined, shapes=shapes, places=places)
             yield name, optimise_plate(robot, given, request=request).plate, SEATS
     for name, sigma in (("breadboard", SOCKETS), ("printed", SOCKETS), ("ball-bar", BAR)):
         if not name.startswith(wanted):
             continue
         manner = MANNERS[name]
         request = DesignRequest(
-            number=14, making=manner.making, blocks=manner.blocks(Blocks()), places=places
+            number=14, production=manner.production, blocks=manner.blocks(Blocks()), places=places
         )
         plate = optimise_plate(robot, given, request=request, reading=manner.reading).plate
         yield name, plate, sigma

@@ -7,7 +7,7 @@ import pytest
 
 from workbench.plate.plate_toml import load_plate, write_plate
 from workbench.plate.score import score_plate
-from workbench.plate.tolerances import Making
+from workbench.plate.tolerances import Production
 
 
 def test_score_of_table_2(run, tmp_path):
@@ -52,8 +52,8 @@ def test_plates_are_compared_as_if_made_alike(run, tmp_path, aria):
     plate = load_plate("table2")
     plate = plate.with_joints(score_plate(aria, plate).measured.q, plate.branches)
     write_plate(plate, tmp_path / "one.toml")
-    made = Making(position=5e-5, angle=8.7e-4, play=(1.2e-5, 1.4e-3))
-    write_plate(replace(plate, name="Other", making=made), tmp_path / "other.toml")
+    made = Production(position=5e-5, angle=8.7e-4, play=(1.2e-5, 1.4e-3))
+    write_plate(replace(plate, name="Other", production=made), tmp_path / "other.toml")
     words = ("plate", "compare", "one.toml", "other.toml", "--robot", "aria", "--json", "c.json")
     status, out, _ = run(*words)
     out = " ".join(out.split())

@@ -28,7 +28,7 @@ from workbench.plate.optimiser.target_blocks import (
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Target
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.tolerances import Making, greatest_clearance, pin_play
+from workbench.plate.tolerances import Production, greatest_clearance, pin_play
 
 HALF = np.array([0.25, 0.2])
 
@@ -204,14 +204,14 @@ def test_gains_are_what_another_candidate_brings():
 
 def test_tall_blocks_are_less_well_known():
     """Against drawn errors: a hole off by ±a, a block turned by ±b about its foot."""
-    making, height = Making(position=1e-4, angle=1e-3), 0.1
+    production, height = Production(position=1e-4, angle=1e-3), 0.1
     draws = rng().uniform(-1.0, 1.0, (200_000, 6)) * [*[1e-4] * 3, *[1e-3] * 3]
     moved = draws[:, :3] + np.cross(draws[:, 3:], [0.0, 0.0, height])
-    position, rotation = making.sigma(np.array([height]))[0]
+    position, rotation = production.sigma(np.array([height]))[0]
     assert position == pytest.approx(np.sqrt((moved**2).mean()), rel=0.01)
     assert rotation == pytest.approx(draws[:, 3:].std(), rel=0.01)
     with pytest.raises(OptionError, match="can't be negative"):
-        Making(position=-1e-5)
+        Production(position=-1e-5)
 
 
 def test_play_of_a_probe_on_two_pins():
@@ -222,7 +222,7 @@ def test_play_of_a_probe_on_two_pins():
     assert shift == pytest.approx(12e-6)
     assert np.rad2deg(turn) == pytest.approx(np.rad2deg(21e-6 / 15e-3))
     draws = rng().uniform(-1.0, 1.0, (200_000, 3)) * [shift, shift, turn]
-    position, rotation = Making(play=(shift, turn)).play_sigma
+    position, rotation = Production(play=(shift, turn)).play_sigma
     assert position == pytest.approx(np.sqrt((draws[:, :2] ** 2).sum(1).mean() / 3.0), rel=0.01)
     assert rotation == pytest.approx(np.sqrt((draws[:, 2] ** 2).mean() / 3.0), rel=0.01)
     with pytest.raises(OptionError, match="at most 18 mm, got 20 mm"):

@@ -20,13 +20,13 @@ from workbench.plate.readings import SIGMAS
 from workbench.plate.report.design import design_tables
 from workbench.plate.report.plates import comparison_table
 from workbench.plate.score import alike, score_plates
-from workbench.plate.tolerances import EXACT, Making
+from workbench.plate.tolerances import EXACT, Production
 from workbench.report.result_display import AbstractShown
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.start import start
 
 PINS = Stock().play
-OWN = Making(position=5e-5, angle=1e-3, play=(2e-5, 2e-3))
+OWN = Production(position=5e-5, angle=1e-3, play=(2e-5, 2e-3))
 
 
 def of_kind(plate, kind):
@@ -39,7 +39,7 @@ def searched(monkeypatch):
     seen = []
 
     def search(robot, plate, *, reading, request, **_):
-        seen.append((request.making, reading.name))
+        seen.append((request.production, reading.name))
         return PlateDesign(plate=plate, cost=1e-4, rotation=1e-4, start_cost=2e-4)
 
     monkeypatch.setattr(optimise, "optimise_plate", search)
@@ -51,8 +51,8 @@ def test_a_search_assumes_the_same_making_from_python_and_as_a_command(searched,
     """From Python the drawn pins had no play; the command overruled the play that a plate's file states."""
     plates = (
         (plate, (replace(EXACT, play=PINS), "seat")),
-        (replace(plate, making=OWN), (OWN, "seat")),
-        (replace(of_kind(plate, Kind.SOCKET), making=OWN), (replace(OWN, play=(0.0, 0.0)), "socket")),
+        (replace(plate, production=OWN), (OWN, "seat")),
+        (replace(of_kind(plate, Kind.SOCKET), production=OWN), (replace(OWN, play=(0.0, 0.0)), "socket")),
     )
     for given, asked in plates:
         optimise_plate(aria, given)
@@ -60,11 +60,11 @@ def test_a_search_assumes_the_same_making_from_python_and_as_a_command(searched,
         assert run("plate", "optimise", path, "--robot", "aria", "--out", "best.toml")[0] == 0
         assert searched == [asked, asked]
         searched.clear()
-    machined = replace(MANNERS["machined"].making, play=PINS)
+    machined = replace(MANNERS["machined"].production, play=PINS)
     words = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml")
     assert run(*words, "--play", "none", "--tolerance", "0.1mm,0deg")[0] == 0
     assert run(*words, "--made", "machined")[0] == 0
-    assert searched == [(Making(position=1e-4), "seat"), (machined, "seat")]
+    assert searched == [(Production(position=1e-4), "seat"), (machined, "seat")]
 
 
 def test_the_page_searches_for_what_its_own_figure_holds(searched, aria, plate):
@@ -74,17 +74,17 @@ def test_the_page_searches_for_what_its_own_figure_holds(searched, aria, plate):
 
 
 def test_only_seats_have_play_and_orientations(plate):
-    sockets = replace(of_kind(plate, Kind.SOCKET), making=OWN)
+    sockets = replace(of_kind(plate, Kind.SOCKET), production=OWN)
     assert sockets.assumptions == "targets made within ±0.05 mm, ±0.057°"
     known = replace(sockets, targets=tuple(replace(t, sigma=(5e-5, 1.0)) for t in sockets.targets))
     assert known.assumptions == "targets known to 0.05 mm (one σ)"
-    assert replace(plate, making=OWN).assumptions.endswith("seat play ±0.02 mm, ±0.11°")
+    assert replace(plate, production=OWN).assumptions.endswith("seat play ±0.02 mm, ±0.11°")
 
 
 def test_plates_that_differ_in_what_they_include_are_told_apart(aria, plate, solutions):
     fixed = plate.with_joints(np.stack([found[0].q for found in solutions]), plate.branches)
     other = replace(of_kind(fixed, Kind.SOCKET), name="Cones")
-    scores = score_plates(aria, alike([replace(fixed, making=OWN), other]), sigma=SIGMAS["seat"])
+    scores = score_plates(aria, alike([replace(fixed, production=OWN), other]), sigma=SIGMAS["seat"])
     out = " ".join(_text(comparison_table(scores, scores)).split())
     assert "all include" not in out
     assert "Table 2, made alike, includes: instrument 0.1 mm, 0.02°; " in out

@@ -29,7 +29,7 @@ from workbench.plate.plate import Kind
 from workbench.plate.readings import Look, TargetReading
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches
-from workbench.plate.tolerances import Making
+from workbench.plate.tolerances import Production
 
 
 def rng(seed=0):
@@ -213,7 +213,7 @@ def test_flat_blocks_with_standard_turns_and_a_making_tolerance(aria, plate, goa
         places=80,
         starts=1,
         blocks=Blocks(style=BlockStyle.STEPPED, turn=np.deg2rad(45.0)),
-        making=Making(position=1e-4, angle=1e-3),
+        production=Production(position=1e-4, angle=1e-3),
     )
     design = optimise_plate(aria, plate, reading=SEAT, goal=goal, rng=rng(), request=request)
     places = places_of(design.plate, design.plate.poses)

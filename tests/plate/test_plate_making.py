@@ -27,7 +27,7 @@ def test_every_format_is_written(tmp_path, aria):
 
 def test_a_format_of_another_package_is_written_with_the_usual_ones(tmp_path):
     theirs = PlateFile(
-        "theirs", lambda job: {"name.txt": f"{job.plate.name} {job.drawn.making.play}".encode()}
+        "theirs", lambda job: {"name.txt": f"{job.plate.name} {job.drawn.production.play}".encode()}
     )
     PLATE_FILES.register(theirs)
     try:

@@ -77,7 +77,7 @@ def test_the_search_keeps_clear_of_a_ball_bar_s_posts(aria, plate):
         arm=capsule_arm(aria),
         constraints=Constraints(),
         reading=reading,
-        making=EXACT,
+        production=EXACT,
         names=aria.default_free,
         scales=np.ones(len(aria.default_free)),
     )

@@ -7,7 +7,7 @@ from typing import Annotated
 import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.options import option
-from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, making_of, plates, sigma_of
+from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, plates, production_of, sigma_of
 
 
 @dataclass(frozen=True)
@@ -107,8 +107,8 @@ def optimise(
     manner = None if made is None else opt.choice_of(MANNERS, made, "--made")
     reading = reading or (usual_reading(given) if manner is None else manner.reading)
     if manner is not None and tolerance is None:
-        given = replace(given, making=manner.making)
-    given = replace(given, making=making_of(given, tolerance, play))
+        given = replace(given, production=manner.production)
+    given = replace(given, production=production_of(given, tolerance, play))
     blocks = block_options.of(reading)
     request = DesignRequest(
         number=targets,
@@ -116,7 +116,7 @@ def optimise(
         blocks=blocks if manner is None else manner.blocks(blocks),
         shapes=shapes,
         constraints=margins.constraints(),
-        making=None if play is None else given.making,
+        production=None if play is None else given.production,
         places=places,
     )
     with opt.progress_bar("optimise"):

@@ -39,18 +39,18 @@ def sigma_of(noise: str | None) -> tuple[float, float] | None:
     return None if noise is None else opt.noise_of(noise)[:2]
 
 
-def making_of(plate, tolerance: str | None, play: str | None):
+def production_of(plate, tolerance: str | None, play: str | None):
     """Tolerances of a plate: as given, the rest from its file; None if nothing was given."""
     from workbench.plate.parts.stock import Stock
 
-    making = plate.making
+    production = plate.production
     if tolerance is not None:
         position, angle = opt.pair_of(tolerance, "--tolerance")
-        making = replace(making, position=position, angle=angle)
+        production = replace(production, position=position, angle=angle)
     if play is not None:
         given = {"pins": Stock().play, "none": (0.0, 0.0)}
-        making = replace(making, play=given[play] if play in given else opt.pair_of(play, "--play"))
-    return making
+        production = replace(production, play=given[play] if play in given else opt.pair_of(play, "--play"))
+    return production
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ def score(plate: PlateArgument, robot: opt.RobotOption, how: ScoreOptions) -> No
 
     with how.choices("score") as choices:
         fixture = wb.load_plate(plate)
-        fixture = replace(fixture, making=making_of(fixture, how.tolerance, how.play))
+        fixture = replace(fixture, production=production_of(fixture, how.tolerance, how.play))
         found = wb.score(wb.load_robot(robot), fixture, sigma=sigma_of(how.noise), **choices)
     opt.show(score_tables(found))
     opt.write_result(how.json, score_json(found))
@@ -103,7 +103,7 @@ def compare(
     with how.choices("compare") as choices:
         arm, own = wb.load_robot(robot), _with_unique_names([wb.load_plate(one) for one in plate], plate)
         is_stated = how.tolerance is not None or how.play is not None
-        given = making_of(own[0], how.tolerance, how.play) if is_stated else None
+        given = production_of(own[0], how.tolerance, how.play) if is_stated else None
         found, stated = (
             score_plates(arm, plates, sigma=sigma_of(noise), **choices)
             for plates, noise in ((alike(own, given), how.noise or USUAL), (own, how.noise))
@@ -185,16 +185,16 @@ def export(
 ) -> None:
     """Export all that is needed to make a plate: drawings, solids, lists, and the expected accuracy."""
     from workbench.plate.optimiser.manufacturing import MANNERS
-    from workbench.plate.parts import export as plate_making
+    from workbench.plate.parts import export as plate_production
     from workbench.plate.parts.stock import Stock
 
-    wanted = () if formats is None else plate_making.formats_named(formats)
+    wanted = () if formats is None else plate_production.formats_named(formats)
     opt.check_writable(folder=out)
     given, made = wb.load_plate(plate), "printed" if printed else made
     opt.choice_of(MANNERS, made, "--made")
     with opt.progress_bar("plate"):
-        fixture, files, missing = plate_making.export_plate(
-            replace(given, making=making_of(given, tolerance, None)),
+        fixture, files, missing = plate_production.export_plate(
+            replace(given, production=production_of(given, tolerance, None)),
             out,
             formats=wanted,
             robot=None if robot is None else wb.load_robot(robot),

@@ -108,7 +108,7 @@ class Clustering:
         bare = Plate(name="Clustering", targets=targets, region=self.region)
         if solid is None:
             return bare
-        plate = replace(bare, xyz=solid.xyz, rpy=solid.rpy, size=solid.size, making=solid.making)
+        plate = replace(bare, xyz=solid.xyz, rpy=solid.rpy, size=solid.size, production=solid.production)
         met = hits(self.robot, plate, range(len(plate)), self.best.q)
         notes = tuple(f"target {i} is blocked: {hit}" for i, hit in enumerate(met, start=1) if hit)
         return replace(plate, notes=notes)

@@ -42,7 +42,7 @@ def optimise_plate(
     plate: Plate,
     *,
     request: DesignRequest | None = None,
-    making: Making | None = None,
+    production: Production | None = None,
     reading: str | TargetReading | None = None,
     sigma: tuple[float, float | None] | None = None,
     visits: int = 1,
@@ -57,7 +57,7 @@ def optimise_plate(
         plate: Where the plate lies, how large it is, its region; its targets are one of the starts.
         request: Number of targets, branches, blocks, constraints, tolerances; the usual ones if None, with
             narrower margins (and a note) where the usual margins leave no plate.
-        making: Tolerances of the making where the request has none; as `plate_making` says if None.
+        production: Tolerances of production where the request has none; as `plate_production` says if None.
         reading: What is read at a target: seat, socket, point, contacts or ball-bar; as the given plate's
             targets are if None.
         sigma: Standard deviations of one visit [m], [rad]; those of the reading if None.
@@ -72,7 +72,7 @@ def optimise_plate(
     """
     if not isinstance(reading, TargetReading):
         reading = reading_named(reading or usual_reading(plate), robot, plate, sigma=sigma, visits=visits)
-    making = making or plate_making(plate, reading.name)
+    production = production or plate_production(plate, reading.name)
 
     def search(request: DesignRequest) -> PlateDesign:
         return optimise.optimise_plate(
@@ -81,7 +81,7 @@ def optimise_plate(
             reading=reading,
             goal=goal,
             rng=np.random.default_rng(seed),
-            request=replace(request, making=request.making or making),
+            request=replace(request, production=request.production or production),
             names=names,
         )
 
@@ -97,12 +97,12 @@ def optimise_plate(
         )
 
 
-def plate_making(plate: Plate, reading: str) -> Making:
+def plate_production(plate: Plate, reading: str) -> Production:
     """How a plate that is designed is made: as its file says; seats of which it tells no play have that of
     the drawn pins."""
     if reading != "seat":
-        return replace(plate.making, play=(0.0, 0.0))
-    return plate.making if any(plate.making.play) else replace(plate.making, play=Stock().play)
+        return replace(plate.production, play=(0.0, 0.0))
+    return plate.production if any(plate.production.play) else replace(plate.production, play=Stock().play)
 
 
 def _priced(search: Callable[[DesignRequest], PlateDesign], request: DesignRequest) -> PlateDesign:

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from workbench.base import se3
 from workbench.base.types import Matrix4, Vector3, frozen
 from workbench.plate.region import Region
-from workbench.plate.tolerances import EXACT, Making
+from workbench.plate.tolerances import EXACT, Production
 
 AUTO = "auto"
 """Branch of a target whose inverse-kinematics solution is left to the program."""
@@ -77,7 +77,7 @@ class Plate:
         xyz: Centre of the plate's top in the robot's base [m].
         rpy: Its roll, pitch, yaw [rad].
         size: Length, width and thickness of the solid [m]; None if there is none.
-        making: How exactly it is made, and the play of its seats; exact if its file does not say.
+        production: How exactly it is made, and the play of its seats; exact if its file does not say.
         anchors: Centres of the balls from which a ball-bar measures, plate's frame [m]: the targets are
             then places in the air, and sockets for these balls stand on the plate. None for other plates.
     """
@@ -88,7 +88,7 @@ class Plate:
     xyz: Vector3 = field(default_factory=lambda: ZERO)
     rpy: Vector3 = field(default_factory=lambda: ZERO)
     size: Vector3 | None = None
-    making: Making = EXACT
+    production: Production = EXACT
     anchors: Float[np.ndarray, "anchors 3"] | None = None
     notes: tuple[str, ...] = ()
 
@@ -143,7 +143,7 @@ class Plate:
     @cached_property
     def known(self) -> Float[np.ndarray, "targets 2"]:
         """How well each target is known, position [m] and rotation [rad]: as it says, or as it is made."""
-        made = self.making.sigma(self.heights)
+        made = self.production.sigma(self.heights)
         if self.anchors is not None:  # nothing is made where the targets are
             made = np.zeros_like(made)
         return frozen(
@@ -156,7 +156,7 @@ class Plate:
     def play(self) -> Float[np.ndarray, "targets 2"]:
         """Standard deviations of the probe in each target from its play: position [m], rotation [rad]."""
         seats = [[t.kind is Kind.SEAT] for t in self.targets]
-        return frozen(np.where(seats, self.making.play_sigma, 0.0).reshape(-1, 2))
+        return frozen(np.where(seats, self.production.play_sigma, 0.0).reshape(-1, 2))
 
     @property
     def target_sigma(self) -> Float[np.ndarray, "targets 2"]:
@@ -169,21 +169,23 @@ class Plate:
         if self.anchors is not None:
             return f"{len(self.anchors)} anchors known to {1e3 * ANCHOR_SIGMA:.2g} mm (one σ)"
         measured = [t.sigma for t in self.targets if t.sigma is not None]
-        made, played = self.making.text
+        made, played = self.production.text
         words = [made, played] if self.has_seats else [made]
         if not measured:
             return ", ".join(words)
         position, rotation = np.sqrt(np.mean(np.square(measured), axis=0))
         count = "targets" if len(measured) == len(self) else f"{len(measured)} of {len(self)} targets"
         turns = f", {np.rad2deg(rotation):.2g}°" if self.has_seats else ""
-        is_said = len(measured) < len(self) and (self.making.position or self.making.angle)
+        is_said = len(measured) < len(self) and (self.production.position or self.production.angle)
         known = f"{count} known to {1e3 * position:.2g} mm{turns} (one σ)"
         others = ", ".join(words if is_said else words[1:])
         return f"{known}; {others}" if others else known
 
-    def made(self, making: Making) -> "Plate":
+    def made(self, production: Production) -> "Plate":
         """The same plate made like this, whatever is known of its targets."""
-        return replace(self, making=making, targets=tuple(replace(t, sigma=None) for t in self.targets))
+        return replace(
+            self, production=production, targets=tuple(replace(t, sigma=None) for t in self.targets)
+        )
 
     def with_joints(self, q: Float[np.ndarray, "targets n"], branches: tuple[str, ...]) -> "Plate":
         """The same plate, each target measured at its row of joint angles and in its named branch."""

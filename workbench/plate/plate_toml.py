@@ -13,10 +13,10 @@ from workbench.base.files import write_text
 from workbench.base.toml import AbstractTableReader
 from workbench.plate.plate import AUTO, Kind, Plate, Target
 from workbench.plate.region import Region
-from workbench.plate.tolerances import EXACT, Making
+from workbench.plate.tolerances import EXACT, Production
 
 PLATE_KEYS = {"name", "size", "xyz", "rpy", "region", "making", "anchors", "target"}
-MAKING_KEYS = {"tolerance", "play"}
+PRODUCTION_KEYS = {"tolerance", "play"}
 REGION_KEYS = {"min", "max", "cube"}
 TARGET_KEYS = {"xyz", "rpy", "branch", "q", "kind", "sigma", "locked"}
 
@@ -68,13 +68,13 @@ class _Reader(AbstractTableReader):
             raise self.fail(f"{what} sigma is {value!r}; a standard deviation can't be negative")
         return float(position), float(rotation)
 
-    def making(self, table: Any) -> Making:
-        self.keys(table, MAKING_KEYS, "making")
+    def production(self, table: Any) -> Production:
+        self.keys(table, PRODUCTION_KEYS, "making")
         (position, angle), play = (
             self.numbers(table.get(key, [0, 0]), 2, f"making {key}").tolist() for key in ("tolerance", "play")
         )
         try:
-            return Making(position=position, angle=angle, play=(play[0], play[1]))
+            return Production(position=position, angle=angle, play=(play[0], play[1]))
         except OptionError as error:
             raise self.fail(str(error)) from None
 
@@ -109,7 +109,7 @@ def read_plate(path: Path | str) -> Plate:
         xyz=reader.numbers(data.get("xyz", [0, 0, 0]), 3, "xyz"),
         rpy=reader.numbers(data.get("rpy", [0, 0, 0]), 3, "rpy"),
         size=reader.size(data["size"]) if "size" in data else None,
-        making=reader.making(data["making"]) if "making" in data else EXACT,
+        production=reader.production(data["making"]) if "making" in data else EXACT,
         anchors=reader.anchors(data["anchors"]) if "anchors" in data else None,
     )
 
@@ -119,9 +119,12 @@ def plate_to_table(plate: Plate) -> dict[str, Any]:
     table: dict[str, Any] = {"name": plate.name, "xyz": plate.xyz.tolist(), "rpy": plate.rpy.tolist()}
     if plate.size is not None:
         table["size"] = plate.size.tolist()
-    if plate.making != EXACT:
-        making = plate.making
-        table["making"] = {"tolerance": [making.position, making.angle], "play": list(making.play)}
+    if plate.production != EXACT:
+        production = plate.production
+        table["making"] = {
+            "tolerance": [production.position, production.angle],
+            "play": list(production.play),
+        }
     if plate.anchors is not None:
         table["anchors"] = plate.anchors.tolist()
     region = plate.region

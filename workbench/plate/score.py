@@ -30,7 +30,7 @@ from workbench.plate.predicted_error import PredictedError, position_weight, pre
 from workbench.plate.readings import SEAT, linearise_targets, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import Measurable, choose_branches, measurable, single_branches
-from workbench.plate.tolerances import EXACT, Making
+from workbench.plate.tolerances import EXACT, Production
 from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
@@ -281,10 +281,10 @@ def score_plates(
     return tuple(scores)
 
 
-def alike(plates: Sequence[Plate], making: Making | None = None) -> tuple[Plate, ...]:
+def alike(plates: Sequence[Plate], production: Production | None = None) -> tuple[Plate, ...]:
     """The plates as if all were made in one way: the given one, else the first that one of them states."""
-    stated = [plate.making for plate in plates if plate.making != EXACT]
-    common = making or next(iter(stated), EXACT)
+    stated = [plate.production for plate in plates if plate.production != EXACT]
+    common = production or next(iter(stated), EXACT)
     return tuple(plate.made(common) for plate in plates)
 
 

@@ -62,8 +62,8 @@ def pin_play(seat: float, index: float, offset: float) -> tuple[float, float]:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Making:
-    """Tolerances of the making.
+class Production:
+    """Tolerances of production.
 
     Args:
         position: Greatest error of a hole's place along each axis [m].
@@ -112,11 +112,11 @@ def _bounds(length: float, angle: float) -> str:
     return f"±{1e3 * length:.3g} mm, ±{np.rad2deg(angle):.2g}°"
 
 
-EXACT = Making()
+EXACT = Production()
 """Nothing is off."""
 
 
-USUAL = Making(position=5e-5, angle=float(np.deg2rad(0.05)))
+USUAL = Production(position=5e-5, angle=float(np.deg2rad(0.05)))
 """What a jig borer or a good machining centre keeps, where the plate's file says nothing."""
 GENERAL = "ISO 2768-mK"
 """General tolerances of everything else."""
@@ -131,29 +131,29 @@ class Tolerances:
         assumed: Whether the bounds are the usual ones, as the plate's file says nothing.
     """
 
-    making: Making
+    production: Production
     dowels: float
     assumed: bool = False
 
     @property
     def height(self) -> float:
         """± of a block's height at its centre."""
-        return self.making.position
+        return self.production.position
 
     @property
     def place(self) -> float:
         """± of a hole in the plate, and of a seat in its block, along each axis."""
-        return 0.5 * self.making.position
+        return 0.5 * self.production.position
 
     @property
     def mitre(self) -> float:
         """± of a block's mitre."""
-        return self.making.angle
+        return self.production.angle
 
     @property
     def turn(self) -> float:
         """± of the index pin's direction, and of the line of two dowels."""
-        return 0.5 * self.making.angle
+        return 0.5 * self.production.angle
 
     @property
     def pair(self) -> float:
@@ -163,14 +163,14 @@ class Tolerances:
     @property
     def note(self) -> str:
         """What they come from, for people."""
-        bounds = f"±{1e3 * self.making.position:.3g} mm, ±{np.rad2deg(self.making.angle):.3g}°"
+        bounds = f"±{1e3 * self.production.position:.3g} mm, ±{np.rad2deg(self.production.angle):.3g}°"
         source = (
             "usual ones, as none are stated for this plate" if self.assumed else "as stated for this plate"
         )
         return f"each seat within {bounds} ({source})"
 
 
-def tolerances_of(making: Making, dowels: float) -> Tolerances:
+def tolerances_of(production: Production, dowels: float) -> Tolerances:
     """The tolerances of a plate's drawings: its own, or usual ones where it states none."""
-    assumed = not (making.position or making.angle)
-    return Tolerances(making=USUAL if assumed else making, dowels=dowels, assumed=assumed)
+    assumed = not (production.position or production.angle)
+    return Tolerances(production=USUAL if assumed else production, dowels=dowels, assumed=assumed)

@@ -42,7 +42,7 @@ def score(
         robot: Nominal geometry.
         plate: Whose targets they are.
         states: How the arm stands at every target.
-        noise: The instrument; the making of the plate comes on top.
+        noise: The instrument; the production of the plate comes on top.
         region_q: Poses for which the error is predicted [rad or m]; without any it stays unknown.
     """
     names = identified_names(robot)

@@ -13,7 +13,7 @@ from workbench.identification.problem_blocks import Noise
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.plate import Kind
 from workbench.plate.score import score_plate
-from workbench.plate.tolerances import Making
+from workbench.plate.tolerances import Production
 from workbench.session.commands.undo import Redo, Undo
 from workbench.session.score import score
 from workbench.session.start import start
@@ -62,8 +62,8 @@ def test_an_opened_plate_is_read_as_its_targets_are_unless_an_instrument_was_cho
 
 def test_an_opened_plate_is_scored_as_it_is_made_and_read(first):
     """The page left out making, play and anchors: a printed plate seemed as good as a machined one."""
-    making = Making(position=2.5e-4, angle=float(np.deg2rad(0.3)))
-    loose = score(first.robot, replace(first.plate, making=making), first.states, **options(first))
+    production = Production(position=2.5e-4, angle=float(np.deg2rad(0.3)))
+    loose = score(first.robot, replace(first.plate, production=production), first.states, **options(first))
     assert loose.position > 1.5 * first.score.position
     sockets = tuple(replace(target, kind=Kind.SOCKET) for target in first.plate.targets[:5])
     mixed = replace(first.plate, targets=(*sockets, *first.plate.targets[5:]))

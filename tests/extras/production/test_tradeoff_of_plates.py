@@ -79,4 +79,4 @@ def test_the_yield_of_a_choice_is_told_with_its_interval(plate):
 
 def test_searches_assume_how_each_plate_is_made(searched, aria, plate):
     weigh_choices(aria, plate, numbers=(8,), manners=("machined",))
-    assert set(searched) == {(replace(MANNERS["machined"].making, play=PINS), "seat")}
+    assert set(searched) == {(replace(MANNERS["machined"].production, play=PINS), "seat")}

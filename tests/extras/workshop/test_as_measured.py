@@ -10,7 +10,7 @@ from workbench.extras.workshop.as_measured import PlateFrame, as_measured
 from workbench.plate.measured_plate import UNCERTAINTY, read_measured_targets
 from workbench.plate.parts.csv_lists import targets_csv
 from workbench.plate.plate_toml import load_plate as load_toml
-from workbench.plate.tolerances import Making
+from workbench.plate.tolerances import Production
 
 
 def write(tmp_path, text, name="cmm.csv"):
@@ -53,8 +53,8 @@ def test_a_machine_of_another_country(tmp_path):
 
 def test_measured_targets_are_known_as_well_as_the_machine_knows_them(tmp_path):
     """Whatever tolerance they were made with; where only places were measured, their turns keep it."""
-    made = Making(position=5e-5, angle=1e-3, play=(1e-5, 1e-3))
-    nominal = replace(load_toml("table2"), making=made)
+    made = Production(position=5e-5, angle=1e-3, play=(1e-5, 1e-3))
+    nominal = replace(load_toml("table2"), production=made)
     nominal = replace(nominal, targets=tuple(replace(t, sigma=(1e-3, 1e-2)) for t in nominal.targets))
     path = write(tmp_path, targets_csv(nominal))
     plate = as_measured(nominal, read_measured_targets(path))

@@ -21,7 +21,7 @@ from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.parts.parts import Turned
 from workbench.plate.parts.solids import mesh_of, stl
 from workbench.plate.parts.stock import Stock
-from workbench.plate.tolerances import USUAL, Making
+from workbench.plate.tolerances import USUAL, Production
 
 SLANTED = ((-0.08, 0.05, 0.07, 0.4371, 0.7, 0.83), (0.05, -0.03, 0.09, 0.61, -2.0, -2.2))
 
@@ -94,15 +94,15 @@ def test_dimensions_say_millimetres(fixture, drawn):
 
 
 def test_tolerances_are_the_plate_s_own_budget(plate_of):
-    own = replace(plate_of(*SLANTED), making=Making(position=2e-5, angle=np.deg2rad(0.02)))
-    assert fixture_of(own).tolerances.making.position == 2e-5
+    own = replace(plate_of(*SLANTED), production=Production(position=2e-5, angle=np.deg2rad(0.02)))
+    assert fixture_of(own).tolerances.production.position == 2e-5
     text = "\n".join(said(drawings(fixture_of(own))["block-A"]))
     assert "±0.02°" in text
     assert "±0.01°" in text  # half for the index hole, half for the dowels in the plate
     assert "Ø0.020 to A B C" in text
     assert "as stated for this plate" in text
     usual = fixture_of(plate_of(*SLANTED)).tolerances
-    assert usual.making == USUAL
+    assert usual.production == USUAL
     assert usual.assumed
 
 
@@ -326,7 +326,7 @@ def test_what_the_drawing_allows_stays_within_the_budget(slanted):
     (across,) = {float(w[1:].split()[0]) for w in page if w.endswith("to A B C")}
     (pair,) = {float(w[1:].split()[0]) for w in page if w.endswith("to each other")}
     in_plate = 1e3 * tolerances.place
-    assert across / 2 + in_plate <= 1e3 * tolerances.making.position + 1e-9
+    assert across / 2 + in_plate <= 1e3 * tolerances.production.position + 1e-9
     assert np.isclose(pair, 1e3 * tolerances.pair, atol=5e-4)
 
 

@@ -1,7 +1,7 @@
 """What a pendant's numbers mean, found from the arm: units, kind of orientation, rounding.
 
 For each meaning the nominal arm is brought to the poses with the best base and tool, both in closed form.
-Under the right one it is off by its errors of making, under any other by far more.
+Under the right one it is off by its production errors, under any other by far more.
 """
 
 from collections.abc import Iterator
@@ -121,7 +121,7 @@ def with_displayed_frames(robot: Robot, meaning: Convention) -> Robot:
 
 
 def _is_set(pose: np.ndarray, reach: float) -> bool:
-    """Whether a frame is farther from none than errors of making explain."""
+    """Whether a frame is farther from none than production errors explain."""
     turn = np.linalg.norm(se3.matrix_to_rotvec(pose[:3, :3]))
     return bool(turn > TURNED or np.linalg.norm(pose[:3, 3]) > SOME * reach)
 

@@ -79,10 +79,10 @@ def _checks_of_face(name: str, place: tuple[float, float], bore: Bore, fixture: 
 
 
 def _checks_of_targets(plate: Plate, fixture: Fixture) -> Iterator[Check]:
-    making = fixture.tolerances.making
+    production = fixture.tolerances.production
     poses = np.stack([target.pose for target in plate.mounted])
     heights = (se3.inverse(plate.pose) @ poses)[:, 2, 3]
-    bounds = making.position + making.angle * heights  # a block that leans takes its face along
+    bounds = production.position + production.angle * heights  # a block that leans takes its face along
     angles = np.rad2deg(se3.matrix_to_rpy(poses[:, :3, :3]))
     held = "anchor" if fixture.anchored else "target"
     for number, (target, turned) in enumerate(zip(plate.mounted, angles, strict=True), start=1):
@@ -91,4 +91,4 @@ def _checks_of_targets(plate: Plate, fixture: Fixture) -> Iterator[Check]:
             yield f"{held} {number}", f"{axis} in the robot's base", "mm", float(value), bound
         if target.kind is Kind.SEAT:
             for axis, value in zip(("roll", "pitch", "yaw"), turned, strict=True):
-                yield f"target {number}", axis, "deg", float(value), np.rad2deg(making.angle)
+                yield f"target {number}", axis, "deg", float(value), np.rad2deg(production.angle)

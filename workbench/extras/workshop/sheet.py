@@ -46,11 +46,11 @@ class PlateSheet:
             "corner of its top face.",
             f"Blocks of square bar {MM * self.fixture.blocks[0].side:.0f} mm, mitred: {shapes}. Every shape "
             "has its own drawing.",
-            f"Drawn for {self.fixture.tolerances.note}; {self.making}",
+            f"Drawn for {self.fixture.tolerances.note}; {self.production}",
         )
 
     @property
-    def making(self) -> str:
+    def production(self) -> str:
         """What the shapes of the blocks mean for their price, in words."""
         shapes, blocks = len(self.fixture.shapes), len(self.fixture.blocks)
         if shapes <= max(3, blocks // 3):

@@ -34,7 +34,7 @@ from workbench.plate.optimiser.shapes import (
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Places, places_of, tool_poses_at
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.readings import TargetReading
-from workbench.plate.tolerances import Making
+from workbench.plate.tolerances import Production
 
 RETREATS = np.array([0.5, 1.0])
 """Where the retreat of the probe is checked, as shares of it."""
@@ -95,7 +95,7 @@ class Setting:
     arm: AbstractArmShape
     constraints: Constraints
     reading: TargetReading
-    making: Making
+    production: Production
     names: tuple[str, ...]
     scales: Float[np.ndarray, " p"]
 
@@ -114,8 +114,8 @@ class Setting:
 
     def sigma(self, places: Places) -> Float[np.ndarray, "rows 2"]:
         """How well the tool's pose at such targets is known [m], [rad]."""
-        play = self.making.play_sigma if self.reading.kind is Kind.SEAT else 0.0
-        return np.hypot(self.making.sigma(places[:, 2]), play)
+        play = self.production.play_sigma if self.reading.kind is Kind.SEAT else 0.0
+        return np.hypot(self.production.sigma(places[:, 2]), play)
 
     def examine(
         self, places: Places, q: Float[np.ndarray, "rows n"], branches: np.ndarray

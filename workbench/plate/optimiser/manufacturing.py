@@ -19,7 +19,7 @@ from types import MappingProxyType
 import numpy as np
 
 from workbench.plate.optimiser.target_blocks import Blocks
-from workbench.plate.tolerances import EXACT, Making
+from workbench.plate.tolerances import EXACT, Production
 
 IN_THE_AIR = (0.05, 0.35)
 """Heights above the plate of targets that need no block [m]."""
@@ -31,7 +31,7 @@ class ManufacturingMethod:
     """A manufacturing method.
 
     Args:
-        making: How exact it is; the play of seats comes on top where there are pins.
+        production: How exact it is; the play of seats comes on top where there are pins.
         reading: What is read at a target.
         afterwards: What to measure when it stands.
         grid: Distance of the holes [m]; 0 for none.
@@ -41,7 +41,7 @@ class ManufacturingMethod:
         heights: Of targets above the plate [m]; as asked if None.
     """
 
-    making: Making
+    production: Production
     reading: str
     afterwards: str
     grid: float = 0.0
@@ -65,17 +65,17 @@ class ManufacturingMethod:
 MANNERS: Mapping[str, ManufacturingMethod] = MappingProxyType(
     {
         "machined": ManufacturingMethod(
-            making=Making(position=5e-5, angle=0.05 * DEGREE),
+            production=Production(position=5e-5, angle=0.05 * DEGREE),
             reading="seat",
             afterwards="nothing, or the inspection list",
         ),
         "printed": ManufacturingMethod(
-            making=Making(position=2.5e-4, angle=0.3 * DEGREE),
+            production=Production(position=2.5e-4, angle=0.3 * DEGREE),
             reading="socket",
             afterwards="every ball's centre, to 0.05 mm or better, and again after warm days",
         ),
         "breadboard": ManufacturingMethod(
-            making=Making(position=3e-4, angle=0.3 * DEGREE),
+            production=Production(position=3e-4, angle=0.3 * DEGREE),
             reading="socket",
             afterwards="every ball's centre, to 0.05 mm or better, and after each change of a post",
             grid=0.025,
@@ -84,7 +84,7 @@ MANNERS: Mapping[str, ManufacturingMethod] = MappingProxyType(
             turn=90.0 * DEGREE,
         ),
         "ball-bar": ManufacturingMethod(
-            making=EXACT,
+            production=EXACT,
             reading="ball-bar",
             afterwards="the three distances between the anchors, to 0.02 mm or better",
             heights=IN_THE_AIR,

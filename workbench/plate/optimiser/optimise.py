@@ -38,7 +38,7 @@ from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
 from workbench.plate.predicted_error import position_weight
 from workbench.plate.readings import TargetReading
-from workbench.plate.tolerances import Making
+from workbench.plate.tolerances import Production
 
 VAGUE = 3.0
 """Standard deviation of a constant before anything is measured, as the tool feels it [m]: next to nothing is
@@ -67,7 +67,7 @@ class DesignRequest:
     Args:
         number: How many targets; as many as the given plate has if None.
         postures: Branches mixed at will, or one branch for all targets.
-        making: Tolerances of the making; as the given plate says if None.
+        production: Tolerances of production; as the given plate says if None.
         shapes: How many different blocks may be made; any number if None.
         places: Random blocks in the pool.
         starts: Exchanges from different starts.
@@ -77,7 +77,7 @@ class DesignRequest:
     postures: Postures = Postures.MIXED
     blocks: Blocks = field(default_factory=Blocks)
     constraints: Constraints = field(default_factory=Constraints)
-    making: Making | None = None
+    production: Production | None = None
     shapes: int | None = None
     places: int = PLACES
     starts: int = STARTS
@@ -306,7 +306,7 @@ def _setting(robot: Robot, plate: Plate, reading: TargetReading, request: Design
         arm=arm_shape(robot, request.constraints.clearance),
         constraints=request.constraints,
         reading=reading,
-        making=plate.making if request.making is None else request.making,
+        production=plate.production if request.production is None else request.production,
         names=names,
         scales=linearise(robot, np.zeros((1, robot.dof)), names=names).weights,
     )

@@ -132,7 +132,11 @@ def _plate(setting: Setting, targets: Candidates) -> Plate:
     ]
     name = f"{setting.plate.name}, optimised"
     return replace(
-        setting.plate, name=name, targets=tuple(made), making=setting.making, anchors=setting.reading.anchors
+        setting.plate,
+        name=name,
+        targets=tuple(made),
+        production=setting.production,
+        anchors=setting.reading.anchors,
     )
 
 

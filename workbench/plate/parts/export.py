@@ -29,7 +29,7 @@ from workbench.plate.parts.parts import Fixture
 from workbench.plate.parts.solids import mesh_of, stl
 from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Kind, Plate
-from workbench.plate.tolerances import Making
+from workbench.plate.tolerances import Production
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -160,6 +160,6 @@ def export_plate(
 
 def as_drawn(plate: Plate, fixture: Fixture, stock: Stock) -> Plate:
     """The plate with what its drawings ask for: their tolerances, and the play of the pins in its seats."""
-    asked = fixture.tolerances.making
+    asked = fixture.tolerances.production
     play = stock.play if any(t.kind is Kind.SEAT for t in plate.targets) else (0.0, 0.0)
-    return replace(plate, making=Making(position=asked.position, angle=asked.angle, play=play))
+    return replace(plate, production=Production(position=asked.position, angle=asked.angle, play=play))

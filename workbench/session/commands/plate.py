@@ -70,7 +70,7 @@ class ImprovePlate(AbstractTask[tuple[Target, ...]]):
         found = optimise_plate(
             session.robot,
             session.plate,
-            making=session.plate.making,
+            production=session.plate.production,
             sigma=(noise.position, noise.rotation),
             seed=self.seed,
         )
