@@ -158,16 +158,16 @@ def drawings() -> None:
         picture.save(PICTURES / f"drawing-{name}.png", optimize=True)
 
 
-def main(asked: list[str]) -> None:
+def main(requested: list[str]) -> None:
     """Make the pictures that are asked for."""
-    if not asked or "drawings" in asked:
+    if not requested or "drawings" in requested:
         drawings()
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(
             executable_path=shutil.which("chromium") or shutil.which("chromium-headless-shell"), args=FLAGS
         )
         for make in (notebook, tour):
-            if not asked or make.__name__ in asked:
+            if not requested or make.__name__ in requested:
                 make(browser)
         browser.close()
 

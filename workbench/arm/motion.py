@@ -110,13 +110,13 @@ class Motion:
             DataError: it is missing; names the effect and the column to add.
         """
         values = self.drivers.get(driver)
-        asked = COLUMNS[driver].asked if driver in COLUMNS else driver
+        requested = COLUMNS[driver].requested if driver in COLUMNS else driver
         if values is None:
-            raise DataError(f"effect '{effect}' needs the {driver} of every row; add the column {asked}")
+            raise DataError(f"effect '{effect}' needs the {driver} of every row; add the column {requested}")
         if not (whole := np.isfinite(values if values.ndim == 1 else values.sum(1))).all():
             raise DataError(
                 f"effect '{effect}' needs the {driver} of every row, and row {int(np.argmin(whole))} has "
-                f"none; fill the column {asked} or exclude such rows"
+                f"none; fill the column {requested} or exclude such rows"
             )
         return values
 

@@ -58,11 +58,11 @@ def in_child(
     job = pickle.dumps((function.__module__, function.__name__, arguments, needs, seconds, memory))
     command = [sys.executable, "-c", _COMMAND.format(path=[p or os.getcwd() for p in sys.path])]
     environment = os.environ | {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    with tempfile.TemporaryFile() as asked, tempfile.TemporaryFile() as answer:
-        asked.write(job)
-        asked.seek(0)
+    with tempfile.TemporaryFile() as requested, tempfile.TemporaryFile() as answer:
+        requested.write(job)
+        requested.seek(0)
         with subprocess.Popen(
-            command, stdin=asked, stdout=answer, stderr=subprocess.DEVNULL, env=environment
+            command, stdin=requested, stdout=answer, stderr=subprocess.DEVNULL, env=environment
         ) as child:
             try:
                 _wait(child, seconds * _PATIENCE)

@@ -65,7 +65,7 @@ class Column:
         return [f"{name}{unit}" for name in self.names(joints)]
 
     @property
-    def asked(self) -> str:
+    def requested(self) -> str:
         """How a message asks for it: `temperature[degC]`, or `torque1[N*m], torque2[N*m] …`."""
         text = f" ({self.text})" if self.text else ""
         return ", ".join(self.headings(2)) + (" …" if self.per is Per.JOINT else "") + text

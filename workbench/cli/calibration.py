@@ -51,7 +51,7 @@ def identify(
     if level == 1 and fit.free is not None:
         raise OptionError("--level 1 frees the joint offsets alone; leave out --level or --free")
     arm = posed_arm() if robot is None else wb.load_robot(robot)
-    asked = default_requirement(arm.name) if wanted is None else opt.wanted_of(wanted)
+    requested = default_requirement(arm.name) if wanted is None else opt.wanted_of(wanted)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
     if robot is None and (rows.readings is None or not rows.readings.has_tool_poses):
         raise OptionError("give --robot; only rows with tool poses in place of joints do without")
@@ -70,13 +70,13 @@ def identify(
             prior=None if prior is None else read_prior(prior, renew=opt.whole_numbers(renew, "--renew")),
         )
     opt.show(table.identification_tables(run, every=algorithm is not None))
-    if asked is not None:
-        opt.say(judge(run, asked).verdict)
+    if requested is not None:
+        opt.say(judge(run, requested).verdict)
     opt.write_result(out.json, reports.identification_json(run))
     if out.report is not None:
         from workbench.identification.report.html_report import write_report
 
-        opt.say(f"report: {write_report(run, out.report, wanted=asked)}")
+        opt.say(f"report: {write_report(run, out.report, wanted=requested)}")
     if out.save is not None and run.identifiability is not None and run.identifiability.refused:
         opt.fail(f"{out.save} is not written: {run.identifiability.refused}")
     doubts = run.doubts(run.best)

@@ -225,7 +225,7 @@ def _build_diagnosis(
     if accepted and (worse := harm_done(search.before.rows[1], search.after.rows[1])):
         message = f"{message} Warning: {worse}."
     progress(0.9, "choosing poses to measure next")
-    asked = [e.effect for e in accepted] + [e for c in causes for e in c.look_alikes]
+    requested = [e.effect for e in accepted] + [e for c in causes for e in c.look_alikes]
     seen = [] if is_short else coverage(fit.problem.data, robot.chain)
     beyond = extrapolation_notes([a.effect for a in accepted], robot.chain, ready.held.q, ready.held.row)
     notes = [*ready.notes, *last.offered.notes, *seen, *(f"held out: {text}" for text in beyond)]
@@ -241,7 +241,7 @@ def _build_diagnosis(
     keep, (fitted, held) = last.stage.keep, ready.nominal_rows
     poses, reasons = advice.ask(
         "poses to measure next",
-        lambda: next_poses(fit.problem, fit.x, asked, rng=rng, measurable=measurable),
+        lambda: next_poses(fit.problem, fit.x, requested, rng=rng, measurable=measurable),
         (np.zeros((0, robot.dof)), ()),
     )
     opening = search.rounds[0]

@@ -116,12 +116,12 @@ def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Le
     """Fit a model and geometry, and take them off all columns, or off those of one effect only."""
     last = grams.total.shape[0] - 1
     mine = (*only, *grams.inertia.get(tuple(only), ())) if only is not None else ()
-    asked = np.arange(last + 1) if only is None else np.append(grams.columns(mine), last)
-    half = projection(grams, model)(grams.total[asked])
-    part = grams.total[np.ix_(asked, asked)] - half.T @ half
+    requested = np.arange(last + 1) if only is None else np.append(grams.columns(mine), last)
+    half = projection(grams, model)(grams.total[requested])
+    part = grams.total[np.ix_(requested, requested)] - half.T @ half
     inner = part if only is None else np.zeros_like(grams.total)
     if only is not None:
-        inner[np.ix_(asked, asked)] = part
+        inner[np.ix_(requested, requested)] = part
     return Left.of(grams, model, inner)
 
 

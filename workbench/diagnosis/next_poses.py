@@ -84,9 +84,9 @@ def next_poses(
     pool = _pool(problem, x, rng, max(min(POOL, MANY // len(x)), 50), measurable)
     if not len(pool.q):
         return pool.q, ()
-    asked = carriers(effects)
+    requested = carriers(effects)
     unmeasured = problem.again(data=pool, noise=problem.typical_noise, inertia=False)
-    now, new = (_columns(problem, x, p, asked) for p in (problem, unmeasured))
+    now, new = (_columns(problem, x, p, requested) for p in (problem, unmeasured))
     new = new[np.argsort(unmeasured.component_rows, kind="stable")]
     # what the rows hardly show but a new pose does would else outweigh all others beyond rounding
     new_size = np.linalg.norm(new, axis=0) / np.sqrt(len(pool))
@@ -94,9 +94,9 @@ def next_poses(
     information = (now / scale).T @ (now / scale)
     information[np.diag_indices(len(information))] += WEAK
     per_pose = (new / scale).reshape(len(pool), -1, len(scale))
-    known = len(scale) - sum(len(e.names) for e in asked) if asked else 0
+    known = len(scale) - sum(len(e.names) for e in requested) if requested else 0
     chosen, steps = _greedy(information, per_pose, known, count)
-    unknowns = _unknowns(problem, asked)
+    unknowns = _unknowns(problem, requested)
     reasons = tuple(_reason(*step, known=known, scale=scale, unknowns=unknowns) for step in steps)
     return pool.q[chosen], reasons
 
@@ -133,11 +133,11 @@ class _Unknown:
     unit: str
 
 
-def _unknowns(problem: Problem, asked: Sequence[AbstractEffect]) -> list[_Unknown]:
+def _unknowns(problem: Problem, requested: Sequence[AbstractEffect]) -> list[_Unknown]:
     """In the order of the columns."""
     chain = problem.robot.chain
     found = [_Unknown(p.text, p.name, p.unit) for p in problem.parameters if p.is_plain]
-    for effect in asked:
+    for effect in requested:
         for name, unit in zip(effect.names, effect.units(chain), strict=True):
             words = effect.phrase if len(effect.joints) < 2 else f"{effect.name} ({name.partition('.')[0]})"
             found.append(_Unknown(words, effect.label if len(effect.joints) < 2 else name, unit))
@@ -274,7 +274,7 @@ def expected_torques(robot: Robot, measured: Motion, other: Motion) -> JointRows
     assert measured.torque is not None, "there is something to learn from"
     out = np.tile(measured.torque.mean(0), (len(other), 1))
     for sag in sags(robot, measured):
-        known, asked = (sag.law(robot.chain, m, NO_WRENCHES)[:, 0] for m in (measured, other))
+        known, requested = (sag.law(robot.chain, m, NO_WRENCHES)[:, 0] for m in (measured, other))
         joint = sag.joints[0]
-        out[:, joint] = asked @ np.linalg.lstsq(known, measured.torque[:, joint])[0]
+        out[:, joint] = requested @ np.linalg.lstsq(known, measured.torque[:, joint])[0]
     return out

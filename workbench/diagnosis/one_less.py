@@ -99,8 +99,8 @@ def own_offers(grams: Grams, model: Model) -> list[Offer]:
     whole, out = _Whole.of(grams, model), []
     for term in model:
         places = _places(grams, [term], used)
-        asked, inner = np.append(used[places], len(grams.total) - 1), np.zeros_like(grams.total)
-        inner[np.ix_(asked, asked)] = whole.without(places)[1]
+        requested, inner = np.append(used[places], len(grams.total) - 1), np.zeros_like(grams.total)
+        inner[np.ix_(requested, requested)] = whole.without(places)[1]
         found = offer(Left.of(grams, drop(model, [term]), inner), term.candidate)
         out.append(Offer(term, -np.inf, 0.0) if found is None else found)
     return out

@@ -74,12 +74,12 @@ def survival(
     return Survival(None not in weak, frozenset(j for j in weak if j is not None))
 
 
-def _otherwise(searched: Searched, *asked: Sequence[Candidate]) -> Iterator[Searched]:
+def _otherwise(searched: Searched, *requested: Sequence[Candidate]) -> Iterator[Searched]:
     """The search's model and some candidates on rows that are weighed otherwise."""
     problem = searched.stage.fitted.problem.with_noise(searched.stage.geometric.noise)
     x, rows = searched.stage.fitted.fit.x, len(problem.data)
     candidates = tuple(
-        dict.fromkeys(c for some in ([t.candidate for t in searched.found.model], *asked) for c in some)
+        dict.fromkeys(c for some in ([t.candidate for t in searched.found.model], *requested) for c in some)
     )
     effects, tenth = [c.effect for c in candidates], np.empty(rows, np.int64)
     tenth[np.argsort(clock_of(problem.data)[0], kind="stable")] = np.arange(rows) * TENTHS // rows

@@ -29,7 +29,9 @@ def identified_names(robot: Robot, *, base: bool | None = None, tool: bool | Non
         tool: Whether the tool is unknown; as its file says if None.
     """
     frames = (("base", robot.base.free, base), ("tool", robot.tool.free, tool))
-    unknown = [name for name, said, asked in frames if (said is Freedom.FREE if asked is None else asked)]
+    unknown = [
+        name for name, said, requested in frames if (said is Freedom.FREE if requested is None else requested)
+    ]
     return (*robot.default_free, *(f"{frame}.{part}" for frame in unknown for part in FRAME_PARTS))
 
 

@@ -142,8 +142,8 @@ def capture(
 def _nothing_stored(run: "_Run") -> str:
     if run.acquisition.latest is None:
         return f'{run.source}: it ended without a sample; send lines such as {{"time": 0.1, "q": [0.0]}}'
-    asked = run.acquisition.message.removeprefix("not stored: ") or 'no sample carried "capture": true'
-    return f"{run.source}: no row was stored ({asked}), so {run.out} was not written"
+    requested = run.acquisition.message.removeprefix("not stored: ") or 'no sample carried "capture": true'
+    return f"{run.source}: no row was stored ({requested}), so {run.out} was not written"
 
 
 def _pump(source: Iterable, events: queue.Queue, act: Callable, *, at_end: Callable | None = None) -> None:
@@ -198,18 +198,18 @@ class _Run:
     def key(self, key: str) -> None:
         if key == "q":
             self.ended = self.by_hand = True
-        elif (asked := KEYS.get(key)) is not None:
-            self._done(self._act(asked))
+        elif (requested := KEYS.get(key)) is not None:
+            self._done(self._act(requested))
 
-    def _act(self, asked: str) -> Event:
-        if asked == "again":
+    def _act(self, requested: str) -> Event:
+        if requested == "again":
             return self.acquisition.again()
-        if asked in ("next", "previous"):
-            return self.acquisition.step(1 if asked == "next" else -1)
+        if requested in ("next", "previous"):
+            return self.acquisition.step(1 if requested == "next" else -1)
         seen = self.acquisition.place().looks_like
-        if asked == "as" and seen is not None:
+        if requested == "as" and seen is not None:
             return self.acquisition.store_as(seen)
-        is_forced = asked == "force"
+        is_forced = requested == "force"
         return self.acquisition.store(force=is_forced, anywhere=is_forced)
 
     def nothing(self) -> None:

@@ -223,9 +223,9 @@ def _see(
             levers[:, i] = frame[:, :, chain.axes[links[i]] % 3] * motion.q[:, [_link(term)]]
         else:
             levers[:, i] = frame[:, :, "xyz".index(term[-1])]
-    asked = at[:, 1 + len(terms) :, :3]
-    axes = np.take_along_axis(asked, (chain.axes[constants] % 3)[None, :, None, None], axis=3)[..., 0]
-    return _Seen(axis, point, np.cross(effect._down, axis), links, levers, axes, asked[..., 3], payload)
+    requested = at[:, 1 + len(terms) :, :3]
+    axes = np.take_along_axis(requested, (chain.axes[constants] % 3)[None, :, None, None], axis=3)[..., 0]
+    return _Seen(axis, point, np.cross(effect._down, axis), links, levers, axes, requested[..., 3], payload)
 
 
 def _link(term: str) -> int:

@@ -282,13 +282,13 @@ def _growth(chain, motion, deflected, effects, columns, rows) -> np.ndarray:
 def _loads(robot, chain, motion, deflected, effects, union, rows, weights) -> tuple[np.ndarray, np.ndarray]:
     """Derivative of the moved elements' increments in M wrench components, and of those in the union."""
     size = 1 + max(int(r.max()) for r in rows)
-    asked = [e.components(chain) for e in effects]
-    components = np.concatenate(asked)
+    requested = [e.components(chain) for e in effects]
+    components = np.concatenate(requested)
     if not robot.has_masses or not len(components):
         return np.zeros((0, size, 0)), np.zeros((0, 0, len(union)))
     gain = np.zeros((len(motion), size, len(components)))
     start = 0
-    for effect, mine, own in zip(effects, rows, asked, strict=True):
+    for effect, mine, own in zip(effects, rows, requested, strict=True):
         if len(own):
             gain[:, mine, start : start + len(own)] = effect.slope(chain, motion, deflected.wrenches)
             start += len(own)

@@ -218,11 +218,11 @@ def weigh_choices(
 
 def _choice(robot: Robot, plate: Plate, name: str, request: DesignRequest, seed: int) -> Choice:
     manner = MANNERS[name]
-    asked, given = (
+    requested, given = (
         replace(request, blocks=manner.blocks(Blocks())),
         replace(plate, production=manner.production),
     )
-    design = optimise_plate(robot, given, request=asked, reading=manner.reading, seed=seed)
+    design = optimise_plate(robot, given, request=requested, reading=manner.reading, seed=seed)
     return Choice(manner=name, design=design)
 
 

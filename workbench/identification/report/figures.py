@@ -46,10 +46,10 @@ def pictures(result: Identification, *, wanted: Wanted | None = None) -> tuple[P
     best, rows = result.best, len(result.train_rows) + len(result.held_out_data)
     place = order_of_measuring(result)
     columns = cache(partial(columns_of, result))
-    asked = wanted is not None and wanted.per_axis
+    requested = wanted is not None and wanted.per_axis
     limits = (
-        1e3 * wanted.position if wanted and asked else None,
-        float(np.rad2deg(wanted.rotation)) if wanted and asked and wanted.rotation else None,
+        1e3 * wanted.position if wanted and requested else None,
+        float(np.rad2deg(wanted.rotation)) if wanted and requested and wanted.rotation else None,
     )
     over = (
         "sorted by size, as there are too many to draw one by one"
@@ -59,7 +59,7 @@ def pictures(result: Identification, *, wanted: Wanted | None = None) -> tuple[P
     array = (
         f"Each column is one arm; rows are {over}. The identified arms share a scale in every row of the "
         "array; the nominal arm has its own where noted, and the band in its column is what the other "
-        f"columns show.{' Dotted lines: the wanted limit.' if asked else ''}"
+        f"columns show.{' Dotted lines: the wanted limit.' if requested else ''}"
     )
     thin = f" {POINTS} of {rows} rows are drawn, evenly chosen." if rows > POINTS else ""
     best_title = best.fit.title

@@ -160,6 +160,8 @@ def export_plate(
 
 def as_drawn(plate: Plate, fixture: Fixture, stock: Stock) -> Plate:
     """The plate with what its drawings ask for: their tolerances, and the play of the pins in its seats."""
-    asked = fixture.tolerances.production
+    requested = fixture.tolerances.production
     play = stock.play if any(t.kind is Kind.SEAT for t in plate.targets) else (0.0, 0.0)
-    return replace(plate, production=Production(position=asked.position, angle=asked.angle, play=play))
+    return replace(
+        plate, production=Production(position=requested.position, angle=requested.angle, play=play)
+    )

@@ -172,22 +172,22 @@ def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: I
     _, turn = instrument.deviations
     angles = [n for n in robot.default_free if robot.chain.elements[robot.chain.index[n]].axis.turns]
     noise, known = Noise(rotation=turn or Noise().rotation), constants_known(robot)
-    asked = observable_sizes(plan)
-    rows = np.flatnonzero(_certain(robot, data, asked, known))
+    requested = observable_sizes(plan)
+    rows = np.flatnonzero(_certain(robot, data, requested, known))
     tilting = fit_tilting(
-        robot, data.take(rows), asked=asked, noise=noise, free=angles, known=known, inertia=True
+        robot, data.take(rows), requested=requested, noise=noise, free=angles, known=known, inertia=True
     )
     _check(tilting.fit, rows)
     return tilting
 
 
 def _certain(
-    robot: Robot, data: Dataset, asked: Sequence[JointTilting], known: Mapping[str, float]
+    robot: Robot, data: Dataset, requested: Sequence[JointTilting], known: Mapping[str, float]
 ) -> Bool[np.ndarray, " rows"]:
     """Postures in which the side of the play is certain for every tested joint."""
     about, across = has_certain_load_sides(robot, Motion.of(data), known)
     turns, tips = (
-        [j.joint for j in asked if np.isfinite(getattr(j, word))] for word in ("backlash", "clearance")
+        [j.joint for j in requested if np.isfinite(getattr(j, word))] for word in ("backlash", "clearance")
     )
     certain = np.all(np.hstack([about[:, turns], across[:, tips]]), axis=1)
     if not certain.any():
@@ -237,7 +237,7 @@ def pulled_joint(robot: Robot, known: Tilting, loads: SideLoads, data: Dataset) 
         data: Measured poses, with the wrench of every row.
     """
     others = robot.with_effects(*known.effects)
-    return fit_tilting(others, data, asked=unknown_sizes(turning=(loads.joint,)), noise=Noise())
+    return fit_tilting(others, data, requested=unknown_sizes(turning=(loads.joint,)), noise=Noise())
 
 
 def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random.Generator) -> Dataset:
@@ -258,10 +258,10 @@ def with_other_masses(robot: Robot, rng: np.random.Generator) -> Robot:
     return replace(robot, joints=tuple(others.get(j.name, j) for j in robot.joints))
 
 
-def draw_joints(asked: Sequence[JointTilting], rng: np.random.Generator) -> tuple[JointTilting, ...]:
+def draw_joints(requested: Sequence[JointTilting], rng: np.random.Generator) -> tuple[JointTilting, ...]:
     """Joints of a virtual arm, of the usual sizes, as far as they are asked for."""
     out = []
-    for joint in asked:
+    for joint in requested:
         clearance, backlash, stiffness = (rng.uniform(*s) for s in (CLEARANCE, BACKLASH, STIFFNESS))
         compliance = np.deg2rad(1.0) / (9.81 * stiffness)
         sizes = [float(v) for v in (np.deg2rad(clearance), np.deg2rad(backlash), compliance)]

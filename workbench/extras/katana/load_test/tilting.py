@@ -63,9 +63,9 @@ class JointTilting:
         """Its standard error, to first order [N m/rad]."""
         return np.inf if self.compliance <= 0.0 else self.compliance_std / self.compliance**2
 
-    def only(self, asked: "JointTilting") -> "JointTilting":
-        """The sizes that are finite in `asked`."""
-        sizes = {word: getattr(self, word) for word in KINDS if np.isfinite(getattr(asked, word))}
+    def only(self, requested: "JointTilting") -> "JointTilting":
+        """The sizes that are finite in `requested`."""
+        sizes = {word: getattr(self, word) for word in KINDS if np.isfinite(getattr(requested, word))}
         return JointTilting(self.joint, **sizes)
 
     def joined(self, other: "JointTilting") -> "JointTilting":
@@ -123,7 +123,7 @@ def fit_tilting(
     robot: Robot,
     data: Dataset,
     *,
-    asked: Sequence[JointTilting],
+    requested: Sequence[JointTilting],
     noise: Noise,
     free: Sequence[str] | None = None,
     frames: FrameFreedom | None = None,
@@ -135,14 +135,14 @@ def fit_tilting(
     Args:
         robot: Nominal arm with masses; effects that it carries already act as they are.
         data: Rows of any observation.
-        asked: Joints with the sizes where the search starts; NaN is not fitted. See `unknown_sizes`.
+        requested: Joints with the sizes where the search starts; NaN is not fitted. See `unknown_sizes`.
         noise: Standard deviations where rows bring none.
         free: Constants to fit too; the robot's default ones if None; none if empty (given geometry).
         frames: What of base and tool is unknown; nothing if None.
         known: Standard deviation of constants [m], [rad]; of those that are not fitted it enters the errors.
         inertia: Whether the links' masses and centres are fitted too, known as well as the robot says.
     """
-    effects = tilting_effects(asked)
+    effects = tilting_effects(requested)
     names = [name for effect in effects for name in effect.names]
     deflected = robot.with_effects(*robot.effects, *effects)
     problem = Problem.build(
@@ -157,7 +157,7 @@ def fit_tilting(
     algorithm = Opt2(limit=MAX_STEPS)
     fit = Fit.of(algorithm, problem, algorithm.search(problem), considered=considered)
     found = dict(zip(problem.names, zip(fit.x.tolist(), fit.std.tolist(), strict=True), strict=True))
-    return Tilting(fit, tuple(_found(j.joint, found) for j in sorted(asked, key=lambda j: j.joint)))
+    return Tilting(fit, tuple(_found(j.joint, found) for j in sorted(requested, key=lambda j: j.joint)))
 
 
 def _found(joint: int, found: Mapping[str, tuple[float, float]]) -> JointTilting:
