@@ -76,9 +76,11 @@ def compare_orders(
         noise: Of the poses.
     """
     models = (
-        fit_tilting(robot, data, asked=(), noise=noise).fit.calibrated,
-        fit_tilting(robot.with_effects(*known), data, asked=(), noise=noise).fit.calibrated,
-        fit_tilting(robot, data, asked=unknown_sizes(joints, tipping=tipping), noise=noise).fit.calibrated,
+        fit_tilting(robot, data, requested=(), noise=noise).fit.calibrated,
+        fit_tilting(robot.with_effects(*known), data, requested=(), noise=noise).fit.calibrated,
+        fit_tilting(
+            robot, data, requested=unknown_sizes(joints, tipping=tipping), noise=noise
+        ).fit.calibrated,
     )
     return Orders(*(1e3 * float(row_errors(model, held_out).position.mean()) for model in models))
 
