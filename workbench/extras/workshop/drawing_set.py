@@ -38,7 +38,7 @@ SHORT = {
     Purpose.STANDOFF: "stand-off",
     Purpose.ROBOT: "robot's foot",
 }
-MOST_ROWS = 50
+MAX_ROWS = 50
 """Of a plate's table of holes; holes.csv has them all."""
 Rows = list[tuple[str, ...]]
 
