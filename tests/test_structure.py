@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from collections import Counter
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
@@ -438,6 +439,11 @@ def test_classes_are_abstract_or_final():
         if any(methods(node).values()) and not is_abstract(node):
             wrong.append(f"{name} has abstract methods but not the name")
     assert not wrong
+
+
+def test_one_class_name_is_one_class():
+    names = Counter(name.rpartition(".")[2] for name in classes())
+    assert not [name for name, count in names.items() if count > 1]
 
 
 def test_nothing_implemented_is_overridden():

@@ -14,7 +14,7 @@ from workbench.arm.frame import Frame, SessionFrames
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind, Robot
-from workbench.arm.robot_toml import _Reader, read_toml, robot_from_table, write_toml
+from workbench.arm.robot_toml import _RobotReader, read_toml, robot_from_table, write_toml
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError
@@ -378,7 +378,7 @@ def test_a_folder_and_bytes_are_no_robot(tmp_path):
 def test_no_table_ends_in_another_error(data):
     data = _without_none({"convention": "elementary", **data})
     with contextlib.suppress(FileError):
-        assert isinstance(robot_from_table(data, _Reader("x.toml")), Robot)
+        assert isinstance(robot_from_table(data, _RobotReader("x.toml")), Robot)
 
 
 def _without_none(value):

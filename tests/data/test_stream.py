@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, ShapeError
 from workbench.data.live.acquisition import StandstillDetector
-from workbench.data.live.capture import Capture, CaptureTarget
+from workbench.data.live.capture import CaptureProgress, CaptureTarget
 from workbench.data.live.connection import SocketLines, connect, listen, parse_address
 from workbench.data.live.sample import Sample, parse_sample, samples
 
@@ -233,7 +233,7 @@ def targets(n=3):
 
 
 def test_rows_are_taken_in_order_and_again():
-    capture = Capture(targets=targets(), session="front")
+    capture = CaptureProgress(targets=targets(), session="front")
     assert capture.target.name == "t0"
     for i in range(3):
         capture = capture.store(sample(i, xyz=(i, 0, 0)))
@@ -250,7 +250,7 @@ def test_rows_are_taken_in_order_and_again():
 
 
 def test_skipped_targets_are_said_and_come_back():
-    capture = Capture(targets=targets()).go_to(2).store(sample(0))
+    capture = CaptureProgress(targets=targets()).go_to(2).store(sample(0))
     assert capture.target.name == "t0"
     data = capture.dataset()
     assert data.row.tolist() == [2]
@@ -258,14 +258,14 @@ def test_skipped_targets_are_said_and_come_back():
 
 
 def test_orientations_that_some_rows_lack_are_left_out():
-    capture = Capture(targets=targets(2)).store(sample(0))
+    capture = CaptureProgress(targets=targets(2)).store(sample(0))
     capture = capture.store(Sample(time=1.0, q=np.zeros(2), position=np.zeros(3)))
     assert capture.dataset().rotation is None
     assert len(capture.dataset().notes) == 1
 
 
 def test_what_a_capture_refuses():
-    capture = Capture(targets=targets())
+    capture = CaptureProgress(targets=targets())
     with pytest.raises(DataError):
         capture.store(sample(0, xyz=None))
     with pytest.raises(DataError):
@@ -276,6 +276,6 @@ def test_what_a_capture_refuses():
         with pytest.raises(OptionError):
             capture.again(index)
     with pytest.raises(OptionError):
-        Capture(targets=())
+        CaptureProgress(targets=())
     with pytest.raises(ShapeError):
-        Capture(targets=targets(), taken=(None,))
+        CaptureProgress(targets=targets(), taken=(None,))

@@ -43,7 +43,7 @@ FREEDOMS = {False: Freedom.FIXED, True: Freedom.FREE, "auto": Freedom.AUTO}
 
 
 @final
-class _Reader(AbstractTableReader):
+class _RobotReader(AbstractTableReader):
     """A robot's file being read."""
 
     wanted = "a robot TOML"
@@ -121,14 +121,14 @@ def read_toml(path: Path | str) -> Robot:
     Raises:
         FileError: the file is missing, no TOML, or says something that a robot can't be.
     """
-    reader = _Reader(path)
+    reader = _RobotReader(path)
     data = reader.load()
     return robot_from_table(data, reader)
 
 
 def robot_from_rows(table: Any, convention: str, *, name: str = "robot", limits: Any | None = None) -> Robot:
     """A robot from a joint table as it stands in a data sheet; see `Robot.from_dh`."""
-    reader = _Reader(f"the table of robot '{name}'")
+    reader = _RobotReader(f"the table of robot '{name}'")
     rows = table.to_dict("records") if hasattr(table, "to_dict") else list(table)
     if not rows:
         raise RobotError(f"{reader.path} has no rows; give one for each joint")
@@ -145,7 +145,7 @@ def robot_from_rows(table: Any, convention: str, *, name: str = "robot", limits:
     return robot_from_table({"name": name, "convention": convention, "joint": joints}, reader)
 
 
-def _joint_table(row: Any, number: int, reader: _Reader) -> dict[str, Any]:
+def _joint_table(row: Any, number: int, reader: _RobotReader) -> dict[str, Any]:
     """One joint as a table: names with values, or four or five numbers."""
     if isinstance(row, Mapping):
         return {key: value.item() if isinstance(value, np.generic) else value for key, value in row.items()}
@@ -155,7 +155,7 @@ def _joint_table(row: Any, number: int, reader: _Reader) -> dict[str, Any]:
     return dict(zip(CONSTANTS, values, strict=False))
 
 
-def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
+def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
     """A robot from the parsed tables of its file."""
     reader.keys(data, ROBOT_KEYS, "the robot")
     convention = data.get("convention")
@@ -194,7 +194,7 @@ def robot_from_table(data: dict[str, Any], reader: _Reader) -> Robot:
     return replace(robot, sessions=sessions, calibration=calibration_of(data.get("calibration"), reader))
 
 
-def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader: _Reader):
+def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader: _RobotReader):
     """Elements of an `elementary` robot; the link frame of a joint lies right after what it drives."""
     tables = reader.tables(data, "element")
     drivers = [t["joint"] for t in tables if "joint" in t]
@@ -232,7 +232,7 @@ def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader
     )
 
 
-def _element(table: dict, number: int, link: int, reader: _Reader) -> Element:
+def _element(table: dict, number: int, link: int, reader: _RobotReader) -> Element:
     what = f"[[element]] {number + 1}"
     reader.keys(table, ELEMENT_KEYS, what)
     letters = str(table.get("axis")).lower()
@@ -264,7 +264,7 @@ def _element(table: dict, number: int, link: int, reader: _Reader) -> Element:
     )
 
 
-def _sessions(tables: list[dict], robot: Robot, reader: _Reader) -> tuple[SessionFrames, ...]:
+def _sessions(tables: list[dict], robot: Robot, reader: _RobotReader) -> tuple[SessionFrames, ...]:
     sessions: list[SessionFrames] = []
     for i, table in enumerate(tables):
         what = f"[[session]] {i + 1}"
@@ -286,7 +286,7 @@ def _sessions(tables: list[dict], robot: Robot, reader: _Reader) -> tuple[Sessio
     return tuple(sessions)
 
 
-def _effect(table: dict, number: int, reader: _Reader) -> AbstractEffect:
+def _effect(table: dict, number: int, reader: _RobotReader) -> AbstractEffect:
     """An effect; what its record holds beside joints and coefficients are keys of the same name."""
     what = f"[[effect]] {number + 1}"
     name = table.get("name")
@@ -310,7 +310,7 @@ def _effect(table: dict, number: int, reader: _Reader) -> AbstractEffect:
     return kind(tuple(j - 1 for j in joints), coefficients, **settings)
 
 
-def _setting(default: Any, value: Any, what: str, reader: _Reader) -> Any:
+def _setting(default: Any, value: Any, what: str, reader: _RobotReader) -> Any:
     """A setting of an effect, which must be of its default's kind."""
     if isinstance(default, tuple):
         if not isinstance(value, list):

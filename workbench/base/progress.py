@@ -22,13 +22,13 @@ class Cancelled(Exception):
     """Work was stopped on request; not an error, so it need not be reported."""
 
 
-class _Run(NamedTuple):
+class _Running(NamedTuple):
     show: Report
     cancel: Cancel
 
 
-_UNSEEN = _Run(lambda share, text: None, lambda: False)
-_RUN = ContextVar[_Run]("_RUN")
+_UNSEEN = _Running(lambda share, text: None, lambda: False)
+_RUN = ContextVar[_Running]("_RUN")
 
 
 @contextmanager
@@ -40,7 +40,7 @@ def running(show: Report = _UNSEEN.show, cancel: Cancel = _UNSEEN.cancel) -> Ite
             is shown, whatever the work around it shows.
         cancel: Asked often; once it says True, the work ends with what it has or raises `Cancelled`.
     """
-    token = _RUN.set(_Run(show, cancel))
+    token = _RUN.set(_Running(show, cancel))
     try:
         yield
     finally:

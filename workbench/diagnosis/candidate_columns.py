@@ -21,7 +21,7 @@ from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.wrenches import load_regressor, masses, motion_wrenches, own_axis
 from workbench.base.threads import in_order
 from workbench.identification.problem import Problem
-from workbench.identification.problem_blocks import Block
+from workbench.identification.problem_blocks import RowBlock
 
 
 def carriers(effects: Sequence[AbstractEffect]) -> tuple[AbstractEffect, ...]:
@@ -41,7 +41,7 @@ def candidate_columns(
     effects: Sequence[AbstractEffect],
     *,
     weighed: Sequence[AbstractEffect] = (),
-) -> Iterator[tuple[Block, Float[np.ndarray, "m k"]]]:
+) -> Iterator[tuple[RowBlock, Float[np.ndarray, "m k"]]]:
     """Whitened columns of some effects, block by block.
 
     Args:
@@ -56,7 +56,7 @@ def candidate_columns(
     """
     own = sum(len(e.names) for e in effects)
 
-    def columns(arm: tuple[Block, Robot, Motion]) -> np.ndarray:
+    def columns(arm: tuple[RowBlock, Robot, Motion]) -> np.ndarray:
         block, robot, motion = arm
         if not effects:
             return np.zeros((block.stop - block.start, 0))
@@ -67,7 +67,7 @@ def candidate_columns(
         seen = _seen(problem, x, block, *found)
         return seen if not weighed else np.concatenate([seen[:, :own], placed(block, seen[:, own:])], axis=1)
 
-    def placed(block: Block, seen: np.ndarray) -> np.ndarray:
+    def placed(block: RowBlock, seen: np.ndarray) -> np.ndarray:
         """Columns of what acts in a block's session in the places of what acts in any."""
         index = {name: k for k, name in enumerate(problem.inertia_tolerance)}
         mine = [index[problem.names[place]] for place in _acting(problem, block)[0]]
@@ -78,7 +78,7 @@ def candidate_columns(
     yield from zip(problem.blocks, in_order(columns, tuple(_arms(problem, x))), strict=True)
 
 
-def _acting(problem: Problem, block: Block) -> tuple[np.ndarray, np.ndarray]:
+def _acting(problem: Problem, block: RowBlock) -> tuple[np.ndarray, np.ndarray]:
     """Places in x, and columns of `load_regressor`, of what acts on a block's rows through loads alone."""
     if block.deflected is None:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)
@@ -87,7 +87,7 @@ def _acting(problem: Problem, block: Block) -> tuple[np.ndarray, np.ndarray]:
     return places[alone], block.deflected.varying[alone]
 
 
-def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[Block, Robot, Motion]]:
+def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[RowBlock, Robot, Motion]]:
     """The arm at x with the frames of every block, and the block's rows."""
     arm, motion = problem.frames.placed(problem.robot_at(x), problem.data.sessions), Motion.of(problem.data)
     for block in problem.blocks:
@@ -95,7 +95,9 @@ def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[Block, Robot, Motio
         yield block, arm.in_session(block.session), mine
 
 
-def _seen(problem: Problem, x: np.ndarray, block: Block, poses: np.ndarray, twists: np.ndarray) -> np.ndarray:
+def _seen(
+    problem: Problem, x: np.ndarray, block: RowBlock, poses: np.ndarray, twists: np.ndarray
+) -> np.ndarray:
     """Twists as the block's observation sees them, whitened."""
     part = block.observation.see(poses, problem.unknown(block, x))
     seen = problem.whiten(block, part.by_twist) @ twists

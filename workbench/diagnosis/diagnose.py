@@ -113,7 +113,7 @@ class _Judged(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
+class _CauseSearch:
     """What was fitted.
 
     Args:
@@ -135,7 +135,7 @@ class _Search:
     nominal: Validation
 
 
-def _search(robot: Robot, ready: Prepared, rng: np.random.Generator) -> _Search:
+def _search(robot: Robot, ready: Prepared, rng: np.random.Generator) -> _CauseSearch:
     """Fit the geometry, then look for effects; what then explains next to nothing is the wrong robot's."""
     progress(0.3, "fitting the geometry, setting outliers apart")
     first = geometry_first(ready.problem)
@@ -151,17 +151,19 @@ def _search(robot: Robot, ready: Prepared, rng: np.random.Generator) -> _Search:
     return search
 
 
-def _validated_search(ready: Prepared, first: Stage, found: Sequence[Searched], short: str | None) -> _Search:
+def _validated_search(
+    ready: Prepared, first: Stage, found: Sequence[Searched], short: str | None
+) -> _CauseSearch:
     """What was found, with its errors on the rows that are on a known side of its events."""
     ready = without_undecided(ready, found[-1])
     before, after = _validated(ready, first), _validated(ready, found[-1].stage)
-    return _Search(ready, first, found, short, before, after, _nominal(ready))
+    return _CauseSearch(ready, first, found, short, before, after, _nominal(ready))
 
 
 def _build_diagnosis(
     robot: Robot,
     ready: Prepared,
-    search: _Search,
+    search: _CauseSearch,
     noise: Noise | None,
     rng: np.random.Generator,
     *,
@@ -293,7 +295,7 @@ def _build_diagnosis(
 
 
 def _residual_map(
-    model: Model, accepted: Sequence[Accepted], causes: Sequence[Cause], judge: "Trial", search: _Search
+    model: Model, accepted: Sequence[Accepted], causes: Sequence[Cause], judge: "Trial", search: _CauseSearch
 ) -> ResidualMap | None:
     """The accepted effects that are no causes, with what they add to those that are."""
     claimed = {e.names for c in causes for e in c.effects}

@@ -66,7 +66,7 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
     """
     if grams.history is None or not kinds:
         return []
-    search = _Search.of(grams, model)
+    search = _EventSearch.of(grams, model)
     steps = np.flatnonzero((line.before >= MIN_SIDE) & (line.before <= len(line.row) - MIN_SIDE))
     span, begin = float(np.ptp(line.clock)), float(line.clock.min())
     weights = np.exp(-(line.middle - begin) / (PACES[:, None] * span)) if span > 0.0 else np.zeros((0, 1))
@@ -90,7 +90,7 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
+class _EventSearch:
     """What a model leaves, and what it explains of any other column."""
 
     left: Left
@@ -99,7 +99,7 @@ class _Search:
     size: int
 
     @classmethod
-    def of(cls, grams: Grams, model: Model) -> "_Search":
+    def of(cls, grams: Grams, model: Model) -> "_EventSearch":
         project = projection(grams, model)
         return cls(left_by(grams, model, ()), project, project(grams.total[-1:]), len(grams.total))
 

@@ -50,7 +50,7 @@ IN_ORDER = ORDER, TIME = "the order of the rows", "the time"
 
 
 @dataclass(frozen=True, eq=False)
-class Axis:
+class StructureAxis:
     """One axis along which rows may agree.
 
     Args:
@@ -87,15 +87,15 @@ class Structure:
         step: Rows between which it steps, if it is a step in the order.
     """
 
-    axes: tuple[Axis, ...] = ()
+    axes: tuple[StructureAxis, ...] = ()
     tests: int = 0
     row: Int[np.ndarray, " rows"] = field(default_factory=lambda: np.zeros(0, np.int64))
     residual: dict[str, np.ndarray] = field(default_factory=dict)
-    shown: Axis | None = None
+    shown: StructureAxis | None = None
     step: tuple[int, int] | None = None
 
     @property
-    def found(self) -> tuple[Axis, ...]:
+    def found(self) -> tuple[StructureAxis, ...]:
         """The axes along which rows agree by more than chance, the clearest first."""
         return tuple(a for a in self.axes if a.p * self.tests < LEVEL)
 
@@ -124,12 +124,12 @@ def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
                 np.stack([table[rng.permutation(len(table))] for _ in range(PERMUTATIONS)])
             )
         found = _agreement(table[None, np.argsort(value, kind="stable")])[0]
-        axes.append(Axis(name, label, value, view, _chance(found, nulls[view])))
+        axes.append(StructureAxis(name, label, value, view, _chance(found, nulls[view])))
     for name, near in _neighbours(left):
         table = left.views["frame"]
         mixed = np.stack([table[rng.permutation(len(table))] for _ in range(PERMUTATIONS)])
         p = _chance(_likeness(table[None], near)[0], _likeness(mixed, near))
-        axes.append(Axis(name, left.order.label, left.order.value, "frame", p))
+        axes.append(StructureAxis(name, left.order.label, left.order.value, "frame", p))
     axes += [*_directions(left), *_sessions(left, rng)]
     axes.sort(key=lambda a: a.p)
     found = Structure(tuple(axes), len(axes))
@@ -154,7 +154,7 @@ class _Left:
         self.arm = fit.calibrated
         self.motion = Motion.of(self.data)
         name, label = (TIME, "time [min]") if is_timed else (ORDER, "row of the file")
-        self.order = Axis(name, label, clock[rows] / (60.0 if is_timed else 1.0), "frame", 1.0)
+        self.order = StructureAxis(name, label, clock[rows] / (60.0 if is_timed else 1.0), "frame", 1.0)
         components = problem.physical(fit.whitened)
         width = max(b.inverse_sigma.shape[1] for b in problem.blocks)
         shape = (len(data), width)
@@ -196,7 +196,7 @@ class _Left:
         ]
         return {name: 1e3 * table[:, k] for k, name in enumerate(names[: table.shape[1]])}
 
-    def step(self, axis: Axis) -> tuple[int, int] | None:
+    def step(self, axis: StructureAxis) -> tuple[int, int] | None:
         """Rows between which what is left steps, if one step explains it better than a line does."""
         table = self.views[axis.view] - self.views[axis.view].mean(0)
         count = np.arange(1, len(table))
@@ -250,7 +250,7 @@ def neighbours(points: Float[np.ndarray, "rows d"], count: int) -> Int[np.ndarra
     return places[~mine].reshape(len(points), count)
 
 
-def _directions(left: _Left) -> Iterator[Axis]:
+def _directions(left: _Left) -> Iterator[StructureAxis]:
     """The direction from which each joint came."""
     if left.data.direction is None:
         return
@@ -261,10 +261,12 @@ def _directions(left: _Left) -> Iterator[Axis]:
             error = error - error.mean()
             z = abs(float(sign @ error)) / np.sqrt(max(float((sign * error) @ (sign * error)), 1e-300))
             name = f"the direction from which {joint_list((j,))} came"
-            yield Axis(name, "direction of the last motion", sign, view, float(2.0 * special.ndtr(-z)))
+            yield StructureAxis(
+                name, "direction of the last motion", sign, view, float(2.0 * special.ndtr(-z))
+            )
 
 
-def _sessions(left: _Left, rng: np.random.Generator) -> Iterator[Axis]:
+def _sessions(left: _Left, rng: np.random.Generator) -> Iterator[StructureAxis]:
     """Which session, or which group, a row belongs to."""
     for name, labels in (("the session", left.data.session), ("the group", left.data.group)):
         names, place = np.unique(np.zeros(0) if labels is None else labels, return_inverse=True)
@@ -277,7 +279,7 @@ def _sessions(left: _Left, rng: np.random.Generator) -> Iterator[Axis]:
                 table = left.views[view] - left.views[view].mean(0)
                 mixed = [table[rng.permutation(len(table))] for _ in range(PERMUTATIONS)]
                 sums = np.array([[((member.T @ t) ** 2).sum()] for t in (table, *mixed)])
-                yield Axis(
+                yield StructureAxis(
                     name, name.removeprefix("the "), place.astype(float), view, _chance(sums[0], sums[1:])
                 )
 

@@ -32,8 +32,8 @@ from workbench.identification.frame_freedom import (
     moved_robot,
 )
 from workbench.identification.problem_blocks import (
-    Block,
     Noise,
+    RowBlock,
     add_products,
     build_blocks,
     instrument_start,
@@ -82,7 +82,7 @@ class Problem:
     parameters: tuple[Parameter, ...]
     noise: Noise
     frames: FrameFreedom
-    blocks: tuple[Block, ...]
+    blocks: tuple[RowBlock, ...]
     bounded: frozenset[str] = frozenset()
     prior: Float[np.ndarray, "k p"] | None = None
     prior_centre: Float[np.ndarray, " p"] | None = None
@@ -306,10 +306,10 @@ class Problem:
             jacobian[self.size :] = self.prior
         return LinearisedProblem(residual, jacobian)
 
-    def pieces(self, x: Float[np.ndarray, " p"]) -> Iterator[tuple[Block | None, LinearisedProblem]]:
+    def pieces(self, x: Float[np.ndarray, " p"]) -> Iterator[tuple[RowBlock | None, LinearisedProblem]]:
         """Whitened residual and Jacobian block by block, the prior's last, so that no large matrix stands."""
 
-        def filled(block: Block) -> LinearisedProblem:
+        def filled(block: RowBlock) -> LinearisedProblem:
             rows = block.stop - block.start
             piece = LinearisedProblem(np.empty(rows), np.zeros((rows, len(x))))
             self._fill(block, x, *piece)
@@ -319,7 +319,7 @@ class Problem:
         if self.prior is not None:
             yield None, LinearisedProblem(-self.prior @ (x - self.prior_centre), self.prior)
 
-    def _fill(self, block: Block, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> None:
+    def _fill(self, block: RowBlock, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> None:
         poses, twists = block.twists(x)
         part = block.observation.see(poses, self.unknown(block, x))
         residual[:] = self.whiten(block, part.residual).ravel()
@@ -431,14 +431,16 @@ class Problem:
         values = {p.name: value for p, value in pairs if not p.is_instrument}
         return moved_robot(self.robot, self.frames, self.data.sessions, values)
 
-    def unknown(self, block: Block, x: np.ndarray) -> np.ndarray:
+    def unknown(self, block: RowBlock, x: np.ndarray) -> np.ndarray:
         """Values of a block's instrument unknowns at x."""
         values = block.known.copy()
         mine = block.unknowns >= 0
         values[mine] = x[block.unknowns[mine]]
         return values
 
-    def whiten(self, block: Block, table: Float[np.ndarray, "rows m ..."]) -> Float[np.ndarray, "rows m ..."]:
+    def whiten(
+        self, block: RowBlock, table: Float[np.ndarray, "rows m ..."]
+    ) -> Float[np.ndarray, "rows m ..."]:
         """A block's residual components, or derivatives of them, whitened and weighed as its rows are."""
         out = block.whiten(table)
         if self.row_weights is not None:

@@ -109,7 +109,7 @@ class Deflected:
 
 
 @dataclass(frozen=True, eq=False)
-class Block:
+class RowBlock:
     """Rows of one session seen by one observation.
 
     Args:
@@ -217,7 +217,7 @@ class Block:
         q, s = self.shared
         return alone * np.sqrt(1.0 + ((q * s[:, None]) ** 2).sum(2))
 
-    def with_noise(self, data: Dataset, noise: Noise) -> "Block":
+    def with_noise(self, data: Dataset, noise: Noise) -> "RowBlock":
         """The same rows (which data has) whitened by other standard deviations."""
         inverse = inverse_sigma_of(data, self.observation, noise)
         return replace(self, inverse_sigma=inverse, noise=noise)
@@ -339,7 +339,7 @@ def instrument_start(
 
 def build_blocks(
     robot, data, kinds, names, effects, inertia, standing, frames, noise, index, values
-) -> tuple[Block, ...]:
+) -> tuple[RowBlock, ...]:
     """Divide the rows by session, observation and size.
 
     Args:
@@ -376,7 +376,7 @@ def build_blocks(
             inverse = inverse_sigma_of(data.take(rows), observation, noise)
             watching = observation.link is not None
             blocks.append(
-                Block(
+                RowBlock(
                     session=session,
                     rows=rows,
                     q=np.ascontiguousarray(data.q[rows]),

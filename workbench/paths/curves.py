@@ -65,7 +65,7 @@ class Circle:
 
 @final
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Line:
+class StraightLine:
     """A straight line.
 
     Args:
@@ -91,7 +91,7 @@ class Line:
         return self.start + shares[:, None] * (self.end - self.start)
 
 
-Curve = Circle | Line
+Curve = Circle | StraightLine
 """What a tool can be led along: length, unit vector along it, points."""
 
 
@@ -120,11 +120,11 @@ def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
     )
 
 
-def line(start: Vector3, end: Vector3) -> Line:
+def line(start: Vector3, end: Vector3) -> StraightLine:
     """The straight line between two points [m]."""
     if np.linalg.norm(end - start) < MIN_LENGTH:
         raise OptionError("the ends of a line must differ; these are the same point")
-    return Line(start=frozen(np.array(start, float)), end=frozen(np.array(end, float)))
+    return StraightLine(start=frozen(np.array(start, float)), end=frozen(np.array(end, float)))
 
 
 def smooth_shares(time: Shares) -> Shares:

@@ -103,7 +103,7 @@ def exchange(
         follow: Which options may stand in neighbouring slots; starts must keep it.
         locked: Slots that keep the option of their start.
     """
-    search = _Search(options, allowed, criterion, distinct, clash, follow)
+    search = _ExchangeSearch(options, allowed, criterion, distinct, clash, follow)
     best: Exchanged | None = None
     outcome = Outcome.CONVERGED
     for number, start in enumerate(starts):
@@ -119,7 +119,7 @@ def exchange(
 
 
 @dataclass(frozen=True, eq=False)
-class _Search:
+class _ExchangeSearch:
     """What all starts share."""
 
     options: np.ndarray

@@ -16,7 +16,7 @@ from workbench.base.errors import DataError, FileError, OptionError
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 from workbench.data.live.acquisition import Acquisition, Event, StandstillDetector, Status
-from workbench.data.live.capture import Capture, CaptureTarget
+from workbench.data.live.capture import CaptureProgress, CaptureTarget
 from workbench.data.live.sample import parse_sample
 from workbench.data.writer import write_measurements
 from workbench.plate.plate import Kind, Plate
@@ -85,7 +85,7 @@ def plate_acquisition(
         forced: Store on the source's request even while the arm moves.
     """
     return Acquisition(
-        Capture(targets=plate_targets(robot, plate), session=session),
+        CaptureProgress(targets=plate_targets(robot, plate), session=session),
         robot=robot,
         detector=detector,
         oriented=tuple(target.kind is Kind.SEAT for target in plate.targets),
@@ -119,7 +119,7 @@ def capture(
         FileError: the source sends no samples, or the file can't be written.
         ShapeError: the source has another number of joints than the robot.
     """
-    run = _Run(acquisition, robot, out, say, source)
+    run = _GuidedRun(acquisition, robot, out, say, source)
     events: queue.Queue = queue.Queue(WAITING)
     _pump(lines, events, run.line, at_end=run.finish)
     if keys is not None:
@@ -139,7 +139,7 @@ def capture(
     return CapturedRows(acquisition.dataset(source=str(out)), acquisition.capture.done, run.by_hand)
 
 
-def _nothing_stored(run: "_Run") -> str:
+def _nothing_stored(run: "_GuidedRun") -> str:
     if run.acquisition.latest is None:
         return f'{run.source}: it ended without a sample; send lines such as {{"time": 0.1, "q": [0.0]}}'
     requested = run.acquisition.message.removeprefix("not stored: ") or 'no sample carried "capture": true'
@@ -161,7 +161,7 @@ def _pump(source: Iterable, events: queue.Queue, act: Callable, *, at_end: Calla
     threading.Thread(target=run, daemon=True).start()
 
 
-class _Run:
+class _GuidedRun:
     """One run of the loop: what each thing that comes in leads to."""
 
     def __init__(self, acquisition: Acquisition, robot: Robot, out: Path, say: Say, source: str):

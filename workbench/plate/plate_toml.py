@@ -22,7 +22,7 @@ TARGET_KEYS = {"xyz", "rpy", "branch", "q", "kind", "sigma", "locked"}
 
 
 @final
-class _Reader(AbstractTableReader):
+class _PlateReader(AbstractTableReader):
     """A plate's file being read."""
 
     wanted = "a plate TOML"
@@ -96,7 +96,7 @@ def read_plate(path: Path | str) -> Plate:
     Raises:
         FileError: the file is missing, no TOML, or says something that a plate can't be.
     """
-    reader = _Reader(path)
+    reader = _PlateReader(path)
     data = reader.load()
     reader.keys(data, PLATE_KEYS, "the plate")
     if "region" not in data:

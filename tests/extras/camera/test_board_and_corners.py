@@ -15,7 +15,7 @@ from workbench.extras.camera.printed import FOOT, RULER, board_sheet
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import (
     Charuco,
-    Target,
+    PictureTarget,
     charuco_target,
     read_target,
     read_targets,
@@ -52,7 +52,7 @@ def tags_at(places, dictionary, *, side=0.03, **more):
     points = np.concatenate([square + np.array([x, 0.0, 0.0]) for x in places])
     ids, corners = np.repeat(np.arange(len(places)), 4), np.tile(np.arange(4), len(places))
     names = {"ids": ids, "corners": corners, "dictionary": dictionary}
-    return Target(mounted=Mount.TOOL, points=points, **names, **more)
+    return PictureTarget(mounted=Mount.TOOL, points=points, **names, **more)
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from workbench.base.errors import DataError, WorkbenchError
 from workbench.extras.camera import pixel_noise
 from workbench.extras.camera.checks import PictureFit, _larger
 from workbench.extras.camera.model_selection import BLOCKS, _left_out
-from workbench.extras.camera.pixel_noise import Knowledge, Pictures
+from workbench.extras.camera.pixel_noise import Pictures, PixelPrior
 from workbench.extras.camera.readings import PictureReadings, rig_of
 from workbench.extras.camera.resection import with_boards, with_boards_in_view
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -413,7 +413,7 @@ def test_the_likelihood_has_its_gradient(width):
     residual = rng.normal(size=(8, 30)) + (lever @ (0.3 * rng.normal(size=(8, 6, 1))))[..., 0]
     pictures = Pictures.of(residual, lever, np.ones((8, 30), bool), jacobian)
     shares = width * np.array([0.0, 1.0, 2.0, 0.0, 0.5])
-    known = Knowledge(0.1 * np.eye(5), 0.1 * rng.normal(size=5), shares, 0.1 * rng.normal(size=5))
+    known = PixelPrior(0.1 * np.eye(5), 0.1 * rng.normal(size=5), shares, 0.1 * rng.normal(size=5))
     at = np.log([1.1, 0.2, 0.4, 0.3])[: 3 + width]
     cost, gradient = pixel_noise._cost(pictures, known, at)
     steps = 1e-5 * np.eye(len(at))
@@ -429,7 +429,7 @@ def test_constants_that_no_picture_tells_from_its_own_error_raise_no_warning():
     pictures = Pictures.of(
         rng.normal(size=(8, 30)), lever, np.ones((8, 30), bool), lever @ rng.normal(size=(6, 5))
     )
-    known = Knowledge(0.01 * np.eye(5), np.zeros(5), np.zeros(5), np.zeros(5))
+    known = PixelPrior(0.01 * np.eye(5), np.zeros(5), np.zeros(5), np.zeros(5))
     with np.errstate(all="raise"):
         cost, _ = pixel_noise._cost(pictures, known, np.log([0.01, 0.05, 0.2]))
     assert np.isfinite(cost)

@@ -13,7 +13,7 @@ from workbench.base.types import Freedom
 from workbench.extras.camera.camera import Camera, Mount, write_cameras
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import Charuco, charuco_target, write_target
-from workbench.extras.camera.target_in_view import View
+from workbench.extras.camera.target_in_view import TargetInView
 from workbench.plate.free_constants import identified_names
 from workbench.plate.observability import index_named
 from workbench.plate.poses.informative_poses import informative_poses
@@ -38,7 +38,7 @@ def view(mounted=Mount.WORLD, **options):
         eye, board = pose([0.4, 0.0, 1.1], [180, 0, 0]), pose([-0.07, 0.1, 0.02], [180, 0, 0])
     else:
         eye, board = pose([0.0, 0.0, 0.05]), pose([0.4, 0.1, 0.0], [180, 0, 0])
-    return View(rig=rig, cameras=(eye,), target=board, **options)
+    return TargetInView(rig=rig, cameras=(eye,), target=board, **options)
 
 
 @pytest.mark.parametrize("mounted", Mount)

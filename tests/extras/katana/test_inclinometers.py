@@ -24,7 +24,7 @@ from workbench.arm.statics.moments import joint_moments
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.extras.katana.load_test.experiment import pulled_joint, tilting_of
-from workbench.extras.katana.load_test.postures import FIRM, Purpose, plan_load_test, possible, side_loads
+from workbench.extras.katana.load_test.postures import FIRM, PairPurpose, plan_load_test, possible, side_loads
 from workbench.extras.katana.load_test.tilting import JointTilting, tilting_effects
 
 SEED = 20_001
@@ -117,10 +117,10 @@ def test_pairs_load_their_joint_as_they_say(plan):
         about, across = moments.about[:, pair.joint], moments.across[:, pair.joint]
         moved = np.count_nonzero(np.abs(np.diff(pair.q, axis=0)) > 0)
         assert moved + np.count_nonzero(np.diff(pair.added)) == 1
-        if pair.purpose is Purpose.CROSSWISE:
+        if pair.purpose is PairPurpose.CROSSWISE:
             assert across[0] @ across[1] < -0.8 * np.linalg.norm(across[0]) * np.linalg.norm(across[1])
             assert (np.linalg.norm(across, axis=1) > FIRM).all()
-        elif pair.purpose is Purpose.REVERSAL:
+        elif pair.purpose is PairPurpose.REVERSAL:
             assert about.prod() < 0.0
             assert (np.abs(about) > FIRM).all()
         else:

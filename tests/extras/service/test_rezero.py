@@ -12,7 +12,7 @@ from workbench.arm.frame import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import Freedom
-from workbench.extras.service.rezero.result import Verdict
+from workbench.extras.service.rezero.result import RezeroVerdict
 from workbench.identification.prior import Prior
 
 SIGMA = (5e-5, np.deg2rad(0.01))
@@ -148,7 +148,7 @@ def test_geometry_counts_as_known_as_its_record_says(aria):
 
 def test_nothing_moved_is_said(aria):
     found = wb.rezero(framed(aria), measured(framed(aria), np.zeros(6)))
-    assert found.verdict is Verdict.UNCHANGED
+    assert found.verdict is RezeroVerdict.UNCHANGED
     assert not found.moved
     assert found.sentence.startswith("no joint moved by more than chance")
     hidden = replace(found, shifts=(replace(found.shifts[0], determined=False), *found.shifts[1:]))
@@ -160,7 +160,7 @@ def test_nothing_moved_is_said(aria):
 def test_a_bent_link_is_named_and_nothing_is_written(aria, constant, link):
     arm = framed(aria)
     found = wb.rezero(arm, measured(arm, np.zeros(6), bent={constant: 4e-3}.items()))
-    assert found.verdict is Verdict.REFUSED
+    assert found.verdict is RezeroVerdict.REFUSED
     assert found.doubts[0].startswith(f"link {link} is not as calibrated ({constant}")
     assert found.robot is arm
 
@@ -171,10 +171,11 @@ def test_a_wrong_row_is_named_by_its_number(aria):
     position = rows.position.copy()
     position[5, 0] += 5e-3
     found = wb.rezero(arm, replace(rows, position=position))
-    assert found.verdict is Verdict.REFUSED
+    assert found.verdict is RezeroVerdict.REFUSED
     assert "--exclude 5" in found.doubts[0]
     assert (
-        wb.rezero(arm, replace(rows, position=position), exclude={5: "bumped"}).verdict is Verdict.UNCHANGED
+        wb.rezero(arm, replace(rows, position=position), exclude={5: "bumped"}).verdict
+        is RezeroVerdict.UNCHANGED
     )
 
 
@@ -182,7 +183,7 @@ def test_a_base_that_stands_elsewhere_is_named(aria):
     arm = framed(aria)
     rows = measured(arm, np.zeros(6))
     found = wb.rezero(arm, replace(rows, position=rows.position + np.array([0.0, 0.0, 0.004])))
-    assert found.verdict is Verdict.REFUSED
+    assert found.verdict is RezeroVerdict.REFUSED
     assert any(words.startswith("the base is not where") for words in found.doubts)
 
 
@@ -190,7 +191,7 @@ def test_a_replaced_joint_frees_its_neighbours(aria):
     arm = framed(aria)
     rows = measured(arm, np.deg2rad([0, 0, 0.6, 0, 0, 0]), rows=12, bent={"joint2.a": 8e-4}.items())
     found = wb.rezero(arm, rows, replaced=[3])
-    assert found.verdict is Verdict.MOVED
+    assert found.verdict is RezeroVerdict.MOVED
     change = {name: value for name, value, _ in found.renewed}
     assert {name[:6] for name in change} == {"joint2", "joint3"}
     assert change["joint2.a"] == pytest.approx(8e-4, abs=2e-4)
@@ -204,12 +205,12 @@ def test_a_joint_that_seems_to_be_another_one_points_to_replaced(aria):
     shifts = np.deg2rad([0, 0, 0.6, 0, 0, 0])
     rows = measured(arm, shifts, bent={"joint2.a": 1.5e-3, "joint3.d": 1.5e-3}.items(), seed=3)
     found = wb.rezero(arm, rows)
-    assert found.verdict is Verdict.REFUSED
+    assert found.verdict is RezeroVerdict.REFUSED
     assert found.robot is arm
     assert found.doubts[0].startswith("joint 3 and the links next to it are not as calibrated (joint")
     assert "run this again with --replaced 3" in found.sentence
     again = wb.rezero(arm, rows, replaced=[3])
-    assert again.verdict is Verdict.MOVED
+    assert again.verdict is RezeroVerdict.MOVED
     assert [s.joint for s in again.moved] == [2]
 
 
@@ -271,7 +272,7 @@ def test_the_command_writes_robot_and_result(run, tmp_path, aria):
 
 def test_a_zero_half_a_turn_off_is_a_search_that_diverged(aria):
     found = wb.rezero(framed(aria), measured(framed(aria), np.deg2rad([0.0, 0.0, 0.0, 0.0, 0.0, 170.0])))
-    assert found.verdict is Verdict.REFUSED
+    assert found.verdict is RezeroVerdict.REFUSED
     assert "joint 6 to +170°" in found.sentence
 
 
@@ -279,6 +280,6 @@ def test_rows_that_no_zeros_explain_are_called_that(aria):
     """Rows tens of mm off whatever the zeros are: a joint was said to have moved, by nothing."""
     arm = framed(aria)
     found = wb.rezero(arm, measured(arm, [0.0, 0.0, 0.0, 0.0, -0.15, 0.0], seed=2, known=0.04))
-    assert found.verdict is Verdict.REFUSED
+    assert found.verdict is RezeroVerdict.REFUSED
     assert "no zeros explain the rows" in found.sentence
     assert found.robot is arm

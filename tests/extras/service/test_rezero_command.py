@@ -9,7 +9,7 @@ from workbench.base.progress import Cancelled, running
 from workbench.data.simulation.instruments import instrument_named
 from workbench.data.simulation.simulate import simulate
 from workbench.data.writer import write_measurements
-from workbench.extras.service.rezero.result import Verdict
+from workbench.extras.service.rezero.result import RezeroVerdict
 from workbench.extras.service.rezero.session import FindZeros, FoundZeros, rezeroed_toml, zeros_of
 from workbench.session import replay
 from workbench.session.commands.data import LoadData
@@ -33,7 +33,7 @@ def test_the_joint_that_moved_is_found_and_saved(worker, do, first, file, tmp_pa
     session = do(LoadData("knock.csv", file), FindZeros((9,)))
     assert "replaced joints must be 1–6" in session.messages[-1].text
     session = do(FindZeros())
-    assert zeros_of(session).verdict is Verdict.MOVED
+    assert zeros_of(session).verdict is RezeroVerdict.MOVED
     assert [s.joint for s in zeros_of(session).moved] == [2]
     assert "joint 3 by 0.49" in session.messages[-1].text
     name, content = rezeroed_toml(session)

@@ -20,7 +20,7 @@ from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3
 from workbench.data.dataset import Dataset
-from workbench.data.live.capture import Capture
+from workbench.data.live.capture import CaptureProgress
 from workbench.data.live.sample import Sample
 
 THINNED = 0.02
@@ -207,7 +207,7 @@ class Acquisition:
 
     def __init__(
         self,
-        capture: Capture,
+        capture: CaptureProgress,
         *,
         robot: Robot,
         detector: StandstillDetector | None = None,

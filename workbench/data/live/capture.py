@@ -1,6 +1,6 @@
 """Targets to be measured in sequence, and the sample stored for each.
 
-A `Capture` is plain data: storing a row gives a new one. A row that was taken badly is taken again.
+A `CaptureProgress` is plain data: storing a row gives a new one. A row that was taken badly is taken again.
 """
 
 from dataclasses import dataclass, field, replace
@@ -29,7 +29,7 @@ class CaptureTarget:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Capture:
+class CaptureProgress:
     """Targets in their order, and what has been stored for each.
 
     Args:
@@ -71,7 +71,7 @@ class Capture:
         """The target that comes next."""
         return self.targets[self.current]
 
-    def store(self, sample: Sample) -> "Capture":
+    def store(self, sample: Sample) -> "CaptureProgress":
         """The capture with the sample stored for the current target, and the next open one made current."""
         if sample.position is None:
             raise DataError("the instrument sees nothing in this sample: wait until a position comes with it")
@@ -85,12 +85,12 @@ class Capture:
         taken = (*self.taken[: self.current], sample, *self.taken[self.current + 1 :])
         return replace(self, taken=taken, current=_next_open(taken, self.current))
 
-    def again(self, index: int) -> "Capture":
+    def again(self, index: int) -> "CaptureProgress":
         """The capture with one target open again, to be taken next."""
         self._check(index)
         return replace(self, taken=(*self.taken[:index], None, *self.taken[index + 1 :]), current=index)
 
-    def go_to(self, index: int) -> "Capture":
+    def go_to(self, index: int) -> "CaptureProgress":
         """The capture with another target made current; its row stays until it is stored anew."""
         self._check(index)
         return replace(self, current=index)

@@ -45,7 +45,7 @@ class ColumnMapping:
 
 
 @final
-class _Reader(AbstractTableReader):
+class _MappingReader(AbstractTableReader):
     wanted = "a mapping TOML with [columns]"
     otherwise = "a mapping, as 'workbench preview DATA --save-mapping FILE' writes it"
 
@@ -67,7 +67,7 @@ class _Reader(AbstractTableReader):
 
 def read_mapping(path: Path | str) -> ColumnMapping:
     """A stored mapping."""
-    reader = _Reader(path)
+    reader = _MappingReader(path)
     data = reader.load()
     reader.keys(data, {"columns", "joints", "layout", "sheet"}, "the mapping")
     words = {key: data.get(key) for key in ("layout", "sheet")}

@@ -113,7 +113,7 @@ def project(points: Float[np.ndarray, "*lead 3"], intrinsics: Float[np.ndarray, 
 
 
 @final
-class _Reader(AbstractTableReader):
+class _CameraReader(AbstractTableReader):
     wanted = "a camera TOML with [[camera]] tables"
     otherwise = "a camera TOML (size, fx, fy, cx, cy, distortion, mounted, free)"
 
@@ -169,7 +169,7 @@ class _Reader(AbstractTableReader):
 
 def read_cameras(path: Path | str) -> tuple[Camera, ...]:
     """Cameras of a file."""
-    reader = _Reader(path)
+    reader = _CameraReader(path)
     data = reader.load()
     reader.keys(data, {"camera"}, "the file")
     cameras = tuple(reader.camera(table, i) for i, table in enumerate(reader.tables(data, "camera")))

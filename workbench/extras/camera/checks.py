@@ -16,7 +16,7 @@ from workbench.extras.camera.camera import INTRINSICS, Camera, project
 from workbench.extras.camera.pixel_noise import Pictures, unlikeliness
 from workbench.extras.camera.readings import PictureReadings, rig_of, with_rig
 from workbench.extras.camera.rig import Rig
-from workbench.extras.camera.target import Target
+from workbench.extras.camera.target import PictureTarget
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.considered import Considered
 from workbench.identification.noise import factor_at
@@ -82,11 +82,11 @@ class PictureFit:
         noise = self.problem.noise
         return float(np.hypot(noise.position, Pictures.at(self.problem, self.x).lever * noise.rotation))
 
-    def scale(self, target: Target) -> float:
+    def scale(self, target: PictureTarget) -> float:
         """A board's size less the stated one, relative to it."""
         return self.values.get(f"{target.owner}.scale", 0.0)
 
-    def strangeness(self, target: Target) -> float:
+    def strangeness(self, target: PictureTarget) -> float:
         """How many standard deviations of its knowledge a board's size is from the stated one."""
         return abs(self.scale(target)) / max(target.scale_sigma, MIN_SIGMA)
 
@@ -285,7 +285,7 @@ def _larger(fit: PictureFit, rig: Rig, verb: str = "") -> str:
     return " and ".join(_size(t, fit.scale(t), verb) for t in off)
 
 
-def _size(target: Target, scale: float, verb: str) -> str:
+def _size(target: PictureTarget, scale: float, verb: str) -> str:
     board, more = target.charuco, "larger" if scale > 0.0 else "smaller"
     who = f"board '{target.name}'" if target.name else "the target"
     words = f"{who} {verb}{100 * abs(scale):.2f} % {more} than its file says"

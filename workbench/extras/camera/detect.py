@@ -32,7 +32,7 @@ from workbench.extras.camera.picture_files import (
 )
 from workbench.extras.camera.pixel_table import PixelRows
 from workbench.extras.camera.rig import Rig
-from workbench.extras.camera.target import Target, prints_of
+from workbench.extras.camera.target import PictureTarget, prints_of
 
 MIN_FOUND = 4
 """Corners, or markers, that a picture must show."""
@@ -80,13 +80,13 @@ class Finder:
         others: Finders of the other boards.
     """
 
-    target: Target
+    target: PictureTarget
     dictionary: str
     legacy: bool = False
     others: tuple["Finder", ...] = ()
 
     @classmethod
-    def of(cls, target: Target, pictures: Sequence[Picture] = ()) -> "Finder":
+    def of(cls, target: PictureTarget, pictures: Sequence[Picture] = ()) -> "Finder":
         """The finder of a target; a pattern or dictionary that nobody gave is what shows most in pictures."""
         if target.charuco is None:
             names = (target.dictionary,) if target.dictionary else USUAL
@@ -182,12 +182,12 @@ class BoardFinder:
     """
 
     finders: tuple[Finder, ...]
-    targets: tuple[Target, ...]
+    targets: tuple[PictureTarget, ...]
 
     @classmethod
-    def of(cls, targets: Sequence[Target], pictures: Sequence[Picture] = ()) -> "BoardFinder":
+    def of(cls, targets: Sequence[PictureTarget], pictures: Sequence[Picture] = ()) -> "BoardFinder":
         """The finder of targets; what nobody gave of them is what shows most in pictures."""
-        tags: dict[str, list[Target]] = {}
+        tags: dict[str, list[PictureTarget]] = {}
         for target in (t for t in targets if t.charuco is None):
             tags.setdefault(target.dictionary, []).append(target)
         parts = [t for t in targets if t.charuco is not None]
@@ -218,7 +218,7 @@ class BoardFinder:
             return next(iter(said.values()))
         return "; ".join(f"board '{name}': {why}" for name, why in said.items())
 
-    def alone(self, board: Target) -> Finder:
+    def alone(self, board: PictureTarget) -> Finder:
         """The finder of one board, tags of others among what is beside it."""
         shared = next(f for f in self.finders if np.isin(board.ids, f.target.ids).all())
         parts = [t for t in self.targets if t is not board and np.isin(t.ids, shared.target.ids).all()]
@@ -320,7 +320,7 @@ def _unseen(finder: BoardFinder, found: list[Found], files: list[tuple[str, Path
             yield f"no picture shows board '{board.name}': {why}"
 
 
-def _together(targets: Sequence[Target]) -> Target:
+def _together(targets: Sequence[PictureTarget]) -> PictureTarget:
     """Tags of several boards as if they were of one, to be looked for at once."""
     ids, corners, points = (
         np.concatenate([getattr(t, k) for t in targets]) for k in ("ids", "corners", "points")

@@ -31,7 +31,7 @@ ROUGH = 20.0
 
 
 @dataclass(frozen=True, eq=False)
-class Given:
+class StartInput:
     """What a joint start is found from; equal by numbers, as fits of the same pictures ask for it again.
 
     Args:
@@ -55,7 +55,7 @@ class Given:
         return (*(np.ascontiguousarray(a).tobytes() for a in arrays), self.camera.mounted.encode(), stand)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, Given) and self._key == other._key
+        return isinstance(other, StartInput) and self._key == other._key
 
     def __hash__(self) -> int:
         return hash(self._key)
@@ -69,7 +69,7 @@ class Given:
 
 
 @lru_cache(maxsize=8)
-def joint_start(given: Given) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "4 4"]]:
+def joint_start(given: StartInput) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "4 4"]]:
     """Poses of camera and board, each in what carries it."""
     camera, points, stand = given.camera, given.points, given.stand
     carried, spot, pixels = given.corners
@@ -111,7 +111,7 @@ def joint_start(given: Given) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarra
     return eye if stand is None else stand, board
 
 
-def placed_camera(given: Given, board: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
+def placed_camera(given: StartInput, board: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
     """The pose of a camera that sees a board whose pose is known."""
     carried, spot, pixels = given.corners
     body = se3.apply(carried, se3.apply(board, given.points)[spot])

@@ -36,8 +36,8 @@ from workbench.extras.camera.checks import Doubts, PictureFit, contradicted_lens
 from workbench.extras.camera.pixel_noise import (
     FAR,
     MIN_SIZE,
-    Knowledge,
     Pictures,
+    PixelPrior,
     Variances,
     evidence,
     largest,
@@ -172,7 +172,7 @@ def _evidence(problem: Problem, at: Fitted) -> float:
     shares = np.array([p.is_geometry * (1.0 / reach if p.unit == "rad" else 1.0) for p in problem.parameters])
     if at.shares.any():
         shares = at.shares
-    known = Knowledge.of(problem, at.x, shares)
+    known = PixelPrior.of(problem, at.x, shares)
     return evidence(Pictures.at(problem, at.x), known, Variances(at.noise, FIRST_WIDTH))
 
 
@@ -180,7 +180,7 @@ def _considered(doubted: Doubts, last: Problem, at: Fitted, taken: Fitted) -> Co
     """What stays as given though it is uncertain: geometry that is not taken, and what is contradicted."""
     deviations = np.zeros(len(at.x))
     if len(at.free) > len(taken.free):
-        known = Knowledge.of(last, at.x, at.shares)
+        known = PixelPrior.of(last, at.x, at.shares)
         deviations = mean_width(Pictures.at(last, at.x), known, Variances(at.noise)) * at.shares
     elif not doubted.off:
         return None
@@ -198,8 +198,8 @@ def _alike(problem: Problem) -> Fitted:
     fit = _picture_fit(problem)
     problem, x, nothing = fit.problem, fit.x, np.zeros(len(fit.x))
     begin = Variances(Noise(1e-3, 1e-3, (), problem.noise.own))
-    found = most_likely(Pictures.at(problem, x), Knowledge.of(problem, x, nothing), begin)
-    maximum = largest(Pictures.at(problem, x), Knowledge.of(problem, x, nothing), found).position
+    found = most_likely(Pictures.at(problem, x), PixelPrior.of(problem, x, nothing), begin)
+    maximum = largest(Pictures.at(problem, x), PixelPrior.of(problem, x, nothing), found).position
     return Fitted(problem, x, (), found.noise, found.is_shown, most_lack=maximum)
 
 
@@ -217,14 +217,14 @@ def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
             wall = np.diag(1.0 / (max(found.width, MIN_SIZE[3]) * shares[inside]))
             now = problem.with_noise(now.noise).with_prior(names, problem.start[inside], wall)
         x = Opt2(limit=60).search(now, begin=x).x
-        found = most_likely(Pictures.at(problem, x), Knowledge.of(problem, x, shares), found)
+        found = most_likely(Pictures.at(problem, x), PixelPrior.of(problem, x, shares), found)
         old, now = now.noise, now.with_noise(found.noise)
         if np.allclose(now.noise[:2], old[:2], rtol=TOLERANCE, atol=1e-6) and np.isclose(
             now.noise.own, old.own, rtol=TOLERANCE
         ):
             break
     free = tuple(p.name for p in problem.parameters if p.is_geometry or p.is_coefficient)
-    maximum = largest(Pictures.at(problem, x), Knowledge.of(problem, x, shares), found).position
+    maximum = largest(Pictures.at(problem, x), PixelPrior.of(problem, x, shares), found).position
     return Fitted(now, x, free, now.noise, found.is_shown, shares, maximum)
 
 

@@ -26,11 +26,11 @@ from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset, Labels
 from workbench.data.observations.observation import AbstractObservation, Channel, OwnErrors, Seen, Unknown
 from workbench.extras.camera.camera import INTRINSICS, Camera, Mount, project
-from workbench.extras.camera.joint_start import Given, joint_start, placed_camera
+from workbench.extras.camera.joint_start import StartInput, joint_start, placed_camera
 from workbench.extras.camera.pixel_noise import of_residuals
 from workbench.extras.camera.readings import PictureReadings
 from workbench.extras.camera.rig import Rig, owner_in
-from workbench.extras.camera.target import Target
+from workbench.extras.camera.target import PictureTarget
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")
 BENDS = ("bend_xx", "bend_xy", "bend_yy")
@@ -109,7 +109,7 @@ class PixelObservation(AbstractObservation):
         boards = np.stack([there[:, :, part].any((1, 2)) for _, part in self.rig.parts], axis=1)
         return self._poses_of(self.rig.cameras, there.any(2)), self._poses_of(self.rig.targets, boards)
 
-    def _poses_of(self, parts: Sequence[Camera | Target], seen: np.ndarray) -> tuple[Stand, ...]:
+    def _poses_of(self, parts: Sequence[Camera | PictureTarget], seen: np.ndarray) -> tuple[Stand, ...]:
         """Of a session that shows nothing of a part with poses of its own there is none."""
         found: list[Stand] = []
         for k, part in enumerate(parts):
@@ -220,7 +220,7 @@ class PixelObservation(AbstractObservation):
             if rows.sum() < (1 if stands[i] or held[j] else MIN_POSES):
                 target, part = self.rig.parts[b]
                 stand = cameras[i] if stands[i] else None
-                given = Given(camera, target.points, measured[mine, c, part], poses[mine], stand)
+                given = StartInput(camera, target.points, measured[mine, c, part], poses[mine], stand)
                 if held[j]:
                     cameras[i] = placed_camera(given, boards[j])
                 else:
@@ -314,7 +314,9 @@ class PixelObservation(AbstractObservation):
         return OwnErrors("pixel[px]", pixel, corners, *pictures.errors(noise))
 
 
-def _shaped(target: Target, unknown: np.ndarray, place: Mapping[str, int]) -> Float[np.ndarray, "points 3"]:
+def _shaped(
+    target: PictureTarget, unknown: np.ndarray, place: Mapping[str, int]
+) -> Float[np.ndarray, "points 3"]:
     """A board's points with size and bends."""
     xi = _stated(target, unknown, place)
     if (k := place.get(f"{target.owner}.scale")) is not None:
@@ -324,7 +326,9 @@ def _shaped(target: Target, unknown: np.ndarray, place: Mapping[str, int]) -> Fl
     return xi
 
 
-def _stated(target: Target, unknown: np.ndarray, place: Mapping[str, int]) -> Float[np.ndarray, "points 3"]:
+def _stated(
+    target: PictureTarget, unknown: np.ndarray, place: Mapping[str, int]
+) -> Float[np.ndarray, "points 3"]:
     """A board's points as its file has them, or as they are found."""
     if not target.own_places:
         return target.points

@@ -68,11 +68,11 @@ class CameraAim(AbstractAim):
         from workbench.extras.camera.camera import read_cameras
         from workbench.extras.camera.rig import Rig
         from workbench.extras.camera.target import read_target
-        from workbench.extras.camera.target_in_view import View
+        from workbench.extras.camera.target_in_view import TargetInView
 
         if self.target is None or not self.camera_at:
             raise OptionError("--camera needs --target FILE, and --camera-at: roughly where the camera is")
-        return View(
+        return TargetInView(
             rig=Rig(read_cameras(self.camera), (read_target(self.target),)),
             cameras=tuple(_place(text, "--camera-at") for text in self.camera_at),
             target=_place(self.target_at, "--target-at"),

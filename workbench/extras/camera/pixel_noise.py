@@ -123,7 +123,7 @@ class Pictures:
 
 
 @dataclass(frozen=True, eq=False)
-class Knowledge:
+class PixelPrior:
     """Prior knowledge as the likelihood takes it.
 
     Args:
@@ -139,7 +139,9 @@ class Knowledge:
     off: Float[np.ndarray, " p"]
 
     @classmethod
-    def of(cls, problem: Problem, x: Float[np.ndarray, " p"], shares: Float[np.ndarray, " p"]) -> "Knowledge":
+    def of(
+        cls, problem: Problem, x: Float[np.ndarray, " p"], shares: Float[np.ndarray, " p"]
+    ) -> "PixelPrior":
         """Of a problem without the geometry's prior."""
         information, pull = np.diag((FAR * problem.units) ** -2), np.zeros(len(x))
         if problem.prior is not None:
@@ -162,7 +164,7 @@ class Variances(NamedTuple):
     is_shown: bool = True
 
 
-def most_likely(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> Variances:
+def most_likely(pictures: Pictures, knowledge: PixelPrior, begin: Variances) -> Variances:
     """Variances of greatest restricted likelihood; 0 for what the pictures do not show.
 
     Args:
@@ -191,7 +193,7 @@ def most_likely(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> V
     return Variances(noise, float(size[3]) if count > 3 else 0.0, is_shown)
 
 
-def mean_width(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> float:
+def mean_width(pictures: Pictures, knowledge: PixelPrior, begin: Variances) -> float:
     """Root mean square of τ [m] over its likelihood, every size alike likely beforehand.
 
     Few pictures leave τ open by a factor of two or three: the likeliest one alone would promise too much.
@@ -207,7 +209,7 @@ def mean_width(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> fl
     return float(np.sqrt(likely @ WIDTHS**2 / likely.sum()))
 
 
-def evidence(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> float:
+def evidence(pictures: Pictures, knowledge: PixelPrior, begin: Variances) -> float:
     """Twice the gain in log likelihood where the constants with shares are not held at nominal, τ → 0.
 
     It weighs what all pictures say, and changes little from one half of them to the other.
@@ -221,7 +223,7 @@ def evidence(pictures: Pictures, knowledge: Knowledge, begin: Variances) -> floa
 
 
 def _at_width(
-    pictures: Pictures, knowledge: Knowledge, begin: Variances, width: float
+    pictures: Pictures, knowledge: PixelPrior, begin: Variances, width: float
 ) -> tuple[Variances, float]:
     """The most likely σ, s_p and s_r where τ is given, and twice their negative log likelihood."""
 
@@ -240,7 +242,7 @@ def _at_width(
 
 
 def _cost(
-    pictures: Pictures, knowledge: Knowledge, logs: np.ndarray
+    pictures: Pictures, knowledge: PixelPrior, logs: np.ndarray
 ) -> tuple[float, Float[np.ndarray, " logs"]]:
     """Twice the negative restricted log likelihood at logarithms of σ, s_p, s_r and, with a prior, τ.
 
@@ -287,7 +289,7 @@ def _cost(
     return cost, np.array(gradient)
 
 
-NOTHING = Knowledge(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
+NOTHING = PixelPrior(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
 FIRST = Variances(Noise(3e-4, 3e-4, (), 0.5))
 
 
@@ -315,7 +317,7 @@ def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -
     )
 
 
-def largest(pictures: Pictures, knowledge: Knowledge, found: Variances) -> Noise:
+def largest(pictures: Pictures, knowledge: PixelPrior, found: Variances) -> Noise:
     """The most likely variances with s_p and s_r, each alone, as large as the pictures allow (1 σ)."""
     noise, inside = found.noise, bool((knowledge.shares > 0.0).any())
     best = np.array([noise.own, noise.position, noise.rotation, *([found.width] if inside else [])])

@@ -15,7 +15,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.prediction import predict
 from workbench.extras.camera.checks import mismatched_pictures
 from workbench.extras.camera.model_selection import select_camera_step
-from workbench.extras.camera.pixel_noise import Knowledge, Pictures, Variances, most_likely
+from workbench.extras.camera.pixel_noise import Pictures, PixelPrior, Variances, most_likely
 from workbench.extras.camera.readings import PictureReadings, rig_of
 from workbench.extras.camera.resection import (
     kept_out,
@@ -75,7 +75,7 @@ class PicturePreparation(AbstractPreparation):
         return replace(held, notes=(*held.notes, *new))
 
     def noise_left(self, problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:
-        known = Knowledge.of(problem, x, np.zeros(len(x)))
+        known = PixelPrior.of(problem, x, np.zeros(len(x)))
         return most_likely(Pictures.at(problem, x), known, Variances(problem.noise)).noise
 
 

@@ -23,7 +23,7 @@ INK, QUIET = "black", "#5d6672"
 
 
 @dataclass(frozen=True, eq=False)
-class Sheet:
+class PrintedSheet:
     """What is printed.
 
     Args:
@@ -90,7 +90,7 @@ def _ruler(axes, y: float, width: float, title: str) -> None:
         axes.text(0.5 * width, y + down, text, fontsize=6.5, color=colour, ha="center", va="center")
 
 
-def board_sheet(board: Charuco, *, legacy: bool = False) -> Sheet:
+def board_sheet(board: Charuco, *, legacy: bool = False) -> PrintedSheet:
     """The board as a sheet; `legacy`: in the pattern of OpenCV before 4.6."""
     drawn, (across, down) = opencv_board(board, legacy=legacy), board.squares
     side, marker = 1e3 * board.square, 1e3 * board.marker
@@ -99,7 +99,7 @@ def board_sheet(board: Charuco, *, legacy: bool = False) -> Sheet:
         f"ChArUco, {across} × {down} squares of {side:g} mm, markers of {marker:g} mm, "
         f"{board.dictionary} {board.markers[0]} … {board.markers[-1]}"
     )
-    sheet = Sheet(size, np.zeros((0, 0)), title)
+    sheet = PrintedSheet(size, np.zeros((0, 0)), title)
     assert sheet.paper, "what is too large is refused before it is drawn"
     each = int(np.ceil(side / DOT))
-    return Sheet(size, drawn.generateImage((across * each, down * each)), title)
+    return PrintedSheet(size, drawn.generateImage((across * each, down * each)), title)

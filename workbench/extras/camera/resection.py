@@ -24,8 +24,8 @@ from workbench.data.dataset import Dataset, Labels
 from workbench.extras.camera.camera import Camera, project
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.readings import PictureReadings
-from workbench.extras.camera.rig import Apart, Rig, owner_in
-from workbench.extras.camera.target import Target
+from workbench.extras.camera.rig import RejectedCorner, Rig, owner_in
+from workbench.extras.camera.target import PictureTarget
 
 STEPS = 15
 """Gauss–Newton steps of the refinement."""
@@ -57,7 +57,7 @@ def with_corners(
         DataError: no picture can be explained by target and intrinsics.
     """
     pixels, sight = pixels.copy(), np.full((*pixels.shape[:2], len(rig.targets), 4, 4), np.nan)
-    apart: list[Apart] = []
+    apart: list[RejectedCorner] = []
     for c, camera in enumerate(rig.cameras):
         for b, (target, part) in enumerate(rig.parts):
             mine = pixels[:, c, part]
@@ -69,7 +69,7 @@ def with_corners(
             sight[rows[good], c, b] = poses[good]
             for i, k in np.argwhere(lost):
                 name = int(target.ids[k]), int(target.corners[k])
-                apart.append(Apart(str(image[rows[i]]), camera.name, *name, float(off[i, k])))
+                apart.append(RejectedCorner(str(image[rows[i]]), camera.name, *name, float(off[i, k])))
                 mine[rows[i], k] = np.nan
     apart.sort(key=lambda a: -a.off)
     notes = data.notes
@@ -82,7 +82,7 @@ def with_corners(
 
 
 def placed_alone(
-    seen: Float[np.ndarray, "rows points 2"], camera: Camera, target: Target
+    seen: Float[np.ndarray, "rows points 2"], camera: Camera, target: PictureTarget
 ) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n 4 4"], Float[np.ndarray, "n points"]]:
     """Pictures whose four points or more place the target, its poses, and how far off points are [px]."""
     rows = np.flatnonzero(np.isfinite(seen[..., 0]).sum(1) >= 4)
@@ -136,7 +136,7 @@ def with_sessions_in_view(data: Dataset, fewest: int = 2, known: Collection[str]
     """
     own = PictureReadings.of(data)
     pixels, sight, notes = own.pixels.copy(), own.sight.copy(), []
-    parts: list[tuple[Camera | Target, np.ndarray, np.ndarray]] = []
+    parts: list[tuple[Camera | PictureTarget, np.ndarray, np.ndarray]] = []
     parts += [(part, pixels[:, c], sight[:, c]) for c, part in enumerate(own.rig.cameras)]
     parts += [(t, pixels[:, :, mine], sight[:, :, b]) for b, (t, mine) in enumerate(own.rig.parts)]
     for (part, seen, placed), session in product(parts, data.sessions):
@@ -210,11 +210,11 @@ def _judged(
     return lost | (useless[:, None] & np.isfinite(off))
 
 
-def _predicted(poses: Float[np.ndarray, "rows 4 4"], camera: Camera, target: Target) -> np.ndarray:
+def _predicted(poses: Float[np.ndarray, "rows 4 4"], camera: Camera, target: PictureTarget) -> np.ndarray:
     return camera.project(se3.apply(poses[:, None], target.points[None])).pixel
 
 
-def _first_poses(seen: np.ndarray, camera: Camera, target: Target) -> Float[np.ndarray, "rows 2 4 4"]:
+def _first_poses(seen: np.ndarray, camera: Camera, target: PictureTarget) -> Float[np.ndarray, "rows 2 4 4"]:
     """The best first pose of every picture, and the other one of its plane, mirrored in depth."""
     cv2 = opencv("placing a camera by the target's points")
     rays, points = camera.normalised(seen), target.points
@@ -271,7 +271,7 @@ def _of_three(
 
 
 def _refined(
-    first: np.ndarray, seen: np.ndarray, camera: Camera, target: Target
+    first: np.ndarray, seen: np.ndarray, camera: Camera, target: PictureTarget
 ) -> Float[np.ndarray, "rows 4 4"]:
     """The better of both first poses after robust damped steps, all pictures at once."""
     there = np.isfinite(seen[..., 0])
@@ -311,7 +311,7 @@ def _robust_cost(off: np.ndarray, size: np.ndarray) -> Float[np.ndarray, " rows"
 
 
 def _slopes(
-    poses: np.ndarray, seen: np.ndarray, camera: Camera, target: Target
+    poses: np.ndarray, seen: np.ndarray, camera: Camera, target: PictureTarget
 ) -> tuple[Float[np.ndarray, "rows points 2"], Float[np.ndarray, "rows twice 6"]]:
     """Residuals, 0 where nothing was seen, and the change of pixels per twist about each pose's origin."""
     places = se3.apply(poses[:, None], target.points[None])

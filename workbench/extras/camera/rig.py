@@ -10,7 +10,7 @@ from jaxtyping import Float, Int
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.extras.camera.camera import Camera, Mount, read_cameras
-from workbench.extras.camera.target import Target, read_targets
+from workbench.extras.camera.target import PictureTarget, read_targets
 
 
 def read_rig(camera: Path | str | None, target: Path | str) -> "Rig":
@@ -18,13 +18,13 @@ def read_rig(camera: Path | str | None, target: Path | str) -> "Rig":
     return Rig(() if camera is None else read_cameras(camera), read_targets(target))
 
 
-def owner_in(part: Camera | Target, session: str) -> str:
+def owner_in(part: Camera | PictureTarget, session: str) -> str:
     """How the names of the unknowns of a camera's or board's pose in a session begin."""
     return f"{part.owner}[{session}]" if part.per_session and session else part.owner
 
 
 @dataclass(frozen=True)
-class Apart:
+class RejectedCorner:
     """A corner that was set apart: where it was seen and how far off [px]."""
 
     image: str
@@ -52,8 +52,8 @@ class Rig:
     """
 
     cameras: tuple[Camera, ...]
-    targets: tuple[Target, ...]
-    apart: tuple[Apart, ...] = ()
+    targets: tuple[PictureTarget, ...]
+    apart: tuple[RejectedCorner, ...] = ()
     tool_poses: bool = False
 
     def __post_init__(self):
@@ -72,7 +72,7 @@ class Rig:
         return names.index(name) if name in names else None
 
     @property
-    def posed(self) -> tuple[Camera | Target, ...]:
+    def posed(self) -> tuple[Camera | PictureTarget, ...]:
         """All that has a pose."""
         return (*self.cameras, *self.targets)
 
@@ -92,7 +92,7 @@ class Rig:
         return np.concatenate([np.stack([t.ids, t.corners], axis=1) for t in self.targets])
 
     @cached_property
-    def parts(self) -> tuple[tuple[Target, slice], ...]:
+    def parts(self) -> tuple[tuple[PictureTarget, slice], ...]:
         """Every board, and where its points are among all."""
         ends = np.cumsum([len(target) for target in self.targets]).tolist()
         return tuple((t, slice(end - len(t), end)) for t, end in zip(self.targets, ends, strict=True))

@@ -60,7 +60,7 @@ class Charuco:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Target:
+class PictureTarget:
     """Points that cameras see, in a frame of their own.
 
     Args:
@@ -161,7 +161,7 @@ def prints_of(dictionary: str) -> str:
 
 def charuco_target(
     board: Charuco, mounted: Mount | str, *, name: str = "", first: int = 0, **more: float | bool
-) -> Target:
+) -> PictureTarget:
     """The inner corners of a board: z = 0, x along its rows and y down, from the corner of its first square.
 
     Args:
@@ -185,7 +185,7 @@ def charuco_target(
     y, x = np.divmod(np.arange((across - 1) * (down - 1)), across - 1)
     points = board.square * np.stack([x + 1.0, y + 1.0, np.zeros(len(x))], axis=1)
     known: dict[str, Any] = {"scale_sigma": BOARD_SCALE, "flatness_sigma": BOARD_FLATNESS, **more}
-    return Target(
+    return PictureTarget(
         name=name,
         mounted=Mount(mounted),
         ids=first + np.arange(len(x)),
@@ -203,11 +203,11 @@ def _is_plane(points: Float[np.ndarray, "n 3"]) -> bool:
 
 
 @final
-class _Reader(AbstractTableReader):
+class _TargetReader(AbstractTableReader):
     wanted = "a target TOML with [charuco], [[point]] or [[board]] tables"
     otherwise = "a target TOML (mounted, and [charuco] or [[point]], or a [[board]] of either each)"
 
-    def charuco(self, value: Any, before: Sequence[Target], usual: str) -> Charuco:
+    def charuco(self, value: Any, before: Sequence[PictureTarget], usual: str) -> Charuco:
         table = self.table(value, "[charuco]")
         self.keys(table, {"squares", "square", "marker", "dictionary", "first_marker"}, "[charuco]")
         if missing := [key for key in ("squares", "square", "marker") if key not in table]:
@@ -226,7 +226,7 @@ class _Reader(AbstractTableReader):
             first,
         )
 
-    def check_apart(self, other: Target, made: Target, free: int) -> None:
+    def check_apart(self, other: PictureTarget, made: PictureTarget, free: int) -> None:
         """Refuse two boards that pictures can't tell apart; `free` is the next marker that no board has."""
         boards = f"'{other.name}' and '{made.name}'"
         is_alike = other.prints == made.prints != ""
@@ -249,8 +249,8 @@ class _Reader(AbstractTableReader):
         return value
 
     def target(
-        self, data: dict[str, Any], mounted: Mount, before: Sequence[Target] = (), name: str = ""
-    ) -> Target:
+        self, data: dict[str, Any], mounted: Mount, before: Sequence[PictureTarget] = (), name: str = ""
+    ) -> PictureTarget:
         """The one that a table describes, behind those before it."""
         knowledge = {key: self.number(data[key], key) for key in KNOWLEDGE if key in data}
         if any(value < 0.0 for value in knowledge.values()):
@@ -270,7 +270,7 @@ class _Reader(AbstractTableReader):
             self.check_apart(other, made, _next_marker(before, made.prints))
         return made
 
-    def points(self, tables: list[dict[str, Any]], more: dict[str, Any]) -> Target:
+    def points(self, tables: list[dict[str, Any]], more: dict[str, Any]) -> PictureTarget:
         names, places, sigmas = [], [], {}
         for i, table in enumerate(tables):
             what = f"[[point]] {i + 1}"
@@ -296,16 +296,16 @@ class _Reader(AbstractTableReader):
         points = np.array(places)
         points[np.isnan(points[:, 0])] = points[known].mean(0)  # until the pictures place it
         ids, corners = np.array(names).T
-        return Target(ids=ids, corners=corners, points=frozen(points), sigmas=sigmas, **more)
+        return PictureTarget(ids=ids, corners=corners, points=frozen(points), sigmas=sigmas, **more)
 
 
-def read_targets(path: Path | str) -> tuple[Target, ...]:
+def read_targets(path: Path | str) -> tuple[PictureTarget, ...]:
     """The target of a file, or the boards that it has in `[[board]]` tables.
 
     Raises:
         FileError: names the key that is missing or wrong.
     """
-    reader = _Reader(path)
+    reader = _TargetReader(path)
     data = reader.load()
     reader.keys(data, {"mounted", "board", *KEYS}, "the file")
     if (mounted := data.get("mounted")) not in tuple(Mount):
@@ -318,7 +318,7 @@ def read_targets(path: Path | str) -> tuple[Target, ...]:
         return (reader.target(data, Mount(mounted)),)
     if data["board"] == []:
         raise reader.fail("has no board; give [[board]] tables, or one [charuco] or [[point]] tables")
-    boards: list[Target] = []
+    boards: list[PictureTarget] = []
     for number, table in enumerate(reader.tables(data, "board"), 1):
         what = f"[[board]] {number}"
         reader.keys(table, {"name", *KEYS}, what)
@@ -332,7 +332,7 @@ def read_targets(path: Path | str) -> tuple[Target, ...]:
     return tuple(boards)
 
 
-def read_target(path: Path | str) -> Target:
+def read_target(path: Path | str) -> PictureTarget:
     """The only target of a file."""
     found = read_targets(path)
     if len(found) > 1:
@@ -340,7 +340,7 @@ def read_target(path: Path | str) -> Target:
     return found[0]
 
 
-def target_toml(target: Target | tuple[Target, ...]) -> str:
+def target_toml(target: PictureTarget | tuple[PictureTarget, ...]) -> str:
     """Targets as `read_targets` reads them."""
     targets = target if isinstance(target, tuple) else (target,)
     tables = [_table(target) for target in targets]
@@ -350,7 +350,7 @@ def target_toml(target: Target | tuple[Target, ...]) -> str:
     return tomli_w.dumps({"mounted": str(targets[0].mounted), "board": boards})
 
 
-def _table(target: Target) -> Mapping[str, Any]:
+def _table(target: PictureTarget) -> Mapping[str, Any]:
     knowledge: dict[str, Any] = {key: getattr(target, key) for key in KNOWLEDGE}
     knowledge |= {PER_SESSION: True} if target.per_session else {}
     if (board := target.charuco) is not None:
@@ -379,16 +379,16 @@ def _knowledge(sigma: float) -> dict[str, Any]:
     return {"free": True} if np.isinf(sigma) else {"sigma": sigma} if sigma else {}
 
 
-def _next_marker(before: Sequence[Target], prints: str) -> int:
+def _next_marker(before: Sequence[PictureTarget], prints: str) -> int:
     """The first number behind all markers of a dictionary that boards have."""
     return max((max(b.markers) + 1 for b in before if b.prints == prints), default=0)
 
 
-def _pairs(target: Target) -> list[tuple[int, int]]:
+def _pairs(target: PictureTarget) -> list[tuple[int, int]]:
     """Id and corner of every point."""
     return list(zip(target.ids.tolist(), target.corners.tolist(), strict=True))
 
 
-def write_target(target: Target | tuple[Target, ...], path: Path | str) -> Path:
+def write_target(target: PictureTarget | tuple[PictureTarget, ...], path: Path | str) -> Path:
     """Write targets as `read_targets` reads them."""
     return write_text(path, target_toml(target))

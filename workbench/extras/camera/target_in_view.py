@@ -40,7 +40,7 @@ PIXEL = 0.3
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class View(AbstractSight):
+class TargetInView(AbstractSight):
     """Cameras and a target, and roughly where they are.
 
     Args:

@@ -54,7 +54,7 @@ NORMAL = 1.96
 
 @final
 @dataclass(frozen=True, kw_only=True)
-class Joint:
+class FollowedJoint:
     """How one joint follows; each value with half of its 95 % interval.
 
     Args:
@@ -88,7 +88,7 @@ class Following(AbstractShown):
     """How a follower's joints follow the leader's."""
 
     source: str
-    joints: tuple[Joint, ...]
+    joints: tuple[FollowedJoint, ...]
     commanded: bool
     notes: tuple[str, ...] = ()
 
@@ -232,7 +232,7 @@ def _shifted(log: MotorLog, x: np.ndarray, lag: float) -> np.ndarray:
     return out
 
 
-def _joint(name: str, log: MotorLog, x: np.ndarray, y: np.ndarray) -> Joint:
+def _joint(name: str, log: MotorLog, x: np.ndarray, y: np.ndarray) -> FollowedJoint:
     """Least squares in offset and scale at each lag, then in all three."""
     step = float(np.median(np.diff(log.time)[np.diff(log.episode) == 0]))
     lags = np.arange(LAGS[0], LAGS[1], 0.5 * step)
@@ -249,7 +249,7 @@ def _joint(name: str, log: MotorLog, x: np.ndarray, y: np.ndarray) -> Joint:
     columns = np.stack([moved, np.ones(len(x)), -scale * speed], 1)[whole]
     error = (y - scale * moved - offset)[whole]
     half = NORMAL * np.sqrt(np.diag(_newey_west(columns, error, int(MEMORY / step))))
-    return Joint(
+    return FollowedJoint(
         name=name,
         offset=(float(offset), float(half[1])),
         scale=(float(scale), float(half[0])),

@@ -92,7 +92,7 @@ def rezero(
     json: opt.JsonOption = None,
 ) -> None:
     """After a knock or a motor replacement: which joint's zero has moved, and by how much."""
-    from workbench.extras.service.rezero.result import Verdict
+    from workbench.extras.service.rezero.result import RezeroVerdict
     from workbench.identification.prior import read_prior
 
     arm = wb.load_robot(robot)
@@ -112,7 +112,7 @@ def rezero(
         )
     opt.show(found.summary())
     opt.write_result(json, found.json())
-    if found.verdict is Verdict.REFUSED:
+    if found.verdict is RezeroVerdict.REFUSED:
         opt.fail(
             "the zeros alone don't explain the rows" + ("; nothing is saved" if save is not None else "")
         )

@@ -59,7 +59,7 @@ class Capsule(NamedTuple):
     probe: bool = False
 
 
-class Apart(NamedTuple):
+class CapsulePairs(NamedTuple):
     """Pairs of capsules to be kept apart, each from its own start to its own end [shares of its line]."""
 
     pairs: Int[np.ndarray, "pairs 2"]
@@ -101,7 +101,7 @@ class CapsuleArm(AbstractArmShape):
         return se3.apply(frames[:, :, None], ends)
 
     @cached_property
-    def apart(self) -> Apart:
+    def apart(self) -> CapsulePairs:
         """Pairs of links that must not touch."""
         lengths = np.array([np.linalg.norm(c.end - c.start) for c in self.capsules])
         along = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -117,7 +117,7 @@ class CapsuleArm(AbstractArmShape):
                     first.append((0.0, 1.0 - trim / lengths[i]))
                     second.append((trim / lengths[j], 1.0))
         shape = (len(pairs), 2)
-        return Apart(
+        return CapsulePairs(
             np.array(pairs, np.int64).reshape(shape),
             np.array(first).reshape(shape),
             np.array(second).reshape(shape),

@@ -116,10 +116,10 @@ def optimise_plate(
         OptionError: a plate without size or inside the robot's base, more targets than fit.
         DataError: too few targets keep all constraints; names two that conflict.
     """
-    return _Run(robot, plate, reading, goal, rng, request or DesignRequest(), names).result()
+    return _Optimisation(robot, plate, reading, goal, rng, request or DesignRequest(), names).result()
 
 
-class _Run:
+class _Optimisation:
     """One optimisation; keeps the best targets so far for whoever cancels."""
 
     def __init__(self, robot, plate, reading, goal, rng, request, names):

@@ -18,7 +18,7 @@ from workbench.data.live.acquisition import (
     StandstillDetector,
     continues,
 )
-from workbench.data.live.capture import Capture
+from workbench.data.live.capture import CaptureProgress
 from workbench.data.live.sample import Sample
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate_targets, virtual_arm
@@ -296,7 +296,7 @@ def acquisition_of(session: Session, numbers: list[int], instrument: Instrument)
         orientation=max(ORIENTATION_STILL, NOISY * (instrument.sigma_rotation or 0.0)),
     )
     return Acquisition(
-        Capture(targets=tuple(offered[i] for i in numbers)),
+        CaptureProgress(targets=tuple(offered[i] for i in numbers)),
         robot=session.robot,
         detector=detector,
         oriented=tuple(targets[i].kind is Kind.SEAT for i in numbers),

@@ -15,13 +15,13 @@ from workbench.arm.urdf import KINDS, numbers_text
 from workbench.base import se3
 from workbench.base.errors import FileError
 from workbench.base.types import Matrix4
-from workbench.extras.controllers.into.model import ROOT, Edge, Given, Model
-from workbench.extras.controllers.into.xml_bytes import FILE, Edit, Node, parse
+from workbench.extras.controllers.into.model import ROOT, Edge, GivenFrame, Model
+from workbench.extras.controllers.into.xml_bytes import FILE, Edit, XmlElement, parse
 
 ORIENTATIONS = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
 
 
-def _require(root: Node, tag: str) -> None:
+def _require(root: XmlElement, tag: str) -> None:
     if root.tag != tag:
         raise FileError(
             f"its root is <{root.tag}>, not <{tag}>; give a file of the form that --for names", path=FILE
@@ -45,12 +45,12 @@ def urdf_model(text: str) -> Model:
         if child in frames:
             raise FileError(f"line {joint.line} has a second joint to link '{child}'", path=FILE)
         kind = None if joint.find("mimic") else KINDS.get(joint.attrib.get("type", ""))
-        frames[child] = Given(parent, child, *_urdf_origin(joint))
+        frames[child] = GivenFrame(parent, child, *_urdf_origin(joint))
         edges.append(Edge(joint.attrib.get("name", ""), parent, child, kind, child, _urdf_axis(joint)))
     return Model(frames, edges)
 
 
-def _urdf_axis(joint: Node) -> Callable:
+def _urdf_axis(joint: XmlElement) -> Callable:
     def axis():
         node = joint.find("axis")
         return np.zeros(3), np.array([1.0, 0.0, 0.0]) if node is None else node.numbers(
@@ -60,7 +60,7 @@ def _urdf_axis(joint: Node) -> Callable:
     return axis
 
 
-def _urdf_origin(joint: Node) -> tuple[Callable, Callable]:
+def _urdf_origin(joint: XmlElement) -> tuple[Callable, Callable]:
     node = joint.find("origin")
 
     def read() -> Matrix4:
@@ -95,7 +95,7 @@ def mjcf_model(text: str) -> Model:
     for node in nodes:
         around = next((keys[id(a)] for a in _above(node)[1:] if id(a) in keys), ROOT)
         key, values = keys[id(node)], _with_defaults(node, defaults)
-        frames[key] = Given(around, key, *_mjcf_pose(node, values, degrees, sequence))
+        frames[key] = GivenFrame(around, key, *_mjcf_pose(node, values, degrees, sequence))
         joints = [j for j in node.children if j.tag in ("joint", "freejoint")] if node.tag == "body" else []
         joint = joints[0] if joints else node
         axis = _mjcf_axis(joint, _with_defaults(joint, defaults))
@@ -108,16 +108,16 @@ def mjcf_model(text: str) -> Model:
     return Model(frames, edges)
 
 
-def _above(node: Node) -> list[Node]:
-    found: list[Node] = []
-    here: Node | None = node
+def _above(node: XmlElement) -> list[XmlElement]:
+    found: list[XmlElement] = []
+    here: XmlElement | None = node
     while here is not None:
         found.append(here)
         here = here.parent
     return found
 
 
-def _defaults(root: Node) -> dict[tuple[str, str], dict[str, str]]:
+def _defaults(root: XmlElement) -> dict[tuple[str, str], dict[str, str]]:
     """Attributes by class and element, those of the classes around included."""
     found: dict[tuple[str, str], dict[str, str]] = {}
     for node in root.iter("default"):
@@ -132,13 +132,13 @@ def _defaults(root: Node) -> dict[tuple[str, str], dict[str, str]]:
     return found
 
 
-def _with_defaults(node: Node, defaults: dict[tuple[str, str], dict[str, str]]) -> dict[str, str]:
+def _with_defaults(node: XmlElement, defaults: dict[tuple[str, str], dict[str, str]]) -> dict[str, str]:
     around = (a.attrib.get("childclass") for a in _above(node)[1:])
     name = node.attrib.get("class") or next((c for c in around if c), "main")
     return {**defaults.get((name, node.tag), {}), **node.attrib}
 
 
-def _mjcf_axis(joint: Node, values: dict[str, str]) -> Callable:
+def _mjcf_axis(joint: XmlElement, values: dict[str, str]) -> Callable:
     def axis():
         if joint.numbers(values.get("ref", "0"), 1)[0] != 0.0:
             raise FileError(
@@ -149,7 +149,9 @@ def _mjcf_axis(joint: Node, values: dict[str, str]) -> Callable:
     return axis
 
 
-def _mjcf_pose(node: Node, values: dict[str, str], degrees: bool, sequence: str) -> tuple[Callable, Callable]:
+def _mjcf_pose(
+    node: XmlElement, values: dict[str, str], degrees: bool, sequence: str
+) -> tuple[Callable, Callable]:
     how = next((key for key in ORIENTATIONS if key in values), "quat")
 
     def read() -> Matrix4:
@@ -190,26 +192,26 @@ def sdf_model(text: str) -> Model:
         if node.tag == "joint":
             ends = [node.find(side) for side in ("parent", "child")]
             parent, child = ("" if e is None else e.text for e in ends)
-            frames[name] = Given(_relative_to(node, child), child, *_sdf_pose(node))
+            frames[name] = GivenFrame(_relative_to(node, child), child, *_sdf_pose(node))
             edges.append(
                 Edge(name, parent, child, KINDS.get(node.attrib.get("type", "")), name, _sdf_axis(node))
             )
         elif node.tag == "link":
-            frames[name] = Given(_relative_to(node, ROOT), name, *_sdf_pose(node))
+            frames[name] = GivenFrame(_relative_to(node, ROOT), name, *_sdf_pose(node))
         elif node.tag == "frame":
             held = node.attrib.get("attached_to", ROOT)
-            frames[name] = Given(_relative_to(node, held), name, *_sdf_pose(node))
+            frames[name] = GivenFrame(_relative_to(node, held), name, *_sdf_pose(node))
             edges.append(Edge("", held, name, JointKind.FIXED, name, _sdf_axis(node)))
     return Model(frames, edges)
 
 
-def _relative_to(node: Node, default: str) -> str:
+def _relative_to(node: XmlElement, default: str) -> str:
     pose = node.find("pose")
     named = "" if pose is None else pose.attrib.get("relative_to", "")
     return ROOT if named == "__model__" else named or default
 
 
-def _sdf_axis(joint: Node) -> Callable:
+def _sdf_axis(joint: XmlElement) -> Callable:
     def axis():
         node = joint.find("axis")
         xyz = None if node is None else node.find("xyz")
@@ -224,7 +226,7 @@ def _sdf_axis(joint: Node) -> Callable:
     return axis
 
 
-def _sdf_pose(owner: Node) -> tuple[Callable, Callable]:
+def _sdf_pose(owner: XmlElement) -> tuple[Callable, Callable]:
     node = owner.find("pose")
     attrib = {} if node is None else node.attrib
     is_quaternion = attrib.get("rotation_format") == "quat_xyzw"

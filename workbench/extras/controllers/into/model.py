@@ -16,7 +16,7 @@ ROOT = ""
 
 
 @dataclass(frozen=True, eq=False)
-class Given:
+class GivenFrame:
     """A frame as the file gives it.
 
     Args:
@@ -62,7 +62,7 @@ class Edge:
 class Model:
     """A file: frames by name, and joints in its order."""
 
-    frames: dict[str, Given]
+    frames: dict[str, GivenFrame]
     edges: list[Edge]
     _poses: dict[str, Matrix4] = field(default_factory=dict)
 

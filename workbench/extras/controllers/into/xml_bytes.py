@@ -25,7 +25,7 @@ class Edit:
 
 
 @dataclass(frozen=True, eq=False)
-class Node:
+class XmlElement:
     """One element: its start tag from `start` to `inside`, its contents to `stop` [bytes]."""
 
     data: bytes
@@ -34,8 +34,8 @@ class Node:
     line: int
     start: int
     inside: int
-    parent: "Node | None"
-    children: list["Node"] = field(default_factory=list)
+    parent: "XmlElement | None"
+    children: list["XmlElement"] = field(default_factory=list)
     ends: list[int] = field(default_factory=list)
 
     @property
@@ -48,14 +48,14 @@ class Node:
         """Whether it has an end tag."""
         return not self.data.endswith(b"/>", self.start, self.inside)
 
-    def iter(self, *tags: str) -> Iterator["Node"]:
+    def iter(self, *tags: str) -> Iterator["XmlElement"]:
         """This element and all inside it, in the order of the file."""
         if not tags or self.tag in tags:
             yield self
         for child in self.children:
             yield from child.iter(*tags)
 
-    def find(self, tag: str) -> "Node | None":
+    def find(self, tag: str) -> "XmlElement | None":
         """The first child of that name."""
         return next((c for c in self.children if c.tag == tag), None)
 
@@ -106,7 +106,7 @@ class Node:
         )
 
 
-def parse(text: str) -> Node:
+def parse(text: str) -> XmlElement:
     """The root of a file.
 
     Raises:
@@ -115,8 +115,8 @@ def parse(text: str) -> Node:
     if "\ufffd" in text:
         raise FileError("is not UTF-8, so its other bytes could not be kept; convert it", path=FILE)
     data = text.encode()
-    open_nodes: list[Node] = []
-    roots: list[Node] = []
+    open_nodes: list[XmlElement] = []
+    roots: list[XmlElement] = []
     parser = expat.ParserCreate("utf-8")
 
     def start(tag: str, attrib: dict[str, str]) -> None:
@@ -124,7 +124,7 @@ def parse(text: str) -> Node:
         found = START_TAG.match(data, at)
         assert found is not None
         parent = open_nodes[-1] if open_nodes else None
-        node = Node(data, tag, attrib, parser.CurrentLineNumber, at, found.end(), parent)
+        node = XmlElement(data, tag, attrib, parser.CurrentLineNumber, at, found.end(), parent)
         (parent.children if parent else roots).append(node)
         open_nodes.append(node)
 

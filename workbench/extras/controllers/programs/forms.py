@@ -17,7 +17,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import masses, mounts
 from workbench.base.errors import OptionError
 from workbench.exports.export_format import AbstractForm, Job
-from workbench.extras.controllers.programs.terms import Kind, Term, terms_of
+from workbench.extras.controllers.programs.terms import CodeTerm, TermKind, terms_of
 from workbench.paths.path import comparable
 
 EMPTY = "ARM: dict = {}  # filled in by the export"
@@ -29,7 +29,7 @@ def arm_data(job: Job, form: str) -> dict[str, Any]:
     robot, nominal = arms.calibrated, arms.nominal
     chain, arm, plain = robot.chain, compile_arm(robot), compile_arm(nominal)
     terms = [term for effect in robot.effects for term in terms_of(effect, chain)]
-    loaded = any(term.kind >= Kind.LOAD for term in terms)
+    loaded = any(term.kind >= TermKind.LOAD for term in terms)
     if loaded and not robot.has_masses:
         raise OptionError(
             f"--for {form}: effects of '{robot.name}' ask for the moments of its joints, but not all masses "
@@ -58,8 +58,8 @@ def arm_data(job: Job, form: str) -> dict[str, Any]:
         "mounts": mounts(robot).tolist(),
         "gravity": robot.gravity.tolist(),
         "masses": links,
-        "warm": any(t.kind is Kind.WARM for t in terms),
-        "directed": any(t.kind is Kind.DIRECTION for t in terms),
+        "warm": any(t.kind is TermKind.WARM for t in terms),
+        "directed": any(t.kind is TermKind.DIRECTION for t in terms),
         "terms": [t._asdict() | {"kind": int(t.kind)} for t in terms],
     }
 
@@ -114,7 +114,7 @@ def _c_data(data: dict[str, Any]) -> str:
     axes, drivers, values, matrices = zip(*data["chain"], strict=True)
     constants = [m for m in matrices if m is not None]
     places = np.cumsum([m is not None for m in matrices]) - 1
-    terms = [Term(**term) for term in data["terms"]]
+    terms = [CodeTerm(**term) for term in data["terms"]]
     knots = [x for t in terms for x in t.knots]
     cubics = [c for t in terms for row in t.cubics for c in row]
     rows, first, cubic = [], 0, 0

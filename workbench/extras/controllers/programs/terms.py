@@ -38,8 +38,8 @@ from workbench.base.errors import OptionError
 TURN = 2.0 * np.pi
 
 
-class Kind(IntEnum):
-    """What a term adds; q the joints, W the wrenches, all by the numbers of `Term`."""
+class TermKind(IntEnum):
+    """What a term adds; q the joints, W the wrenches, all by the numbers of `CodeTerm`."""
 
     LINEAR = 0  # a q_i
     HARMONIC = 1  # (a cos(c q_i) + b sin(c q_i)) fade(q_i)
@@ -53,7 +53,7 @@ class Kind(IntEnum):
     FLEX = 9  # a (cos(c + b q_i) W_ij + sin(c + b q_i) W_ik)
 
 
-class Term(NamedTuple):
+class CodeTerm(NamedTuple):
     """One term.
 
     Args:
@@ -63,8 +63,8 @@ class Term(NamedTuple):
         j: Component of its wrench, number of a spline, element of a link that weighs.
         k: A second component, or the axis of the link that weighs: 0–2; 3 what slides, 4 the payload.
         a: Size.
-        b: See `Kind`.
-        c: See `Kind`.
+        b: See `TermKind`.
+        c: See `TermKind`.
         low: From where it was learned [rad or m].
         high: To where.
         span: Over which it fades out beyond; 0 if it holds anywhere.
@@ -73,7 +73,7 @@ class Term(NamedTuple):
         cubics: Its polynomials, four numbers each, highest power first.
     """
 
-    kind: Kind
+    kind: TermKind
     element: int
     i: int = -1
     j: int = 0
@@ -90,7 +90,7 @@ class Term(NamedTuple):
 
 
 @singledispatch
-def terms_of(effect: AbstractEffect, chain: Chain) -> list[Term]:
+def terms_of(effect: AbstractEffect, chain: Chain) -> list[CodeTerm]:
     """The terms of an effect with its coefficients.
 
     Raises:
@@ -112,40 +112,40 @@ def _loads(effect: AbstractEffect, chain: Chain, components: np.ndarray) -> list
     return list(zip(_places(effect, chain), components.tolist(), each, strict=True))
 
 
-def _faded(term: Term, learned: Learned | None) -> Term:
+def _faded(term: CodeTerm, learned: Learned | None) -> CodeTerm:
     if learned is None:
         return term
     return term._replace(low=learned.low, high=learned.high, span=DISTANCES * learned.spacing)
 
 
 @terms_of.register
-def _(effect: JointCompliance, chain: Chain) -> list[Term]:
+def _(effect: JointCompliance, chain: Chain) -> list[CodeTerm]:
     rows = _loads(effect, chain, own_components(chain, effect.joints))
-    return [Term(Kind.LOAD, e, i, j, a=-c) for e, (i, j), c in rows]
+    return [CodeTerm(TermKind.LOAD, e, i, j, a=-c) for e, (i, j), c in rows]
 
 
 @terms_of.register
-def _(effect: Backlash, chain: Chain) -> list[Term]:
+def _(effect: Backlash, chain: Chain) -> list[CodeTerm]:
     rows = _loads(effect, chain, own_components(chain, effect.joints))
     if effect.by == "motion":
-        return [Term(Kind.DIRECTION, e, i, a=-c) for e, (i, _), c in rows]
-    return [Term(Kind.PLAY, e, i, j, a=-c, b=effect.width) for e, (i, j), c in rows]
+        return [CodeTerm(TermKind.DIRECTION, e, i, a=-c) for e, (i, _), c in rows]
+    return [CodeTerm(TermKind.PLAY, e, i, j, a=-c, b=effect.width) for e, (i, j), c in rows]
 
 
 @terms_of.register
-def _(effect: BearingCompliance, chain: Chain) -> list[Term]:
+def _(effect: BearingCompliance, chain: Chain) -> list[CodeTerm]:
     rows = _loads(effect, chain, across_components(chain, effect.joints))
-    return [Term(Kind.LOAD, e, i, j, a=-c) for e, (i, j), c in rows]
+    return [CodeTerm(TermKind.LOAD, e, i, j, a=-c) for e, (i, j), c in rows]
 
 
 @terms_of.register
-def _(effect: ClearanceTilt, chain: Chain) -> list[Term]:
+def _(effect: ClearanceTilt, chain: Chain) -> list[CodeTerm]:
     rows = _loads(effect, chain, across_components(chain, effect.joints))
-    return [Term(Kind.TIP, e, i, j, rows[k ^ 1][1][1], a=-c) for k, (e, (i, j), c) in enumerate(rows)]
+    return [CodeTerm(TermKind.TIP, e, i, j, rows[k ^ 1][1][1], a=-c) for k, (e, (i, j), c) in enumerate(rows)]
 
 
 @terms_of.register
-def _(effect: LinkFlexure, chain: Chain) -> list[Term]:
+def _(effect: LinkFlexure, chain: Chain) -> list[CodeTerm]:
     across = across_components(chain, effect.joints).tolist()
     out = []
     for place, (element, c) in enumerate(zip(_places(effect, chain), effect.coefficients, strict=True)):
@@ -154,50 +154,59 @@ def _(effect: LinkFlexure, chain: Chain) -> list[Term]:
         angle = float(chain.values[chain.driven[joint]]) if turning else 0.0
         quarter = 0.5 * np.pi * (place % 2)  # the second axis: cos → −sin, sin → cos
         second = across[place - place % 2 + 1][1]
-        out.append(Term(Kind.FLEX, element, joint, first, second, a=-c, b=float(turning), c=angle + quarter))
+        out.append(
+            CodeTerm(TermKind.FLEX, element, joint, first, second, a=-c, b=float(turning), c=angle + quarter)
+        )
     return out
 
 
 @terms_of.register
-def _(effect: JointHarmonic, chain: Chain) -> list[Term]:
+def _(effect: JointHarmonic, chain: Chain) -> list[CodeTerm]:
     pairs = np.reshape(effect.coefficients, (len(effect.joints), -1, 2)).tolist()
     return [
-        _faded(Term(Kind.HARMONIC, e, i, a=cos, b=sin, c=float(order)), effect.learned)
+        _faded(CodeTerm(TermKind.HARMONIC, e, i, a=cos, b=sin, c=float(order)), effect.learned)
         for e, i, own in zip(_places(effect, chain), effect.joints, pairs, strict=True)
         for order, (cos, sin) in zip(effect.orders, own, strict=True)
     ]
 
 
 @terms_of.register
-def _(effect: EncoderScale, chain: Chain) -> list[Term]:
+def _(effect: EncoderScale, chain: Chain) -> list[CodeTerm]:
     rows = zip(_places(effect, chain), effect.joints, effect.coefficients, strict=True)
-    return [Term(Kind.LINEAR, e, i, a=c) for e, i, c in rows]
+    return [CodeTerm(TermKind.LINEAR, e, i, a=c) for e, i, c in rows]
 
 
 @terms_of.register
-def _(effect: JointCoupling, chain: Chain) -> list[Term]:
-    return [Term(Kind.LINEAR, _places(effect, chain)[0], effect.joints[1], a=effect.coefficients[0])]
+def _(effect: JointCoupling, chain: Chain) -> list[CodeTerm]:
+    return [CodeTerm(TermKind.LINEAR, _places(effect, chain)[0], effect.joints[1], a=effect.coefficients[0])]
 
 
 @terms_of.register
-def _(effect: ThermalGrowth, chain: Chain) -> list[Term]:
+def _(effect: ThermalGrowth, chain: Chain) -> list[CodeTerm]:
     warmer = Motion(np.zeros((1, chain.dof)), temperature=np.array([effect.reference + 1.0]))
     grown = effect.increments(chain, warmer)[0].tolist()  # at q = 0; a drive's travel comes on top
     c, drivers = effect.coefficients[0], chain.drivers
     return [
-        Term(Kind.WARM, e, max(int(drivers[e]), 0), a=a, b=effect.reference, c=c if drivers[e] >= 0 else 0.0)
+        CodeTerm(
+            TermKind.WARM,
+            e,
+            max(int(drivers[e]), 0),
+            a=a,
+            b=effect.reference,
+            c=c if drivers[e] >= 0 else 0.0,
+        )
         for e, a in zip(_places(effect, chain), grown, strict=True)
     ]
 
 
 @terms_of.register
-def _(effect: LocalJointError, chain: Chain) -> list[Term]:
+def _(effect: LocalJointError, chain: Chain) -> list[CodeTerm]:
     x, y = np.array(effect.knots), np.array(effect.coefficients)
     if effect.periodic:
         x, y = np.append(x, x[0] + TURN), np.append(y, y[0])
     spline = CubicSpline(x, y, bc_type="periodic" if effect.periodic else "clamped")
-    term = Term(
-        Kind.SPLINE,
+    term = CodeTerm(
+        TermKind.SPLINE,
         _places(effect, chain)[0],
         effect.joints[0],
         c=float(effect.periodic),
@@ -208,12 +217,12 @@ def _(effect: LocalJointError, chain: Chain) -> list[Term]:
 
 
 @terms_of.register
-def _(effect: GravitySag, chain: Chain) -> list[Term]:
+def _(effect: GravitySag, chain: Chain) -> list[CodeTerm]:
     down = tuple((np.array(effect.gravity) / np.linalg.norm(effect.gravity)).tolist())
     element, joint = _places(effect, chain)[0], effect.joints[0]
     out = []
     for term, c in zip(effect.terms.split(), effect.coefficients, strict=True):
         link = -1 if term == PAYLOAD else int(term[:-1]) - 1
         axis = 4 if term == PAYLOAD else "xyzm".index(term[-1])
-        out.append(Term(Kind.SAG, element, joint, link, axis, a=c, direction=down))
+        out.append(CodeTerm(TermKind.SAG, element, joint, link, axis, a=c, direction=down))
     return out

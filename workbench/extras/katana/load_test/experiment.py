@@ -23,7 +23,7 @@ from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate, virtual_arm
 from workbench.extras.katana.load_test.postures import (
     LoadTestPlan,
-    Purpose,
+    PairPurpose,
     SideLoads,
     plan_load_test,
     pullable,
@@ -220,9 +220,11 @@ def observable_sizes(plan: LoadTestPlan, pulled: Sequence[int] = ()) -> tuple[Jo
     """Sizes that a plan shows of each joint as 0, the others as NaN; pulled joints show how they turn too."""
     out = []
     for joint in sorted((*plan.joints, *plan.unturned)):
-        tips = (joint, Purpose.CROSSWISE) not in plan.missing
+        tips = (joint, PairPurpose.CROSSWISE) not in plan.missing
         turns = joint in pulled or joint not in plan.unturned
-        back, soft = (turns and (joint, p) not in plan.missing for p in (Purpose.REVERSAL, Purpose.SIZE))
+        back, soft = (
+            turns and (joint, p) not in plan.missing for p in (PairPurpose.REVERSAL, PairPurpose.SIZE)
+        )
         out.append(JointTilting(joint, *(0.0 if shown else np.nan for shown in (tips, back, soft))))
     return tuple(out)
 

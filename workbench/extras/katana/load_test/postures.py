@@ -63,7 +63,7 @@ SIDE_EFFECT_COST = 0.1
 """What a side effect on another joint, or a full turn of the joint that moves, costs a pair's rank."""
 
 
-class Purpose(StrEnum):
+class PairPurpose(StrEnum):
     """What changes between the two postures."""
 
     CROSSWISE = "crosswise"
@@ -85,7 +85,7 @@ class PosturePair:
     """
 
     joint: int
-    purpose: Purpose
+    purpose: PairPurpose
     q: Float[np.ndarray, "2 n"]
     added: Float[np.ndarray, "2"]
     about: Float[np.ndarray, "2"]
@@ -104,7 +104,7 @@ class LoadTestPlan:
 
     pairs: tuple[PosturePair, ...]
     unturned: tuple[int, ...]
-    missing: tuple[tuple[int, Purpose], ...] = ()
+    missing: tuple[tuple[int, PairPurpose], ...] = ()
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -165,9 +165,9 @@ def plan_load_test(
     moves, heavy = (_loaded(robot, q, base, mass) for mass in (0.0, added_mass))
     unturned = tuple(np.flatnonzero(np.abs(heavy.moments[0].about).max(axis=0) < FIRM).tolist())
     pairs: list[PosturePair] = []
-    missing: list[tuple[int, Purpose]] = []
+    missing: list[tuple[int, PairPurpose]] = []
     for joint in _asked(robot, joints, unturned):
-        for purpose in Purpose:
+        for purpose in PairPurpose:
             try:
                 pairs += _pairs(robot, moves, heavy, joint, purpose, each)
             except DataError:
@@ -254,11 +254,11 @@ def _asked(robot: Robot, joints: Sequence[int] | None, unturned: tuple[int, ...]
 
 
 def _pairs(
-    robot: Robot, moves: _Moves, heavy: _Moves, joint: int, purpose: Purpose, each: int
+    robot: Robot, moves: _Moves, heavy: _Moves, joint: int, purpose: PairPurpose, each: int
 ) -> list[PosturePair]:
     """The best pairs for one joint and purpose, of several sizes and from different postures."""
-    is_weak = _worth(moves, joint, Purpose.SIZE).max() * SOFT < RESOLVED * RESOLUTION
-    first = _hung(moves, heavy) if purpose is Purpose.SIZE and heavy.mass and is_weak else moves
+    is_weak = _worth(moves, joint, PairPurpose.SIZE).max() * SOFT < RESOLVED * RESOLUTION
+    first = _hung(moves, heavy) if purpose is PairPurpose.SIZE and heavy.mass and is_weak else moves
     offered = [chosen for chosen in (first, heavy) if _worth(chosen, joint, purpose).max() >= FIRM]
     if not offered:
         maximum = max(_worth(chosen, joint, purpose).max() for chosen in (first, heavy))
@@ -277,7 +277,7 @@ def _pairs(
 
 
 def _picked(
-    robot: Robot, chosen: _Moves, heavy: _Moves, joint: int, purpose: Purpose, each: int
+    robot: Robot, chosen: _Moves, heavy: _Moves, joint: int, purpose: PairPurpose, each: int
 ) -> list[PosturePair]:
     """The best of some pairs for one joint and purpose, all of them surely loaded from one side."""
     worth = _worth(chosen, joint, purpose)
@@ -329,12 +329,12 @@ def _hung(moves: _Moves, heavy: _Moves) -> _Moves:
     return _Moves(q, moves.base[first], -heavy.mass, (both[0], both[1]))
 
 
-def _worth(moves: _Moves, joint: int, purpose: Purpose) -> Float[np.ndarray, " pairs"]:
+def _worth(moves: _Moves, joint: int, purpose: PairPurpose) -> Float[np.ndarray, " pairs"]:
     """Size of the change that a purpose asks for [N m]; 0 where it is not there."""
     a, b = (m.about[:, joint] for m in moves.moments)
-    if purpose is Purpose.REVERSAL:
+    if purpose is PairPurpose.REVERSAL:
         return np.where(a * b < 0.0, np.minimum(np.abs(a), np.abs(b)), 0.0)
-    if purpose is Purpose.SIZE:
+    if purpose is PairPurpose.SIZE:
         firm = (a * b > 0.0) & (np.minimum(np.abs(a), np.abs(b)) > FIRM)
         return np.where(firm, np.abs(b - a), 0.0)
     s, t = (m.across[:, joint] for m in moves.moments)

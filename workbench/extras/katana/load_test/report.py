@@ -10,7 +10,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.extras.katana.load_test.experiment import LoadTest
-from workbench.extras.katana.load_test.postures import LoadTestPlan, PosturePair, Purpose
+from workbench.extras.katana.load_test.postures import LoadTestPlan, PairPurpose, PosturePair
 from workbench.extras.katana.load_test.tilting import KINDS, JointTilting
 from workbench.extras.katana.load_test.tolerance import LENGTH
 from workbench.identification.report.table import line, new_table
@@ -27,16 +27,16 @@ PARTS = (
 )
 """Sizes, factors to the units that people read, and headings."""
 WORDS = {
-    Purpose.CROSSWISE: "tips both ways",
-    Purpose.REVERSAL: "turns both ways",
-    Purpose.SIZE: "little and much",
+    PairPurpose.CROSSWISE: "tips both ways",
+    PairPurpose.REVERSAL: "turns both ways",
+    PairPurpose.SIZE: "little and much",
 }
 
 
 LACKING = {
-    Purpose.CROSSWISE: "tips both ways: its clearance does not show",
-    Purpose.REVERSAL: "turns both ways: its backlash does not show",
-    Purpose.SIZE: "is loaded little and much: its stiffness does not show",
+    PairPurpose.CROSSWISE: "tips both ways: its clearance does not show",
+    PairPurpose.REVERSAL: "turns both ways: its backlash does not show",
+    PairPurpose.SIZE: "is loaded little and much: its stiffness does not show",
 }
 
 
@@ -129,7 +129,7 @@ def load_test_figure(found: LoadTest) -> Figure:
         above.axes[0].set_ylabel("moment across [N·m]")
         above.supxlabel("moment about the axis [N·m]", fontsize=8)
         handles = [above.axes[0].plot([], [], color=COLOURS[k], marker="o", ms=3)[0] for k in range(3)]
-        above.legend(handles, [WORDS[p] for p in Purpose], loc="outside upper right", ncols=3)
+        above.legend(handles, [WORDS[p] for p in PairPurpose], loc="outside upper right", ncols=3)
         for axes, (part, size, words) in zip(below.subplots(1, 3), PARTS, strict=True):
             _sizes(axes, found, part, size)
             axes.set_ylabel(words)
@@ -142,7 +142,7 @@ def _loads(axes, pairs: list[PosturePair]) -> None:
     for pair in pairs:
         component = int(np.abs(pair.across).max(axis=0).argmax())
         size = np.linalg.norm(pair.across, axis=1) * np.sign(pair.across[:, component])
-        colour = COLOURS[list(Purpose).index(pair.purpose)]
+        colour = COLOURS[list(PairPurpose).index(pair.purpose)]
         axes.plot(pair.about, size, "o-", color=colour, ms=3, lw=0.8)
     axes.axhline(0.0, color=INK, lw=0.4)
     axes.axvline(0.0, color=INK, lw=0.4)

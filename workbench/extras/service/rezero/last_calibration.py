@@ -21,7 +21,7 @@ UNKNOWN = 0.05
 
 
 @dataclass(frozen=True, eq=False)
-class Knowledge:
+class LastCalibration:
     """Prior knowledge of an arm's constants, some of it released.
 
     Args:
@@ -46,7 +46,7 @@ class Knowledge:
         prior: Prior | None,
         tolerance: tuple[float, float] | None,
         replaced: Sequence[int],
-    ) -> "Knowledge":
+    ) -> "LastCalibration":
         """Knowledge from an older result, and of what that does not speak of from a tolerance.
 
         Args:

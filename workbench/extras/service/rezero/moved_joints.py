@@ -20,7 +20,7 @@ from workbench.base.progress import part_of, progress, whole_or_nothing
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.extras.service.rezero.f_test import Optimum
-from workbench.extras.service.rezero.last_calibration import NOMINAL, UNKNOWN, Knowledge
+from workbench.extras.service.rezero.last_calibration import NOMINAL, UNKNOWN, LastCalibration
 from workbench.extras.service.rezero.other_explanations import doubts
 from workbench.extras.service.rezero.result import JointShift, Rezero
 from workbench.identification import noise as noises
@@ -90,7 +90,7 @@ def rezero(
     progress(0.0, "fitting the zeros")
     check_enough(robot, data.take(data.included), zeros)
     begin = _near(robot, data)
-    knowledge = Knowledge.of(robot, begin, prior, tolerance, [joint - 1 for joint in replaced])
+    knowledge = LastCalibration.of(robot, begin, prior, tolerance, [joint - 1 for joint in replaced])
     decides = (
         preparation_of(data) is not None
     )  # its decision lets zeros alone through; knowledge comes afterwards
@@ -201,7 +201,7 @@ def _shifts(robot: Robot, fit: Optimum) -> tuple[JointShift, ...]:
 
 
 def _moved(
-    knowledge: Knowledge, everything: Optimum, zeros: tuple[str, ...]
+    knowledge: LastCalibration, everything: Optimum, zeros: tuple[str, ...]
 ) -> tuple[tuple[str, ...], Optimum]:
     """Zeros that moved by more than chance, and the fit in which the others are held to the calibration.
 
@@ -240,7 +240,9 @@ def _errors(ready: Prepared, fit: Optimum, robot: Robot) -> Errors:
     return Errors.of(ready.errors_on(rows, robot, instrument_places(robot, rows, known=known)))
 
 
-def _ambiguous(knowledge: Knowledge, ready: Prepared, shifts: tuple[JointShift, ...]) -> tuple[str, ...]:
+def _ambiguous(
+    knowledge: LastCalibration, ready: Prepared, shifts: tuple[JointShift, ...]
+) -> tuple[str, ...]:
     """Sentences on zeros that a base or tool elsewhere, or other zeros, would show alike."""
     taken = ready.problem.frames
     freedom = FrameFreedom(*visible_parts(ready.problem.data, ready.problem.known))

@@ -14,7 +14,7 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.base.progress import progress
 from workbench.extras.service.rezero.f_test import Optimum
-from workbench.extras.service.rezero.last_calibration import Knowledge, link_constants
+from workbench.extras.service.rezero.last_calibration import LastCalibration, link_constants
 from workbench.extras.service.rezero.result import readable
 from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
@@ -51,7 +51,7 @@ class _Cause(NamedTuple):
     shown: tuple[str, ...] = ()
 
 
-def doubts(knowledge: Knowledge, zeros: Optimum, *, measured: bool) -> tuple[str, ...]:
+def doubts(knowledge: LastCalibration, zeros: Optimum, *, measured: bool) -> tuple[str, ...]:
     """Sentences on what explains the rows far better than any zeros do.
 
     Args:
@@ -84,7 +84,7 @@ def doubts(knowledge: Knowledge, zeros: Optimum, *, measured: bool) -> tuple[str
     return tuple(sentences)
 
 
-def _causes(knowledge: Knowledge, zeros: Optimum) -> Iterator[_Cause]:
+def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_Cause]:
     problem, robot, offsets = zeros.problem, knowledge.robot, knowledge.robot.joint_offsets
     for joint in range(-1, robot.dof):
         loose = [n for n in link_constants(robot, joint) if n not in knowledge.renewed]
@@ -123,7 +123,7 @@ def _causes(knowledge: Knowledge, zeros: Optimum) -> Iterator[_Cause]:
 
 
 def _other_joint(
-    knowledge: Knowledge, zeros: Optimum, best: Optimum, freed: int, *, measured: bool
+    knowledge: LastCalibration, zeros: Optimum, best: Optimum, freed: int, *, measured: bool
 ) -> str | None:
     """A sentence on the joint that was replaced, if both its links leave far less than the best cause."""
     robot, found = knowledge.robot, []
@@ -153,7 +153,7 @@ def _other_joint(
     return _sentence(knowledge, cause, fit, fit.against(zeros, len(links))[1])
 
 
-def _sentence(knowledge: Knowledge, cause: _Cause, fit: Optimum, ratio: float) -> str:
+def _sentence(knowledge: LastCalibration, cause: _Cause, fit: Optimum, ratio: float) -> str:
     off = {n: fit.values[n] - knowledge.value(n) for n in cause.shown}
     sure = [n for n in off if abs(off[n]) > CERTAIN * fit.std[n]]
     sure.sort(key=lambda n: -abs(off[n]) / fit.std[n])

@@ -4,7 +4,7 @@ import viser
 
 from workbench.base.errors import OptionError
 from workbench.base.wording import capital
-from workbench.extras.service.rezero.result import Rezero, Verdict, readable
+from workbench.extras.service.rezero.result import Rezero, RezeroVerdict, readable
 from workbench.extras.service.rezero.session import FindZeros, rezeroed_toml, zeros_of
 from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import OUT_OF_REACH, css
@@ -23,7 +23,11 @@ from workbench.views.page.html import (
 )
 from workbench.views.page.panels.panel import AbstractPanel
 
-WORDS = {Verdict.MOVED: "Moved", Verdict.UNCHANGED: "Unchanged", Verdict.REFUSED: "Not the zeros alone"}
+WORDS = {
+    RezeroVerdict.MOVED: "Moved",
+    RezeroVerdict.UNCHANGED: "Unchanged",
+    RezeroVerdict.REFUSED: "Not the zeros alone",
+}
 WIDTH, ROW, LEFT, RIGHT = 340, 22, 54, 128
 READY = (
     "After a knock or a new motor: load the calibrated arm and 3 to 10 poses measured since. "
@@ -73,7 +77,11 @@ class RezeroPanel(AbstractPanel):
 
 
 def _card(found: Rezero) -> str:
-    colours = {Verdict.MOVED: CAREFUL, Verdict.UNCHANGED: GOOD, Verdict.REFUSED: css(OUT_OF_REACH)}
+    colours = {
+        RezeroVerdict.MOVED: CAREFUL,
+        RezeroVerdict.UNCHANGED: GOOD,
+        RezeroVerdict.REFUSED: css(OUT_OF_REACH),
+    }
     mark = badge(WORDS[found.verdict], colours[found.verdict])
     error = f"<div style='color:{MUTED}'>{text(repr(found.error).capitalize())}</div>"
     apart = heading("Can't be told apart") + bullets(map(text, found.ambiguous)) if found.ambiguous else ""

@@ -26,7 +26,7 @@ def readable(unit: str) -> tuple[float, str]:
     return (1e3, " mm") if unit == "m" else (float(np.rad2deg(1.0)), "°")
 
 
-class Verdict(StrEnum):
+class RezeroVerdict(StrEnum):
     """What the rows show."""
 
     MOVED = "moved"
@@ -114,11 +114,11 @@ class Rezero(AbstractShown):
         return tuple(sorted((s for s in self.shifts if s.moved), key=lambda s: -abs(s.shift) / s.std))
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> RezeroVerdict:
         """What the rows show."""
         if self.doubts:
-            return Verdict.REFUSED
-        return Verdict.MOVED if self.moved else Verdict.UNCHANGED
+            return RezeroVerdict.REFUSED
+        return RezeroVerdict.MOVED if self.moved else RezeroVerdict.UNCHANGED
 
     @property
     def sentence(self) -> str:
