@@ -89,7 +89,7 @@ def test_a_joint_table_in_millimetres_and_degrees_is_read_in_these():
         dict(zip(("theta", "d", "a", "alpha"), r, strict=True)) for r in (UR5 * [1, 1e3, 1e3, 180 / np.pi])
     ]
     found = table_readings(rows)
-    assert {reading.text[1:] for reading in found} == {("lengths in mm", "angles in deg")}
+    assert {reading.assumptions[1:] for reading in found} == {("lengths in mm", "angles in deg")}
     with pytest.raises(FileError, match="degrees"):
         table_readings(rows, lengths=("mm",), angles=("rad",))
 
