@@ -25,7 +25,7 @@ from workbench.plate.plate import Plate
 from workbench.plate.readings import TargetReading, reading_named, usual_reading
 from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
-from workbench.plate.tolerances import Making
+from workbench.plate.tolerances import Production
 
 ERROR = "I"
 """Name of the index that is the predicted error over the region."""

@@ -50,7 +50,7 @@ def plate_judgement(session: Session) -> Judgement | None:
     if wanted is None or np.isnan(score.position):
         return None
     if found is not None:
-        kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms keep {wanted.words} everywhere"
+        kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms keep {wanted.text} everywhere"
         if found.unreached > (1.0 - PASSING_SHARE) * found.arms:
             kept += f"; {found.unreached} of them can't reach every target within their joint limits"
         return Judgement(Tone.GOOD if found.share >= PASSING_SHARE else Tone.CAREFUL, kept)

@@ -6,7 +6,7 @@ from typing import Annotated
 import workbench as wb
 from workbench.cli import options as opt
 from workbench.cli.options import option
-from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, making_of, sigma_of
+from workbench.cli.plates import PlateArgument, PlayOption, ToleranceOption, production_of, sigma_of
 
 
 def yield_(
@@ -47,7 +47,7 @@ def yield_(
             arms=arms,
             sigma=sigma_of(noise),
             joint_sigma=opt.angle(joint_noise),
-            making=making_of(fixture, tolerance, play),
+            production=production_of(fixture, tolerance, play),
             undeclared=() if effects_of is None else wb.load_robot(effects_of).effects,
             length=length,
             angle=angle,

@@ -4,7 +4,7 @@ from functools import partial
 
 import viser
 
-from workbench.extras.production.session import MOST_ARMS, OpenChoice, TryPlate, WeighPlates, choices_of
+from workbench.extras.production.session import MAX_ARMS, OpenChoice, TryPlate, WeighPlates, choices_of
 from workbench.extras.production.tradeoff import Choice
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import MUTED, block, heading, number, text
@@ -33,7 +33,7 @@ class YieldPanel(AbstractPanel):
         self._arms = self.number(
             "Virtual arms",
             TryPlate.arms,
-            (1, MOST_ARMS, 1),
+            (1, MAX_ARMS, 1),
             "Number of arms to try. More arms give a narrower interval and take longer.",
         )
 

@@ -15,7 +15,7 @@ YIELD = "workbench.plate-yield/1"
 def yield_tables(found: Yield) -> RenderableType:
     """The share of good arms, errors, what is to blame, and how well the prediction held."""
     low, high = found.interval
-    arms = new_table(f"{found.arms} virtual arms, {found.wanted.words}", "", "")
+    arms = new_table(f"{found.arms} virtual arms, {found.wanted.text}", "", "")
     arms.add_row("arms that meet it", f"{100 * found.share:.2f} %")
     arms.add_row("95 % confidence", f"{100 * low:.2f} … {100 * high:.2f} %")
     arms.add_row("arms that could not reach a target", str(int((~found.reached).sum())))
@@ -53,7 +53,7 @@ def yield_sentence(found: Yield) -> str:
     """Share of the arms that meet the requirement, its interval, and the error that matters most."""
     low, high = (100 * bound for bound in found.interval)
     words = (
-        f"{100 * found.share:.1f} % of {found.arms} virtual arms meet {found.wanted.words} everywhere "
+        f"{100 * found.share:.1f} % of {found.arms} virtual arms meet {found.wanted.text} everywhere "
         f"in the region (95 % confidence {low:.1f} … {high:.1f} %)"
     )
     return words if found.blame is None else f"{words}; the {found.blame} matters most"

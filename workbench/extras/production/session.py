@@ -32,7 +32,7 @@ def choices_of(session: Session) -> tuple[Choice, ...]:
     return () if kept is None else kept.found.choices
 
 
-MOST_ARMS = 100_000
+MAX_ARMS = 100_000
 """More arms than this are refused: the page would be busy for hours."""
 
 
@@ -50,8 +50,8 @@ class TryPlate(AbstractPlateTrial):
     title = computed(lambda self: f"Try the plate on {self.arms} virtual arms")
 
     def check(self, session: Session) -> None:
-        if not 1 <= self.arms <= MOST_ARMS:
-            raise OptionError(f"the number of virtual arms must be 1 to {MOST_ARMS}, got {self.arms}")
+        if not 1 <= self.arms <= MAX_ARMS:
+            raise OptionError(f"the number of virtual arms must be 1 to {MAX_ARMS}, got {self.arms}")
         if session.wanted is None:
             raise OptionError("no required error is set to test the arms against; set 'Wanted [mm]' first")
         for i, state in enumerate(session.states):

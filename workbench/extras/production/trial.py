@@ -18,7 +18,7 @@ from workbench.plate.poses.sampling import in_base
 from workbench.plate.readings import assumptions, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable
-from workbench.plate.tolerances import Making
+from workbench.plate.tolerances import Production
 
 LENGTH_ERROR, ANGLE_ERROR = 5e-3, float(np.deg2rad(5.0))
 """Largest manufacturing errors of a length [m] and an angle [rad] in a production run, as in ARIA §2.4."""
@@ -35,7 +35,7 @@ def try_plate(
     arms: int = ARMS,
     sigma: tuple[float, float] | None = None,
     joint_sigma: float = 0.0,
-    making: Making | None = None,
+    production: Production | None = None,
     undeclared: tuple[AbstractEffect, ...] = (),
     length: float = LENGTH_ERROR,
     angle: float = ANGLE_ERROR,
@@ -54,8 +54,8 @@ def try_plate(
         sigma: How well a target returns and is read: standard deviations [m], [rad]; usual ones of what is
             read at the targets if None.
         joint_sigma: Of the joint readings [rad or m].
-        making: Tolerances of the making; as the plate says if None. Targets that say how well they are known
-            keep that.
+        production: Its tolerances; as the plate says if None. Targets that say how well they are known keep
+            that.
         undeclared: Effects that every actual arm has and the calibration does not know.
         length: Greatest manufacturing error of a length [m].
         angle: Greatest manufacturing error of an angle [rad].
@@ -67,7 +67,7 @@ def try_plate(
         seed: Of everything random.
     """
     check_number(arms)
-    plate = plate if making is None else replace(plate, making=making)
+    plate = plate if production is None else replace(plate, production=production)
     sigma = sigma or usual_sigma(plate)
     q = planned_joints(robot, plate, sigma)
     asked = plate if towards is None else replace(towards, region=plate.region)

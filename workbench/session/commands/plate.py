@@ -6,7 +6,7 @@ import numpy as np
 
 from workbench.base.errors import OptionError
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.patterns import MOST_TARGETS
+from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import Plate, Target
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.target_placement import place_targets
