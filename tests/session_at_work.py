@@ -16,11 +16,11 @@ class Recorded(AbstractView):
 
     drawn: list[Session] = field(default_factory=list)
     closed: bool = False
-    identifiability: Event | None = None
+    gate: Event | None = None
 
     def draw(self, session: Session) -> None:
-        if self.identifiability is not None:
-            self.identifiability.wait(10)
+        if self.gate is not None:
+            self.gate.wait(60)
         self.drawn.append(session)
 
     def close(self) -> None:

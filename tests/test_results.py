@@ -246,11 +246,11 @@ def test_calls_in_several_threads_share_one_limit(monkeypatch, own_limit):
     @threads.one_thread()
     def work() -> None:
         inside.set()
-        leave.wait(10)
+        leave.wait(60)
 
     other = threading.Thread(target=work)
     other.start()
-    inside.wait(10)
+    inside.wait(60)
     with threads.one_thread():
         pass
     assert events == ["1 blas"]

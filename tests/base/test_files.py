@@ -28,7 +28,7 @@ def test_a_pipe_is_written_into(tmp_path):
     reader.start()
     files.check_writable(tmp_path / "pipe")
     files.write_bytes(tmp_path / "pipe", b"result")
-    reader.join(5.0)
+    reader.join(60.0)
     assert read == [b"result"]
     assert stat.S_ISFIFO((tmp_path / "pipe").stat().st_mode)
 

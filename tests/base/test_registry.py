@@ -148,7 +148,7 @@ def test_a_second_thread_waits_until_all_are_there(monkeypatch):
     class Slow(EntryPoint):
         def load(self):
             begun.set()
-            go.wait(5.0)
+            go.wait(60.0)
             return Hammer
 
     point = Slow("hammer", "somewhere:Hammer", "tests.tools")
@@ -156,9 +156,9 @@ def test_a_second_thread_waits_until_all_are_there(monkeypatch):
     known = tools()
     threads = [threading.Thread(target=lambda: seen.append([*known])) for _ in range(2)]
     threads[0].start()
-    begun.wait(5.0)
+    begun.wait(60.0)
     threads[1].start()
     go.set()
     for thread in threads:
-        thread.join(5.0)
+        thread.join(60.0)
     assert seen == [["hammer"], ["hammer"]]

@@ -8,7 +8,7 @@ from workbench.base.threads import in_order
 
 
 def test_pieces_come_in_their_order_and_the_next_are_made_meanwhile():
-    both = threading.Barrier(2, timeout=10)  # nobody passes unless two are under way at once
+    both = threading.Barrier(2, timeout=60)  # nobody passes unless two are under way at once
 
     def square(piece: int) -> int:
         both.wait()

@@ -216,7 +216,7 @@ def test_a_driven_arm_is_captured_and_identified(run):
     driver.stdout.close()
     with driver.stderr as said:
         assert said.read() == b""
-    assert (taken.returncode, driver.wait(10)) == (0, 0), taken.stderr
+    assert (taken.returncode, driver.wait(60)) == (0, 0), taken.stderr
     assert taken.stderr.splitlines()[1] == "target 1 stored"
     assert len(read_measurements("d.csv", joints=6)) == 10
     status, _, _ = run("identify", "d.csv", "--robot", "aria", "--json", "r.json")

@@ -354,14 +354,14 @@ def test_samples_over_a_socket():
 
     def serve():
         with first_listener(
-            "localhost:0", timeout=10.0, ready=lambda p: (ports.append(p), bound.set())
+            "localhost:0", timeout=60.0, ready=lambda p: (ports.append(p), bound.set())
         ) as to:
             send_samples(sent, to, speed=0.0)
 
     thread = threading.Thread(target=serve)
     thread.start()
-    assert bound.wait(10.0)
+    assert bound.wait(60.0)
     with connect(f"localhost:{ports[0]}") as source:
         received = [parse_sample(line, line=1) for line in source]
-    thread.join(10.0)
+    thread.join(60.0)
     assert [sample.time for sample in received] == [0.0, 1.0, 2.0]

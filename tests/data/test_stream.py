@@ -131,7 +131,7 @@ def test_listening_for_a_source():
 
         threading.Thread(target=send).start()
 
-    with listen("127.0.0.1:0", timeout=5.0, ready=source) as lines:
+    with listen("127.0.0.1:0", timeout=60.0, ready=source) as lines:
         assert len(list(samples(lines))) == 1
 
 
@@ -144,7 +144,7 @@ def test_closing_ends_the_iteration():
     theirs.sendall((LINE + "\n").encode())
     lines.close()
     lines.close()
-    reader.join(5.0)
+    reader.join(60.0)
     theirs.close()
     assert not reader.is_alive()
 

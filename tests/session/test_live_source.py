@@ -188,7 +188,7 @@ def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
         harmful.send(*(line(np.add(Q, 1e-3 * k), 30.0 + k + 1e-4 * i, capture=True) for i in range(500)))
     taken = [e for e in worker.journal if isinstance(e.command, TakeSample)]
     assert len(taken) < 100 + 100 * (monotonic() - begin)
-    assert worker.wait(10.0)
+    assert worker.wait(60.0)
     harmful.go()
     until(worker, lambda s: not s.source.is_open)
     again = Harmful(worker)

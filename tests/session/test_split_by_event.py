@@ -60,7 +60,7 @@ def test_with_a_session_of_their_own_nothing_happens_any_more(name, kind, tmp_pa
         assert again.diagnosis.message == after.diagnosis.message
         for command in (Undo(), Redo(), Undo()):
             worker.submit(command)
-        assert worker.wait(30.0)
+        assert worker.wait(60.0)
         assert worker.session.diagnosis is found
         assert worker.session.loaded.dataset.session is None
         assert worker.session.left_out == {3}

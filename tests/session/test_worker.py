@@ -125,7 +125,7 @@ def test_a_view_that_is_behind_draws_again_once_nothing_comes(worker, view, do):
     behind = Behind()
     worker.add_view(behind)
     session = do(SelectTarget(2))
-    assert behind.caught_up.wait(5.0)
+    assert behind.caught_up.wait(60.0)
     assert behind.drawn[-1] is session
     assert len(view.drawn) == 1
 
@@ -134,7 +134,7 @@ def test_other_commands_go_on_beside_a_task(worker, view, first):
     go = threading.Event()
     worker.submit(Slow(go))
     worker.submit(SelectTarget(4))
-    for _ in range(500):
+    for _ in range(6000):
         if worker.session.selected == 4 and worker.session.job and worker.session.job.fraction == 0.5:
             break
         threading.Event().wait(0.01)
@@ -142,7 +142,7 @@ def test_other_commands_go_on_beside_a_task(worker, view, first):
     assert worker.session.job.text == "half way"
     worker.submit(Slow(go))
     go.set()
-    assert worker.wait(20.0)
+    assert worker.wait(60.0)
     texts = [m.text for m in worker.session.messages]
     assert any("still running" in t for t in texts)
     assert "selected 0 then, 4 now" in texts
@@ -157,7 +157,7 @@ def test_cancel_leaves_the_session_as_it_was(worker, first):
     while worker.session.job is None:
         threading.Event().wait(0.005)
     worker.cancel()
-    assert worker.wait(20.0)
+    assert worker.wait(60.0)
     assert worker.session.job is None
     assert worker.session.plate is first.plate
     assert worker.journal[-1].ending is Ending.CANCELLED

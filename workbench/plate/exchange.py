@@ -120,8 +120,6 @@ def exchange(
 
 @dataclass(frozen=True, eq=False)
 class _ExchangeSearch:
-    """What all starts share."""
-
     options: np.ndarray
     allowed: np.ndarray
     criterion: AbstractCriterion

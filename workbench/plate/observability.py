@@ -87,7 +87,6 @@ class SetIndex(AbstractIndex):
     by_value: Callable[[float, Float[np.ndarray, " p"], int], Float[np.ndarray, " p"]]
 
     def slope(self, spectrum: Float[np.ndarray, " p"], measurements: int) -> Float[np.ndarray, " p"]:
-        """Its derivative by each singular value."""
         value = float(self.of_spectrum(spectrum[None], measurements)[0])
         return self.by_value(value, spectrum, measurements)
 
@@ -164,7 +163,6 @@ class O(AbstractIndex):  # noqa: E742 - the paper's name
         return float(values.mean()) if len(values) else 0.0
 
     def per_pose(self, linearisation: Linearisation) -> Float[np.ndarray, " measurements"]:
-        """O of each pose."""
         result = np.zeros(linearisation.measurements)
         for poses, blocks in _blocks(linearisation):
             result[poses] = inverse_condition(linearisation.unwhitened[blocks])

@@ -120,7 +120,6 @@ class Plate:
 
     @cached_property
     def has_seats(self) -> bool:
-        """Whether any target constrains the tool's orientation."""
         return any(target.kind is Kind.SEAT for target in self.targets)
 
     @cached_property
@@ -132,7 +131,6 @@ class Plate:
 
     @cached_property
     def branches(self) -> tuple[str, ...]:
-        """Branch of every target."""
         return tuple(t.branch for t in self.targets)
 
     @property

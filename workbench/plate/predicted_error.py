@@ -57,12 +57,10 @@ class PredictedError:
 
     @property
     def position_rms(self) -> float:
-        """Root mean square distance error over the poses [m]."""
         return float(np.sqrt(np.mean(self.position**2)))
 
     @property
     def rotation_rms(self) -> float:
-        """Root mean square rotation error over the poses [rad]."""
         return float(np.sqrt(np.mean(self.rotation**2)))
 
     @property

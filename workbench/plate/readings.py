@@ -291,7 +291,6 @@ def _seen(observation: type[PoseObservation] | type[PointObservation], poses: np
 
 
 def _rows(poses: np.ndarray, **columns: Any) -> Dataset:
-    """Rows as if the tool had been seen where it is predicted."""
     return Dataset(q=np.zeros((len(poses), 1)), row=np.arange(len(poses)), **columns)
 
 

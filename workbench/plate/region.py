@@ -42,12 +42,10 @@ class Region:
 
     @cached_property
     def size(self) -> Vector3:
-        """Edges of the cuboid [m]."""
         return frozen(self.max - self.min)
 
     @cached_property
     def shape(self) -> tuple[int, int, int]:
-        """Number of cubes along x, y and z."""
         x, y, z = (max(int(np.ceil(edge / self.cube - 1e-9)), 1) for edge in self.size)
         return x, y, z
 
@@ -63,21 +61,17 @@ class Region:
 
     @property
     def cubes(self) -> int:
-        """Number of cubes."""
         return int(np.prod(self.shape))
 
     @cached_property
     def centres(self) -> Float[np.ndarray, "cubes 3"]:
-        """Centres of the cubes [m], z fastest."""
         grid = np.stack(np.meshgrid(*(np.arange(count) for count in self.shape), indexing="ij"), -1)
         return frozen(self.min + (grid.reshape(-1, 3) + 0.5) * self.size / self.shape)
 
     def contains(self, points: Float[np.ndarray, "rows 3"]) -> Bool[np.ndarray, " rows"]:
-        """Which points lie in the cuboid, its faces included."""
         return np.all((points >= self.min) & (points <= self.max), axis=-1)
 
     def cells(self, points: Float[np.ndarray, "rows 3"]) -> Int[np.ndarray, " rows"]:
-        """Number of the cube that each point lies in, as in `centres`; -1 outside."""
         index = np.floor((points - self.min) / self.size * self.shape).astype(np.int64)
         index = np.minimum(index, np.array(self.shape) - 1)
         x, y, z = np.maximum(index, 0).T

@@ -117,7 +117,6 @@ class PlateScore(AbstractShown):
         return score_tables(self)
 
     def plot(self) -> "Figure":
-        """What each target tells, and where the calibrated arm will miss."""
         from workbench.plate.report.figures import score_figure
 
         return score_figure(self)

@@ -234,7 +234,6 @@ def _place(slots: np.ndarray, labels: list[str], slot: int, name: str) -> int:
 
 
 def _chosen(linearisation: Linearisation, choice: np.ndarray) -> Linearisation:
-    """The measurements of the chosen solutions."""
     rows = np.concatenate([np.flatnonzero(linearisation.measurement == i) for i in choice])
     counts = np.bincount(linearisation.measurement)[choice]
     return replace(

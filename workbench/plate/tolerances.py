@@ -137,7 +137,6 @@ class Tolerances:
 
     @property
     def height(self) -> float:
-        """± of a block's height at its centre."""
         return self.production.position
 
     @property
@@ -147,12 +146,10 @@ class Tolerances:
 
     @property
     def mitre(self) -> float:
-        """± of a block's mitre."""
         return self.production.angle
 
     @property
     def turn(self) -> float:
-        """± of the index pin's direction, and of the line of two dowels."""
         return 0.5 * self.production.angle
 
     @property

@@ -85,7 +85,6 @@ class Comparison:
 
     @cached_property
     def stages(self) -> tuple[ModelStage, ...]:
-        """Stages whose errors are known."""
         known = np.isfinite(self.stage_errors).any(0)
         return tuple(stage for stage, is_known in zip(STAGES, known, strict=True) if is_known)
 

@@ -55,16 +55,13 @@ class Track:
 
     @property
     def duration(self) -> float:
-        """Its length in time [s]."""
         return float(self.time[-1])
 
     @property
     def errors(self) -> Float[np.ndarray, " rows"]:
-        """Distance from the wanted places [m]."""
         return np.linalg.norm(self.reached - self.wanted, axis=1)
 
     def at(self, time: float) -> Float[np.ndarray, " n"]:
-        """Joint positions at a time between the rows [rad or m]."""
         return np.array([np.interp(time, self.time, column) for column in self.q.T])
 
 

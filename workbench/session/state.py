@@ -358,7 +358,6 @@ class Session:
         return found if isinstance(found, kind) else None
 
     def with_part(self, part: AbstractPart) -> "Session":
-        """The session with this in place of what was kept under its type."""
         return replace(self, parts={**self.parts, type(part): part})
 
     def with_parts(self, *, of_measurements: bool) -> "Session":
@@ -367,18 +366,15 @@ class Session:
         return self if len(kept) == len(self.parts) else replace(self, parts=kept)
 
     def without_part(self, kind: type[AbstractPart]) -> "Session":
-        """The session with nothing kept under this type."""
         kept = {k: p for k, p in self.parts.items() if k is not kind}
         return self if len(kept) == len(self.parts) else replace(self, parts=kept)
 
     @property
     def run(self) -> Run | None:
-        """The shown fit with its errors; None before an identification."""
         return None if self.identification is None else self.identification.runs[self.fit]
 
     @property
     def calibrated(self) -> Robot | None:
-        """The arm of the shown fit."""
         return None if self.run is None else self.run.calibrated
 
     @property
@@ -395,7 +391,6 @@ class Session:
 
     @property
     def is_idle(self) -> bool:
-        """Whether no long work is under way."""
         return self.job is None
 
     @property
@@ -409,12 +404,10 @@ class Session:
         return self.play.is_running and self.focus is Focus.TRACK
 
     def check_target(self, number: int) -> None:
-        """Refuse a target that does not exist."""
         if not 0 <= number < len(self.plate):
             raise OptionError(f"target must be 1 to {len(self.plate)}, got {number + 1}")
 
     def tell(self, severity: Severity, text: str, *, refused: str = "") -> "Session":
-        """The session with one more message."""
         message = Message(self.message_count + 1, severity, text, refused)
         return replace(
             self, messages=(*self.messages, message)[-MESSAGES:], message_count=self.message_count + 1

@@ -85,7 +85,6 @@ class Worker:
 
     @property
     def session(self) -> Session:
-        """The newest snapshot."""
         return self._session
 
     @property
@@ -136,7 +135,6 @@ class Worker:
             )
 
     def close(self) -> None:
-        """Stop the thread, cancel its task, and close the views."""
         self._cancel.set()
         self._chore_cancel.set()
         with self._changed:

@@ -24,14 +24,30 @@ def session():
 
 @pytest.fixture
 def film(session, monkeypatch):
-    """A film of three scenes, and its worker."""
+    """Play a film of three scenes and pause it as a scene begins; the film and its worker."""
     scenes = (DemoScene("one"), DemoScene("two", (SelectTarget(3),), tab=Tab.MEASURE), DemoScene("three"))
     monkeypatch.setattr(demo, "story", lambda now: iter(scenes))
-    worker = Worker(session)
-    playing = Demo(worker, pace=0.05)
-    yield playing, worker
-    playing.stop()
-    playing.join(5.0)
+    worker, begun = Worker(session), []
+
+    def play(paused_at: str) -> tuple[Demo, Worker]:
+        stops = [paused_at]
+
+        def pause(command):
+            if isinstance(command, SetCaption) and command.text in stops:
+                stops.clear()
+                worker.submit(SteerDemo(Steer.PAUSE))
+
+        worker.listen(pause)
+        begun.append(Demo(worker, pace=0.05))
+        until(lambda: worker.session.caption == paused_at)  # where it stays, as it waits from its beginning
+        worker.submit(SteerDemo(Steer.PAUSE))
+        until(lambda: worker.session.is_paused)
+        return begun[0], worker
+
+    yield play
+    for playing in begun:
+        playing.stop()
+        playing.join(60.0)
     worker.close()
 
 
@@ -40,7 +56,7 @@ def captions(worker) -> list[str]:
     return [e.command.text for e in worker.journal if isinstance(e.command, SetCaption) and e.command.text]
 
 
-def until(holds, timeout: float = 20.0) -> None:
+def until(holds, timeout: float = 60.0) -> None:
     end = time.monotonic() + timeout
     while not holds():
         assert time.monotonic() < end
@@ -48,33 +64,28 @@ def until(holds, timeout: float = 20.0) -> None:
 
 
 def test_it_waits_and_goes_back(film):
-    playing, worker = film
-    until(lambda: worker.session.caption == "two")
-    worker.submit(SteerDemo(Steer.PAUSE))
-    until(lambda: worker.session.is_paused)
+    playing, worker = film("two")
     time.sleep(0.5)  # longer than the scene
     assert worker.session.caption == "two"
     worker.submit(SteerDemo(Steer.BACK))
-    until(lambda: worker.session.caption == "one")
-    assert not worker.session.is_paused
     until(lambda: playing.is_finished)
     assert captions(worker) == ["one", "two", "one", "two", "three"]
+    assert not worker.session.is_paused
 
 
 def test_anything_else_ends_it_even_where_it_waits(film):
-    playing, worker = film
-    until(lambda: worker.session.caption == "one")
-    worker.submit(SteerDemo(Steer.PAUSE))
+    playing, worker = film("one")
     worker.submit(SelectTarget(5))
-    playing.join(5.0)
+    playing.join(60.0)
     until(lambda: worker.session.caption == "")
     assert not playing.is_finished
 
 
 def test_the_tabs_follow_and_the_number_is_beside_the_caption(film):
-    playing, worker = film
-    until(lambda: worker.session.caption == "two" and worker.session.opened.tab is Tab.MEASURE)
+    playing, worker = film("two")
+    until(lambda: worker.session.opened.tab is Tab.MEASURE)
     assert guide(worker.session).figure == f"{1e3 * worker.session.score.position:.3f} mm rms predicted"
+    worker.submit(SteerDemo(Steer.ON))
     until(lambda: playing.is_finished)
     worker.wait()
     assert worker.session.opened.tab is Tab.PLATE
@@ -103,7 +114,7 @@ def test_the_last_picture_stands_until_something_is_done_and_what_it_hid_comes_b
     time.sleep(0.3)
     assert worker.session.caption == "the end"
     worker.submit(SelectTarget(5))
-    playing.join(5.0)
+    playing.join(60.0)
     until(lambda: worker.session.caption == "")
     worker.wait()
     assert worker.session.overlay == session.overlay

@@ -31,7 +31,7 @@ def test_links_do_something_a_hand_at_work_costs_fewer_pixels_and_the_end_is_sai
         ground = "() => getComputedStyle(document.querySelector('canvas[data-engine]')).backgroundColor"
         assert page.evaluate(ground) == f"rgb{SKY}"
         page.locator("#dot").click()
-        assert opened.wait(10.0)
+        assert opened.wait(60.0)
         page.wait_for_timeout(300)
         assert page.locator("#dot").is_visible()
         page.wait_for_function("() => window.__viserTestpoints && document.querySelector('.gone')")

@@ -12,7 +12,7 @@ def test_a_source_of_then_is_said_to_have_ended(app):
     session = replace(begun.session, source=Source("localhost:5000"))
     again = App(session.robot, session.plate, begun=replace(begun, session=session))
     try:
-        assert again.worker.wait(20.0)
+        assert again.worker.wait(60.0)
         assert not again.worker.session.source.is_open
         assert "localhost:5000 has ended" in again.worker.session.messages[-1].text
     finally:

@@ -21,7 +21,7 @@ def link(tmp_path):
 
 def get(address: str, **headers: str) -> bytes | int:
     try:
-        with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=20) as answer:
+        with urllib.request.urlopen(urllib.request.Request(address, headers=headers), timeout=60) as answer:
             return answer.read()
     except urllib.error.HTTPError as error:
         return error.code

@@ -39,7 +39,7 @@ def viewer(size: str = "1600x1000") -> Iterator[tuple[ViewerClient, int]]:
     finally:
         with contextlib.suppress(ProcessLookupError):
             os.killpg(process.pid, signal.SIGTERM)
-        process.wait(20)
+        process.wait(60)
 
 
 def picture(client: ViewerClient, path: Path, *, step: int | None = None, timeline: str = "step") -> bytes:

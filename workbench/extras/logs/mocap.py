@@ -69,7 +69,6 @@ def _mark(text: str) -> str:
 
 
 def _table(rows: list[list[str]], width: int) -> np.ndarray:
-    """Numbers of rows, NaN in blank cells; rows end at the first one that is none."""
     numbers = []
     for row in rows:
         if not row or not row[0]:
@@ -83,7 +82,6 @@ def _table(rows: list[list[str]], width: int) -> np.ndarray:
 
 
 def _rate(text: str) -> float:
-    """Frames a second."""
     rate = float(text)
     if not 0.0 < rate < 1e6:
         raise ValueError(f"{rate} frames a second")

@@ -68,7 +68,6 @@ def _placements(path: Path) -> dict[Path, list[Path]]:
 
 
 def _table(path: Path) -> Table:
-    """Joint angles of one socket's file."""
     grid = read_text(read_bytes(path), path)
     names = tuple(f"q{i}[rad]" for i in range(1, len(grid.rows[0]) + 1))
     return with_names(grid, names)

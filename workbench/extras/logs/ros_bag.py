@@ -61,7 +61,6 @@ class RosBag(AbstractFileLayout):
 
 
 def _joints(path: Path, topic: str, found: dict[str, Any], naming: Naming | None) -> Fields:
-    """Joints over time by our names."""
     given = {pair.left.name: pair.right[0].name for pair in naming.pairs} if naming is not None else {}
     values: dict[str, np.ndarray] = {"time": found["time"]}
     headings, left = {}, []

@@ -204,7 +204,6 @@ def _dense(time: Times) -> bool:
 
 
 def _points(measured: Fields) -> np.ndarray:
-    """Positions of the tool, or of all markers, side by side."""
     keys = [k for k in measured.values if k in ("x", "y", "z") or (k[0] == "m" and k[1:-1].isdigit())]
     if not keys:
         raise DataError(f"{measured.source}: there are no positions to join with joints: x[m], y[m], z[m]")

@@ -65,17 +65,14 @@ class Yield:
 
     @property
     def arms(self) -> int:
-        """How many arms were tried."""
         return len(self.reached)
 
     @cached_property
     def passed(self) -> Bool[np.ndarray, " arms"]:
-        """Arms that meet the requirement at every pose at which they were judged."""
         return frozen(self.reached & (self.within >= 1.0))
 
     @property
     def share(self) -> float:
-        """Share of the arms that pass."""
         return float(self.passed.mean())
 
     @property
@@ -88,12 +85,10 @@ class Yield:
 
     @property
     def position_rms(self) -> float:
-        """Root mean square position error over all arms that reached the targets [m]."""
         return float(np.sqrt(np.mean(self.position[self.reached] ** 2)))
 
     @property
     def rotation_rms(self) -> float:
-        """And rotation error [rad]."""
         return float(np.sqrt(np.mean(self.rotation[self.reached] ** 2)))
 
     @property

@@ -53,12 +53,10 @@ class Choice:
 
     @property
     def share(self) -> float | None:
-        """Share of virtual arms that meet the requirement; None if not tried."""
         return None if self.tried is None else self.tried.share
 
     @property
     def shapes(self) -> int:
-        """Different blocks."""
         return self.design.plate_shapes
 
     @property
@@ -112,7 +110,6 @@ class Tradeoff(AbstractShown):
         return {choice.manner: choice for choice in reversed(self.choices)}
 
     def plot(self) -> Figure:
-        """Predicted error by the number of targets, numbered like the table."""
         with look():
             figure = new_figure(8.0, 4.4)
             axes = figure.subplots()
@@ -129,7 +126,6 @@ class Tradeoff(AbstractShown):
         return on_white(figure)
 
     def json(self) -> Json:
-        """Every choice with its predicted error."""
         return {
             "schema": "workbench.plate-tradeoff/1",
             "choices": [

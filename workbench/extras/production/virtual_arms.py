@@ -144,7 +144,6 @@ def _spread(chain: Chain, columns: np.ndarray, found: np.ndarray, count: int) ->
 def _errors(
     job: YieldJob, actual: Robot, made: np.ndarray, found: np.ndarray, tests: np.ndarray
 ) -> Float[np.ndarray, "arms tests 6"]:
-    """Actual minus calibrated pose at the tests."""
     chain, columns = job.robot.chain, job.robot.chain.indices(job.names)
     q = job.bank[tests.ravel()]
     shift = np.repeat(made, tests.shape[1], axis=0) + job.bend[tests.ravel()]

@@ -58,13 +58,11 @@ class Sheet:
         self.space = self.document.modelspace()
 
     def view(self, x: float, y: float) -> "View":
-        """A view whose own origin lies at a place of the sheet [mm]."""
         return View(self, np.array([x, y]))
 
     def text(
         self, text: str, at: Point, *, height: float = TEXT, align: str = "left", turn: float = 0.0
     ) -> None:
-        """A line of text with its foot at a place of the sheet [mm]: `left`, `center` or `right`."""
         from ezdxf.enums import TextEntityAlignment
 
         style = {"layer": "TEXT", "style": "OpenSans", "rotation": turn}
@@ -104,13 +102,11 @@ class Sheet:
         self.space.add_lwpolyline(corners, close=True, dxfattribs={"layer": "FRAME"})
 
     def dxf(self) -> str:
-        """The file."""
         buffer = io.StringIO()
         self.document.write(buffer)
         return buffer.getvalue()
 
     def dimension_style(self, style: str) -> dict[str, Any]:
-        """Sizes of a dimension's text and arrows."""
         text = self.scale * TEXT
         sizes: dict[str, Any] = {
             "dimtxt": text,
@@ -129,16 +125,13 @@ class View:
         self.sheet, self.origin = sheet, origin
 
     def at(self, point: Point, off: Point = (0.0, 0.0)) -> Float[np.ndarray, "2"]:
-        """A place on the sheet."""
         return self.origin + np.asarray(point, float) + self.sheet.scale * np.asarray(off, float)
 
     def line(self, points: Iterable[Point], layer: str = "OUTLINE", *, closed: bool = True) -> None:
-        """A polyline."""
         places = [self.at(point) for point in points]
         self.sheet.space.add_lwpolyline(places, close=closed, dxfattribs={"layer": layer})
 
     def circle(self, centre: Point, diameter: float, layer: str = "HOLES") -> None:
-        """A circle."""
         self.sheet.space.add_circle(self.at(centre), 0.5 * diameter, dxfattribs={"layer": layer})
 
     def hole(self, centre: Point, diameter: float) -> None:
@@ -148,7 +141,6 @@ class View:
             self.line([centre - reach, centre + reach], "CENTRES", closed=False)
 
     def text(self, text: str, at: Point, off: Point = (0.0, 0.0), *, align: str = "center", large=False):
-        """A line of text."""
         self.sheet.text(text, self.at(at, off), height=TEXT * (1.2 if large else 1.0), align=align)
 
     def across(

@@ -36,7 +36,6 @@ class PlateSheet:
 
     @property
     def facts(self) -> tuple[str, ...]:
-        """Size and number of parts, in words."""
         size = " × ".join(f"{MM * edge:.1f}" for edge in self.fixture.slab.size)
         shapes = ", ".join(
             f"{len(s.numbers)} × {s.letter} ({np.rad2deg(s.block.tilt):.3f}°)" for s in self.fixture.shapes
@@ -88,7 +87,6 @@ class PlateSheet:
         return first, second
 
     def rows(self) -> list[tuple[str, ...]]:
-        """One line a block, as in `HEADINGS`."""
         lines = []
         for i, block in enumerate(self.fixture.blocks[:LISTED]):
             places = self.fixture.from_corner(block.pose[:3, 3])
@@ -115,11 +113,9 @@ class PlateSheet:
 
     @property
     def unlisted(self) -> int:
-        """How many blocks the table leaves out."""
         return max(len(self.fixture.blocks) - LISTED, 0)
 
     def html(self) -> str:
-        """The page, which needs nothing else."""
         heads = [
             f"{name} [{unit}]" if unit else name for name, unit in zip(self.headings, UNITS, strict=False)
         ]

@@ -66,11 +66,9 @@ class Candidates:
         return len(self.q)
 
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Candidates":
-        """Some of them."""
         return Candidates(**{name: value[rows] for name, value in self._fields()})
 
     def join(self, other: "Candidates") -> "Candidates":
-        """These and then others."""
         return Candidates(
             **{name: np.concatenate([value, getattr(other, name)]) for name, value in self._fields()}
         )

@@ -64,7 +64,6 @@ class PlateDesign(AbstractShown):
 
     @property
     def plate_shapes(self) -> int:
-        """Different blocks that stand on the plate."""
         mounted = self.plate.mounted
         places = places_of(self.plate, np.stack([target.pose for target in mounted]))
         places[[target.kind is not Kind.SEAT for target in mounted], SHAPE[-1]] = (
@@ -78,7 +77,6 @@ class PlateDesign(AbstractShown):
         return design_tables(self)
 
     def plot(self) -> "Figure":
-        """The plate from above, and how the predicted error fell in the search."""
         from workbench.plate.report.figures import design_figure
 
         return design_figure(self)

@@ -67,7 +67,6 @@ class Search:
         return float((self._covariance(rows) * self.weight).sum())
 
     def fill(self, near: Neighbours, chosen: list[int], number: int, *, greedy: bool) -> list[int] | None:
-        """Targets beside the chosen ones, each the best one left or any; None where no more fit."""
         chosen = list(chosen)
         while len(chosen) < number:
             if greedy:

@@ -44,7 +44,6 @@ class Hull:
 
     @cached_property
     def shape(self) -> "coal.ConvexBase":
-        """The body for coal."""
         return convex(self.corners)
 
     @property

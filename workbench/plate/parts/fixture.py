@@ -149,7 +149,6 @@ def _check_height(block: Block, stock: Stock) -> None:
 
 
 def _lowest(bore: Bore) -> float:
-    """Height of a bore's lowest point."""
     width = 0.0 if bore.conical else 0.5 * bore.diameter * float(np.hypot(*bore.direction[:2]))
     return float(bore.bottom[2]) - width
 
@@ -240,7 +239,6 @@ RIM = 0.03
 
 
 def _circle(diameter: float) -> np.ndarray:
-    """Four points at 45°, 135° … on a circle."""
     angles = np.deg2rad([45.0, 135.0, 225.0, 315.0])
     return 0.5 * diameter * np.column_stack([np.cos(angles), np.sin(angles), np.zeros(4)])
 

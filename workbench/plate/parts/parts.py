@@ -128,7 +128,6 @@ class Turned:
 
     @property
     def length(self) -> float:
-        """Of the part [m]."""
         return sum(length for _, length in self.steps)
 
 
@@ -161,7 +160,6 @@ class Block:
 
     @property
     def heights(self) -> tuple[float, float]:
-        """Lowest and highest edge of the face over the plate [m]."""
         fall = 0.5 * self.side * float(np.tan(self.tilt))
         return self.height - fall, self.height + fall
 
@@ -271,7 +269,6 @@ class Fixture:
         return ("plate", self.slab), *blocks, *((part.name, part) for part in self.others)
 
     def letter(self, number: int) -> str:
-        """Shape of a target's block."""
         return next(shape.letter for shape in self.shapes if number in shape.numbers)
 
 

@@ -51,17 +51,14 @@ class PoseClimb:
     view: AbstractSight | None = None
 
     def at(self, q: Float[np.ndarray, "rows n"]) -> Linearisation:
-        """The linearisation that the index looks at."""
         if self.view is not None:
             return visible(self.view.linearise(self.robot, q, self.options["names"]), self.basis)
         return visible(linearise(self.robot, q, **self.options), self.basis)
 
     def value(self, q: Float[np.ndarray, "rows n"]) -> float:
-        """The index."""
         return self.index.value(self.at(q))
 
     def value_and_gradient(self, q: Float[np.ndarray, "rows n"]) -> tuple[float, Float[np.ndarray, "rows n"]]:
-        """The index and its derivative by every joint position."""
         linearisation = self.at(q)
         rows, joints = q.shape
         outer = self.index.gradient(linearisation).reshape(rows, -1)

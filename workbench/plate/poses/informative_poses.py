@@ -68,16 +68,13 @@ class PoseTask:
 
     @property
     def robot(self) -> Robot:
-        """The arm."""
         return self.climb.robot
 
     @property
     def index(self) -> AbstractIndex:
-        """What is to become large."""
         return self.climb.index
 
     def pool(self) -> np.ndarray:
-        """The candidates that satisfy the limits on single poses."""
         if self.candidates is None:
             count = max(LIMITED_CANDIDATES if self.limits.pairs else CANDIDATES, 5 * self.number)
             drawn = folded(self.robot, sample_poses(self.robot, count, self.limits, rng=self.rng))
@@ -94,7 +91,6 @@ class PoseTask:
         return self.candidates[kept]
 
     def blocks(self, pool: np.ndarray) -> np.ndarray:
-        """Scaled, whitened Jacobian of each candidate."""
         linearisation = self.climb.at(pool)
         return linearisation.scaled.reshape(len(pool), -1, len(linearisation.names))
 

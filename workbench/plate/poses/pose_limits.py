@@ -70,18 +70,15 @@ class PoseLimits:
 
     @property
     def single(self) -> bool:
-        """Whether there are limits on single poses."""
         placed = self.region is not None or self.towards is not None
         seen = self.view is not None or self.clearance is not None
         return placed or seen or self.margin > 0 or self.dexterity > 0
 
     @property
     def pairs(self) -> bool:
-        """Whether there are limits on pairs."""
         return self.spread > 0 or self.travel is not None
 
     def admits(self, robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, " rows"]:
-        """Which joint positions satisfy the limits on single poses."""
         kept = self.inside(in_base(robot, q))
         kept[kept] = self._has_room(robot, q[kept])
         if self.view is not None:

@@ -96,12 +96,10 @@ class Posture:
 
     @classmethod
     def of(cls, state: TargetState) -> "Posture":
-        """The posture of a target's state."""
         return cls(tuple(state.q.tolist()), state.reached, state.branch)
 
     @property
     def state(self) -> TargetState:
-        """As far as the next place of a drag is followed from it."""
         return TargetState(frozen(np.array(self.q)), self.reached, self.branch)
 
 

@@ -109,7 +109,6 @@ class SetWanted(AbstractChange):
         self.wanted()
 
     def wanted(self) -> Wanted | None:
-        """The same as a record."""
         if self.position is None:
             return None
         return Wanted(position=self.position, rotation=self.rotation, per_axis=self.per_axis)

@@ -281,7 +281,6 @@ def _measurement(session: Session) -> Measuring:
 
 
 def _after(session: Session, ask: Callable[[Acquisition], Event]) -> Session:
-    """The session after a request to its acquisition."""
     measuring = _measurement(session)
     acquisition = measuring.acquisition.copy()
     ask(acquisition)

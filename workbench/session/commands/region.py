@@ -63,7 +63,6 @@ class SetRegion(AbstractChange):
         return replace(session, plate=replace(session.plate, region=self.region()), cube_view=view)
 
     def region(self) -> Region:
-        """The region."""
         return Region(min=np.array(self.least), max=np.array(self.greatest), cube=self.cube)
 
 

@@ -71,12 +71,10 @@ class Replayed:
 
     @property
     def largest(self) -> Difference | None:
-        """The greatest difference; None if there is none."""
         return max(self.differences, key=lambda d: d.size, default=None)
 
     @property
     def text(self) -> str:
-        """The outcome in one sentence."""
         worst = self.largest
         if worst is None:
             same = "all the same"
@@ -87,7 +85,6 @@ class Replayed:
         )
 
     def json(self) -> dict[str, Any]:
-        """The outcome as plain data."""
         return {
             "schema": "workbench.replay/1",
             "steps": self.steps,

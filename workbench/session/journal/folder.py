@@ -69,7 +69,6 @@ class StartedSession:
 
     @property
     def name(self) -> str:
-        """What the session is called: its folder's name; empty if it has none."""
         return "" if self.folder is None else self.folder.resolve().name
 
 

@@ -39,7 +39,6 @@ class Subject:
     numbers: Callable[..., Any]
 
     def of(self, session: Session) -> Any:
-        """What is written of a session."""
         parts = self.parts(session)
         return None if parts[0] is None else self.numbers(*parts)
 

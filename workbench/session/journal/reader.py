@@ -108,22 +108,18 @@ class Recording:
 
     @property
     def entries(self) -> tuple[Entry, ...]:
-        """Its commands with what became of them."""
         return tuple(line.entry for line in self.lines)
 
     @property
     def seconds(self) -> float:
-        """Time of the session at its last command [s]."""
         return self.lines[-1].entry.at if self.lines else 0.0
 
     @cached_property
     def robot(self) -> Robot:
-        """Its nominal robot."""
         return _robot(_Input.of(self.folder / ROBOT))
 
     @cached_property
     def plate(self) -> Plate:
-        """Its fixture as it was in the beginning."""
         return _plate(_Input.of(self.folder / PLATE))
 
     @cached_property

@@ -122,14 +122,12 @@ def _meets_targets(session: Session, line: JournalLine) -> bool:
 
 
 def _rewritten(line: JournalLine, numbers: dict[str, Any]) -> JournalLine:
-    """The line with other numbers."""
     fields = {name: value for name, value in json.loads(line.text).items() if name != codec.CHECK}
     text = json.dumps(fields | {"numbers": numbers}, ensure_ascii=False, allow_nan=False)
     return replace(line, numbers=numbers, text=codec.sealed(text))
 
 
 def _number(difference: Difference) -> str:
-    """A number then and now."""
     name, unit = difference.name, ""
     if name.endswith(MEAN_ERROR):
         name = "mean error of the " + ("held-out" if "held_out" in name else "fitted") + " rows"
@@ -156,7 +154,6 @@ def _reason(recording: Recording, step: int) -> str:
 
 
 def _effects(numbers: dict[str, Any]) -> Iterator[str]:
-    """Names of the effects that a line speaks of."""
     found = numbers.get("diagnosis") or {}
     yield from (str(effect["name"]) for part in ("effects", "causes") for effect in found.get(part, ()))
     yield from (str(effect["effect"]) for effect in (numbers.get("accepted") or {}).values())

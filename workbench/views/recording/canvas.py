@@ -35,12 +35,10 @@ class Canvas:
             outlet.stream.set_time(ROW, sequence=0)
 
     def log(self, path: str, *what: Any, static: bool = False) -> None:
-        """Draw at a path, now or for good."""
         for outlet in self._outlets:
             outlet.stream.log(self._prefix + path, *what, static=static, strict=True)
 
     def clear(self, path: str) -> None:
-        """Nothing is there any more, nor below."""
         self.log(path, rr.Clear(recursive=True))
 
     def rows(self, path: str, columns: Iterable[Any], count: int) -> None:
@@ -50,11 +48,9 @@ class Canvas:
             outlet.stream.send_columns(self._prefix + path, [numbers], list(columns), strict=True)
 
     def flush(self) -> None:
-        """Let files and viewers have at once what was drawn."""
         for outlet in self._outlets:
             outlet.stream.flush()
 
     def close(self) -> None:
-        """Nothing is drawn afterwards."""
         for outlet in self._outlets:
             outlet.close()

@@ -85,7 +85,6 @@ class ComparedSessions:
         return tuple(sorted(found, key=lambda m: -np.nanmax(np.abs(m.ratios))))
 
     def tables(self) -> RenderableType:
-        """For the terminal."""
         figures = Table("", *self.names, box=None)
         for figure in self.figures:
             figures.add_row(escape(figure.name), *map(_short, figure.values))
@@ -100,7 +99,6 @@ class ComparedSessions:
         return Group(*parts)
 
     def markdown(self) -> str:
-        """For the viewer: what moved first."""
         names = " | ".join(self.names)
         lines = [f"**{self.sentence}**", ""] if self.sentence else []
         if self.moved:
@@ -124,7 +122,6 @@ class ComparedSessions:
         return f"{count} of {all_} parameters moved by more than {BEYOND_CHANCE:g} standard errors."
 
     def json(self) -> dict[str, Any]:
-        """As plain data, in SI."""
         return plain(
             {
                 "schema": "workbench.comparison/1",

@@ -46,7 +46,6 @@ class Drawing:
         canvas.log("world", rr.ViewCoordinates.RIGHT_HAND_Z_UP, static=True)
 
     def draw(self, moment: Moment) -> None:
-        """Draw what is new in this moment."""
         session = moment.session
         rows, before, self._rows = session.comparison, self._rows, session.comparison
         if rows is not None and rows is not before and len(rows):

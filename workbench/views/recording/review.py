@@ -147,7 +147,6 @@ def _open(files: list[Path], web: bool) -> None:
 
 
 def _program() -> str:
-    """The rerun program of this installation."""
     beside = Path(sys.executable).with_name("rerun")
     return str(beside) if beside.exists() else "rerun"
 
@@ -169,7 +168,6 @@ class FileServer(ThreadingHTTPServer):
 
     @property
     def links(self) -> list[str]:
-        """Address of each file."""
         return [f"http://{self.host}{path}" for path in self.files]
 
 

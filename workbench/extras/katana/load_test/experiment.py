@@ -88,7 +88,6 @@ class LoadTest:
 
     @property
     def joints(self) -> tuple[JointTilting, ...]:
-        """What was found of every joint, in the order of the joints."""
         pulled = {j.joint: j for tilting in self.side_tilting for j in tilting.joints}
         return tuple(j.joined(pulled[j.joint]) if j.joint in pulled else j for j in self.tilting.joints)
 

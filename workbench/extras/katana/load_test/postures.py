@@ -108,7 +108,6 @@ class LoadTestPlan:
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """Joints that are loaded, from 0."""
         return tuple(dict.fromkeys(pair.joint for pair in self.pairs))
 
     @property
@@ -231,7 +230,6 @@ def _moves(
 
 
 def _loaded(robot: Robot, q: np.ndarray, base: np.ndarray, mass: float) -> _Moves:
-    """Pairs of postures under a load."""
     load = np.full(q.shape[1], mass)
     first, second = (joint_moments(robot, Motion(rows, payload=load)) for rows in q)
     return _Moves(q, base, mass, (first, second))

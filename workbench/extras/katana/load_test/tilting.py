@@ -55,12 +55,10 @@ class JointTilting:
 
     @property
     def stiffness(self) -> float:
-        """Moment per angle about its axis [N m/rad]; infinite for a rigid joint."""
         return np.inf if self.compliance <= 0.0 else 1.0 / self.compliance
 
     @property
     def stiffness_std(self) -> float:
-        """Its standard error, to first order [N m/rad]."""
         return np.inf if self.compliance <= 0.0 else self.compliance_std / self.compliance**2
 
     def only(self, requested: "JointTilting") -> "JointTilting":
@@ -88,7 +86,6 @@ class Tilting:
 
     @property
     def effects(self) -> tuple[AbstractEffect, ...]:
-        """What was found, as effects of the arm."""
         return tilting_effects(self.joints)
 
 

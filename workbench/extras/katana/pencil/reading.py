@@ -72,7 +72,6 @@ class PlottedProfile:
 
     @property
     def drawn(self) -> Bool[np.ndarray, " rays"]:
-        """Rays that the pencil crossed."""
         return np.isfinite(self.out)
 
     def at(self, angle: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
@@ -100,7 +99,6 @@ class PlottedErrors:
 
     @property
     def distance(self) -> Float[np.ndarray, " rows"]:
-        """Length of the vector [m]."""
         return np.linalg.norm(self.vector, axis=1)
 
 

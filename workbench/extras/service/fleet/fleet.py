@@ -53,7 +53,6 @@ class ArmReport:
 
     @property
     def worst(self) -> Movement | None:
-        """The movement that displaces the tool most; None if nothing moved."""
         return max(self.moved, key=lambda m: m.tool, default=None)
 
     @property
@@ -93,7 +92,6 @@ class Fleet(AbstractShown):
 
     @property
     def verdict(self) -> str:
-        """The answer in one sentence."""
         many = plural(len(self.arms), "arm")
         if not self.worn:
             return f"Nothing moved in {many} by more than chance may bring ({self.minimum:.1f} σ)."
@@ -110,7 +108,6 @@ class Fleet(AbstractShown):
         return fleet_tables(self)
 
     def plot(self, arm: str | None = None) -> "Figure":
-        """How far each joint moved in each arm; of one arm by name, its joints over time."""
         from workbench.extras.service.fleet.report import drift_chart, fleet_chart
         from workbench.report.figures import on_white
 

@@ -52,7 +52,6 @@ class History:
 
     @property
     def days(self) -> Float[np.ndarray, " dates"]:
-        """Days since the first calibration."""
         return np.array([(day - self.dates[0]).days for day in self.dates], float)
 
 

@@ -80,12 +80,10 @@ class Optimum:
 
     @cached_property
     def values(self) -> dict[str, float]:
-        """The unknowns by name."""
         return self.problem.named(self.x)
 
     @cached_property
     def std(self) -> dict[str, float]:
-        """Their standard deviations [rad or m]."""
         return self.problem.named(np.sqrt(np.maximum(np.diag(self.factor.covariance()), 0.0)))
 
     def quantile(self, level: float) -> float:

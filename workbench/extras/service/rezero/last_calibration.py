@@ -85,11 +85,9 @@ class LastCalibration:
         )
 
     def value(self, name: str) -> float:
-        """A constant as it was calibrated [rad or m]."""
         return float(self.prior.values[self.names.index(name)])
 
     def without(self, *loose: str) -> Prior:
-        """The knowledge without that of some constants."""
         unknown = {**self.renewed, **dict.fromkeys(loose, UNKNOWN)}
         rest = self.prior.keep(lambda name: name not in unknown)
         names, size = (*rest.names, *unknown), len(rest.names)

@@ -235,7 +235,6 @@ def _aligned(fit: Optimum, robot: Robot) -> Robot:
 
 
 def _errors(ready: Prepared, fit: Optimum, robot: Robot) -> Errors:
-    """Errors of an arm on the rows."""
     rows, known = fit.problem.data, fit.problem.known
     return Errors.of(ready.errors_on(rows, robot, instrument_places(robot, rows, known=known)))
 

@@ -110,19 +110,16 @@ class Rezero(AbstractShown):
 
     @property
     def moved(self) -> tuple[JointShift, ...]:
-        """Joints that moved, the farthest in standard deviations first."""
         return tuple(sorted((s for s in self.shifts if s.moved), key=lambda s: -abs(s.shift) / s.std))
 
     @property
     def verdict(self) -> RezeroVerdict:
-        """What the rows show."""
         if self.doubts:
             return RezeroVerdict.REFUSED
         return RezeroVerdict.MOVED if self.moved else RezeroVerdict.UNCHANGED
 
     @property
     def sentence(self) -> str:
-        """The result in one sentence."""
         if self.doubts:
             return f"not the zeros alone: {self.doubts[0]}"
         if self.moved:
@@ -169,7 +166,6 @@ class Rezero(AbstractShown):
         return Group(*parts)
 
     def json(self) -> Json:
-        """The result as plain data, in SI."""
         before, after = self.error
         return plain(
             {

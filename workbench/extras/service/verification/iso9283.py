@@ -59,7 +59,6 @@ class RepeatedPose:
 
     @property
     def visits(self) -> int:
-        """How often it was visited."""
         return len(self.rows)
 
     @classmethod

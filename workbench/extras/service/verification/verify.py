@@ -66,12 +66,10 @@ class Verification(AbstractShown):
 
     @property
     def robot(self) -> Robot:
-        """The arm that was judged."""
         return self.evaluation.robot
 
     @property
     def data(self) -> Dataset:
-        """The fresh rows."""
         return self.evaluation.data
 
     @cached_property
@@ -128,7 +126,6 @@ class Verification(AbstractShown):
 
     @property
     def verdict(self) -> str:
-        """The answer in one sentence."""
         if self.wanted is None:
             return "No verdict: set a required error (--wanted)."
         rows = f"{plural(len(self.within), 'measurement')} of {plural(self.poses, 'fresh pose')}"
