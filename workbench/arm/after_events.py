@@ -68,5 +68,4 @@ def _frames_of(robot: Robot, session: str, motion: Motion) -> SessionFrames | No
 
 
 def _at(frame: Frame, pose: Matrix4) -> Frame:
-    """The frame at a pose."""
     return replace(frame, xyz=pose[:3, 3].copy(), rotation=pose[:3, :3].copy())

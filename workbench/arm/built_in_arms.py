@@ -49,11 +49,7 @@ def _built_in(path: Path) -> Robot:
 
 
 def save_robot(robot: Robot, path: Path | str) -> Path:
-    """Write a robot as the ending of the file says: `.toml`, or `.urdf` for what that can carry.
-
-    Raises:
-        OptionError: another ending.
-    """
+    """Write a robot as the ending of the file says: `.toml`, or `.urdf` for what that can carry."""
     path = check_robot_file(path)
     if path.suffix.lower() == ".toml":
         return write_toml(robot, path)
@@ -75,9 +71,6 @@ def expand_xacro(path: Path | str, arguments: dict[str, str]) -> Path:
     """The URDF expanded from a xacro, in a temporary folder that is removed when the program ends.
 
     Packages are looked for beside the file, in the folders above it, and where ROS has them.
-
-    Raises:
-        FileError: it can't be expanded; says why.
     """
     try:
         from xacrodoc import XacroDoc

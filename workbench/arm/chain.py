@@ -72,7 +72,6 @@ class Element:
 
     @property
     def unit(self) -> str:
-        """Unit of the constant."""
         return "rad" if self.axis.turns else "m"
 
 

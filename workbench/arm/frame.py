@@ -36,12 +36,10 @@ class Frame:
 
     @classmethod
     def from_pose(cls, pose: Matrix4, free: Freedom = Freedom.FIXED) -> "Frame":
-        """The frame at a 4×4 pose."""
         return cls(frozen(pose[:3, 3].copy()), frozen(pose[:3, :3].copy()), free)
 
     @cached_property
     def pose(self) -> Matrix4:
-        """The 4×4 pose."""
         return frozen(se3.pose(self.rotation, self.xyz))
 
     @property

@@ -118,11 +118,7 @@ class JointFrames:
 
 
 def joint_frames(robot: Robot) -> JointFrames:
-    """The frames at an arm's joints, by its geometry alone, without base and tool.
-
-    Raises:
-        RobotError: a joint follows another.
-    """
+    """The frames at an arm's joints, by its geometry alone, without base and tool."""
     if len(robot.chain.followers):
         name = robot.chain.elements[robot.chain.followers[0]].name.split(".")[0]
         raise RobotError(

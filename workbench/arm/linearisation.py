@@ -67,7 +67,6 @@ class Linearisation:
 
     @cached_property
     def measurements(self) -> int:
-        """Number of measurements."""
         return int(self.measurement[-1]) + 1 if len(self.measurement) else 0
 
     @cached_property
@@ -171,9 +170,6 @@ def linearise(
 
     Returns:
         Six rows a pose (or three a point): position first, then rotation, base axes.
-
-    Raises:
-        OptionError: a standard deviation or a length that is not positive.
     """
     for what, value in (
         ("sigma_position", sigma_position),

@@ -64,11 +64,7 @@ def link_meshes(robot: Robot) -> tuple[LinkMesh, ...]:
 
 
 def find_mesh(name: str, urdf: Path) -> str:
-    """Path of a mesh that a URDF names.
-
-    Raises:
-        FileError: there is none in the robot's folders, or it is too large.
-    """
+    """Path of a mesh that a URDF names."""
     relative = name.removeprefix(SCHEME).removeprefix("file://")
     folders = urdf.resolve().parents
     if name.startswith(SCHEME):

@@ -88,7 +88,6 @@ class Motion:
         return cls(q, **own, more={name: values for name, values in drivers.items() if name not in own})
 
     def take(self, rows: slice | np.ndarray) -> "Motion":
-        """The chosen rows."""
         return Motion.with_drivers(
             self.q[rows], {name: values[rows] for name, values in self.drivers.items()}
         )

@@ -54,7 +54,6 @@ class Observed:
 
     @property
     def sees_rotation(self) -> bool:
-        """Whether its orientations are."""
         return self.rotation == 3 and self.tool.rotation < MAX_ROTATION
 
     @property

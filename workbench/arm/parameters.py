@@ -49,11 +49,7 @@ class Parameter:
         bounds: Mapping[str, tuple[float, float]] | None,
         **kind: bool,
     ) -> "Parameter":
-        """One with the bounds that were given for it; else `MAX_…` about nominal for the arm's constants.
-
-        Raises:
-            OptionError: the nominal value lies outside.
-        """
+        """One with the bounds that were given for it; else `MAX_…` about nominal for the arm's constants."""
         free = cls(name, unit, nominal, **kind)
         width = (MAX_ANGLE if unit == "rad" else MAX_LENGTH) if free.is_geometry else np.inf
         lower, upper = (bounds or {}).get(name) or (nominal - width, nominal + width)

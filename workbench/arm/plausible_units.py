@@ -26,11 +26,7 @@ ROUNDING = 1e-9
 
 
 def with_plausible_units(robot: Robot) -> Robot:
-    """The robot, with a note if it is uncommonly large.
-
-    Raises:
-        RobotError: its numbers are no metres or no radians; names one, the likely unit and the remedy.
-    """
+    """The robot, with a note if it is uncommonly large."""
     for e in robot.elements:
         still = e.joint is None and abs(e.value) > 2.0 * TURN
         if e.matrix is None and e.axis.turns and (still or is_whole_degrees(e.value)):

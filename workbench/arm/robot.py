@@ -175,7 +175,6 @@ class Robot:
 
     @cached_property
     def coefficient_units(self) -> dict[str, str]:
-        """Their units."""
         return {n: u for e in self.effects for n, u in zip(e.names, e.units(self.chain), strict=True)}
 
     @cached_property

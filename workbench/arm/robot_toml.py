@@ -116,11 +116,7 @@ class _RobotReader(AbstractTableReader):
 
 
 def read_toml(path: Path | str) -> Robot:
-    """Read a robot.
-
-    Raises:
-        FileError: the file is missing, no TOML, or says something that a robot can't be.
-    """
+    """Read a robot."""
     reader = _RobotReader(path)
     data = reader.load()
     return robot_from_table(data, reader)

@@ -50,10 +50,6 @@ def in_child(
         needs: A module that it imports, which no bound counts.
         seconds: Time of the processor that it may take beyond its imports.
         memory: Memory that it may take beyond its imports [bytes].
-
-    Raises:
-        Cancelled: asked to stop.
-        ChildError: it raised something, crashed, or asked for more time or memory.
     """
     job = pickle.dumps((function.__module__, function.__name__, arguments, needs, seconds, memory))
     command = [sys.executable, "-c", _COMMAND.format(path=[p or os.getcwd() for p in sys.path])]
@@ -80,7 +76,6 @@ def in_child(
 
 
 def _wait(child: subprocess.Popen, longest: float) -> None:
-    """Wait for the end of a child."""
     for _ in range(int(longest / _POLL)):
         with contextlib.suppress(subprocess.TimeoutExpired):
             child.wait(_POLL)

@@ -56,7 +56,6 @@ class Column:
         return self.quantity is None
 
     def names(self, joints: int) -> list[str]:
-        """Its name, or one for each joint."""
         return [self.name] if self.per is Per.ROW else [f"{self.name}{j}" for j in range(1, joints + 1)]
 
     def headings(self, joints: int) -> list[str]:

@@ -83,11 +83,7 @@ def admit(record: Any) -> None:
 
 
 def admitted(hints: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, Any]:
-    """Values by name, each of the type that its annotation says.
-
-    Raises:
-        OptionError: a value that is none and means none.
-    """
+    """Values by name, each of the type that its annotation says."""
     found: dict[str, Any] = {}
     for name, value in values.items():
         found[name] = _read(value, hints.get(name, Any), found)

@@ -29,9 +29,6 @@ def read_bytes(path: Path | str, *, wanted: str, maximum: int = MAX_FILE_BYTES) 
         path: Which.
         wanted: What to give instead, such as "a measurement file".
         maximum: The largest size that is read [bytes].
-
-    Raises:
-        FileError: it can't be opened, or is too large.
     """
     try:
         with open(path, "rb") as file:
@@ -59,9 +56,6 @@ def write_bytes(path: Path | str, content: bytes) -> Path:
 
     A regular file is written beside its place, brought onto the disk, and moved there in one step. Links are
     followed; into a device or a pipe it is written directly, and `-` is standard output.
-
-    Raises:
-        FileError: it can't be written there.
     """
     path = Path(path)
     with _said(path):
@@ -80,9 +74,6 @@ def check_writable(path: Path | str, *, folder: bool = False) -> None:
     Args:
         path: A file or folder that is to be made or replaced.
         folder: Whether it is a folder.
-
-    Raises:
-        FileError: it can't be written there.
     """
     path = Path(path)
     if path.is_dir() and not folder:
@@ -174,9 +165,6 @@ def write_folder(folder: Path | str, files: Mapping[str, bytes], *, replaces: It
         folder: Made if it is not there, with its parents.
         files: Names and contents.
         replaces: Names of files of an older version that go, even if nothing new has their name.
-
-    Raises:
-        FileError: the folder is a file, or can't be written.
     """
     folder = Path(folder).absolute()
     check_folder(folder)

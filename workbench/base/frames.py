@@ -14,9 +14,6 @@ def data_frame(columns: Mapping[str, Any], *, index: str | None = None) -> "Data
 
     Args:
         index: The column that numbers or names the rows; polars has no index and keeps it as a column.
-
-    Raises:
-        MissingExtraError: neither pandas nor polars is installed.
     """
     try:
         import pandas

@@ -45,11 +45,6 @@ def spread(
         workers: Processes on this machine; as many as it has cores if None.
         scheduler: Address of a Dask scheduler, such as `tcp://host:8786`; this machine's cores if None.
         text: What is being done, to be shown with the share of the pieces done.
-
-    Raises:
-        MissingExtraError: a scheduler is given, and Dask is not installed.
-        OptionError: the scheduler does not answer or has no workers, its workers have other versions, or the
-            connection was lost.
     """
     if workers is not None and workers < 1:
         raise OptionError(f"--workers must be at least 1, got {workers}")

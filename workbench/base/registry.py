@@ -88,11 +88,7 @@ class Registry(Mapping[str, Part]):
             self._add(part, BUILT_IN)
 
     def register(self, part: Added) -> Added:
-        """Add a part, and hand it back, so that this can decorate a class.
-
-        Raises:
-            OptionError: a part of another kind, one that lacks something, or whose name another one has.
-        """
+        """Add a part, and hand it back, so that this can decorate a class."""
         self._add(part, BY_HAND)
         return part
 
@@ -123,7 +119,6 @@ class Registry(Mapping[str, Part]):
         return len(self._all())
 
     def _checked(self, part: Any) -> Any:
-        """The part as it is kept."""
         if self._kind is None:
             if not callable(part) or isinstance(part, type):
                 raise OptionError(f"a {self._what} is a function; got {_type(part).__name__}")

@@ -156,7 +156,6 @@ def pose(
 
 
 def inverse(transform: Float[np.ndarray, "*lead 4 4"]) -> Float[np.ndarray, "*lead 4 4"]:
-    """Inverse of rigid transforms."""
     rotation = np.swapaxes(transform[..., :3, :3], -1, -2)
     return pose(rotation, -(rotation @ transform[..., :3, 3, None])[..., 0])
 

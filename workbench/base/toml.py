@@ -49,11 +49,9 @@ class AbstractTableReader(ABC):
             raise self.fail("is no valid TOML: it has too many brackets within brackets") from None
 
     def fail(self, message: str) -> FileError:
-        """The error that names this file."""
         return FileError(message, path=self.path)
 
     def number(self, value: Any, what: str) -> float:
-        """A finite number."""
         if isinstance(value, bool) or not isinstance(value, int | float) or not abs(value) < MAX_NUMBER:
             raise self.fail(f"{what} must be a finite number, not {value!r}")
         return float(value)
@@ -72,7 +70,6 @@ class AbstractTableReader(ABC):
         return value
 
     def table(self, value: Any, what: str) -> dict[str, Any]:
-        """A table."""
         if not isinstance(value, dict):
             raise self.fail(f"{what} must be a table of keys and values, not {value!r}")
         return value

@@ -88,14 +88,12 @@ class Conversion:
     offset: float
 
     def to_si(self, values: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
-        """Values in this unit, in SI."""
         whole = round(1.0 / self.scale)
         if self.offset == 0.0 and whole > 1 and abs(whole * self.scale - 1.0) < 1e-14:
             return values / whole  # exact powers of ten: 0.001 is no binary number, 1000 is
         return values if (self.scale, self.offset) == (1.0, 0.0) else values * self.scale + self.offset
 
     def from_si(self, values: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
-        """SI values, in this unit."""
         return values if (self.scale, self.offset) == (1.0, 0.0) else (values - self.offset) / self.scale
 
 
@@ -140,9 +138,6 @@ def conversion(unit: str, *quantities: Quantity) -> Conversion:
     Args:
         unit: As people write it: 'deg', '°', 'mm', 'µm', 'N*m', 'Nm', 'degC', 'arcmin', …
         *quantities: What the column may measure, in order of preference.
-
-    Raises:
-        UnitError: The unit is unknown, or of another quantity.
     """
     if (common := COMMON.get(unit)) is not None and common.quantity in quantities:
         return common
@@ -165,11 +160,7 @@ def from_si(values: Float[np.ndarray, "..."], unit: str, *quantities: Quantity) 
 
 
 def parse_quantity(text: str, quantity: Quantity) -> float:
-    """A setting such as '0.05 mm', in SI.
-
-    Raises:
-        UnitError: No number, no unit, or a unit of another quantity.
-    """
+    """A setting such as '0.05 mm', in SI."""
     match = re.fullmatch(r"\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*", text)
     if match is None or (not match[2] and quantity is not Quantity.NUMBER):
         number, why = ("0.1", "is not a number with a unit") if match is None else (match[1], "has no unit")

@@ -54,12 +54,10 @@ class Wanted:
 
     @property
     def text(self) -> str:
-        """For people."""
         angle = "" if self.rotation is None else f" and {np.rad2deg(self.rotation):.2g}°"
         return f"{self.position_words}{angle}"
 
     def json(self) -> dict[str, float | bool | None]:
-        """For files."""
         return {
             "position_mm": 1e3 * self.position,
             "orientation_deg": None if self.rotation is None else float(np.rad2deg(self.rotation)),

@@ -7,7 +7,6 @@ from workbench.base.columns import COLUMNS, Column
 
 
 def known_columns() -> dict[str, Column]:
-    """Columns by name."""
     from workbench.data.observations import OBSERVATIONS
 
     return _by_name(tuple(OBSERVATIONS.values()), tuple(COLUMNS.values()))

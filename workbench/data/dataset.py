@@ -143,7 +143,6 @@ class Dataset:
         return len(self.q)
 
     def column(self, name: str) -> np.ndarray | None:
-        """A column by its name; None where there is none."""
         return getattr(self, name) if name in self.__dataclass_fields__ else self.more.get(name)
 
     @property

@@ -28,12 +28,7 @@ ENDS = np.radians(150.0)
 
 
 def checked(robot: Robot, dataset: Dataset) -> Dataset:
-    """The same measurements, with a note on everything odd about them for this arm.
-
-    Raises:
-        ShapeError: the robot has another number of joints.
-        DataError: units or quaternions must have been mislabelled.
-    """
+    """The same measurements, with a note on everything odd about them for this arm."""
     if dataset.readings is not None and dataset.readings.has_tool_poses and robot is not posed_arm():
         raise DataError(
             f"{dataset.source}: poses of the tool were given in place of joints, so robot '{robot.name}' "

@@ -25,10 +25,6 @@ def check_plausible(dataset: Dataset, limits: Float[np.ndarray, "n 2"], reach: f
         dataset: Measurements; rows that are kept out are not looked at.
         limits: Lower and upper limit of each joint [rad or m]; infinite where there is none.
         reach: Farthest distance of the tool from the base [m].
-
-    Raises:
-        ShapeError: The robot has another number of joints.
-        DataError: Units must have been mislabelled.
     """
     if len(limits) != dataset.joints:
         raise ShapeError(

@@ -25,10 +25,6 @@ def predict(robot: Robot, data: Dataset, *, link: int | None = None) -> Float[np
         data: Rows with joint positions and whatever drives the model's effects.
         link: Moving link, counted from 1, that is watched from a level frame; the tool in the measuring frame
             if None.
-
-    Raises:
-        ShapeError: the rows have another number of joints than the robot.
-        DataError: the rows lack what drives an effect, or the robot has no such link.
     """
     robot.check_joints(data.q, data.source)
     poses, motion = np.empty((len(data), 4, 4)), Motion.of(data)

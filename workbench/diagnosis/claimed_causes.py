@@ -120,7 +120,6 @@ class Confidence(StrEnum):
 
     @classmethod
     def of(cls, odds: float) -> "Confidence":
-        """The word for some odds."""
         return cls.CERTAIN if odds >= CERTAIN else cls.PROBABLE if odds >= PROBABLE else cls.OPEN
 
 
@@ -167,7 +166,6 @@ class Cause:
 
     @property
     def confidence(self) -> Confidence:
-        """How sure it is."""
         return Confidence.of(self.odds)
 
     @property
@@ -197,12 +195,10 @@ class ResidualMap:
 
     @property
     def joints(self) -> tuple[int, ...]:
-        """Joints that they concern."""
         return tuple(sorted({j for e in self.effects for j in e.joints}))
 
     @property
     def sentence(self) -> str:
-        """What it explains."""
         where = f" of {joint_list(self.joints)}" if self.joints else ""
         return (
             f"A residual map{where} takes the error from {self.before_mm:.3g} to {self.after_mm:.3g} mm; it "

@@ -76,5 +76,4 @@ def _events(effects) -> Iterator[AbstractEvent]:
 
 
 def _after(events: list[AbstractEvent], rows: Dataset) -> Bool[np.ndarray, " rows"]:
-    """Rows after all events."""
     return np.all([event.is_over(Motion.of(rows)) for event in events], axis=0)

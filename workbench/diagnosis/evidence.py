@@ -82,7 +82,6 @@ class Left:
 
     @property
     def square(self) -> float:
-        """Sum of squares that is left."""
         return float(self.inner[-1, -1])
 
 
@@ -314,7 +313,6 @@ def curvature(
 
 
 def solver_of(block: Float[np.ndarray, "n n"]) -> Callable[[np.ndarray], np.ndarray]:
-    """Solver for a curvature."""
     factor, scale = factored(block)
     return lambda right: scale * linalg.cho_solve((factor, True), scale * right, check_finite=False)
 
@@ -437,7 +435,6 @@ def rescaled(model: Model, factor: float) -> Model:
 
 
 def drop(model: Model, terms: Sequence[Term]) -> Model:
-    """A model without some of its terms."""
     gone = {id(t) for t in terms}
     return tuple(t for t in model if id(t) not in gone)
 

@@ -110,11 +110,9 @@ class Grams:
         return tuple(replace(self, folds=p[None], count=round((folds - 1) / folds * count)) for p in parts)
 
     def columns(self, names: Sequence[str]) -> np.ndarray:
-        """Columns of some coefficients."""
         return np.array([self.index[n] for n in names], np.int64)
 
     def scales(self, names: Sequence[str]) -> np.ndarray:
-        """Scales of some coefficients."""
         return self.scale[self.columns(names) - self.geometry]
 
     def bounds(self, names: Sequence[str]) -> np.ndarray:
@@ -209,7 +207,6 @@ def among(inner: Float[np.ndarray, "gc1 gc1"], used: Int[np.ndarray, " n"]) -> F
 
 
 def _together(labels: Int[np.ndarray, " m"]) -> Iterator[tuple[int, Int[np.ndarray, " k"]]]:
-    """Every label with the places that have it."""
     order = np.argsort(labels, kind="stable")
     starts = np.flatnonzero(np.diff(labels[order], prepend=-1))
     for mine in np.split(order, starts[1:]):

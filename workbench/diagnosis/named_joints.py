@@ -15,7 +15,6 @@ CLEAR = 4.0
 
 
 def without_joints(effect: AbstractEffect, joints: Sequence[int]) -> AbstractEffect:
-    """An effect of many joints without some of them."""
     if not joints:
         return effect
     kept = [i for i, j in enumerate(effect.joints) if j not in joints]

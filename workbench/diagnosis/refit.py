@@ -51,7 +51,6 @@ class FittedModel:
 
     @property
     def problem(self) -> Problem:
-        """What was fitted."""
         return self.fit.problem
 
     @property

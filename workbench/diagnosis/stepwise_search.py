@@ -102,7 +102,6 @@ def _names(model: Model) -> frozenset[tuple[str, ...]]:
 
 
 def as_found(grams: Grams, model: Model, distrusted: Sequence[Offer] = ()) -> FoundEffects:
-    """A model as what a search found."""
     return FoundEffects(model, tuple(own_offers(grams, model)), tuple(distrusted))
 
 

@@ -56,7 +56,6 @@ class Job:
 
     @cached_property
     def frames(self) -> JointFrames:
-        """Frames of the calibrated joints."""
         return joint_frames(self.robot)
 
     def require_nominal(self, form: str) -> Robot:
@@ -91,16 +90,11 @@ class AbstractForm(ABC):
         """What it is, for a list."""
 
     def text_of(self, path: Path) -> str:
-        """Text of a file of this form."""
         return read_bytes(path, wanted=f"a {self.title}").decode(errors="replace")
 
     @abstractmethod
     def write(self, job: Job) -> str:
-        """Contents of the file.
-
-        Raises:
-            OptionError: the form can't be written for this arm, or needs something that is missing.
-        """
+        """Contents of the file."""
 
     @abstractmethod
     def read(self, text: str, job: Job) -> Robot | None:
@@ -109,9 +103,6 @@ class AbstractForm(ABC):
 
         None if the file computes with all that may be used of the calibrated arm, effects included, which
         tests compare by running it.
-
-        Raises:
-            FileError: the text is not of this form.
         """
 
     def notes(self, job: Job) -> Iterable[str]:
@@ -163,11 +154,6 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         path: File to write.
         job: What.
         rows: Poses to compare.
-
-    Raises:
-        OptionError: the form can't be written for this arm.
-        RobotError, ShapeError: the nominal arm is not the one that was calibrated.
-        FileError: the file can't be written, or the source is not of this form.
     """
     before = _before(job)
     calibrated, whole = job.robot, usable_arm(job.robot, nominal=job.nominal)

@@ -137,12 +137,7 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
-    """Refuse a nominal arm that is not the calibrated one's; base, flange and joint zeros may differ.
-
-    Raises:
-        ShapeError: another number of joints.
-        RobotError: another geometry, as that of rows which the calibrated arm would give.
-    """
+    """Refuse a nominal arm that is not the calibrated one's; base, flange and joint zeros may differ."""
     if calibrated.dof != nominal.dof:
         raise ShapeError(
             f"the calibrated arm '{calibrated.name}' has {calibrated.dof} joints, the nominal one "

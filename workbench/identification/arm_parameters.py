@@ -13,11 +13,7 @@ def arm_parameters(
     effects: Sequence[str],
     bounds: Mapping[str, tuple[float, float]] | None,
 ) -> list[Parameter]:
-    """Constants and coefficients by name, with their bounds.
-
-    Raises:
-        OptionError: the robot does not have one.
-    """
+    """Constants and coefficients by name, with their bounds."""
     arm = {e.name: e for e in robot.elements}
     if missing := [n for n in names if n not in arm]:
         raise OptionError(

@@ -60,9 +60,6 @@ def circle_axes(robot: Robot, data: Dataset) -> tuple[CircleAxis, ...]:
     Args:
         robot: Model whose axes are compared.
         data: Rows with positions.
-
-    Raises:
-        DataError: there is no circle at all.
     """
     robot.check_joints(data.q, data.source)
     found = tuple(

@@ -124,10 +124,6 @@ def controller_numbers(
         session: Session whose base and tool count, where the calibrated arm has several.
         lever: Length L at which an angle counts [m].
         rng: For the sampling; seeded with 0 if None.
-
-    Raises:
-        ShapeError: the arms, or the rows, have different numbers of joints.
-        OptionError: an unknown part, no rows, or a lever that is not positive.
     """
     chosen = _parts(parts)
     if calibrated.dof != nominal.dof:

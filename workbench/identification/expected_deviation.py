@@ -45,9 +45,6 @@ def with_expected_deviation(problem: Problem, deviation: float | str = AUTO) -> 
         problem: Whitened rows; the arm's constants among its unknowns.
         deviation: Standard deviation of the constants about nominal [rad, m]; `auto`: found from the rows;
             infinite: nothing is expected.
-
-    Raises:
-        OptionError: a deviation that is no positive length or angle.
     """
     if isinstance(deviation, str) and deviation != AUTO:
         raise OptionError(

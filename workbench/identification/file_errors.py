@@ -39,7 +39,6 @@ def _errors(found: Identification, run: Run, arm: Robot, rows: Dataset) -> dict[
 
 
 def _files(arm: Robot) -> dict[str, Robot]:
-    """The arm of each format."""
     return {"TOML": arm, "URDF": usable_arm(arm, effects=False).robot}
 
 

@@ -102,7 +102,6 @@ class Fit(AbstractShown):
 
     @property
     def iterations(self) -> int:
-        """Iterations of the search."""
         return len(self.history) - 1
 
     @property

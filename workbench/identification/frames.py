@@ -82,9 +82,6 @@ def choose_frames(
         effects: Coefficients of its effects that will be.
         prior: What is known of these beforehand.
         known: Known places of anchors or contacts [m]; with them the base can be seen.
-
-    Raises:
-        DataError: the base is declared known, and the data contradict that beyond any doubt.
     """
     known = known or {}
     candidates = _candidates(robot, data, sessions, known)

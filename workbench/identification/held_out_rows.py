@@ -28,12 +28,7 @@ def usable(data: Dataset) -> np.ndarray:
 def choose_rows(
     robot: Robot, data: Dataset, exclude: Mapping[int, str], region: Region | None
 ) -> tuple[np.ndarray, Excluded]:
-    """Rows to use, and those kept out with their reasons.
-
-    Raises:
-        OptionError: a row to exclude that the data do not have.
-        DataError: nothing is left.
-    """
+    """Rows to use, and those kept out with their reasons."""
     keep = data.included.copy()
     excluded = [
         (int(data.row[i]), str(data.reason[i]) if data.reason is not None and data.reason[i] else "file")
@@ -84,10 +79,6 @@ def split(
 
     Returns:
         Training rows and held-out rows, both in increasing order.
-
-    Raises:
-        OptionError: the fraction is no such part.
-        DataError: too few units to hold out any and keep one.
     """
     if not 0.0 <= fraction < 1.0:
         raise OptionError(f"the held-out fraction must be at least 0 and less than 1, not {fraction:g}")

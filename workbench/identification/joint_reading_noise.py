@@ -93,7 +93,6 @@ class _Table(NamedTuple):
 
     @property
     def room(self) -> Float[np.ndarray, " rows"]:
-        """ν k² of every row."""
         count = self.live.sum(1)
         return FREEDOM * np.array([consistent(m) for m in range(int(count.max()) + 1)])[count]
 

@@ -36,7 +36,6 @@ class Judged:
 
     @property
     def verdict(self) -> str:
-        """In one line."""
         count = int(self.check.judged.sum())
         if not count:
             return "Not judged: no positions were measured"

@@ -131,10 +131,6 @@ def prepare(
 
     Args:
         held_rows: Numbers of the rows to hold out, in place of drawing them by `choices`.
-
-    Raises:
-        DataError: too few rows, or data that contradict the robot beyond doubt.
-        OptionError: an unknown constant or option.
     """
     robot.check_joints(data.q, data.source)
     places, sessions = dict(choices.known), Sessions(choices.frames)

@@ -95,10 +95,6 @@ def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
     Args:
         path: A result that `identify --json` wrote.
         renew: Joints of which nothing is known any more, counted from 1.
-
-    Raises:
-        FileError: not such a file, or one that contradicts itself.
-        OptionError: a joint to renew that the result does not have, or nothing left to know.
     """
     wanted = "the file that 'workbench identify --json' wrote"
     content = read_bytes(path, wanted=wanted, maximum=LARGEST_FILE)

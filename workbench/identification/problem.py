@@ -117,10 +117,6 @@ class Problem:
             effects: Coefficients of the robot's effects that are unknown, such as `joint3.compliance`; the
                 others act as they are.
             inertia: Whether the links' masses and centres are unknowns too, known as well as the robot says.
-
-        Raises:
-            DataError: a row carries nothing that can be compared with a pose, or not what drives an effect.
-            OptionError: free, effects or bounds name what the robot does not have.
         """
         robot.check_joints(data.q, data.source)
         frames = frames or FrameFreedom()

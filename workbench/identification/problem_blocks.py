@@ -236,7 +236,6 @@ class RowBlock:
         return deflect(arm.robot, arm.motion, values=values, effects=effects, weights=weights).wrenches
 
     def poses(self, x: np.ndarray) -> np.ndarray:
-        """Poses of what is watched, at x."""
         values, part, shift = self.values(x), self.watched.part, chains.NO_SHIFT
         if (arm := self.deflected) is not None:
             effects, weights = arm.effects(x), arm.weights(x)

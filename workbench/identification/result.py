@@ -381,12 +381,10 @@ class Evaluation(AbstractShown):
 
     @property
     def row_numbers(self) -> np.ndarray:
-        """Data row of each."""
         return self.data.row
 
     @property
     def errors(self) -> Errors:
-        """Their summary."""
         return Errors.of(self.rows)
 
     def to_frame(self) -> "DataFrame":

@@ -64,7 +64,6 @@ class RowErrors:
         return kept if self.own is None else kept | {self.own.name: self.own.size}
 
     def take(self, rows: np.ndarray) -> "RowErrors":
-        """Errors of some of the rows."""
         own = None if self.own is None else OwnErrors(self.own.name, *(v[rows] for v in self.own[1:]))
         return RowErrors(self.position[rows], self.rotation[rows], self.tilt[rows], own)
 
@@ -76,7 +75,6 @@ class RowErrors:
 
     @property
     def summary(self) -> "Errors | None":
-        """Their summary; None without rows."""
         return Errors.of(self) if len(self.position) else None
 
 

@@ -83,7 +83,6 @@ class StraightLine:
 
     @property
     def along(self) -> Vector3:
-        """Its direction."""
         return (self.end - self.start) / self.length
 
     def points(self, shares: Shares) -> Positions:
@@ -96,11 +95,7 @@ Curve = Circle | StraightLine
 
 
 def circle_through(points: Float[np.ndarray, "points 3"]) -> Circle:
-    """The circle nearest to three points or more: it begins at the first and turns towards the second.
-
-    Raises:
-        OptionError: fewer than three points, or points in a line or in one place.
-    """
+    """The circle nearest to three points or more: it begins at the first and turns towards the second."""
     if len(points) < 3:
         raise OptionError(f"a circle needs at least 3 points, got {len(points)}")
     spread = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)

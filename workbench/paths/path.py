@@ -79,10 +79,6 @@ def command_joints(
         positions_only: Whether orientations do not matter. By default they do, as far as the calibration
             observed them: others are met by the arm to use (`usable_arm`), near nominal.
         time: Time of every row [s], for messages.
-
-    Raises:
-        ShapeError: the arms, or the rows, have different numbers of joints.
-        DataError: a row is outside the limits; names it and the joint.
     """
     arms = comparable(calibrated, nominal, positions_only=positions_only)
     arms.nominal.check_joints(q, "trajectory")
@@ -118,9 +114,6 @@ def command_poses(
             observed them: others are met by the arm to use (`usable_arm`), near nominal.
         near: Joint positions near which the path begins [rad or m]; the best branch if None.
         time: Time of every row [s], for messages.
-
-    Raises:
-        DataError: no branch of the nominal arm follows the whole path; names the row where the last one ends.
     """
     arms = comparable(calibrated, nominal, positions_only=positions_only)
     planned, task = arms.nominal, arms.task
@@ -255,11 +248,7 @@ def refuse_beyond(robot: Robot, q: Float[np.ndarray, "rows n"], time: Times = No
 
 
 def refuse_singular(robot: Robot, q: Float[np.ndarray, "rows n"], task: Task, time: Times = None) -> None:
-    """Refuse rows at which some joints move without moving the tool.
-
-    Raises:
-        DataError: names the first row and these joints.
-    """
+    """Refuse rows at which some joints move without moving the tool."""
     arm = compile_arm(robot)
     _, s, vt = np.linalg.svd(task_jacobian(arm, q[:, arm.columns], task), full_matrices=False)
     if (singular := s[:, -1] < SINGULAR).any():

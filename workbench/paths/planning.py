@@ -90,10 +90,6 @@ def plan(
         rows: Number of samples, evenly in time.
         axis: Direction of the tool's z axis; into the curve's plane from above if None.
         max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.
-
-    Raises:
-        OptionError: no time, too few rows, an axis of no length.
-        DataError: a point out of reach, at a limit or a singularity, or too fast; names time, row and joint.
     """
     if not (duration > 0.0 and np.isfinite(duration)) or rows < MIN_ROWS:
         raise OptionError(

@@ -31,11 +31,7 @@ class AbstractProgramFormat(ABC):
 
     @abstractmethod
     def targets(self, text: str, path: str) -> Iterable[list[tuple[int, int]]]:
-        """Where the numbers of each joint target stand: begin and end of each.
-
-        Raises:
-            FileError: something that moves the arm and can't be read, with its line.
-        """
+        """Where the numbers of each joint target stand: begin and end of each."""
 
 
 PROGRAMS: Registry[AbstractProgramFormat] = Registry(
@@ -75,11 +71,7 @@ class Program:
 
 
 def read_program(path: Path, joints: int) -> Program | None:
-    """A program by its ending; None for files of other kinds.
-
-    Raises:
-        FileError: no joint target, one with another number of joints, or what can't be read.
-    """
+    """A program by its ending; None for files of other kinds."""
     form = next((f for f in PROGRAMS.values() if path.suffix.lower() in f.endings), None)
     if form is None:
         return None

@@ -61,11 +61,6 @@ def compensate_trajectory(
         positions_only: Whether orientations do not matter; by default they are corrected where the
             calibration observed them, and by an arm near nominal where it did not.
         moving: Whether the inertia of the links counts beside their weight.
-
-    Raises:
-        OptionError: joints without a nominal arm, motion without time, or orientations that were asked for
-            and not observed.
-        DataError: a row that the arm can't follow, named with its joint.
     """
     if trajectory.q is not None and nominal is None:
         raise OptionError(
@@ -154,11 +149,7 @@ def taught_circle(robot: Robot, q: Float[np.ndarray, "points n"]) -> Circle:
 
 
 def read_taught(path: Path, robot: Robot) -> Float[np.ndarray, "points n"]:
-    """Joint positions of taught points.
-
-    Raises:
-        DataError: the file has no joints.
-    """
+    """Joint positions of taught points."""
     q = read_trajectory(path, joints=robot.dof).q
     if q is None:
         raise DataError(f"{path}: taught points need joints (q1[rad] …)")

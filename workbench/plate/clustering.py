@@ -158,10 +158,6 @@ def cluster_region(
         index: What is made large among the sets with equal O: an index of whole sets.
         limits: What else is asked of single poses, such as an orientation cone; `ROOMY` if None.
         candidates: How many random poses are tried; 6000 if None, 2000 within a cone.
-
-    Raises:
-        OptionError: fewer than two poses.
-        DataError: more poses than cubes, a region or cone out of reach, or no band with enough cubes.
     """
     if number < 2:
         raise OptionError(f"clustering needs at least 2 poses, got {number}")

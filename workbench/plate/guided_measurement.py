@@ -114,10 +114,6 @@ def capture(
         show: Is given the status at least as often as every `TICK`.
         say: Is given one line for each thing that happens.
         source: Name of the source, for messages.
-
-    Raises:
-        FileError: the source sends no samples, or the file can't be written.
-        ShapeError: the source has another number of joints than the robot.
     """
     run = _GuidedRun(acquisition, robot, out, say, source)
     events: queue.Queue = queue.Queue(WAITING)

@@ -65,9 +65,6 @@ def read_measured_targets(
 
     Args:
         uncertainty: Standard deviations of the machine where the file has none [m], [rad].
-
-    Raises:
-        FileError: no column `target` or x, y, z; a number given twice; a gap.
     """
     table = read_table(Path(path), columns=None, sheet=None)
     numbers = _numbers(table)

@@ -74,9 +74,6 @@ def pattern(
         centre: Middle of the pattern, robot's base [m].
         radius: Half its width [m].
         tilts: Roll angles given to the targets in turn [rad].
-
-    Raises:
-        OptionError: no such pattern, too few or too many targets, or no size.
     """
     if name not in PATTERNS:
         raise OptionError(f"there is no pattern '{name}'; known are {', '.join(PATTERNS)}")

@@ -91,11 +91,7 @@ class _PlateReader(AbstractTableReader):
 
 
 def read_plate(path: Path | str) -> Plate:
-    """Read a plate.
-
-    Raises:
-        FileError: the file is missing, no TOML, or says something that a plate can't be.
-    """
+    """Read a plate."""
     reader = _PlateReader(path)
     data = reader.load()
     reader.keys(data, PLATE_KEYS, "the plate")

@@ -173,9 +173,6 @@ def reading_named(
         plate: Where a ball-bar's anchors stand.
         sigma: Standard deviations of one visit [m], [rad]; usual ones if None.
         visits: How often each target is visited.
-
-    Raises:
-        OptionError: no such reading, no visits, or no noise.
     """
     if name not in MAKERS:
         raise OptionError(f"there is no reading '{name}' of a target; known are {', '.join(MAKERS)}")

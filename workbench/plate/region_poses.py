@@ -47,9 +47,6 @@ def region_poses(
         number: How many poses of the tool; each gives as many rows as it has branches within limits.
         towards: Orientations about which the cone opens, robot's base; about any if None.
         cone: Greatest angle from one of them [rad].
-
-    Raises:
-        DataError: practically no random pose can be reached.
     """
     _check_reach(robot, region)
     rows: list[np.ndarray] = []
@@ -75,9 +72,6 @@ def plate_region_poses(
 
     Plates of the same region and orientations give the same array, on the page and in a terminal, so that
     predicted errors compare. An arm of fewer than six joints takes the orientations that it has there.
-
-    Raises:
-        DataError: the arm does not reach the region.
     """
     corners = np.stack([plate.region.min, plate.region.max])
     return _plate_region_poses(robot, corners.tobytes(), plate.poses[:, :3, :3].tobytes(), number, cone)
@@ -111,9 +105,6 @@ def nearby_poses(
         region: Where the tool is, evenly spread.
         measured: Joint positions of the measured poses [rad or m].
         cone: Greatest angle from the orientation of the measured pose whose place is nearest [rad].
-
-    Raises:
-        DataError: practically no such pose can be reached.
     """
     places = in_base(robot, measured)
     found = np.zeros((0, robot.dof))

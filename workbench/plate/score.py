@@ -173,7 +173,6 @@ class TargetScorer:
         )
 
     def _spread(self, values: np.ndarray, targets: np.ndarray) -> np.ndarray:
-        """Values of some targets, in the order of all."""
         every = np.full((len(self.plate), *values.shape[1:]), np.nan)
         every[targets] = values
         return frozen(every)
@@ -202,10 +201,6 @@ def score_plate(
         tool: Whether the tool is.
         evaluation_poses: For which the error is predicted [rad or m]; those of the plate's region if None.
         seed: Of the mixes of branches that are tried.
-
-    Raises:
-        DataError: a plate without targets or inside the robot's base, a region out of reach, or no target
-            that can be measured.
     """
     check_place(robot, plate)
     sigma = sigma or usual_sigma(plate)
@@ -259,10 +254,6 @@ def score_plates(
         base: Whether the base is identified too; as the robot says if None.
         tool: Whether the tool is.
         seed: Of the mixes of branches that are tried.
-
-    Raises:
-        OptionError: no plates.
-        DataError: a plate that nothing can be measured on, or a region out of reach.
     """
     if not plates:
         raise OptionError("no plates to score; give at least one")
@@ -302,9 +293,6 @@ def check_place(robot: Robot, plate: Plate) -> None:
     """Refuse a plate that nothing can be measured on.
 
     The base is taken as the line from its foot to the second joint's axis: the column that no arm lacks.
-
-    Raises:
-        DataError: no targets, or a solid that the base's column stands in.
     """
     if not len(plate):
         raise DataError(f"plate '{plate.name}' has no targets; add [[target]] tables")

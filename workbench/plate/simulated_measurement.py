@@ -201,10 +201,6 @@ def drive_plate(
 
     Returns:
         The actual arm, and its samples as they come.
-
-    Raises:
-        DataError: a target out of reach; says which and why.
-        OptionError: a plate without targets, or an instrument that sees no pose and no point.
     """
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets to drive to; add [[target]] tables")

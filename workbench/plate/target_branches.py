@@ -61,11 +61,7 @@ class BranchChoice:
 
 
 def plate_solutions(robot: Robot, plate: Plate) -> tuple[tuple[Branch, ...], ...]:
-    """Every solution within limits of every target; of a target with joint angles only the one meant.
-
-    Raises:
-        DataError: a target can't be reached; says which and why.
-    """
+    """Every solution within limits of every target; of a target with joint angles only the one meant."""
     solutions, away = _solutions(robot, plate)
     for number, why in enumerate(away, start=1):
         if why:
@@ -117,11 +113,7 @@ class Measurable:
 
 
 def measurable(robot: Robot, plate: Plate) -> Measurable:
-    """The targets that the arm reaches clear of plate and blocks, in a branch that the target means.
-
-    Raises:
-        DataError: the arm can stand at none; says why at the first.
-    """
+    """The targets that the arm reaches clear of plate and blocks, in a branch that the target means."""
     every, away = _solutions(robot, plate)
     meant = [
         tuple(b for b in found if target.branch in (AUTO, b.name) or target.q is not None) or found
@@ -191,10 +183,6 @@ def choose_branches(
         names: Constants to be identified; the robot's default free ones if None.
         sigma: Standard deviations of the instrument's positions [m] and rotations [rad].
         starts: Random mixes to start from, beside every single branch.
-
-    Raises:
-        DataError: a target without solutions, or whose named branch is not among them.
-        OptionError: a goal that is no index of whole sets.
     """
     slots = np.repeat(np.arange(len(solutions)), [len(target) for target in solutions])
     labels = [branch.name for target in solutions for branch in target]

@@ -147,7 +147,6 @@ def framed(height: float, parts: Sequence[str], testid: str) -> str:
 
 
 def words(x: float, y: float, said: str, *, anchor: str = "start") -> str:
-    """Words in a drawing."""
     return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="currentColor">{escape(said)}</text>'
 
 

@@ -117,11 +117,7 @@ class Picture:
 
 
 def draw(pictures: Sequence[Picture], name: str) -> Figure:
-    """One of several pictures, on paper of its own.
-
-    Raises:
-        OptionError: no picture has that name, or the result has nothing for it.
-    """
+    """One of several pictures, on paper of its own."""
     known = {picture.name: picture for picture in pictures}
     if name not in known:
         raise OptionError(f"there is no picture '{name}'; choose from {', '.join(known)}")

@@ -72,9 +72,6 @@ def write_page(
 
     Returns:
         Path of the page.
-
-    Raises:
-        FileError: the folder is a file, or can't be written.
     """
     if files is None:
         files = {f"{drawing.name}.svg": drawing.svg.encode() for drawing in drawings}

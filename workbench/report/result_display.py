@@ -40,7 +40,6 @@ def as_text(renderable: RenderableType) -> str:
 
 
 def as_html(renderable: RenderableType) -> str:
-    """The same as HTML."""
     if isinstance(renderable, Group):
         return "".join(as_html(part) for part in renderable.renderables)
     if isinstance(renderable, Table):

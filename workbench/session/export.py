@@ -34,11 +34,7 @@ def plate_toml(session: Session) -> File:
 
 
 def measurements_csv(session: Session) -> File:
-    """The loaded or virtually measured rows.
-
-    Raises:
-        DataError: there are none.
-    """
+    """The loaded or virtually measured rows."""
     if session.loaded is None:
         raise DataError("there are no measurements to save; load a file or measure a virtual arm first")
     content = writer.measurements_csv(session.loaded.dataset, prismatic=sliding_numbers(session.robot))
@@ -46,11 +42,7 @@ def measurements_csv(session: Session) -> File:
 
 
 def columns_toml(session: Session) -> File:
-    """What every column of the file is, for the next file of this kind.
-
-    Raises:
-        DataError: no file was read.
-    """
+    """What every column of the file is, for the next file of this kind."""
     file = session.unread or (None if session.loaded is None else session.loaded.file)
     if file is None:
         raise DataError("no file was read; load measurements first")
@@ -58,11 +50,7 @@ def columns_toml(session: Session) -> File:
 
 
 def next_poses_csv(session: Session) -> File:
-    """Joint positions of the poses to measure next, with what each of them would tell.
-
-    Raises:
-        DataError: no diagnosis suggests any.
-    """
+    """Joint positions of the poses to measure next, with what each of them would tell."""
     found = session.diagnosis
     if found is None or not len(found.measure_next):
         raise DataError("no diagnosis suggests poses; press Diagnose first")
@@ -79,20 +67,12 @@ def robot_toml(session: Session) -> File:
 
 
 def calibrated_toml(session: Session) -> File:
-    """The shown fit's calibrated robot.
-
-    Raises:
-        DataError: nothing has been identified.
-    """
+    """The shown fit's calibrated robot."""
     return f"{stem_of(session.robot.name)}-calibrated.toml", robot_text(_calibrated(session)).encode()
 
 
 def calibrated_urdf(session: Session) -> File:
-    """What a URDF can carry of it: the geometry that is best without effects.
-
-    Raises:
-        DataError: nothing has been identified.
-    """
+    """What a URDF can carry of it: the geometry that is best without effects."""
     from workbench.arm.urdf import write_urdf
 
     with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
@@ -101,22 +81,14 @@ def calibrated_urdf(session: Session) -> File:
 
 
 def captured_csv(session: Session) -> File:
-    """The poses that were kept while jogging.
-
-    Raises:
-        DataError: there are none.
-    """
+    """The poses that were kept while jogging."""
     if not session.captured:
         raise DataError("no poses have been kept; press Keep this pose first")
     return f"{stem_of(session.robot.name)}-poses.csv", captured_table(session).encode()
 
 
 def report_zip(session: Session) -> File:
-    """The report of the identification as a folder in a ZIP file.
-
-    Raises:
-        DataError: nothing has been identified.
-    """
+    """The report of the identification as a folder in a ZIP file."""
     from workbench.identification.report.html_report import write_report
 
     found = _identified(session)
@@ -125,12 +97,7 @@ def report_zip(session: Session) -> File:
 
 
 def fixture_zip(session: Session) -> File:
-    """Everything that a workshop needs to make the current plate, as a folder in a ZIP file.
-
-    Raises:
-        OptionError: the plate can't be made; says why.
-        MissingExtraError: a library for solids or drawings is not installed.
-    """
+    """Everything that a workshop needs to make the current plate, as a folder in a ZIP file."""
     from workbench.plate.parts.export import export_plate
 
     noise = session.noise

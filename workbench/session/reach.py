@@ -39,9 +39,6 @@ def solve_all_targets(
         plate: Its targets; those that name a branch or joint positions keep them.
         region_q: Poses that matter [rad or m]; without any, each target takes its best branch.
         seed: Of the mixes that are tried.
-
-    Raises:
-        Cancelled: asked to stop.
     """
     results = []
     for target in plate.targets:

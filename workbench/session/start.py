@@ -52,10 +52,6 @@ def start(
         is_given: Whether the plate is the user's, not one made for the arm.
         noise: The instrument; the usual one of the plate if None.
         states: How the arm stands at every target; in the branches that tell most if empty.
-
-    Raises:
-        OptionError: the plate has no targets.
-        Cancelled: asked to stop.
     """
     if not len(plate):
         raise OptionError(f"plate '{plate.name}' has no targets; give at least one [[target]]")

@@ -124,7 +124,6 @@ def is_better(score: Score, than: Score) -> bool:
 
 
 def first_difference(before: Plate, after: Plate) -> int | None:
-    """The first target that differs."""
     for i, (a, b) in enumerate(zip(before.targets, after.targets, strict=False)):
         if a is not b:
             return i

@@ -202,7 +202,6 @@ class Candidate:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Names of its coefficients."""
         return self.effect.names
 
     @property
@@ -291,11 +290,7 @@ def moved_joints(motion: Motion) -> list[int]:
 
 
 def flattened(effects: Sequence[AbstractEffect | Sequence[AbstractEffect]]) -> tuple[AbstractEffect, ...]:
-    """Effects that were given one by one or in lists.
-
-    Raises:
-        OptionError: something that is no effect.
-    """
+    """Effects that were given one by one or in lists."""
     flat = [e for part in effects for e in (part if isinstance(part, tuple | list) else (part,))]
     if (wrong := next((e for e in flat if not isinstance(e, AbstractEffect)), None)) is not None:
         raise OptionError(f"an effect must be such as JointCompliance((1,), (1e-5,)), got {wrong!r}")

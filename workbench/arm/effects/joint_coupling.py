@@ -68,7 +68,6 @@ class JointCoupling(AbstractEffect):
 
     @classmethod
     def example(cls, arm, joint, rng):
-        """By the joint before."""
         return cls((joint, joint - 1 if joint else 1), (1.0,))
 
     def views(self, state):

@@ -56,7 +56,6 @@ class JointHarmonic(AbstractEffect):
 
     @property
     def orders(self) -> tuple[int, ...]:
-        """Its orders."""
         return self.order if isinstance(self.order, tuple) else (self.order,)
 
     @cached_property

@@ -148,12 +148,10 @@ class InverseResult:
 
     @property
     def within_limits(self) -> tuple[Branch, ...]:
-        """The branches that are within the limits."""
         return tuple(b for b in self.branches if b.within_limits)
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all branches."""
         return tuple(b.name for b in self.branches)
 
 
@@ -184,9 +182,6 @@ def choose(
     Returns:
         The branch, its q at the right turn; None where `auto` or coordinates find none within the limits. A
         named branch is returned even if it lies outside the limits: see its `within_limits`.
-
-    Raises:
-        OptionError: the result has no branch of that name.
     """
     if isinstance(branch, np.ndarray):
         chosen = nearest_branch(result, branch) if result.reachable else None

@@ -52,9 +52,6 @@ def refine_deflected(
 
     Returns:
         Where each row ended, in the chain's order, with the deflected arm's errors.
-
-    Raises:
-        DataError: an effect misses what drives it.
     """
     arm = compile_arm(robot)
     bounds = limits[arm.columns]

@@ -60,9 +60,6 @@ def closure_starts(
         entries: Joints that play the part of joint 1 (from 0) in turn: the closed loop may be entered
             anywhere, and what is special for one entry is not for another. 16 starts each.
         shift: Random change of the constants [rad, and share of `length`].
-
-    Raises:
-        LinAlgError: the pencil of a target is exactly singular at one of the entries.
     """
     fixed, h = constants.copy(), targets.copy()
     fixed[:, :3, 3] /= length

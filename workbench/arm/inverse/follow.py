@@ -84,11 +84,7 @@ def follow(
 
 
 def as_pose(pose: ArrayLike) -> Float[np.ndarray, "4 4"]:
-    """One pose from whatever numbers are given.
-
-    Raises:
-        ShapeError: not a 4×4 matrix; carries the number of its columns.
-    """
+    """One pose from whatever numbers are given."""
     matrix = np.asarray(pose, float)
     if matrix.shape != (4, 4):
         size = "×".join(map(str, matrix.shape)) or "a single number"
@@ -105,7 +101,6 @@ def follow_many(
     task: Task | None = None,
     motion: Motion | None = None,
 ) -> FollowedMany:
-    """`follow` for every row."""
     robot.check_joints(q_starts)
     arm, task = compile_arm(robot), task or Task.default(robot.dof)
     limits = robot.limits

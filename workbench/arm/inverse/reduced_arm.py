@@ -81,11 +81,7 @@ _ARMS: WeakKeyDictionary[Robot, ReducedArm] = WeakKeyDictionary()
 
 
 def compile_arm(robot: Robot) -> ReducedArm:
-    """The robot's arm, worked out once.
-
-    Raises:
-        RobotError: a joint drives several elements, which has no such form.
-    """
+    """The robot's arm, worked out once."""
     if robot not in _ARMS:
         _ARMS[robot] = _compile(robot)
     return _ARMS[robot]

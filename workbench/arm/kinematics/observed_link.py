@@ -46,11 +46,7 @@ TOOL = Watched()
 
 
 def watched(robot: Robot, link: int | None) -> Watched:
-    """What is watched on a moving link, counted from 1; on the base for 0, the tool for None.
-
-    Raises:
-        DataError: the arm has no such link; names it.
-    """
+    """What is watched on a moving link, counted from 1; on the base for 0, the tool for None."""
     if link is None:
         return TOOL
     moving = [i for i, joint in enumerate(robot.joints) if joint.kind != "fixed"]
@@ -64,12 +60,7 @@ def watched(robot: Robot, link: int | None) -> Watched:
 
 
 def watched_poses(robot: Robot, motion: Motion, link: int | None) -> Float[np.ndarray, "rows 4 4"]:
-    """Poses of what is watched on a link of the deflected arm; of the tool in the measuring frame for None.
-
-    Raises:
-        ShapeError: the rows have another number of joints than the robot.
-        DataError: the arm has no such link, or an effect lacks what drives it.
-    """
+    """Poses of what is watched on a link of the deflected arm; the tool's in the measuring frame for None."""
     robot.check_joints(motion.q)
     view = watched(robot, link)
     poses = chains.poses(robot.chain, motion.q, shift=shift_of(robot, motion), part=view.part)

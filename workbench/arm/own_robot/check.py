@@ -59,11 +59,7 @@ class JointTable:
 
 
 def read_joint_table(path: Path | str) -> JointTable:
-    """Read columns theta, d, a, alpha (beta, type) in any order; a line `# convention = dh` may tell which.
-
-    Raises:
-        FileError: no such table; names line and column.
-    """
+    """Columns theta, d, a, alpha (beta, type) in any order; a line `# convention = dh` may tell which."""
     text = read_bytes(path, wanted="a joint table (.csv)", maximum=MAX_FILE_BYTES).decode(
         "utf-8-sig", errors="replace"
     )
@@ -152,12 +148,6 @@ def check_robot(
         poses: `q1,…,qn = x,y,z,roll,pitch,yaw` each, whose units are found; or poses whose units are known.
         tip: Last link of the chain, for a URDF with several.
         name: Of the arm in what is found; its own, or that of the table's file, if empty.
-
-    Raises:
-        FileError: no robot and no table.
-        OptionError: poses in other words.
-        ShapeError: fewer than three poses, or another number of joints.
-        DataError: no reading fits, or several do and differ elsewhere.
     """
     readings = readings_of(source, tip=tip, name=name)
     robot = readings[0].robot

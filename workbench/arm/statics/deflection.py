@@ -67,9 +67,6 @@ def deflect(
         values: Constants of the chain to use instead of the robot's own.
         effects: The robot's effects with other coefficients, to use instead.
         weights: Masses to use instead of the robot's own.
-
-    Raises:
-        DataError: an effect misses its driver, or masses and torques are both unknown.
     """
     chain = robot.chain if values is None else robot.chain.with_values(values)
     effects = robot.effects if effects is None else effects

@@ -44,9 +44,6 @@ def joint_moments(robot: Robot, motion: Motion) -> JointMoments:
 
     Args:
         motion: Joint positions; velocities, accelerations, payload and wrench at the tool where known.
-
-    Raises:
-        RobotError: a moving joint's link has no mass; names the joint.
     """
     wrenches = motion_wrenches(robot, motion, shift=shift_of(robot, motion))
     joints = range(robot.dof)

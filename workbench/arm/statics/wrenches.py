@@ -67,11 +67,7 @@ class Masses:
 
 @lru_cache(maxsize=16)
 def masses(robot: Robot) -> Masses:
-    """The robot's links as point masses; fixed joints without a mass carry none.
-
-    Raises:
-        RobotError: a moving joint's link has no mass; names the joint.
-    """
+    """The robot's links as point masses; fixed joints without a mass carry none."""
     for joint in robot.moving:
         if joint.mass is None:
             raise RobotError(
@@ -116,10 +112,6 @@ def motion_wrenches(
     Returns:
         By column of q: force [N] and moment [N m] at the origin of the joint's mount, in the mount's axes.
         `own_axis` tells which component lies along the joint's axis.
-
-    Raises:
-        RobotError: a moving joint's link has no mass, or a joint drives several elements.
-        ShapeError: the rows have another number of joints than the robot.
     """
     weights = masses(robot) if weights is None else weights
     return _summed(robot, motion, weights, payload_com=payload_com, values=values, shift=shift)[:, 0]

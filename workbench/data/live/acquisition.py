@@ -47,9 +47,6 @@ class StandstillDetector:
         joint: Largest range of any joint [rad or m].
         position: Largest distance of two measured positions' extremes [m].
         orientation: Largest angle from the window's first orientation [rad].
-
-    Raises:
-        OptionError: A tolerance or the window is not above zero.
     """
 
     def __init__(

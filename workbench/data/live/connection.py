@@ -59,10 +59,6 @@ def connect(address: str, *, timeout: float = 5.0) -> SocketLines:
     Args:
         address: Where the source listens.
         timeout: Longest wait for the connection [s]; lines may then come at any pace.
-
-    Raises:
-        OptionError: It is no address.
-        FileError: Nothing answers there.
     """
     host, port = parse_address(address)
     try:
@@ -84,10 +80,6 @@ def listen(
         address: Loopback address; port 0 picks a free one.
         timeout: Longest wait for a source [s]; None: for ever.
         ready: Is told the port as soon as sources can connect.
-
-    Raises:
-        OptionError: It is no loopback address: measurements are not taken from the network unasked.
-        FileError: The port is taken, or no source came in time.
     """
     host, _ = parse_address(address)
     if not _is_loopback(host):

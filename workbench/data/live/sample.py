@@ -53,10 +53,6 @@ def parse_sample(text: str, *, line: int, joints: int | None = None, source: str
         line: Its number, for messages.
         joints: Number of joints of the robot; None: any.
         source: Name of the source, for messages.
-
-    Raises:
-        FileError: It is no such object, or a value is no finite number.
-        ShapeError: It has another number of joints.
     """
     fail: Fail = partial(FileError, path=source, line=line)
     if len(text) > LONGEST_LINE:

@@ -28,7 +28,6 @@ REFERENCE = frozen(np.array([-1.0, -1.0, -1.0]))
 
 
 def touches_plane(contact: np.ndarray) -> Bool[np.ndarray, " rows"]:
-    """Which contacts are with planes, by their names."""
     return np.char.startswith(np.asarray(contact, str), PLANE)
 
 

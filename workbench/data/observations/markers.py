@@ -86,9 +86,6 @@ def marker_poses(
 
     Returns:
         The data with poses instead of markers, and the rms distance [m] of the markers from the fit.
-
-    Raises:
-        DataError: fewer than three markers were seen, or they lie on one line, in some row.
     """
     if data.markers is None:
         raise DataError(f"{data.source}: there are no marker columns (m1x[mm] …)")

@@ -102,7 +102,6 @@ class AbstractObservation(ABC):
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
-        """Rows that carry this observation."""
         values = [v for name in cls.columns if (v := data.column(name)) is not None]
         if len(values) < len(cls.columns):
             return np.zeros(len(data), bool)

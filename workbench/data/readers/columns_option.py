@@ -51,7 +51,6 @@ class NamedUnit:
     orientation: str | None = None
 
     def heading(self, key: str | None = None) -> str:
-        """The item as a column heading."""
         return (key or self.name) + (f"[{self.unit}]" if self.unit is not None else "")
 
 
@@ -74,7 +73,6 @@ class Naming:
 
 
 def parse_columns(text: str) -> Naming:
-    """Parse the `columns` option."""
     items: list[NamedUnit] = []
     pairs: list[Pair] = []
     for part in _parts(text):

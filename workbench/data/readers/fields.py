@@ -58,7 +58,6 @@ class Fields:
 
     @property
     def rows(self) -> int:
-        """Number of rows."""
         return len(self.lines)
 
     def stacked(

@@ -35,7 +35,6 @@ _REFUSED: tuple[tuple[bytes, str], ...] = (
 
 
 def read_bytes(path: Path) -> bytes:
-    """The file's bytes."""
     if path.is_dir():
         raise FileError("this is a folder: give one file with measurements", path=str(path))
     if not path.exists():
@@ -47,7 +46,6 @@ def read_bytes(path: Path) -> bytes:
 
 
 def kind_of(data: bytes, path: Path) -> FileKind:
-    """The kind of file that these bytes are."""
     if data.startswith(b"PK\x03\x04"):
         return _zip_kind(data, path)
     if data.startswith(b"PAR1"):

@@ -62,7 +62,6 @@ def _by_label(measured: Fields, joints: Fields, key: str) -> Fields:
 
 
 def by_row(measured: Fields, joints: Fields) -> Fields:
-    """Tables of one row of joints a measurement."""
     if measured.rows != joints.rows:
         raise DataError(
             f"{measured.source} has {plural(measured.rows, 'row')}, {joints.source} {joints.rows}: name the "

@@ -66,7 +66,6 @@ class _MappingReader(AbstractTableReader):
 
 
 def read_mapping(path: Path | str) -> ColumnMapping:
-    """A stored mapping."""
     reader = _MappingReader(path)
     data = reader.load()
     reader.keys(data, {"columns", "joints", "layout", "sheet"}, "the mapping")
@@ -85,7 +84,6 @@ def write_mapping(preview: Preview, path: Path | str) -> Path:
 
 
 def mapping_text(preview: Preview) -> str:
-    """The same as text."""
     columns = {column.heading: ours(column) for column in preview.columns if column.heading}
     table: dict[str, Any] = {"columns": columns}
     if preview.layout != "plain":
@@ -94,7 +92,6 @@ def mapping_text(preview: Preview) -> str:
 
 
 def ours(column: PreviewColumn) -> str:
-    """What a column is, as a mapping says it."""
     if column.key is None:
         return LEFT_OUT
     return column.key + (f"[{column.unit}]" if column.unit is not None else "")

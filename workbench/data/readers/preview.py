@@ -150,7 +150,6 @@ def _shown(column: TableColumn, table: Table) -> PreviewColumn:
 
 
 def _by_layout(fields: Fields) -> tuple[PreviewColumn, ...]:
-    """Columns that a layout has made."""
     keys = dict.fromkeys([*fields.values, *fields.headings])
     return tuple(
         PreviewColumn(fields.headings.get(key, key), key, fields.units.get(key), _si(key)) for key in keys

@@ -124,7 +124,6 @@ def _file_layout(path: Path, layout: str | None) -> AbstractFileLayout | None:
 def _table_layout(
     table: Table, columns: str | Naming | None, layout: str | None
 ) -> AbstractTableLayout | None:
-    """The layout of this table, if it is not the plain one."""
     if columns is not None and layout is None:
         return None
     for known in layouts.table_layouts():

@@ -41,9 +41,6 @@ class DrivePace:
         sliding: Peak speed of a prismatic joint [m/s].
         dwell: How long the arm stands at each target [s]; its last sample asks to be captured.
         joint_noise: Standard deviation of a joint reading [rad or m].
-
-    Raises:
-        OptionError: something that must be positive is not.
     """
 
     rate: float = 50.0
@@ -84,10 +81,6 @@ def drive(
 
     Yields:
         Samples at the pace's rate by their own clock, the last one at each target with `capture`.
-
-    Raises:
-        OptionError: an instrument that sees neither a pose nor a point.
-        ShapeError: the targets have another number of joints than the arm.
     """
     pace = pace or DrivePace()
     actual.check_joints(targets, "targets")

@@ -45,10 +45,6 @@ def hidden_effects(
 
     Returns:
         The effects with their coefficients, and a sentence on each.
-
-    Raises:
-        OptionError: an unknown name, no such joint, a wrong size, or an effect that would not show.
-        RobotError: the arm can't carry the effect.
     """
     effects = tuple(e if isinstance(e, AbstractEffect) else _from_words(robot, e, rng) for e in wanted)
     robot.with_effects(*effects)
@@ -60,9 +56,6 @@ def surprise(robot: Robot, *, rng: np.random.Generator) -> AbstractEffect:
 
     At a joint that turns, if there is one: any, or the second for an effect of load, which the first may
     not feel. The same generator gives the same effect; journals rely on it.
-
-    Raises:
-        OptionError: this arm can carry none of them.
     """
     turning = [j for j in range(robot.dof) if turns(robot.chain, j)]
     joint = int(rng.choice(turning or range(robot.dof)))

@@ -179,7 +179,6 @@ INSTRUMENTS: Registry[Instrument] = Registry(
 
 
 def instrument_named(name: str, instruments: Mapping[str, Instrument] = INSTRUMENTS) -> Instrument:
-    """The instrument of that name."""
     if name not in instruments:
         raise OptionError(f"there is no instrument '{name}'; known are {', '.join(instruments)}")
     return instruments[name]

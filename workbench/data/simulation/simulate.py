@@ -83,9 +83,6 @@ def simulate(
 
     Returns:
         One row a joint position; its `q` are the readings.
-
-    Raises:
-        OptionError: the instrument touches fixed points, which joint positions don't name.
     """
     if instrument.observes is Observes.CONTACT:
         raise OptionError(
@@ -136,9 +133,6 @@ def simulate_targets(
 
     Returns:
         One row a target.
-
-    Raises:
-        DataError: a target out of reach, or a branch that it does not have; says which and why.
     """
     if instrument.observes in (Observes.SPHERE, Observes.PLANE):
         raise OptionError(

@@ -42,7 +42,6 @@ class Rows:
 
     @classmethod
     def of(cls, result: Diagnosis) -> "Rows":
-        """Those of a diagnosis."""
         fit = result.after_fit
         places = fit.problem.instrument(fit.x)
         held = judged_rows(result)
@@ -57,7 +56,6 @@ class Rows:
 
     @cached_property
     def motion(self) -> Motion:
-        """State of all rows."""
         return Motion.joined([Motion.of(p.data) for p in self.problems])
 
     @cached_property

@@ -168,7 +168,6 @@ class _CameraReader(AbstractTableReader):
 
 
 def read_cameras(path: Path | str) -> tuple[Camera, ...]:
-    """Cameras of a file."""
     reader = _CameraReader(path)
     data = reader.load()
     reader.keys(data, {"camera"}, "the file")

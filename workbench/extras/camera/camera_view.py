@@ -160,7 +160,6 @@ def _placed(values: Mapping[str, float], owner: str) -> Matrix4:
 
 
 def _row(session: Session, data: Dataset) -> int | None:
-    """The row of the data that is looked at."""
     if session.focus is not Focus.ROW or session.comparison is None:
         return None
     found = np.flatnonzero(data.row == session.comparison.number[session.row])

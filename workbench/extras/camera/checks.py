@@ -301,9 +301,6 @@ def mismatched_pictures(
     """Rows whose picture does not suit their joints, with the reason.
 
     A picture counts the less in the fit the farther it is off, so that a few wrong ones don't bend it.
-
-    Raises:
-        DataError: all suit a rig whose camera and target have changed places.
     """
     free = tuple(n for n in robot.joint_offsets if n in robot.default_free)
     problem = build(robot, data, free=free).with_noise(ROUGH)

@@ -232,11 +232,6 @@ def find_corners(folder: Path | str, rig: Rig) -> PixelRows:
     Args:
         folder: Of the pictures.
         rig: Cameras and target.
-
-    Raises:
-        Cancelled: asked to stop.
-        FileError: no such folder, no pictures in it, or one that can't be read.
-        DataError: no picture shows the target, with the reason; or pictures are not of the camera's size.
     """
     folder = Path(folder)
     files = list(picture_files(folder, rig))

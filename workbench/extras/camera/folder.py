@@ -97,7 +97,6 @@ def tables_in(place: Path, joints: Path | None = None) -> tuple[Path | None, Pat
 
 
 def only_folder(place: Path) -> Path:
-    """A folder, or the one that is all it holds, and so on."""
     while True:
         inside = [p for p in place.iterdir() if not p.name.startswith(".")]
         if len(inside) != 1 or not inside[0].is_dir():
@@ -106,7 +105,6 @@ def only_folder(place: Path) -> Path:
 
 
 def read_folder(place: Path | str, *, dof: int | None = None) -> Dataset:
-    """Measurements of a folder."""
     found = scan_folder(place)
     source = found.corners or found.place
     data = read_pixels(source, found.rig, joints=found.joints, dof=dof)
@@ -126,7 +124,6 @@ def shown_pictures(place: Path | str, rig: Rig) -> dict[tuple[str, str], bytes]:
 
 
 def small_jpeg(picture: Picture) -> bytes:
-    """A picture to be looked at."""
     cv2 = opencv("reading pictures")
     part = min(1.0, SHOWN_WIDTH / picture.shape[1])
     small = cv2.resize(picture, None, fx=part, fy=part, interpolation=cv2.INTER_AREA)
@@ -148,9 +145,6 @@ def unpacked(name: str, content: bytes) -> Iterator[Path]:
     """The folder that a ZIP or tar archive holds, as long as it is looked at.
 
     Links and devices in it are left out, and nothing is written outside the folder.
-
-    Raises:
-        FileError: it can't be unpacked, or is too large.
     """
     with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
         try:

@@ -123,7 +123,6 @@ def look_at(
     size: tuple[int, int],
     q: tuple[float, ...] | None,
 ) -> Shot:
-    """What a picture shows."""
     found = finder.find(picture)
     reason = found.reason
     if picture.shape[::-1] != size:

@@ -78,11 +78,7 @@ def _assumed(name: str, rig: Rig, size: tuple[int, int], focal: float | None, ce
 
 
 def with_lenses(rig: Rig, pixels: Float[np.ndarray, "rows cameras points 2"]) -> tuple[Rig, list[str]]:
-    """The rig with the lens of every assumed camera as its pictures start it, and what was assumed.
-
-    Raises:
-        DataError: the pictures show too little of the target for that.
-    """
+    """The rig with the lens of every assumed camera as its pictures start it, and what was assumed."""
     cameras, said = list(rig.cameras), []
     for c, camera in enumerate(cameras):
         if camera.is_assumed:

@@ -18,7 +18,6 @@ USUAL = (
 
 @cache
 def dictionary(name: str) -> Any:
-    """A dictionary by name."""
     cv2 = opencv("reading and printing markers")
     number = getattr(cv2.aruco, name, None)
     if not name.startswith("DICT_") or number is None:

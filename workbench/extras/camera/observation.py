@@ -351,7 +351,6 @@ def _coordinates(owner: str, pose: Float[np.ndarray, "4 4"]) -> dict[str, float]
 
 
 def _times(rows: Float[np.ndarray, "n 2 3"], matrix: Float[np.ndarray, "3 3"]) -> Float[np.ndarray, "n 2 3"]:
-    """All rows times one matrix, in one product."""
     return (rows.reshape(-1, 3) @ matrix).reshape(rows.shape)
 
 

@@ -12,7 +12,6 @@ MAX_PIXELS = 250_000_000
 
 @cache
 def opencv(what: str) -> Any:
-    """The library."""
     os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", str(MAX_PIXELS))
     try:
         import cv2

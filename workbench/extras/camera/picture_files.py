@@ -49,11 +49,7 @@ def _counting(path: Path) -> tuple[int, str]:
 
 
 def read_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
-    """A picture in grey as the sensor saw it; turned as its EXIF says only where `size` [px] then fits.
-
-    Raises:
-        FileError: it is none, is being written, or is too large.
-    """
+    """A picture in grey as the sensor saw it; turned as its EXIF says only where `size` [px] then fits."""
     cv2 = opencv("reading pictures")
     picture = None
     for way in (cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION, cv2.IMREAD_GRAYSCALE):

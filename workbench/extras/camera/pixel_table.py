@@ -60,7 +60,6 @@ class PixelRows:
 
     @classmethod
     def of(cls, fields: Fields) -> "PixelRows":
-        """The corners of a table."""
         if missing := [key for key in ("image", "id", "u", "v") if key not in fields.values]:
             heading = {"u": "u[px]", "v": "v[px]"}.get(missing[0], missing[0])
             raise FileError(f"a table of pixels needs the column '{heading}'", path=fields.source)

@@ -49,7 +49,6 @@ class PrintedSheet:
         )
 
     def figure(self) -> Figure:
-        """The page."""
         name, width, height = self.paper
         left, top = 0.5 * (width - self.size[0]), 0.5 * (height - FOOT + BORDER - self.size[1])
         with look():

@@ -39,11 +39,7 @@ class PictureReadings(AbstractReadings):
 
     @classmethod
     def of(cls, data: Dataset) -> "PictureReadings":
-        """Those of a dataset.
-
-        Raises:
-            DataError: it has none.
-        """
+        """Those of a dataset."""
         if not isinstance(data.readings, cls):
             raise DataError(f"{data.source}: no pictures; give --camera and --target")
         return data.readings
@@ -72,7 +68,6 @@ class PictureReadings(AbstractReadings):
 
     @property
     def seen(self) -> Bool[np.ndarray, "rows cameras points"]:
-        """Which points were seen."""
         return np.isfinite(self.pixels).all(3)
 
 

@@ -52,9 +52,6 @@ def with_corners(
 
     Boards that fewer than two pictures place are left out, where there are several, and with them the
     pictures that show nothing else.
-
-    Raises:
-        DataError: no picture can be explained by target and intrinsics.
     """
     pixels, sight = pixels.copy(), np.full((*pixels.shape[:2], len(rig.targets), 4, 4), np.nan)
     apart: list[RejectedCorner] = []
@@ -99,9 +96,6 @@ def with_boards_in_view(data: Dataset, *, fitted: bool = False) -> Dataset:
     Args:
         data: The pictures.
         fitted: Whether they are those left to fit, and the boards may be in others.
-
-    Raises:
-        DataError: none is left.
     """
     own = PictureReadings.of(data)
     rig = own.rig

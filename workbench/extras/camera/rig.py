@@ -46,9 +46,6 @@ class Rig:
         targets: One, or boards of which each has its own pose in what carries them all.
         apart: Corners that contradict their pictures and are not used, the worst first.
         tool_poses: Whether poses of the tool were given in place of joints: the arm is `posed_arm`.
-
-    Raises:
-        DataError: camera and target are carried by the same thing, so that the arm moves neither.
     """
 
     cameras: tuple[Camera, ...]
@@ -73,7 +70,6 @@ class Rig:
 
     @property
     def posed(self) -> tuple[Camera | PictureTarget, ...]:
-        """All that has a pose."""
         return (*self.cameras, *self.targets)
 
     @property
@@ -109,7 +105,6 @@ class Rig:
 
     @property
     def text(self) -> str:
-        """What is in view."""
         return ", ".join(f"{t.name}: {t.text}" if t.name else t.text for t in self.targets)
 
     @property

@@ -109,7 +109,6 @@ class Identifiability(AbstractIdentifiability):
 
     @property
     def step(self) -> Step:
-        """The step that holds."""
         return self.steps[self.taken]
 
     @classmethod
@@ -123,7 +122,6 @@ class Identifiability(AbstractIdentifiability):
         actual: Noise | None,
         considered: Considered | None,
     ) -> "Identifiability":
-        """The decision for one of the steps."""
         step = steps[taken]
         return cls(
             title=step.name,

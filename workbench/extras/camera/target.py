@@ -55,7 +55,6 @@ class Charuco:
 
     @property
     def markers(self) -> range:
-        """Numbers of its markers."""
         return range(self.first_marker, self.first_marker + self.squares[0] * self.squares[1] // 2)
 
 
@@ -128,7 +127,6 @@ class PictureTarget:
 
     @property
     def markers(self) -> set[int]:
-        """Numbers of its markers."""
         return set(self.ids.tolist() if self.charuco is None else self.charuco.markers)
 
     @property
@@ -138,7 +136,6 @@ class PictureTarget:
 
     @property
     def text(self) -> str:
-        """The points that it has."""
         if self.charuco is None:
             return f"{len(self)} points of ids {listed(sorted(set(self.ids.tolist())))}"
         across, down = self.charuco.squares
@@ -170,9 +167,6 @@ def charuco_target(
         name: Of one of several.
         first: Number of its first corner.
         **more: `scale_sigma` and `flatness_sigma` where they are not the usual ones, `per_session`.
-
-    Raises:
-        DataError: a board that can't be.
     """
     across, down = board.squares
     if min(across, down) < 2 or board.square <= 0.0 or not 0.0 < board.marker < board.square:
@@ -300,11 +294,7 @@ class _TargetReader(AbstractTableReader):
 
 
 def read_targets(path: Path | str) -> tuple[PictureTarget, ...]:
-    """The target of a file, or the boards that it has in `[[board]]` tables.
-
-    Raises:
-        FileError: names the key that is missing or wrong.
-    """
+    """The target of a file, or the boards that it has in `[[board]]` tables."""
     reader = _TargetReader(path)
     data = reader.load()
     reader.keys(data, {"mounted", "board", *KEYS}, "the file")

@@ -49,9 +49,6 @@ class TargetInView(AbstractSight):
         target: Pose of the target in what carries it.
         depth: Nearest and farthest distance at which pictures are sharp [m].
         noise: Standard deviation of a corner [px].
-
-    Raises:
-        OptionError: depths that are none, or another number of poses than of cameras.
     """
 
     rig: Rig

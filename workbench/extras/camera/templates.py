@@ -36,7 +36,6 @@ class Board:
 
     @property
     def charuco(self) -> Charuco:
-        """With its markers."""
         return Charuco((self.across, self.down), self.square, fitting_marker(self.square), DICTIONARY)
 
     def pdf(self) -> bytes:
@@ -67,7 +66,6 @@ class Board:
 
     @property
     def text(self) -> str:
-        """What it is."""
         board = f"a board of {self.across} × {self.down} squares of {1e3 * self.square:g} mm"
         return f"{board}, {'on the tool' if self.mounted is Mount.TOOL else 'in the cell'}"
 
@@ -78,11 +76,7 @@ def fitting_marker(square: float) -> float:
 
 
 def across_down(text: str) -> tuple[int, int]:
-    """Squares across and down from 5x7.
-
-    Raises:
-        OptionError: it is no such thing.
-    """
+    """Squares across and down from 5x7."""
     try:
         across, down = (int(part) for part in text.lower().replace("×", "x").split("x"))
     except ValueError:

@@ -37,11 +37,7 @@ def as_angles(data: Dataset, motors: tuple[Motor, ...] | None, *, percent: bool)
 
 
 def with_zeros(text: str, motors: tuple[Motor, ...], found: MotorMap, make: Make) -> str:
-    """A calibration's text with homing offsets and ranges that put each known zero in the middle.
-
-    Raises:
-        OptionError: motors are exchanged, or a zero lies where its motor was never led.
-    """
+    """A calibration's text with homing offsets and ranges that put each known zero in the middle."""
     if found.exchanged:
         names = " and ".join(found.exchanged)
         raise OptionError(f"{names} are exchanged: exchange their ids with LeRobot first")

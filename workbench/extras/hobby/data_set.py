@@ -56,12 +56,7 @@ def root_of(path: Path) -> Path | None:
 
 
 def read_data_set(path: Path) -> MotorLog:
-    """The frames of a data set, or of one of its parquet files.
-
-    Raises:
-        FileError: no data set of LeRobot; says what is missing.
-        MissingExtraError: pyarrow is not installed.
-    """
+    """The frames of a data set, or of one of its parquet files."""
     root = root_of(path)
     if root is None:
         raise FileError("is no data set of LeRobot: there is no meta/info.json", path=str(path))

@@ -94,7 +94,6 @@ class Following(AbstractShown):
 
     @property
     def sentence(self) -> str:
-        """The result in one sentence."""
         said = [
             f"{j.name} is {signed(j.offset[0], 2)}° ± {j.offset[1]:.2f} off" for j in self.joints if j.is_off
         ]

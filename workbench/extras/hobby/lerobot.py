@@ -82,11 +82,7 @@ class Motor:
         return {key: getattr(self, key) for key in KEYS}
 
     def with_zero(self, angle: float, make: Make | None = None) -> "Motor":
-        """The motor whose zero is where it read an angle [rad].
-
-        Raises:
-            OptionError: it was never led there.
-        """
+        """The motor whose zero is where it read an angle [rad]."""
         twice = self.range_min + self.range_max + round(2.0 * angle * TURN / (2.0 * np.pi))
         low, high = max(self.range_min, twice - self.range_max), min(self.range_max, twice - self.range_min)
         if high <= low:

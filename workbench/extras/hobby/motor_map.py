@@ -136,7 +136,6 @@ class MotorMap(AbstractShown):
 
     @property
     def sentence(self) -> str:
-        """The result in one sentence."""
         count = "counts" if len(self.reversed) == 1 else "count"
         ways = (
             f"{', '.join(self.reversed)} {count} the other way" if self.reversed else "all count as the URDF"

@@ -75,7 +75,6 @@ def choice(naming: Naming | None, key: str) -> str | None:
 
 
 def chosen(names: list[str], wanted: str | None, what: str, key: str) -> str:
-    """The name that is wanted, or the only one."""
     if wanted in names:
         return wanted
     if wanted is None and len(names) == 1:

@@ -90,7 +90,6 @@ class Extraction(AbstractShown):
 
     @property
     def sentence(self) -> str:
-        """The result in one sentence."""
         nominal = 1e-3 * self.run.nominal.train.position_mm.mean
         if self.verdict is ModelVerdict.NOMINAL:
             name = self.run.nominal_robot.name

@@ -50,7 +50,6 @@ class Plan:
 
     @property
     def sentence(self) -> str:
-        """What to expect of it."""
         size = 1e3 * self.expected.position
         more = "" if self.expected.position <= WANTED else "; more poses make it smaller"
         return (
@@ -78,11 +77,7 @@ HELP = (
 
 
 def plan_readings(robot: Robot, number: int, *, seed: int = 0) -> Plan:
-    """Choose poses to read from a pendant.
-
-    Raises:
-        OptionError: fewer poses than tell a model.
-    """
+    """Choose poses to read from a pendant."""
     if number < MIN_POSES:
         raise OptionError(f"--plan must be at least {MIN_POSES} poses, got {number}; 30 suit most arms")
     reach = np.full(3, 2.0 * robot.reach)

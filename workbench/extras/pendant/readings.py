@@ -57,12 +57,7 @@ class PendantReadings:
 
 
 def read_readings(path: Path | str, robot: Robot) -> PendantReadings:
-    """PendantReadings of a table with or without headings.
-
-    Raises:
-        FileError: no table of numbers.
-        DataError: other columns.
-    """
+    """PendantReadings of a table with or without headings."""
     path = Path(path)
     content = read_bytes(path)
     is_workbook = kind_of(content, path) is FileKind.EXCEL

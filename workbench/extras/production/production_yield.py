@@ -175,10 +175,6 @@ def try_production(job: YieldJob, *, arms: int = ARMS, seed: int = 0, scheduler:
 
     Args:
         scheduler: Address of a Dask scheduler; this machine's cores if None.
-
-    Raises:
-        OptionError: no arms, or no scheduler at the address.
-        DataError: a plate on which the arm can't be calibrated.
     """
     check_number(arms)
     check_job(job)

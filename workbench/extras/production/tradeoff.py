@@ -171,10 +171,6 @@ def weigh_choices(
         arms: Virtual arms on which each plate is tried; 0 for none.
         wanted: What every pose of them has to keep; ARIA eq. (3) if None.
         seed: Of everything random.
-
-    Raises:
-        OptionError: no such way.
-        DataError: none of the plates can be had.
     """
     if unknown := [name for name in manners if name not in MANNERS]:
         raise OptionError(f"there is no way to make a plate '{unknown[0]}'; known are {', '.join(MANNERS)}")

@@ -85,7 +85,6 @@ class ErrorSizes:
 
     @property
     def played(self) -> Float[np.ndarray, "targets 2"]:
-        """The play of every target."""
         return np.zeros((len(self.target_position), 2)) if self.play is None else self.play
 
     @property
@@ -219,11 +218,7 @@ def constrained_by(plate: Plate) -> Bool[np.ndarray, "targets 6"]:
 
 
 def check_job(job: YieldJob) -> None:
-    """Refuse a trial that can't be carried out.
-
-    Raises:
-        DataError: fewer targets than three, or an arm with too few joints for its seats.
-    """
+    """Refuse a trial that can't be carried out."""
     if len(job.q) < 3:
         raise DataError(f"a yield needs three targets or more, got {len(job.q)}")
     if job.constrained[:, 3:].any() and job.robot.dof < 6:

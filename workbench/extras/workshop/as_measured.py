@@ -24,7 +24,6 @@ class PlateFrame(StrEnum):
 
 
 def frame_named(text: str) -> PlateFrame:
-    """The frame of that name."""
     if text not in list(PlateFrame):
         raise OptionError(f"a plate is measured in the frame {' or '.join(PlateFrame)}, not '{text}'")
     return PlateFrame(text)
@@ -42,9 +41,6 @@ def as_measured(nominal: Plate, measured: MeasuredTargets, *, frame: PlateFrame 
         nominal: The plate as drawn.
         measured: The machine's file.
         frame: `base`: measured in the robot's base. `plate`: from the centre of the plate's top.
-
-    Raises:
-        DataError: a number that the plate does not have, or a place that no workshop misses by so much.
     """
     beyond = [number for number in measured.numbers if number > len(nominal)]
     if beyond:

@@ -181,7 +181,6 @@ def pdf_of(sheets: Iterable[Sheet]) -> bytes:
 
 
 def svg_of(sheet: Sheet, name: str) -> str:
-    """The same page as SVG."""
     return svg(figure_of(sheet), name)
 
 

@@ -43,7 +43,6 @@ class SearchOutcome:
 
     @property
     def iterations(self) -> int:
-        """Iterations done."""
         return len(self.history) - 1
 
 

@@ -100,7 +100,6 @@ class ParameterTable:
 
     @property
     def marks(self) -> tuple[ConstantStatus, ...]:
-        """Marks that appear in the table."""
         cells = [c for _, row in self.rows for c in row if c is not None] + list(self.others)
         return tuple(s for s in LEGEND if any(c.state is s for c in cells))
 

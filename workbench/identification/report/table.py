@@ -145,7 +145,6 @@ def error_columns(found: Sequence[Errors]) -> tuple[list[str], Table]:
 
 
 def error_cells(errors: Errors, kinds: Sequence[str]) -> list[str]:
-    """Cells of one row of it."""
     cells = []
     for kind in kinds:
         spread, names = getattr(errors, kind), COLUMNS[kind][1]

@@ -45,11 +45,7 @@ class Constraints:
 
 
 def half_size(plate: Plate, constraints: Constraints) -> Float[np.ndarray, "2"]:
-    """How far from the plate's centre targets may lie along its length and width [m].
-
-    Raises:
-        OptionError: the plate has no solid, or is smaller than its edges.
-    """
+    """How far from the plate's centre targets may lie along its length and width [m]."""
     if plate.size is None:
         raise OptionError(
             f"plate '{plate.name}' has no size, so there is nothing to put targets on; give "
@@ -65,11 +61,7 @@ def half_size(plate: Plate, constraints: Constraints) -> Float[np.ndarray, "2"]:
 
 
 def check_room(plate: Plate, number: int, half: Float[np.ndarray, "2"], spacing: float) -> None:
-    """Refuse more targets than fit: circles of the spacing's diameter, packed as densely as can be.
-
-    Raises:
-        OptionError: plate size and spacing conflict for so many targets.
-    """
+    """Refuse more targets than fit: circles of the spacing's diameter, packed as densely as can be."""
     if number < 1:
         raise OptionError(f"the number of targets must be at least 1, got {number}")
     room = float(np.prod(2.0 * half + spacing))
@@ -82,11 +74,7 @@ def check_room(plate: Plate, number: int, half: Float[np.ndarray, "2"], spacing:
 
 
 def check_base(arm: AbstractArmShape, plate: Plate, hull: Hull | None, clearance: float) -> None:
-    """Refuse a plate that stands in the robot's base.
-
-    Raises:
-        OptionError: the plate and the base, or the first link, are nearer than the clearance.
-    """
+    """Refuse a plate that stands in the robot's base."""
     fixed = arm.bodies <= ON_THE_TABLE
     if hull is None or not fixed.any():
         return

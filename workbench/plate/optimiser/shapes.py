@@ -48,12 +48,10 @@ class Hull:
 
     @property
     def hull(self) -> "coal.ConvexBase":
-        """The same: it is convex."""
         return self.shape
 
 
 def convex(points: Float[np.ndarray, "points 3"]) -> "coal.ConvexBase":
-    """Convex hull of some points for coal."""
     import coal  # a twentieth of a second, for which arms of capsules alone have no use
 
     listed = coal.StdVec_Vec3s()

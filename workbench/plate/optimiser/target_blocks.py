@@ -62,9 +62,6 @@ class Blocks:
         levels: The only heights there are, such as those of posts [m]; any within `heights` if empty.
         shapes: The only blocks that may be made, as height [m], tilt and spin [rad]; any if empty. Blocks of
             one shape differ in where they stand and which way they face, and need one drawing.
-
-    Raises:
-        OptionError: heights or angles that no block can have.
     """
 
     style: BlockStyle = BlockStyle.TILTED

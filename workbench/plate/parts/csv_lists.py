@@ -76,7 +76,6 @@ def distances_csv(plate: Plate) -> str:
 
 
 def csv_text(head: Iterable[str], rows: Iterable[Iterable[str]]) -> str:
-    """A table as CSV."""
     buffer = io.StringIO()
     writer = csv.writer(buffer, lineterminator="\n")
     writer.writerow(head)
@@ -154,7 +153,6 @@ def _edges(slab: Slab) -> str:
 
 
 def position_words(bore: Bore, tolerances: Tolerances) -> str:
-    """Position tolerance of a bore, with its datums."""
     across = 2.0 * MM * tolerances.place
     match bore.purpose:
         case Purpose.SEAT | Purpose.SOCKET | Purpose.TIP:

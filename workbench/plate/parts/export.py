@@ -90,7 +90,6 @@ PLATE_FILES: Registry[PlateFile] = Registry(
 
 
 def formats_named(text: str) -> tuple[str, ...]:
-    """Formats with commas between."""
     names = [name.strip().lower() for name in text.split(",") if name.strip()]
     unknown = [name for name in names if name not in PLATE_FILES]
     if unknown or not names:
@@ -130,11 +129,6 @@ def export_plate(
         formats: What to write; the usual ones if empty.
         robot: The arm that it is for.
         sigma: Standard deviations of a measurement on the plate [m], [rad]; usual ones if None.
-
-    Raises:
-        OptionError: the plate can't be made; says why.
-        MissingExtraError: every format needs a library that is not installed.
-        FileError: the folder can't be written.
     """
     check_folder(folder)
     stock = stock or Stock()

@@ -34,10 +34,6 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
     Args:
         plate: Targets over the plate; the tool's z axis points into each face.
         stock: What the blocks are made with.
-
-    Raises:
-        OptionError: no targets; a block that is too low, too steep, off the plate, or runs into another;
-            names the targets.
     """
     stock = stock or Stock()
     if not len(plate):

@@ -60,7 +60,6 @@ def stl(mesh: "Trimesh") -> bytes:
 
 
 def _drilled(body: Any, bores: tuple[Bore, ...]) -> "Trimesh":
-    """The body without its bores."""
     from trimesh import Trimesh
 
     manifold = _manifold()

@@ -112,7 +112,6 @@ def poses_table(robot: Robot, poses: PoseSet) -> RenderableType:
 
 
 def poses_json(robot: Robot, poses: PoseSet) -> dict[str, Any]:
-    """The same in SI."""
     return {
         "schema": "workbench.poses/1",
         "robot": robot.name,

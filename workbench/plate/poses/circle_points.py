@@ -25,9 +25,6 @@ def circle_poses(robot: Robot, number: int, *, rng: np.random.Generator) -> Floa
 
     Args:
         number: How many poses; at least five for each joint.
-
-    Raises:
-        OptionError: too few poses, or a joint that does not turn.
     """
     if sliding := [i for i, j in enumerate(robot.moving, start=1) if j.kind is not JointKind.REVOLUTE]:
         raise OptionError(f"joint {sliding[0]} of robot '{robot.name}' slides and describes no circle")

@@ -132,7 +132,6 @@ def add(spread, cross, middle):
 @njit(cache=True)
 @no_type_check
 def _sandwich(w, s, half, out):
-    """W S Wᵀ into out."""
     rows = w.shape[0]
     for i in range(rows):
         for k in range(rows):
@@ -202,9 +201,6 @@ def d_exchange(
 
     Returns:
         The choice, with −O1 as its cost.
-
-    Raises:
-        OptionError: fewer candidates than are to be chosen.
     """
     count, rows, _ = blocks.shape
     if number > count:

@@ -155,10 +155,6 @@ def informative_poses(
         method: Exchange after the greedy choice, or the greedy choice alone; both are then improved.
         sigma_position: Standard deviation of a measured coordinate [m].
         sigma_rotation: Standard deviation of a measured rotation [rad]; None for points.
-
-    Raises:
-        OptionError: no such index, no poses asked for, or too few for the parameters.
-        DataError: fewer candidates than poses, or limits that conflict; says which.
     """
     if index == "I" and evaluation_poses is None:
         raise OptionError("index I is the predicted error over poses that matter; give a region or a plate")

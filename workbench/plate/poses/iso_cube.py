@@ -68,9 +68,6 @@ def largest_cube(robot: Robot, *, rng: np.random.Generator) -> Region:
 
     The workspace is mapped in voxels by random joint positions, so that its faces are right to a voxel. The
     column over the base is left out: the cube lies beside the arm, where it works.
-
-    Raises:
-        DataError: the workspace holds no cube, such as that of an arm in a plane.
     """
     low, high = robot.search_limits.T
     q = rng.uniform(low, high, (SAMPLES, robot.dof))
@@ -125,9 +122,6 @@ def iso_cube_poses(
     Args:
         number: How many poses; the thesis takes 118.
         cube: The cube in the robot's base; the largest of the workspace if None.
-
-    Raises:
-        DataError: there is no cube, or the arm does not reach enough points of it.
     """
     if number < 2:
         raise OptionError(f"the number of poses must be at least 2, got {number}")

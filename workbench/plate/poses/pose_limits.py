@@ -152,9 +152,6 @@ def sample_poses(
 
     Args:
         limits: Of which those of single poses are kept.
-
-    Raises:
-        DataError: practically none can be found; says which limits conflict.
     """
     if not limits.single:
         return random_poses(robot, number, rng=rng)
@@ -243,9 +240,6 @@ def feasible_start(
         limits: What is asked, for the words where it can't be had.
         clash: Which candidates must not be chosen together.
         follow: Which may follow each other; any if None.
-
-    Raises:
-        DataError: no such choice was found; names the limits that conflict.
     """
     found = _longest(blocks, number, clash, follow, rng)
     if len(found) == number:

@@ -26,11 +26,7 @@ def in_base(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "
 def random_poses(
     robot: Robot, number: int, *, rng: np.random.Generator, region: Region | None = None
 ) -> Float[np.ndarray, "number n"]:
-    """Joint positions spread evenly within the limits [rad or m], with the tool in the region if given.
-
-    Raises:
-        DataError: the tool practically never gets into the region.
-    """
+    """Joint positions spread evenly within the limits [rad or m], with the tool in the region if given."""
     if region is None:
         low, high = robot.search_limits.T
         return rng.uniform(low, high, (number, robot.dof))

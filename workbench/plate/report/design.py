@@ -58,7 +58,6 @@ def _design_words(design: PlateDesign) -> list[str]:
 
 
 def design_json(design: PlateDesign) -> Json:
-    """A designed plate with its margins."""
     finite = np.isfinite(design.start_cost)
     return {
         "schema": DESIGN,

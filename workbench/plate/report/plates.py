@@ -231,7 +231,6 @@ def cluster_tables(found: Clustering) -> RenderableType:
 
 
 def cluster_json(found: Clustering) -> Json:
-    """The same in SI."""
     sets = {"best": found.best, "plain": found.plain, "turned": found.turned}
     return {
         "schema": CLUSTERING,

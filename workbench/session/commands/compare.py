@@ -27,7 +27,6 @@ MIN_EXAGGERATION, MAX_EXAGGERATION = 1.0, 5000.0
 
 
 def with_fit(session: Session, algorithm: str) -> Session:
-    """The session with one of its fits shown and compared."""
     return with_comparison(replace(session, fit=algorithm))
 
 

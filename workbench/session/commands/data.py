@@ -202,7 +202,6 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         return Loaded(rows, name, facts, notes, virtual=True, checks=checks, actual=actual)
 
     def instrument_in(self, session: Session) -> Instrument:
-        """What measures."""
         return INSTRUMENTS[self.instrument] if self.instrument else instrument_of(session)
 
     def finish(self, session: Session, result: Loaded) -> Session:
@@ -247,12 +246,7 @@ def check_measurable(session: Session) -> None:
 
 
 def matched_to_arm(robot: Robot, loaded: Loaded) -> Loaded:
-    """Measurements of a file with all notes for this arm.
-
-    Raises:
-        ShapeError: the arm has another number of joints.
-        DataError: units or quaternions must have been mislabelled.
-    """
+    """Measurements of a file with all notes for this arm."""
     assert loaded.read is not None
     dataset = checked(robot, loaded.read)
     return replace(loaded, dataset=dataset, notes=dataset.notes, match=arm_match(robot, dataset))
@@ -314,11 +308,7 @@ def load_command(name: str, content: bytes) -> AbstractCommand:
 
 
 def packed(folder: Path) -> tuple[str, bytes]:
-    """Name and content of the file that `load_command` takes for a folder of measurements.
-
-    Raises:
-        FileError: no installed package reads folders.
-    """
+    """Name and content of the file that `load_command` takes for a folder of measurements."""
     for kind in kinds().values():
         if issubclass(kind, AbstractLoad) and (found := kind.packed(folder)) is not None:
             return found
@@ -377,7 +367,6 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
 
 
 def _on_page(problem: str, remedy: str) -> str:
-    """The problem with a file, and a remedy on the page."""
     return f"{problem.replace(OPTION, '')}; {remedy}"
 
 

@@ -95,9 +95,6 @@ def make_track(
         duration: Time from beginning to end [s].
         is_corrected: Whether the joints are corrected with the erring arm.
         place: Where; as usual for the arm and its region if None.
-
-    Raises:
-        DataError: the path can't be followed; names time and joint.
     """
     curve = curves(session)[kind] if place is None else chosen_curve(kind, place)
     planned = plan(session.robot, curve, duration=duration, rows=ROWS)

@@ -34,11 +34,7 @@ Read = Callable[[Any, Load], Any]
 
 
 def encode(command: AbstractCommand) -> tuple[dict[str, Any], dict[str, bytes]]:
-    """Fields of a command as plain data, and the files in it by their place in the recording.
-
-    Raises:
-        TypeError: the command is none that a journal may hold, or has a value that can't be written.
-    """
+    """Fields of a command as plain data, and the files in it by their place in the recording."""
     if not isinstance(command, AbstractCommand):
         raise TypeError(f"{type(command).__name__} is not a command")
     files: dict[str, bytes] = {}
@@ -55,9 +51,6 @@ def decode(name: str, values: Mapping[str, Any], load: Load, *, title: str = "")
         values: Its fields.
         load: Gives the content of a file by its place in the recording.
         title: Of the command, as it was recorded.
-
-    Raises:
-        ValueError: the command has no such fields.
     """
     kind = kinds().get(name)
     if kind is None:

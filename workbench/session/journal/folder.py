@@ -110,9 +110,6 @@ def resume(recording: Recording, session: Session) -> StartedSession:
     Args:
         recording: As it was read.
         session: Its state after the last line.
-
-    Raises:
-        OptionError: another process records there.
     """
     folder = recording.folder
     try:
@@ -134,9 +131,6 @@ def go_on(restored: Restored, *, is_branch: bool = False, root: Path = ROOT) -> 
         restored: The recording and its session.
         is_branch: Whether the recording was cut off, so that it can't be continued itself.
         root: Where new recordings go.
-
-    Raises:
-        OptionError: another process records there.
     """
     recording, session, warning = restored.recording, restored.session, restored.warning
     if not warning:

@@ -130,11 +130,7 @@ class Recording:
         return start(self.robot, self.plate, is_given=bool(self.header.get("plate_given")), states=states)
 
     def truncated_at(self, step: int) -> "Recording":
-        """The recording cut off after so many commands.
-
-        Raises:
-            OptionError: it has fewer.
-        """
+        """The recording cut off after so many commands."""
         if not 0 <= step <= len(self.lines):
             raise OptionError(f"step must be 0 to {len(self.lines)} in {self.folder}, got {step}")
         return replace(self, lines=self.lines[:step])
@@ -146,10 +142,6 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
     Args:
         folder: Where it is.
         to: Read up to this step only; what follows may be damaged.
-
-    Raises:
-        FileError: there is none, it is of a newer kind, or it is damaged.
-        OptionError: it has no such step.
     """
     folder = Path(folder)
     path = folder / JOURNAL

@@ -21,7 +21,6 @@ def replay(session: Session, entries: Iterable[Entry]) -> Session:
 
 
 def steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
-    """The session after every entry."""
     entries = tuple(entries)
     wanted = {entry.basis for entry in entries if isinstance(entry.command, AbstractTask)}
     bases = {0: session}
@@ -34,11 +33,7 @@ def steps(session: Session, entries: Iterable[Entry]) -> Iterator[Session]:
 
 
 def do_again(session: Session, entry: Entry, bases: dict[int, Session], *, step: int) -> Session:
-    """Execute one recorded command, a task from the session that it started from.
-
-    Raises:
-        OptionError: it can't be carried out here, as the recording is damaged or of another version.
-    """
+    """Execute one recorded command, a task from the session that it started from."""
     try:
         return _do_again(session, entry.command, bases.get(entry.basis))
     except Exception as error:  # a command that was changed raises nearly anything

@@ -40,10 +40,6 @@ class Appender:
     Args:
         path: The file.
         length: How much of it is kept [bytes]; what follows is cut off with the next line.
-
-    Raises:
-        OptionError: another process records in this folder.
-        OSError: the folder can't be written.
     """
 
     def __init__(self, path: Path, *, length: int = 0):
@@ -67,9 +63,6 @@ class Appender:
             line: Without its end.
             files: By their place in the folder.
             instead: Whether it takes the place of the line before it; it has no files then.
-
-        Raises:
-            OSError, FileError: it can't be written now; it waits.
         """
         content = line.encode() + b"\n"
         if instead and not self._waiting:
@@ -83,11 +76,7 @@ class Appender:
         self.write_waiting()
 
     def write_waiting(self) -> None:
-        """Write what could not be written so far.
-
-        Raises:
-            OSError, FileError: it still can't be.
-        """
+        """Write what could not be written so far."""
         while self._waiting:
             content, needed = self._waiting[0]
             for name, data in needed.items():

@@ -75,7 +75,6 @@ def scale_colours(shares: Float[np.ndarray, " n"]) -> UInt8[np.ndarray, "n 3"]:
 
 
 def css(colour: tuple[int, int, int]) -> str:
-    """The colour for HTML."""
     return "#{:02x}{:02x}{:02x}".format(*colour)
 
 

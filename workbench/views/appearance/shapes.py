@@ -31,12 +31,10 @@ class Solid:
     faces: Int[np.ndarray, "f 3"]
 
     def moved(self, pose: Matrix4) -> "Solid":
-        """The same solid elsewhere."""
         return Solid(se3.apply(pose, self.vertices), self.faces)
 
 
 def merged(solids: list[Solid]) -> Solid:
-    """Several solids as one."""
     starts = np.cumsum([0, *(len(s.vertices) for s in solids)])
     faces = [s.faces + start for s, start in zip(solids, starts, strict=False)]
     return Solid(np.concatenate([s.vertices for s in solids]), np.concatenate(faces))
@@ -82,7 +80,6 @@ def cylinder(radius: float, low: float, high: float, *, bevel: float = 0.0) -> S
 
 
 def ball(radius: float, centre: Vector3) -> Solid:
-    """A sphere."""
     profile = [(radius * np.sin(a), -radius * np.cos(a)) for a in np.linspace(0.0, np.pi, BANDS + 1)]
     return turned(profile).moved(se3.pose(np.eye(3), centre))
 

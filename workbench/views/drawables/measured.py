@@ -74,7 +74,6 @@ def selected_row_marks(session: Session) -> Iterator[Item]:
 
 @lru_cache(maxsize=4)
 def error_scale(rows: Comparison) -> ErrorScale:
-    """The scale of the errors at every stage."""
     return ErrorScale.of(rows.stage_errors)
 
 

@@ -26,5 +26,4 @@ def bodies_of(
 
 
 def nominal_arm(robot: Robot, q: Float[np.ndarray, " n"]) -> Arm:
-    """An arm in its own colours."""
     return Arm(bodies=bodies_of(robot), frames=body_frames(robot, q))

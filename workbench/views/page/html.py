@@ -45,7 +45,6 @@ def note(words: str, testid: str, *, margin: str = "4px 0") -> str:
 
 
 def heading(words: str) -> str:
-    """A small heading."""
     return (
         f'<div style="font-weight:600;font-size:12px;color:{MUTED};letter-spacing:.02em;'
         f'margin:8px 0 3px">{text(words)}</div>'

@@ -71,9 +71,6 @@ def local_server(
         label: Name shown in the browser.
         shown: Tells the name of the session on the page, empty if it has none: a link to another one
             (`session_link`) is answered with a sentence instead of the wrong page.
-
-    Raises:
-        OptionError: the port is taken, or can't be used.
     """
     if not 0 <= port < 65536:
         raise OptionError(f"port {port} can't be used; give a number from 1 to 65535, or 0 for any free one")

@@ -59,10 +59,6 @@ def serve(
         source: Name and lines of a live source that tells where a real arm stands.
         asks: Whether the start card is shown.
         on_ready: Told the page's address as soon as it can be opened.
-
-    Raises:
-        OptionError: the port is taken or can't be used.
-        FileError: the measurement file can't be opened.
     """
     first = None if data is None else _content(Path(data))
     stop = threading.Event()
@@ -127,11 +123,7 @@ def serve(
 
 
 def _go_on(stop: threading.Event) -> None:
-    """Between the steps of the start, which itself is not broken off anywhere.
-
-    Raises:
-        KeyboardInterrupt: it was asked to stop.
-    """
+    """Between the steps of the start, which itself is not broken off anywhere."""
     if stop.is_set():
         raise KeyboardInterrupt
 

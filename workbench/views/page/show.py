@@ -28,11 +28,7 @@ class Page:
 
     @property
     def session(self) -> Session:
-        """What the page shows now.
-
-        Raises:
-            OptionError: the page was stopped.
-        """
+        """What the page shows now."""
         if self._app is None:
             raise OptionError("the page was stopped; call show again")
         return self._app.worker.session

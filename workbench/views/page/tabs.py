@@ -91,7 +91,6 @@ class Tabs:
             self.open_on(client, self._opened)
 
     def open_on(self, client: viser.ClientHandle, tab: Tab) -> None:
-        """Open a tab on one page."""
         threading.Thread(target=self._opening, args=(client, tab), name="workbench-tab", daemon=True).start()
 
     def _opening(self, client: viser.ClientHandle, tab: Tab) -> None:

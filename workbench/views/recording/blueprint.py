@@ -30,7 +30,6 @@ PLOTS = {
 
 
 def blueprint(session: Session) -> rrb.Blueprint:
-    """The layout for one session."""
     plots = rrb.Tabs(*(_plots(origin, name, series) for origin, (name, series) in PLOTS.items()))
     above = rrb.Horizontal(_scene(session), rrb.Vertical(plots, _tables()), column_shares=[1, 1])
     below = rrb.Tabs(_log(), _document("searches", "Searches"), _document("about", "About"))

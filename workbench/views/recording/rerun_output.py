@@ -99,11 +99,7 @@ class FileOutlet(AbstractOutlet):
 
 
 class ViewerOutlet(AbstractOutlet):
-    """Streams to a viewer that is open at `HOST`, `HOST:PORT`, or the viewer's own URL.
-
-    Raises:
-        OptionError: nobody listens there.
-    """
+    """Streams to a viewer that is open at `HOST`, `HOST:PORT`, or the viewer's own URL."""
 
     def __init__(self, address: str, recording: str, *, blueprint: rrb.Blueprint):
         self.stream = _stream(recording, rr.ChunkBatcherConfig(flush_tick=TICK))
@@ -116,11 +112,7 @@ class ViewerOutlet(AbstractOutlet):
 
 
 def url_of(address: str) -> str:
-    """The viewer's URL from an address, if it answers.
-
-    Raises:
-        OptionError: nobody listens there.
-    """
+    """The viewer's URL from an address, if it answers."""
     place = address.removeprefix("rerun+http://").removesuffix("/proxy")
     host, _, port = place.rpartition(":") if ":" in place else (place, "", str(PORT))
     try:

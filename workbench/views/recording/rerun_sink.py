@@ -134,7 +134,6 @@ def _log_cubes(canvas: Canvas, path: str, old: Cubes | None, new: Cubes) -> None
 
 
 def _whole(draw: Callable[[Any], Any]) -> Callable[[Canvas, str, Any, Any], None]:
-    """Draws the whole of what has changed."""
 
     def log_whole(canvas: Canvas, path: str, old: Any, new: Any) -> None:
         if old is None or differences(old, new):

@@ -205,11 +205,7 @@ def opened(files: Sequence[Path]) -> Iterator[list[str]]:
 
 
 def write_pictures(recording: Recording, path: Path) -> Path:
-    """Do all commands again and draw them into a file for the viewer.
-
-    Raises:
-        FileError: it can't be written.
-    """
+    """Do all commands again and draw them into a file for the viewer."""
     outlet = _outlet(path, recording.folder.name, blueprint(recording.first))
     draw_all(recording, Canvas([outlet]))
     return _finish(outlet, path)
@@ -225,7 +221,6 @@ def _outlet(path: Path, name: str, layout: rrb.Blueprint) -> FileOutlet:
 
 
 def _finish(outlet: FileOutlet, path: Path) -> Path:
-    """The file, if it is whole."""
     outlet.close()
     if outlet.trouble:
         raise FileError(f"{outlet.trouble}; choose another place", path=str(path))

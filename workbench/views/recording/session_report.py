@@ -28,11 +28,7 @@ PREDICTED = (("predicted error, rms [mm]", 1e3), ("predicted rotation error, rms
 
 
 def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
-    """Write the report of a recorded session, the file whole or not at all.
-
-    Raises:
-        FileError: it can't be written.
-    """
+    """Write the report of a recorded session, the file whole or not at all."""
     first, last = recording.first, replayed.session
     found, run = last.identification, last.run
     text = page_template("session.html", package="workbench.views.recording").render(

@@ -12,7 +12,6 @@ LAYOUTS: Registry[AbstractTableLayout | AbstractFileLayout] = Registry(
 
 
 def table_layouts() -> list[AbstractTableLayout]:
-    """Those of tables."""
     return [known for known in LAYOUTS.values() if isinstance(known, AbstractTableLayout)]
 
 

@@ -54,7 +54,6 @@ class Edge:
 
     @property
     def moves(self) -> bool:
-        """Whether it has a position of its own."""
         return self.kind is not JointKind.FIXED
 
 
@@ -101,11 +100,7 @@ class Model:
         return [e for e in reversed(found) if e.moves]
 
     def chain(self, names: Sequence[str]) -> tuple[list[Edge], bool]:
-        """The arm's joints from base to flange, and whether they were found by their names.
-
-        Raises:
-            FileError: joints are missing, or not one behind the other.
-        """
+        """The arm's joints from base to flange, and whether they were found by their names."""
         found = {e.name: e for e in self.edges if e.moves}
         missing = [n for n in names if n not in found]
         if missing and len(missing) < len(names):

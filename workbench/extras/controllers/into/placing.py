@@ -66,11 +66,7 @@ class Placing:
 
 
 def place(model: Model, names: list[str], nominal: JointFrames, calibrated: JointFrames) -> Placing:
-    """The nominal arm in a file, and how the calibration moves it.
-
-    Raises:
-        FileError: joints are missing, or the file is of another arm.
-    """
+    """The nominal arm in a file, and how the calibration moves it."""
     chain, by_name = model.chain(names)
     turning = [j.joint.kind is JointKind.REVOLUTE for j in nominal.joints]
     odd = [e.name for e, turns in zip(chain, turning, strict=True) if (e.kind is JointKind.REVOLUTE) != turns]

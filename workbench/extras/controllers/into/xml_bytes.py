@@ -87,11 +87,7 @@ class XmlElement:
         return Edit(self.inside, self.inside, text.encode())
 
     def numbers(self, text: str, *counts: int) -> np.ndarray:
-        """Numbers of an attribute or of the contents.
-
-        Raises:
-            FileError: it holds an expression, or another count of numbers.
-        """
+        """Numbers of an attribute or of the contents."""
         try:
             found = np.array([float(v) for v in text.split()])
             if len(found) in counts and np.isfinite(found).all():
@@ -107,11 +103,7 @@ class XmlElement:
 
 
 def parse(text: str) -> XmlElement:
-    """The root of a file.
-
-    Raises:
-        FileError: no XML, not UTF-8, or one with a document type, whose entities could hold anything.
-    """
+    """The root of a file."""
     if "\ufffd" in text:
         raise FileError("is not UTF-8, so its other bytes could not be kept; convert it", path=FILE)
     data = text.encode()

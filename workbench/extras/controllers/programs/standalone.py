@@ -30,7 +30,6 @@ class State:
         self.direction = np.broadcast_to(given, (rows, ARM["dof"])).copy()
 
     def take(self, rows):
-        """The state of some rows."""
         return State(len(rows), self.payload[rows], self.temperature[rows], self.direction[rows])
 
 

@@ -91,11 +91,7 @@ class CodeTerm(NamedTuple):
 
 @singledispatch
 def terms_of(effect: AbstractEffect, chain: Chain) -> list[CodeTerm]:
-    """The terms of an effect with its coefficients.
-
-    Raises:
-        OptionError: no lowering is registered for it.
-    """
+    """The terms of an effect with its coefficients."""
     raise OptionError(
         f"a program can't hold the effect '{effect.name}'; register its terms "
         "(workbench.extras.controllers.programs.terms), or use `workbench compensate`"

@@ -116,10 +116,6 @@ def run_load_test(
         centre_tolerance: How well the links' centres of mass are known along each axis [m]; their masses as
             the robot says. More than a few mm take an added mass, else the sides of the loads are in doubt.
         seed: Of postures, hidden arm and noise.
-
-    Raises:
-        OptionError: no such joint, or fewer than one repeat.
-        DataError: postures that load a joint as asked can't be reached; names joint and purpose.
     """
     if repeats < 1:
         raise OptionError(f"--repeats must be at least 1, got {repeats}")
@@ -164,9 +160,6 @@ def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: I
     Lengths stay nominal; errors up to `LENGTH` enter the standard errors. The links' masses and centres are
     fitted too, known as well as the robot says.
     Postures in which the side of a moment is in doubt are left out.
-
-    Raises:
-        DataError: the fit leaves far more than the instrument's noise; says where most.
     """
     _, turn = instrument.deviations
     angles = [n for n in robot.default_free if robot.chain.elements[robot.chain.index[n]].axis.turns]

@@ -152,10 +152,6 @@ def plan_load_test(
         joints: Joints to load, from 0; all that gravity turns if None.
         added_mass: Mass that can be hung onto the tool [kg].
         each: Pairs for every joint and purpose.
-
-    Raises:
-        OptionError: no such joint, a negative mass, or a joint that was asked for and gravity does not turn.
-        DataError: no reachable posture loads a joint that was asked for, or any joint; names the purpose.
     """
     if added_mass < 0.0 or each < 1:
         bad = f"added mass must be at least 0 kg, got {added_mass:g}"
@@ -236,7 +232,6 @@ def _loaded(robot: Robot, q: np.ndarray, base: np.ndarray, mass: float) -> _Move
 
 
 def _asked(robot: Robot, joints: Sequence[int] | None, unturned: tuple[int, ...]) -> tuple[int, ...]:
-    """Joints to load."""
     if joints is None:
         return tuple(j for j in range(robot.dof) if j not in unturned)
     for joint in joints:
@@ -374,9 +369,6 @@ def side_loads(
     Args:
         joint: Joint to turn, from 0.
         force: Greatest pull [N].
-
-    Raises:
-        DataError: a level pull at the tool hardly turns the joint in any posture.
     """
     if force <= 0.0:
         raise OptionError(f"--force must be above 0 N, got {force:g}")

@@ -120,10 +120,6 @@ def read_drawing(
         radius: Of the printed circle [m].
         trajectory: Time, poses of the circle that was commanded.
         readings: Table of `time[s]`, `distance[mm]`: how far the pencil stood out beyond its length.
-
-    Raises:
-        OptionError: one of the two without the other, or a circle of another radius.
-        DataError: no circle to be recognised; a trajectory that is no circle; readings that end too early.
     """
     profile = plotted_profile(read_scan(picture), radius, source=str(picture))
     if trajectory is None and readings is None:
@@ -151,11 +147,7 @@ def read_drawing(
 
 
 def path_circle(trajectory: Trajectory) -> tuple[Circle, Poses]:
-    """The circle that a trajectory's poses follow, and the poses.
-
-    Raises:
-        DataError: there are no poses, or they are not on a circle.
-    """
+    """The circle that a trajectory's poses follow, and the poses."""
     position, rotation = trajectory.position, trajectory.rotation
     if position is None or rotation is None:
         raise DataError(
@@ -178,7 +170,6 @@ def path_circle(trajectory: Trajectory) -> tuple[Circle, Poses]:
 
 
 def _extension(path: Path | str, time: np.ndarray) -> Float[np.ndarray, " rows"]:
-    """Readings at the times of the path."""
     fields = read_fields(path, columns=None, sheet=None, layout="plain")
     if "time" not in fields.values or "distance" not in fields.values:
         raise DataError(f"{path}: readings of the potentiometer need the columns time[s] and distance[mm]")

@@ -103,11 +103,7 @@ class PlottedErrors:
 
 
 def read_scan(path: Path | str) -> UInt8[np.ndarray, "height width 3"]:
-    """A scan as red, green and blue.
-
-    Raises:
-        FileError: no such file, or no picture.
-    """
+    """A scan as red, green and blue."""
     try:
         with Pictures.open(path) as picture:
             return np.asarray(picture.convert("RGB"))
@@ -126,9 +122,6 @@ def plotted_profile(
         scan: The sheet with the drawing, flat and whole.
         radius: Of the printed circle [m].
         source: Where it came from, for messages.
-
-    Raises:
-        DataError: no recognisable circle, no mark of the beginning, an oval picture, or no pencil.
     """
     red, green = (scan[:, :, i].astype(np.float32) for i in (0, 1))
     inked = np.clip(1.0 - green / np.maximum(red, 1.0), 0.0, 1.0)

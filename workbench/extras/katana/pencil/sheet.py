@@ -60,9 +60,6 @@ def draw(poses: Poses, centre: Vector3, along: Vector3, across: Vector3) -> Draw
         centre: Middle of the printed circle, in the same frame [m].
         along: Unit vector from there to where the path begins.
         across: Unit vector from there to where it is after a quarter.
-
-    Raises:
-        DataError: a pencil runs along the paper.
     """
     normal = np.cross(along, across)
     slant = poses[:, :3, 2] @ normal
@@ -134,7 +131,6 @@ def _places(
 
 
 def _print(x: np.ndarray, y: np.ndarray, radius: float, dpi: float) -> np.ndarray:
-    """Reflectance of the printed sheet."""
     ink = np.zeros(x.shape)
     ring = np.abs(np.hypot(x, y) - radius)
     near = ring < 0.5 * PRINT + INCH / dpi

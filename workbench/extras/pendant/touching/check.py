@@ -120,7 +120,6 @@ class Check(AbstractShown):
 
     @property
     def sentence(self) -> str:
-        """The result in one sentence."""
         limit = f"a displacement of {in_mm(self.detectable)} by any joint"
         if self.best is None:
             text = f"good: {limit} would have been found (95 %, false alarms 1 %){self._unseen}"

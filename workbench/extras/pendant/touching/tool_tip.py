@@ -80,7 +80,6 @@ class ToolTip(AbstractShown):
 
     @cached_property
     def robot(self) -> Robot:
-        """The arm with this tool."""
         return self.nominal.with_frames(tool=Frame(self.xyz, self.rotation))
 
     @property
@@ -111,7 +110,6 @@ class ToolTip(AbstractShown):
 
     @property
     def sentence(self) -> str:
-        """The result in one sentence."""
         parts = (
             f"{axis} {signed(1e3 * v, 3)} ± {1e3 * h:.3f}"
             for axis, v, h in zip("xyz", self.xyz, self.half, strict=True)

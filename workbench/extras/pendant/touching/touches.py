@@ -60,12 +60,7 @@ class Touches:
 
 
 def read_touches(source: Path | Dataset, robot: Robot) -> Touches:
-    """Touches of a file that needs no more than joints; `contact` (or `point`) names what was touched.
-
-    Raises:
-        FileError: no table.
-        DataError, ShapeError: no joints, another number of them, or units that can't be right.
-    """
+    """Touches of a file that needs no more than joints; `contact` (or `point`) names what was touched."""
     if isinstance(source, Dataset):
         robot.check_joints(source.q, source.source)
         names = source.contact if source.contact is not None else source.point

@@ -114,7 +114,6 @@ class UserFrame(AbstractShown):
 
     @property
     def sentence(self) -> str:
-        """The result in one sentence."""
         known = np.isfinite(self.half[:3])
         parts = (
             f"{axis} {signed(1e3 * v, 3)}" + (f" ± {1e3 * h:.3f}" if k else "")

@@ -69,11 +69,7 @@ class Unread:
 
 
 def arms_of(folder: Path | str) -> dict[str, tuple[Path, ...]]:
-    """Files of every arm in a folder, by name, in the order of their dates.
-
-    Raises:
-        FileError: there is no such folder, or nothing in it.
-    """
+    """Files of every arm in a folder, by name, in the order of their dates."""
     folder = Path(folder)
     if not folder.is_dir():
         raise FileError("is no folder; give one with a folder for each arm", path=str(folder))
@@ -110,12 +106,7 @@ def read_histories(
 
 
 def _history(arm: str, files: Sequence[Path], robot: Robot | None) -> History:
-    """One arm's history.
-
-    Raises:
-        FileError: a name without date, or a file that says nothing of standard errors.
-        OptionError: measurements without a nominal robot.
-    """
+    """One arm's history."""
     dates = [_date(path) for path in files]
     robots = [_calibrated(path, robot) for path in files]
     stated = []

@@ -56,9 +56,6 @@ class LastCalibration:
             tolerance: Standard deviations of lengths [m] and of angles [rad]; None: those that the record in
                 the arm's file states, and of constants that were never identified the data sheet's.
             replaced: Joints that were replaced, counted from 0.
-
-        Raises:
-            OptionError: the older result is of another robot.
         """
         elements = {e.name: e for e in robot.elements}
         told = None if prior is None else prior.keep(lambda name: name in elements)

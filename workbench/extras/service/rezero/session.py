@@ -63,11 +63,7 @@ def zeros_of(session: Session) -> Rezero | None:
 
 
 def rezeroed_toml(session: Session) -> File:
-    """The calibrated arm with the identified zeros.
-
-    Raises:
-        DataError: none were, or what was found speaks against them.
-    """
+    """The calibrated arm with the identified zeros."""
     found = zeros_of(session)
     if found is None or found.doubts:
         raise DataError("no zeros have been found; press Find moved joints first")

@@ -227,11 +227,7 @@ def verify(
 def _fresh(
     robot: Robot, data: Dataset, used: Dataset | None, same: float
 ) -> tuple[Bool[np.ndarray, " rows"], list[str]]:
-    """Rows that the calibration did not use, and what is to be said of the others.
-
-    Raises:
-        DataError: none is left.
-    """
+    """Rows that the calibration did not use, and what is to be said of the others."""
     from scipy.spatial import cKDTree
 
     old = np.zeros(len(data), bool)
@@ -272,11 +268,7 @@ def _copies(data: Dataset, used: Bool[np.ndarray, " rows"]) -> Bool[np.ndarray, 
 
 
 def _positions_of(found: Evaluation) -> tuple[Evaluation, list[str]]:
-    """The rows with a measured position, and a sentence where others were left out.
-
-    Raises:
-        DataError: there is none.
-    """
+    """The rows with a measured position, and a sentence where others were left out."""
     seen = np.isfinite(found.rows.position)
     if not seen.any():
         raise DataError(

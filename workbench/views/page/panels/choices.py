@@ -69,11 +69,7 @@ class ChoicesPanel(AbstractPanel):
 
 
 def read_rows(words: str) -> tuple[int, ...]:
-    """Row numbers from `3, 17, 20-24`.
-
-    Raises:
-        OptionError: something else than numbers and ranges.
-    """
+    """Row numbers from `3, 17, 20-24`."""
     rows: set[int] = set()
     try:
         for part in filter(None, re.split(r"[,;\s]+", words.strip())):

@@ -95,7 +95,6 @@ class LookPanel(AbstractPanel):
 
 
 def help_sheet() -> str:
-    """The sheet in HTML."""
     parts = (("In this order", ORDER), ("Mouse", MOUSE), ("Keys", KEYS))
     lines = "".join(heading(title) + pairs(rows) for title, rows in parts)
     words = "Hover over a control for an explanation."

@@ -38,7 +38,6 @@ class EventButtons:
         ]
 
     def show(self, session: Session) -> None:
-        """The events of this snapshot."""
         steps = list(_splittable(session).values())
         for place, (words, button) in enumerate(self._lines):
             words.visible = button.visible = place < len(steps)

@@ -60,7 +60,6 @@ class JointsPanel(AbstractPanel):
 
 
 def joint_plots(session: Session, rows: Comparison) -> str:
-    """All plots and their legend."""
     robot, effect, found = session.robot.with_effects(), shown_effect(session), session.diagnosis
     left = -1e3 * along_joints(robot, rows.q, rows.residuals)
     law = None if effect is None or found is None else law_along_joints(found, effect.label)

@@ -109,7 +109,6 @@ class AbstractPanel(ABC):
     def slider(
         self, label: str, value: float, limits: tuple[float, float, float], hint: str, *, visible: bool = True
     ) -> viser.GuiSliderHandle:
-        """The same as a slider."""
         return self._gui.add_slider(label, *limits, value, visible=visible, hint=hint)
 
     def send(self, make: Callable[[], AbstractCommand | None]) -> None:

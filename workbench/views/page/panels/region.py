@@ -142,7 +142,6 @@ def legend(view: CubeView, numbers: CubeValues | None, *, is_working: bool) -> s
 
 
 def picked(session: Session, numbers: CubeValues | None) -> str:
-    """The numbers of the clicked cube."""
     view, region, cubes = session.cube_view, session.plate.region, session.cubes
     if view.field is Field.NONE:
         return ""
