@@ -12,12 +12,12 @@ from workbench.plate.criterion import criterion_of
 from workbench.plate.exchange import descend, exchange
 from workbench.plate.observability import INDICES
 from workbench.plate.poses.d_optimal import (
-    add,
     d_bound,
     d_exchange,
     greedy_choice,
     growths,
     prior,
+    sandwich,
     spreads,
     with_block,
 )
@@ -101,7 +101,7 @@ def test_low_rank_determinants_against_direct_ones():
     for j in range(12):
         direct = np.linalg.det(information - some[0].T @ some[0] + some[j].T @ some[j])
         assert gains[j] == pytest.approx(direct / np.linalg.det(information), rel=1e-9)
-    add(spread, cross, middle)
+    spread += sandwich(cross, middle)
     without = np.linalg.inv(information - some[0].T @ some[0])
     assert np.allclose(spread, spreads(some, flat, without))
 

@@ -7,7 +7,7 @@ block B_j, the determinant grows by det(I + V_j) when candidate j is added. With
 
 after chosen block i has made way for candidate j, so a pass over all candidates costs one product with C Aᵢᵀ
 and small determinants. C and all V_j follow each change by the same low-rank update; nothing is inverted but
-matrices of one block's size. The loops over candidates are compiled.
+matrices of one block's size.
 
 The greedy choice starts from a ridge and inverts the information anew at each step, as an update that
 overcomes the ridge leaves only rounding. The exchange replaces every chosen candidate in turn by the best one
@@ -22,11 +22,8 @@ Sources: Dykstra, Technometrics 13(3), 1971 (sequential augmentation); Fedorov, 
 steps).
 """
 
-from typing import no_type_check
-
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from numba import njit
 
 from workbench.base.errors import OptionError
 from workbench.plate.exchange import Exchanged, descend
@@ -52,7 +49,7 @@ def spreads(
     inverse: Float[np.ndarray, "p p"],
 ) -> Float[np.ndarray, "options r r"]:
     """V_j = B_j C B_jᵀ of every candidate."""
-    return _products((flat @ inverse).reshape(blocks.shape), blocks)
+    return (flat @ inverse).reshape(blocks.shape) @ blocks.transpose(0, 2, 1)
 
 
 def with_block(
@@ -69,82 +66,25 @@ def with_block(
     count, rows, _ = blocks.shape
     reach = inverse @ blocks[new].T
     middle = -np.linalg.inv(np.eye(rows) + blocks[new] @ reach)
-    add(spread, (flat @ reach).reshape(count, rows, rows), middle)
+    spread += sandwich((flat @ reach).reshape(count, rows, rows), middle)
     found = inverse + reach @ middle @ reach.T
     return 0.5 * (found + found.T)
 
 
-@njit(cache=True)
-@no_type_check
-def _products(left, right):
-    """L_j R_jᵀ of every candidate."""
-    count, rows, size = left.shape
-    result = np.empty((count, rows, rows))
-    for j in range(count):
-        for i in range(rows):
-            for k in range(rows):
-                total = 0.0
-                for m in range(size):
-                    total += left[j, i, m] * right[j, k, m]
-                result[j, i, k] = total
-    return result
+def sandwich(
+    cross: Float[np.ndarray, "options r r"], middle: Float[np.ndarray, "r r"]
+) -> Float[np.ndarray, "options r r"]:
+    """W_j S W_jᵀ of every candidate."""
+    return cross @ middle @ cross.transpose(0, 2, 1)
 
 
-@njit(cache=True)
-@no_type_check
-def growths(spread, cross, middle):
-    """det(I + V_j + W_j S W_jᵀ) of every candidate, by elimination without pivots (the matrix is s.p.d.)."""
-    count, rows = spread.shape[0], spread.shape[1]
-    result = np.empty(count)
-    a = np.empty((rows, rows))
-    half = np.empty((rows, rows))
-    for j in range(count):
-        _sandwich(cross[j], middle, half, a)
-        for i in range(rows):
-            for k in range(rows):
-                a[i, k] += spread[j, i, k]
-            a[i, i] += 1.0
-        determinant = 1.0
-        for i in range(rows):
-            determinant *= a[i, i]
-            for k in range(i + 1, rows):
-                factor = a[k, i] / a[i, i]
-                for m in range(i + 1, rows):
-                    a[k, m] -= factor * a[i, m]
-        result[j] = determinant
-    return result
-
-
-@njit(cache=True)
-@no_type_check
-def add(spread, cross, middle):
-    """V_j += W_j S W_jᵀ for every candidate, in place."""
-    rows = spread.shape[1]
-    a = np.empty((rows, rows))
-    half = np.empty((rows, rows))
-    for j in range(spread.shape[0]):
-        _sandwich(cross[j], middle, half, a)
-        for i in range(rows):
-            for k in range(rows):
-                spread[j, i, k] += a[i, k]
-
-
-@njit(cache=True)
-@no_type_check
-def _sandwich(w, s, half, out):
-    rows = w.shape[0]
-    for i in range(rows):
-        for k in range(rows):
-            total = 0.0
-            for m in range(rows):
-                total += w[i, m] * s[m, k]
-            half[i, k] = total
-    for i in range(rows):
-        for k in range(rows):
-            total = 0.0
-            for m in range(rows):
-                total += half[i, m] * w[k, m]
-            out[i, k] = total
+def growths(
+    spread: Float[np.ndarray, "options r r"],
+    cross: Float[np.ndarray, "options r r"],
+    middle: Float[np.ndarray, "r r"],
+) -> Float[np.ndarray, " options"]:
+    """det(I + V_j + W_j S W_jᵀ) of every candidate."""
+    return np.linalg.det(np.eye(len(middle)) + spread + sandwich(cross, middle))
 
 
 def greedy_choice(
@@ -168,14 +108,13 @@ def greedy_choice(
     """
     count, rows, _ = blocks.shape
     flat, information = flattened(blocks), prior(blocks)
-    nothing = np.zeros((count, rows, rows))
     left, chosen = np.ones(count, bool), np.zeros(0, np.int64)
     while len(chosen) < number:
         after = left if follow is None or not len(chosen) else left & follow[chosen[-1]]
         if not after.any():
             break
         spread = spreads(blocks, flat, np.linalg.inv(information))
-        gains = growths(spread, nothing, np.eye(rows))
+        gains = np.linalg.det(np.eye(rows) + spread)
         new = int(np.argmax(np.where(after, gains, -np.inf)))
         new = new if len(chosen) or first is None else first
         chosen = np.append(chosen, new)
@@ -201,6 +140,9 @@ def d_exchange(
 
     Returns:
         The choice, with −O1 as its cost.
+
+    Raises:
+        OptionError: fewer candidates than are to be chosen.
     """
     count, rows, _ = blocks.shape
     if number > count:
@@ -225,7 +167,7 @@ def d_exchange(
             return cost
         chosen[slot] = new
         inverse = inverse + reach @ middle @ reach.T
-        add(spread, cross, middle)
+        spread += sandwich(cross, middle)
         inverse = with_block(blocks, flat, inverse, spread, new)
         return _cost(blocks[chosen])
 
