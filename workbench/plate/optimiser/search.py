@@ -18,11 +18,9 @@ Sources: Fedorov, Theory of Optimal Experiments (1972), §3; Meyer & Nachtsheim,
 """
 
 from dataclasses import dataclass, field
-from typing import no_type_check
 
 import numpy as np
 from jaxtyping import Float
-from numba import njit
 
 from workbench.arm.inverse.branch_names import plain_names
 from workbench.arm.inverse.follow import follow_many
@@ -166,54 +164,7 @@ def gains(
         covariance: C of what stays.
         weight: W.
     """
-    flat = blocks.reshape(-1, blocks.shape[2])
-    spread = (flat @ covariance).reshape(blocks.shape)
-    felt = (flat @ (covariance @ weight @ covariance)).reshape(blocks.shape)
-    return _gains(np.ascontiguousarray(blocks), spread, felt)
-
-
-@njit(cache=True)
-@no_type_check
-def _gains(blocks, spread, felt):
-    """tr (I + S)⁻¹ T with S = spread · blocksᵀ, T = felt · blocksᵀ, by Cholesky's factor of I + S."""
-    count, rows, size = blocks.shape
-    result = np.empty(count)
-    s, t = np.empty((rows, rows)), np.empty((rows, rows))
-    for j in range(count):
-        for i in range(rows):
-            for k in range(rows):
-                a = b = 0.0
-                for m in range(size):
-                    a += spread[j, i, m] * blocks[j, k, m]
-                    b += felt[j, i, m] * blocks[j, k, m]
-                s[i, k], t[i, k] = a, b
-            s[i, i] += 1.0
-        result[j] = _trace_of_solved(s, t)
-    return result
-
-
-@njit(cache=True)
-@no_type_check
-def _trace_of_solved(s, t):
-    """tr s⁻¹ t for a symmetric positive definite s; both are overwritten."""
-    rows = s.shape[0]
-    for i in range(rows):
-        for k in range(i):
-            s[i, i] -= s[i, k] ** 2
-        s[i, i] = np.sqrt(s[i, i])
-        for j in range(i + 1, rows):
-            for k in range(i):
-                s[j, i] -= s[j, k] * s[i, k]
-            s[j, i] /= s[i, i]
-    trace = 0.0
-    for column in range(rows):
-        for i in range(rows):
-            for k in range(i):
-                t[i, column] -= s[i, k] * t[k, column]
-            t[i, column] /= s[i, i]
-        for i in range(rows - 1, column - 1, -1):
-            for k in range(i + 1, rows):
-                t[i, column] -= s[k, i] * t[k, column]
-            t[i, column] /= s[i, i]
-        trace += t[column, column]
-    return trace
+    flat, across = blocks.reshape(-1, blocks.shape[2]), blocks.transpose(0, 2, 1)
+    spread = (flat @ covariance).reshape(blocks.shape) @ across
+    felt = (flat @ (covariance @ weight @ covariance)).reshape(blocks.shape) @ across
+    return (np.linalg.inv(np.eye(blocks.shape[1]) + spread) * felt).sum((1, 2))  # trace: both are symmetric
