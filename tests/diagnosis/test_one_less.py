@@ -1,5 +1,8 @@
 """Models with a term less, from one factorisation, against those that are fitted anew."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 from tables import BAND, EFFECTS, Table
@@ -37,3 +40,19 @@ def test_what_is_left_is_updated_as_terms_come_and_go():
         found = left_without(grams, model, group)
         assert (found.model, found.freedom) == (rest.model, rest.freedom)
         assert found.inner == pytest.approx(rest.inner, abs=1e-6)
+
+
+def test_what_was_kept_of_models_goes_with_the_inner_products():
+    """They are hundreds of MB for a thousand rows: none may wait for a search of garbage."""
+    grams = Table(1, joint1_cos2=40.0).grams
+    model = (Term(FREE[1]), Term(FREE[3]))
+    left_of(grams, model)
+    left_without(grams, model, model[:1])
+    gone = weakref.ref(grams)
+    gc.collect()
+    gc.disable()
+    try:
+        del grams
+        assert gone() is None
+    finally:
+        gc.enable()

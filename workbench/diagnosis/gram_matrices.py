@@ -93,8 +93,8 @@ class Grams:
         return {}
 
     @cached_property
-    def lefts(self) -> dict[tuple[Any, ...], Any]:
-        """What the last models leave (`one_less.left_of`)."""
+    def lefts(self) -> dict[tuple[Any, ...], Float[np.ndarray, "gc1 gc1"]]:
+        """Inner products that the last models leave (`one_less.left_of`)."""
         return {}
 
     @cached_property

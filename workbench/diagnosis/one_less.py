@@ -124,14 +124,21 @@ def validated_without(
 
 
 def left_of(grams: Grams, model: Model) -> Left:
-    """As `left_by`, by what is known of the same model with its last term less."""
+    """As `left_by`, by what is known of the same model with its last term less.
+
+    Only the inner products are kept: a `Left` knows its `Grams`, and would keep hundreds of MB in a circle.
+    """
     kept, key = grams.lefts, _key(model)
-    if key not in kept:
-        known = kept.get(key[:-1]) if model else None
-        kept[key] = left_by(grams, model) if known is None else with_one_more(known, model)
-        for old in list(kept)[:-LEFTS]:
-            del kept[old]
-    return kept[key]
+    if key in kept:
+        return Left.of(grams, model, kept[key])
+    if model and key[:-1] in kept:
+        left = with_one_more(Left.of(grams, model[:-1], kept[key[:-1]]), model)
+    else:
+        left = left_by(grams, model)
+    kept[key] = left.inner
+    for old in list(kept)[:-LEFTS]:
+        del kept[old]
+    return left
 
 
 def left_without(grams: Grams, model: Model, group: Model) -> Left:
