@@ -44,6 +44,8 @@ SLIP, TURN = (0.5e-3, 1e-3), (0.3e-3, 1e-3)
 """Least and greatest step of a frame or a tool [m], and how far it turns where it does [rad]."""
 ZERO, WARM, PACE = (0.8e-3, 1.2e-3), 1.2e-3, 720.0
 """Step of a joint's zero, change of a joint that warms up [rad or m], and its time constant [s]."""
+MARKERS = np.array([[0.0, 0.0, 0.0], [0.08, 0.0, 0.01], [0.0, 0.07, -0.02]])
+"""Places of markers in the tool frame [m]."""
 RIGHT, FALSE = 0.95, 0.01
 """Share of events that must be named, and of arms that may be accused of something."""
 EVENTS = ("frame-step", "tool-step", "zero-step", "warm-up")
@@ -71,6 +73,7 @@ class Case:
         timed: Whether the file has times.
         pose: Whether orientations are measured too.
         readings: Noise of the logged joint angles [rad].
+        markers: Whether three markers on the tool are measured, in place of one point.
     """
 
     events: tuple[str, ...] = ()
@@ -81,12 +84,14 @@ class Case:
     timed: bool = True
     pose: bool = False
     readings: float = 0.0
+    markers: bool = False
 
 
 COMPLIANCE, ECCENTRIC, DRIFT = ("joint-compliance", None), ("joint-harmonic", 1), ("base-drift", None)
 CASES = {
     "slip": Case(("tool-step",)),
     "slip-pose": Case(("tool-step",), pose=True),
+    "slip-markers": Case(("tool-step",), markers=True),
     "knock": Case(("frame-step",)),
     "knock-pose": Case(("frame-step",), pose=True),
     "zero": Case(("zero-step",)),
@@ -146,9 +151,12 @@ def make(case: Case, seed: int, arm: str) -> Measured:
     seen[:, :3, 3] += noise[:, :3]
     seen[:, :3, :3] = rotation(noise[:, 3:]) @ seen[:, :3, :3]
     order = of_noise.permutation(ROWS) if case.shuffled else np.arange(ROWS)
+    markers = np.einsum("rab,mb->rma", seen[:, :3, :3], MARKERS) + seen[:, None, :3, 3]
+    markers += SIGMA[0] * of_noise.standard_normal(markers.shape)
     data = Dataset(
         q=(state.q + case.readings * of_noise.standard_normal(state.q.shape))[order],
-        position=seen[order, :3, 3],
+        position=None if case.markers else seen[order, :3, 3],
+        markers=markers[order] if case.markers else None,
         rotation=seen[order, :3, :3] if case.pose else None,
         time=state.time[order] if case.timed else None,
         direction=state.direction[order],
@@ -184,7 +192,7 @@ def _measured(case, arm, state, effects, rng):
             bases[:, :3, 3] += grown[:, None] * 1e-3 * _direction(rng)
             truth.append(Happened("warm-up"))
         elif event == "tool-step":
-            tools[row:] = tools[row:] @ _moved(rng, rng.uniform(*TURN) if case.pose else 0.0)
+            tools[row:] = tools[row:] @ _moved(rng, rng.uniform(*TURN) if case.pose or case.markers else 0.0)
             truth.append(Happened(event, None, row))
         else:
             bases[row:] = bases[row:] @ _moved(rng, rng.choice([0.0, 1.0]) * rng.uniform(*TURN))

@@ -53,6 +53,14 @@ def test_an_event_is_named_with_its_row_and_nothing_else(name, seed):
     assert not found["false"], found["message"]
 
 
+@pytest.mark.parametrize(("name", "seed"), [("zero", 910003), ("slip-markers", 0), ("slip-markers", 3)])
+def test_an_event_is_named_where_joints_scatter_and_where_places_on_the_tool_are_unknown(name, seed):
+    """A step no larger than ten times what its joint scatters was called a residual map."""
+    found = judge(name, seed)
+    assert found["right"], found["message"]
+    assert not found["false"], found["message"]
+
+
 @pytest.mark.parametrize("name", ["drift", "untimed-drift", "none", "none-tails", "none-compliance"])
 def test_where_nothing_happened_no_event_is_named(name):
     found = judge(name, 2)

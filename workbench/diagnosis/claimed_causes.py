@@ -251,14 +251,15 @@ def find_causes(
     for group, fall in zip(groups, without - after, strict=True):
         effects = tuple(sized[t.candidate.names] for t in group)
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
-        is_map = group[0].candidate.shrunk and group[0].candidate.effect.maps_joint
-        if is_map or size < minimum or fall.mean() <= standard_error(fall):
-            continue
-        found_sizes = [(n, s) for e in effects for n, s in zip(e.names, e.coefficients, strict=True)]
-        if all(abs(s) < SURE * std[n] for n, s in found_sizes):
-            continue
-        if _is_masked_by_scatter(effects, maximum, scatter):
-            continue
+        if not group[0].candidate.effect.is_event:  # those decide which arm is saved: always named
+            is_map = group[0].candidate.shrunk and group[0].candidate.effect.maps_joint
+            if is_map or size < minimum or fall.mean() <= standard_error(fall):
+                continue
+            found_sizes = [(n, s) for e in effects for n, s in zip(e.names, e.coefficients, strict=True)]
+            if all(abs(s) < SURE * std[n] for n, s in found_sizes):
+                continue
+            if _is_masked_by_scatter(effects, maximum, scatter):
+                continue
         odds, rivals, survive = _against_rivals(searched, group)
         explained = 1e3 * float(np.sqrt(3.0)) * known.position * size
         is_strained = explained > STRAINED * together_mm

@@ -44,9 +44,10 @@ class Changeable:
 def changeable(problem: Problem) -> tuple[Changeable, ...]:
     """The frame, the tool and every joint's zero, as far as the rows' observations can show them."""
     tool = visible_parts(problem.data, problem.known)[1]
+    several = any(b.observation.is_tool_free and len(b.observation.unknowns) > 3 for b in problem.blocks)
     events: list[AbstractEvent] = [FrameStep(row=NEVER)]
-    if tool:
-        events.append(ToolStep(row=NEVER, turns=len(tool) > 3))
+    if tool or several:  # where markers are on a tool shows no constant of it, but that they moved together
+        events.append(ToolStep(row=NEVER, turns=several or len(tool) > 3))
     events += [ZeroStep((j,), row=NEVER) for j in range(problem.robot.dof)]
     out, start = [], 0
     for event in events:
