@@ -252,7 +252,8 @@ def find_causes(
         effects = tuple(sized[t.candidate.names] for t in group)
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
         if not group[0].candidate.effect.is_event:  # those decide which arm is saved: always named
-            is_map = group[0].candidate.shrunk and group[0].candidate.effect.maps_joint
+            claimed = group[0].candidate
+            is_map = claimed.effect.is_nameless or (claimed.shrunk and claimed.effect.maps_joint)
             if is_map or size < minimum or fall.mean() <= standard_error(fall):
                 continue
             found_sizes = [(n, s) for e in effects for n, s in zip(e.names, e.coefficients, strict=True)]

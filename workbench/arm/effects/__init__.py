@@ -16,6 +16,7 @@ from workbench.arm.effects.law import Loads, extrapolation_notes
 from workbench.arm.effects.link_flexure import LinkFlexure
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.effects.thermal_growth import ThermalGrowth
+from workbench.arm.effects.uneven_compliance import UnevenCompliance
 from workbench.base.registry import Registry
 
 EFFECTS: Registry[type[AbstractEffect]] = Registry(
@@ -35,6 +36,7 @@ EFFECTS: Registry[type[AbstractEffect]] = Registry(
     ExtensionCompliance,
     ExtensionClearance,
     LocalJointError,
+    UnevenCompliance,
     FrameStep,
     ToolStep,
     ZeroStep,

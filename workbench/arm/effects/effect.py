@@ -63,6 +63,8 @@ class AbstractEffect(AbstractLaw):
     """Whether it moves the arm rather than the instrument."""
     is_event: ClassVar[bool] = False
     """Whether it happened while rows were measured, and is over: the arm as it is now doesn't have it."""
+    is_nameless: ClassVar[bool] = False
+    """Whether it is a shape without a name: it predicts, and a diagnosis never claims it as a cause."""
     has_play: ClassVar[bool] = False
     """Whether it leaps by its coefficients [rad or m] where its cause changes sign."""
     handicap: ClassVar[float] = 0.0

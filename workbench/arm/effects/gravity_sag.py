@@ -20,7 +20,7 @@ Trans. Robot. Autom. 6(3), 1990; here gravity alone.
 """
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import final
 
 import numpy as np
@@ -139,6 +139,8 @@ class GravitySag(AbstractEffect):
         for effect in sags(arm, motion):
             many = len(effect.names) > FEW
             yield Candidate(effect, np.eye(len(effect.names)) if many else None)
+            if many:  # by the next link alone, which an eccentric can't be told from if the axis is level
+                yield Candidate(replace(effect, terms=" ".join(effect.terms.split()[:FEW]), coefficients=()))
 
     @classmethod
     def example(cls, arm, joint, rng):

@@ -7,7 +7,7 @@ at their ends, and keep their height beyond. Outside `range`, where it was learn
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any, final
 
 import numpy as np
@@ -51,7 +51,7 @@ class LocalJointError(AbstractEffect):
     credible = (0.05, 0.01)
     """Height of each knot, as of `joint-harmonic` once a turn: it has the same causes."""
 
-    @property
+    @cached_property
     def names(self):
         return tuple(f"joint{j + 1}.knot{k + 1}" for j in self.joints[:1] for k in range(len(self.knots)))
 

@@ -1,0 +1,94 @@
+"""Uneven compliance: a joint gives way otherwise than in proportion to its load, by no law with a name.
+
+    Δv = −(c_1 u t + c_2 u² t + c_3 t |t| + c_4 tanh(t / W)),      t = τ / τ_0,   u = (q − m) / h
+
+τ is the holding moment about (force along) the axis, τ_0 the greatest over the rows it was learned from; m and h
+are middle and half of the joint's range there. A belt is softest where both its free lengths are long, a
+drive stiffens as it winds up. What is in proportion to the load is `joint-compliance`, what leaps with its
+sign is `backlash`; both may stand beside it. It predicts and names no cause. Beyond the range and τ_0 it stays
+as it is there.
+"""
+
+from dataclasses import dataclass, replace
+from typing import final
+
+import numpy as np
+
+from workbench.arm.effects.axes import own
+from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints, offered
+from workbench.arm.effects.law import Loads
+from workbench.arm.effects.valid_range import range_problem
+from workbench.arm.motion import Motion
+
+SHAPES = ("along", "along2", "load2", "early")
+"""What the four coefficients of a joint are called."""
+WIDTH = 0.3
+"""W."""
+
+
+@final
+@dataclass(frozen=True)
+class UnevenCompliance(AbstractEffect):
+    """Four coefficients, of one joint.
+
+    Args:
+        load: Greatest load τ_0 where it was learned [N m or N]; it does nothing at 0.
+        range: Least and greatest joint position there [rad or m].
+    """
+
+    load: float = 0.0
+    range: tuple[float, ...] = (-1.0, 1.0)
+    name = "uneven-compliance"
+    loads = Loads.OWN
+    gives_way = False
+    is_nameless = True
+    handicap = 6.0
+
+    @property
+    def names(self):
+        return tuple(f"joint{j + 1}.uneven_{shape}" for j in self.joints for shape in SHAPES)
+
+    def law(self, chain, motion, wrenches):
+        u, t, _ = self._driven(chain, motion, wrenches)
+        return -np.stack([u * t, u**2 * t, t * np.abs(t), np.tanh(t / WIDTH)], -1)[:, None]
+
+    def slope(self, chain, motion, wrenches):
+        u, t, steep = self._driven(chain, motion, wrenches)
+        early = np.cosh(t / WIDTH) ** -2.0 / WIDTH
+        by_load = np.stack([u, u**2, 2.0 * np.abs(t), early], -1) @ np.array(self.coefficients)
+        return -(by_load * steep)[:, None, None]
+
+    def _driven(self, chain, motion: Motion, wrenches):
+        """u, t, and the derivative of t in the load, each (rows,)."""
+        low, high = self.range
+        u = np.clip((2.0 * motion.q[:, self.joints[0]] - low - high) / (high - low), -1.0, 1.0)
+        t = own(chain, self.joints, wrenches)[:, 0] / (self.load or np.inf)
+        return u, np.clip(t, -1.0, 1.0), (np.abs(t) < 1.0) / (self.load or np.inf)
+
+    def softened(self, chain, wrenches):
+        most = float(np.abs(own(chain, self.joints, wrenches)).max(initial=0.0))
+        return replace(self, load=most) if np.isfinite(most) else self
+
+    def mistake(self, chain):
+        if len(self.joints) != 1:
+            return f"has {len(self.joints)} joints but needs one"
+        if not self.load >= 0.0:
+            return f"has load = {self.load:g}; give the greatest load that it was learned at"
+        return range_problem(self.range) or (None if self.range else "needs the range of its joint")
+
+    def sentence(self, chain, motion):
+        return f"{self.where} gives way unevenly, by up to {self.size(chain)} that no other effect explains"
+
+    @classmethod
+    def offers(cls, arm, motion):
+        for joint in moved_joints(motion):
+            q = motion.q[:, joint]
+            effect = cls((joint,), range=(float(q.min()), float(q.max())))
+            yield from offered([Candidate(effect, np.eye(len(SHAPES)))], arm, motion)
+
+    @classmethod
+    def example(cls, arm, joint, rng):
+        low, high = arm.search_limits[joint]
+        sizes = rng.uniform(-1.0, 1.0, len(SHAPES))
+        sizes = tuple((sizes / np.abs(sizes).max()).tolist())
+        return cls((joint,), sizes, load=10.0, range=(float(low), float(high)))
