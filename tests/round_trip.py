@@ -467,6 +467,16 @@ def _extended(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Sh
     return out
 
 
+def _uneven(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shift:
+    (joint,) = _joints(effect)
+    kind = arm.steps[arm.driven[joint]][0]
+    load = moments[:, joint, "xyz".index(kind[1]) + (3 if kind[0] == "r" else 0)] / effect["load"]
+    low, high = effect["range"]
+    t, u = np.clip(load, -1, 1), np.clip((rows.q[:, joint] - (low + high) / 2) / ((high - low) / 2), -1, 1)
+    shapes = (u * t, u * u * t, np.sign(t) * t * t, np.tanh(t / 0.3))
+    return {_driven(arm, joint): -sum(c * s for c, s in zip(effect["coefficients"], shapes, strict=True))}
+
+
 def _sag(arm: TomlArm, effect: dict, rows: Rows, moments: Any) -> Shift:
     (joint,) = _joints(effect)
     frames = arm.frames(rows.q, {})
@@ -493,6 +503,7 @@ LAWS: dict[str, Callable[[TomlArm, dict, Rows, Any], Shift]] = {
     "clearance-tilt": _clearance,
     "gravity-sag": _sag,
     "link-flexure": _flexure,
+    "uneven-compliance": _uneven,
     "extension-compliance": _extended,
     "extension-clearance": _extended,
 }

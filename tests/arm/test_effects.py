@@ -52,6 +52,7 @@ CATALOGUE = {
     "gravity-sag": EFFECTS["gravity-sag"]((1,), terms="2x 3y payload", gravity=(0.6, 0.0, -0.8)),
     "local-joint-error": EFFECTS["local-joint-error"]((1,), knots=KNOTS),
     "local-joint-error periodic": EFFECTS["local-joint-error"]((2,), knots=KNOTS[1:-1], periodic=True),
+    "uneven-compliance": EFFECTS["uneven-compliance"]((1,), load=30.0, range=(-1.5, 1.8)),
     "frame-step": EFFECTS["frame-step"](row=4),
     "tool-step": EFFECTS["tool-step"](row=4, turns=True),
     "zero-step": EFFECTS["zero-step"]((1, 2), row=2, time_s=20.0, is_timed=True),

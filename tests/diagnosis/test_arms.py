@@ -18,7 +18,8 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
 
 UNDRAWN = {
-    *("local-joint-error", "gravity-sag", "extension-compliance", "extension-clearance"),
+    *("local-joint-error", "uneven-compliance", "gravity-sag"),
+    *("extension-compliance", "extension-clearance"),
     *(name for name, kind in EFFECTS.items() if kind.is_event),
 }
 """What no arm hides under this name: shapes without a name, the compliance of arms without masses, events."""

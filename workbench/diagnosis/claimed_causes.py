@@ -56,6 +56,7 @@ from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.smooth_part import smooth_part
 from workbench.diagnosis.stepwise_search import kind_of
 from workbench.diagnosis.survival import Survival, survival
+from workbench.diagnosis.wandering import leads
 from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.problem import Noise
 
@@ -244,8 +245,8 @@ def find_causes(
     after = validated(searched.grams, searched.found.model)
     count = searched.grams.count
     left = float(np.sqrt(after.sum() / count))
-    minimum = max(PART_OF_NOISE * _noise(left, known, floor), PART_OF_REST * left)
-    found = []
+    least = max(PART_OF_NOISE * _noise(left, known, floor), PART_OF_REST * left)
+    found, steady = [], leads(searched)
     groups = _groups(searched.found.model)
     without = validated_without(searched.grams, searched.found.model, groups)
     for group, fall in zip(groups, without - after, strict=True):
@@ -262,6 +263,7 @@ def find_causes(
             if _is_masked_by_scatter(effects, maximum, scatter):
                 continue
         odds, rivals, survive = _against_rivals(searched, group)
+        odds = min(odds, _odds(steady.get(group[0].candidate.names, np.inf)))
         explained = 1e3 * float(np.sqrt(3.0)) * known.position * size
         is_strained = explained > STRAINED * together_mm
         sizes = clearness(effects, std)
@@ -312,7 +314,13 @@ def odds_of_events(searched: Searched) -> float:
     after = validated(grams, model).sum() if events else 0.0
     if any(validated(grams, drop(model, [t])).sum() < (1.0 + PART) * after for t in events):
         return 0.0
-    return min((_against_rivals(searched, (t,))[0] for t in events), default=np.inf)
+    against = [_against_rivals(searched, (t,))[0] for t in events]
+    return min([*against, *map(_odds, leads(searched).values())], default=np.inf)
+
+
+def _odds(lead: float) -> float:
+    """Odds by their logarithm, as far as they say anything."""
+    return float(np.exp(np.clip(lead, 0.0, np.log(MOST_ODDS))))
 
 
 def _groups(model: Model) -> list[Model]:

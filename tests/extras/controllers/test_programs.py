@@ -153,7 +153,7 @@ def _settings(effect: AbstractEffect) -> dict:
 
 
 @pytest.mark.parametrize(
-    "name", [n for n, e in EFFECTS.items() if e.moves_arm and not n.startswith("extension-")]
+    "name", [n for n, e in EFFECTS.items() if e.moves_arm and not n.startswith(("extension-", "uneven-"))]
 )
 def test_programs_bend_as_the_law_of_every_effect_does(name, tmp_path):
     nominal, plain = calibrated("ur10")

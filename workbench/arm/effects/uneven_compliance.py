@@ -2,11 +2,11 @@
 
     Δv = −(c_1 u t + c_2 u² t + c_3 t |t| + c_4 tanh(t / W)),      t = τ / τ_0,   u = (q − m) / h
 
-τ is the holding moment about (force along) the axis, τ_0 the greatest over the rows it was learned from; m and h
-are middle and half of the joint's range there. A belt is softest where both its free lengths are long, a
-drive stiffens as it winds up. What is in proportion to the load is `joint-compliance`, what leaps with its
-sign is `backlash`; both may stand beside it. It predicts and names no cause. Beyond the range and τ_0 it stays
-as it is there.
+τ is the holding moment about (force along) the axis, τ_0 the greatest over the rows it was learned from; m
+and h are middle and half of the joint's range there. A belt is softest where both its free lengths are long,
+a drive stiffens as it winds up. What is in proportion to the load is `joint-compliance`, what leaps with its
+sign is `backlash`; both may stand beside it. It predicts and names no cause. Beyond the range and τ_0 it
+stays as it is there.
 """
 
 from dataclasses import dataclass, replace

@@ -1,0 +1,76 @@
+"""Whether an event is one, or what it moves wanders all the time: a drive that winds up, a mount that creeps.
+
+Residuals and the column u of what events move say in every row i how far along them that lay: y_i with the
+information h_i. In the events' place it may wander from row to row,
+
+    y_i = z_i + N(0, 1/h_i),      z_{i+1} = z_i + N(0, q),
+
+with the q that the rows like best, by a Kalman filter. Both claims are charged as in `events.py`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.effects.events import NEVER, AbstractEvent, FrameStep, WarmUp, ZeroStep
+from workbench.arm.motion import Motion
+from workbench.diagnosis.candidate_columns import candidate_columns
+from workbench.diagnosis.events import RARE
+from workbench.diagnosis.rounds import Searched
+
+PATHS = np.logspace(-2.5, 0.5, 13)
+"""How far all steps of a wandering go together that are tried, as parts of the events' own sizes."""
+ANYWHERE = 1e6
+"""Variance of where it begins, in events' sizes squared."""
+
+
+def leads(searched: Searched) -> dict[tuple[str, ...], float]:
+    """Log odds of a fitted model's events against wandering, by the names of their coefficients."""
+    alike: dict[AbstractEvent, list[AbstractEvent]] = {}
+    effects = searched.stage.fitted.fit.calibrated.effects
+    for event in (e for e in effects if isinstance(e, AbstractEvent)):
+        alike.setdefault(_at_any_time(event), []).append(event)
+    found = {moved: _lead(searched, moved, events) for moved, events in alike.items()}
+    return {e.names: found[moved] for moved, events in alike.items() for e in events}
+
+
+def _at_any_time(event: AbstractEvent) -> AbstractEvent:
+    """What an event moves, as if all rows lay before it."""
+    if isinstance(event, WarmUp):
+        return ZeroStep(event.joints, row=NEVER) if event.joints else FrameStep(row=NEVER)
+    return replace(event, coefficients=(), row=NEVER, time_s=0.0, is_timed=False)
+
+
+def _lead(searched: Searched, moved: AbstractEvent, events: Sequence[AbstractEvent]) -> float:
+    stage = searched.stage
+    problem = stage.fitted.problem.with_noise(stage.geometric.noise)
+    motion, rows = Motion.of(problem.data), len(problem.data)
+    sizes = np.array([e.coefficients for e in events])
+    size = sizes[np.argmax((sizes**2).sum(1))]
+    residual, y, info = problem.residual(stage.fitted.fit.x), np.zeros(rows), np.zeros(rows)
+    for block, columns in candidate_columns(problem, stage.fitted.fit.x, [moved]):
+        u, part = -columns @ size, residual[block.start : block.stop]
+        row = np.repeat(block.rows, len(u) // len(block.rows))
+        y += np.bincount(row, u * part, rows)
+        info += np.bincount(row, u * u, rows)
+    clocks = [np.zeros(rows) if (c := e.clock(motion)) is None else c for e in events]
+    parts = sizes @ size / (size @ size)
+    happened = -sum(e.weight(c) * part for e, c, part in zip(events, clocks, parts.tolist(), strict=True))
+    order = np.argsort(clocks[0], kind="stable")
+    y, info, happened = (y / np.maximum(info, 1e-300))[order], info[order], happened[order]
+    wandering = max(_likelihood(y + happened, info, q / rows) for q in (PATHS**2).tolist())
+    charge = 0.5 * np.log(problem.count) + np.log(RARE)
+    places = len(events) * (charge + np.log(rows))
+    return float(_likelihood(y, info, 0.0) - places - (wandering - charge))
+
+
+def _likelihood(y: Float[np.ndarray, " rows"], info: Float[np.ndarray, " rows"], q: float) -> float:
+    """Log likelihood of values that wander with a variance of q a row, up to a constant."""
+    mean, spread, out = 0.0, ANYWHERE, 0.0
+    for value, h in zip(y.tolist(), info.tolist(), strict=True):
+        whole = 1.0 + h * spread
+        out -= 0.5 * (h * (value - mean) ** 2 / whole + float(np.log(whole)))
+        mean, spread = mean + spread * h * (value - mean) / whole, spread / whole + q
+    return out
