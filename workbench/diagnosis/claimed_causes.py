@@ -245,7 +245,7 @@ def find_causes(
     after = validated(searched.grams, searched.found.model)
     count = searched.grams.count
     left = float(np.sqrt(after.sum() / count))
-    least = max(PART_OF_NOISE * _noise(left, known, floor), PART_OF_REST * left)
+    minimum = max(PART_OF_NOISE * _noise(left, known, floor), PART_OF_REST * left)
     found, steady = [], leads(searched)
     groups = _groups(searched.found.model)
     without = validated_without(searched.grams, searched.found.model, groups)
@@ -320,7 +320,7 @@ def odds_of_events(searched: Searched) -> float:
 
 def _odds(lead: float) -> float:
     """Odds by their logarithm, as far as they say anything."""
-    return float(np.exp(np.clip(lead, 0.0, np.log(MOST_ODDS))))
+    return float(np.exp(np.clip(lead, 0.0, np.log(MAX_ODDS))))
 
 
 def _groups(model: Model) -> list[Model]:
