@@ -80,7 +80,6 @@ HOOKS = {
     "AbstractForm.notes",
     "AbstractForm.doubt",
     "AbstractLoad.packed",
-    "AbstractLanguage._numbers",
 }
 """Methods that say `nothing` or what is usual by default: most observations have no unknowns of their own,
 most commands can always be carried out and stand for themselves alone; an effect says what sets it apart, so
