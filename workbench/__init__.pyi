@@ -4,10 +4,10 @@ from workbench.arm.built_in_arms import load_robot as load_robot
 from workbench.arm.frame import Frame as Frame
 from workbench.arm.inverse.solve import follow as follow
 from workbench.arm.inverse.solve import solve as solve
-from workbench.arm.kinematics.array_like import link_frames as link_frames
-from workbench.arm.kinematics.array_like import sensitivity as sensitivity
-from workbench.arm.kinematics.array_like import sensitivity_blocks as sensitivity_blocks
-from workbench.arm.kinematics.array_like import tool_poses as tool_poses
+from workbench.arm.kinematics.forward import link_frames as link_frames
+from workbench.arm.kinematics.forward import sensitivity as sensitivity
+from workbench.arm.kinematics.forward import sensitivity_blocks as sensitivity_blocks
+from workbench.arm.kinematics.forward import tool_poses as tool_poses
 from workbench.arm.motion import Motion as Motion
 from workbench.arm.own_robot.find_convention import find_convention as find_convention
 from workbench.arm.own_robot.readings import table_readings as table_readings

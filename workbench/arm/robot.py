@@ -306,7 +306,7 @@ class Robot:
             ShapeError: another number of joint positions than the robot has joints.
             DataError: an effect lacks what drives it, such as a temperature.
         """
-        from workbench.arm.kinematics.array_like import tool_poses
+        from workbench.arm.kinematics.forward import tool_poses
 
         return tool_poses(self, at)
 

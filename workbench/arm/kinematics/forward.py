@@ -1,46 +1,50 @@
-"""Forward kinematics: where the tool and the links are, deflected by the robot's effects if it has any."""
+"""Forward kinematics: where the tool and the links are, deflected by the robot's effects if it has any.
+
+`at` is a `Motion`, or in a notebook n joint positions [rad or m] or rows of them, of which nothing is known
+that may drive effects. One pose in gives one answer out, without the axis of rows.
+"""
 
 from collections.abc import Iterator
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 
 from workbench.arm import chain as chains
+from workbench.arm.joint_units import implausible_joint
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import effect_columns, shift_of
+from workbench.base.errors import DataError, OptionError, ShapeError
 
 BLOCK = 4096
 """Rows per block of a long computation: its Jacobian stays in the processor's cache."""
 
 
-def tool_poses(robot: Robot, motion: Motion) -> Float[np.ndarray, "rows 4 4"]:
+def tool_poses(robot: Robot, at: ArrayLike | Motion) -> Float[np.ndarray, "*rows 4 4"]:
     """Poses of the tool in the measuring frame, T_b^0 T_0^n(q) T_n^e (ARIA eq. 6).
 
     Raises:
-        ShapeError: the rows have another number of joints than the robot.
-        DataError: an effect lacks what drives it, such as a temperature.
+        ShapeError: another number of joint positions than the robot has joints.
+        OptionError: joint positions that are not numbers.
+        DataError: an effect of the robot lacks what drives it, such as a temperature; or positions far beyond
+            a joint's limits, which are of another unit.
     """
-    robot.check_joints(motion.q)
-    return chains.poses(robot.chain, motion.q, shift=shift_of(robot, motion))
+    motion, one = _rows(robot, at)
+    poses = chains.poses(robot.chain, motion.q, shift=shift_of(robot, motion))
+    return poses[0] if one else poses
 
 
-def link_frames(robot: Robot, motion: Motion) -> Float[np.ndarray, "rows frames 4 4"]:
-    """Poses of the arm's first frame, of every joint entry's link frame, and of the tool.
-
-    Args:
-        robot: Geometry with L joint entries.
-
-    Returns:
-        L + 2 poses a row in the measuring frame.
-    """
-    robot.check_joints(motion.q)
+def link_frames(robot: Robot, at: ArrayLike | Motion) -> Float[np.ndarray, "*rows frames 4 4"]:
+    """Poses of the arm's first frame, of each joint entry's link frame, and of the tool; measuring frame."""
+    motion, one = _rows(robot, at)
     ends = np.array([robot.base_size - 1, *robot.chain_ends, len(robot.chain.elements) - 1])
-    return chains.frames(robot.chain, motion.q, ends, shift=shift_of(robot, motion))
+    frames = chains.frames(robot.chain, motion.q, ends, shift=shift_of(robot, motion))
+    return frames[0] if one else frames
 
 
 def sensitivity_blocks(
-    robot: Robot, motion: Motion, names: tuple[str, ...], *, block: int = BLOCK
+    robot: Robot, at: ArrayLike | Motion, names: tuple[str, ...], *, block: int = BLOCK
 ) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
     """Poses and identification Jacobians block by block, in memory that does not grow with the rows.
 
@@ -52,7 +56,7 @@ def sensitivity_blocks(
         The rows, their poses (b, 4, 4) and their twists [v; w] per constant (b, 6, P). The arrays are
         written anew by the next block: copy what you keep.
     """
-    robot.check_joints(motion.q)
+    motion, _ = _rows(robot, at)
     size = len(motion)
     if robot.effects:
         for start in range(0, size, block):
@@ -70,8 +74,8 @@ def sensitivity_blocks(
 
 
 def sensitivity(
-    robot: Robot, motion: Motion, names: tuple[str, ...] | None = None
-) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 p"]]:
+    robot: Robot, at: ArrayLike | Motion, names: tuple[str, ...] | None = None
+) -> tuple[Float[np.ndarray, "*rows 4 4"], Float[np.ndarray, "*rows 6 p"]]:
     """Tool poses and the identification Jacobian: the tool's twist per constant.
 
     Args:
@@ -80,11 +84,13 @@ def sensitivity(
     Returns:
         Poses, and twists [v; w] at the tool's origin in base axes (ARIA eqs. 11–13).
     """
-    robot.check_joints(motion.q)
+    motion, one = _rows(robot, at)
     names = robot.default_free if names is None else names
     if robot.effects:
-        return _deflected_sensitivity(robot, motion, names)
-    return chains.twists(robot.chain, motion.q, robot.chain.indices(names))
+        poses, twists = _deflected_sensitivity(robot, motion, names)
+    else:
+        poses, twists = chains.twists(robot.chain, motion.q, robot.chain.indices(names))
+    return (poses[0], twists[0]) if one else (poses, twists)
 
 
 def geometric_jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 6 n"]:
@@ -108,3 +114,32 @@ def joint_elements(robot: Robot) -> np.ndarray:
     """Element of the full chain that each joint coordinate drives, in the order of q."""
     drivers = robot.chain.drivers
     return np.array([int(np.flatnonzero(drivers == j)[0]) for j in range(robot.dof)], np.int64)
+
+
+def _rows(robot: Robot, at: ArrayLike | Motion) -> tuple[Motion, bool]:
+    """Rows of motion, and whether they stand for one pose that came without an axis of rows."""
+    if isinstance(at, Motion):
+        robot.check_joints(at.q)
+        return at, False
+    try:
+        q = np.asarray(at, float)
+    except (TypeError, ValueError) as error:
+        raise OptionError(f"joint positions must be numbers [rad or m]: {error}") from error
+    if q.ndim not in (1, 2) or q.shape[-1] != robot.dof:
+        found = q.shape[-1] if q.ndim else 1
+        rows = "" if q.ndim < 2 else " per row" if q.ndim == 2 else f" in an array of {q.ndim} axes"
+        raise ShapeError(
+            f"robot '{robot.name}' has {robot.dof} joints, got {found} joint positions{rows}",
+            expected=robot.dof,
+            found=found,
+        )
+    one, q = q.ndim == 1, np.atleast_2d(q)
+    if (found := implausible_joint(q, robot.limits)) is not None:
+        joint, unit, bound = found
+        looks = f": these look like {unit}; give {'m' if unit == 'mm' else 'radians'}" if unit else ""
+        largest = np.nanmax(np.abs(q[:, joint]))
+        raise DataError(
+            f"joint {joint + 1} of robot '{robot.name}' would be at {largest:.4g}, where its limit is "
+            f"{bound:.4g}{looks}"
+        )
+    return Motion(q), one
