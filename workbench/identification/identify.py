@@ -75,26 +75,15 @@ def identify(
             "only rows that come with poses of the tool in place of joints need no robot; give one"
         )
     chosen = [_algorithm(name) for name in algorithms]
-    loss = option(Loss, loss, "loss")
+    weighting = option(Loss, loss, "loss")
     choices = FitChoices.of(choices, **fields)
-    sound = prepare_without_outliers if loss is Loss.SET_APART else _all_rows
+    sound = prepare_without_outliers if weighting is Loss.SET_APART else _all_rows
     with part_of(0.0, 0.4):
         ready, apart = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects, seek=seek)
     problem = ready.problem
     if ready.identifiability is None:
         problem = with_expected_deviation(problem, deviation)
-    runs: dict[str, Run] = {}
-    for k, algorithm in enumerate(chosen):
-        if runs and cancelled():
-            break
-        progress(0.4 + 0.5 * k / len(chosen), f"{algorithm.title}: fitting {len(problem.names)} parameters")
-        fit = _fit(problem, algorithm, loss)
-        if (identifiability := ready.identifiability) is not None:
-            fit = replace(fit, actual=identifiability.actual, considered=identifiability.considered)
-        train, held = ready.errors(fit.calibrated, fit.problem.instrument(fit.x))
-        if ready.identifiability is not None:
-            train, held = (errors.widened(*ready.identifiability.uncertainty) for errors in (train, held))
-        runs[algorithm.name] = Run(fit, Errors.of(train), held.summary, train, held)
+    runs = _runs(ready, problem, chosen, weighting)
     progress(0.95, "validating")
     nominal = ready.nominal_rows
     found = Identification(
@@ -105,7 +94,7 @@ def identify(
         held_out_rows=ready.held_out_rows,
         held_out_data=ready.held,
         excluded=ready.excluded,
-        frames=ready.problem.frames,
+        frames=problem.frames,
         noise=ready.shown_noise,
         notes=(*ready.notes, *_expected(problem, deviation)),
         nominal=Validation(Errors.of(nominal[0]), nominal[1].summary),
@@ -113,12 +102,30 @@ def identify(
         runs=runs,
         identifiability=ready.identifiability,
     )
-    best = found.best
-    suspect = np.zeros(0, int) if ready.identifiability is not None else suspects(ready, best.fit)
+    fit = found.best.fit
+    suspect = () if ready.identifiability is not None else ready.held.row[suspects(ready, fit)].tolist()
     progress(1.0, "done")
-    return replace(
-        found, outliers=_errors_of(ready, apart, best.fit), suspects=tuple(ready.held.row[suspect].tolist())
-    )
+    return replace(found, outliers=_errors_of(ready, apart, fit), suspects=tuple(suspect))
+
+
+def _runs(
+    ready: Prepared, problem: Problem, algorithms: Sequence[AbstractIdentifier], loss: Loss
+) -> dict[str, Run]:
+    """What each algorithm finds, with its errors; once the work is asked to stop, the first alone."""
+    runs: dict[str, Run] = {}
+    for k, algorithm in enumerate(algorithms):
+        if runs and cancelled():
+            break
+        share = 0.4 + 0.5 * k / len(algorithms)
+        progress(share, f"{algorithm.title}: fitting {len(problem.names)} parameters")
+        fit, decided = _fit(problem, algorithm, loss), ready.identifiability
+        if decided is not None:
+            fit = replace(fit, actual=decided.actual, considered=decided.considered)
+        train, held = ready.errors(fit.calibrated, fit.problem.instrument(fit.x))
+        if decided is not None:
+            train, held = (errors.widened(*decided.uncertainty) for errors in (train, held))
+        runs[algorithm.name] = Run(fit, Errors.of(train), held.summary, train, held)
+    return runs
 
 
 def _expected(problem: Problem, deviation: float | str) -> tuple[str, ...]:

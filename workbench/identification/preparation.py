@@ -133,60 +133,36 @@ def prepare(
         held_rows: Numbers of the rows to hold out, in place of drawing them by `choices`.
     """
     robot.check_joints(data.q, data.source)
-    places, sessions = dict(choices.known), Sessions(choices.frames)
     progress(0.0, "checking the rows")
     complete = with_drivers(robot, checked(robot, data))
-    chosen = _chosen(robot, complete, choices, held_rows)
-    free, scale_notes = _free(robot, chosen.fitted, choices, places)
-    names_with_prior = () if prior is None else prior.names
-    check_enough(robot, chosen.fitted, [n for n in (*free, *effects) if n not in names_with_prior])
-    own = preparation_of(chosen.fitted)
-    rows = chosen if own is None else _suited(robot, chosen, own)
+    rows = _chosen(robot, complete, choices, held_rows)
+    free, scale_notes = _free(robot, rows.fitted, choices)
+    unknown = [name for name in (*free, *effects) if prior is None or name not in prior.names]
+    check_enough(robot, rows.fitted, unknown)
+    own = preparation_of(rows.fitted)
+    rows = rows if own is None else _suited(robot, rows, own)
     progress(0.25, "deciding about base and tool")
-    frames = choose_frames(
-        robot,
-        rows.fitted,
-        sessions=sessions,
-        noise=choices.noise,
-        free=free,
-        effects=tuple(effects),
-        prior=prior,
-        known=places,
+    frames = _framed(robot, rows.fitted, choices, free=free, effects=tuple(effects), prior=prior)
+    build = partial(
+        Problem.build, frames=frames.freedom, bounds=bounds, known=dict(choices.known), effects=effects
     )
-    choice = _levelled(frames, rows.fitted) if choices.levelled else frames
-    build = partial(Problem.build, frames=choice.freedom, bounds=bounds, known=places, effects=effects)
     if own is None:
-        built, identifiability = build(choice.robot, rows.fitted, free=free, noise=choices.noise), None
+        built, identifiability = build(frames.robot, rows.fitted, free=free, noise=choices.noise), None
     else:
         progress(0.5, f"weighing what {own.name} may identify")
-        built, identifiability = own.decide(choice.robot, rows.fitted, free=free, build=build, seek=seek)
-    if not built.names:
-        raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
-    informed, prior_notes = _informed(built, prior)
-    progress(0.75, "estimating the noise")
-    if identifiability is None:
-        problem, *decisions = _with_noise(informed, choices.noise)
-    else:
-        problem, decisions = informed, [*identifiability.notes]
-    judging, judging_notes = _judging(rows, own, is_same_file=not isinstance(choices.held_out, Dataset))
-    held, placing = _placeable(judging.held, {**places, **dict.fromkeys(problem.names, 0.0)})
-    new_sessions = _new_sessions(held, rows.fitted, choice, sessions)
-    notes = [*rows.notes, *scale_notes, *prior_notes, *choice.notes, *decisions, *judging_notes, *placing]
-    if new_sessions:
-        notes.append(
-            f"held-out session {', '.join(new_sessions)}: where base stands was found from its own rows, "
-            "the arm from the others"
-        )
+        built, identifiability = own.decide(frames.robot, rows.fitted, free=free, build=build, seek=seek)
+    problem, decisions = _weighed(built, prior, choices.noise, identifiability)
+    judging, new_sessions, judging_notes = _judging(rows, own, problem, frames, choices)
     return Prepared(
         data=complete,
         train_rows=rows.train_rows,
         held_out_rows=judging.held_out_rows,
-        held=held,
+        held=judging.held,
         excluded=judging.excluded,
-        aligned=choice.robot,
+        aligned=frames.robot,
         problem=problem,
         new_sessions=new_sessions,
-        notes=tuple(notes),
+        notes=(*rows.notes, *scale_notes, *frames.notes, *decisions, *judging_notes),
         identifiability=identifiability,
     )
 
@@ -224,12 +200,10 @@ def _chosen(robot: Robot, data: Dataset, choices: FitChoices, held_rows: Collect
     )
 
 
-def _free(
-    robot: Robot, fitted: Dataset, choices: FitChoices, places: Mapping[str, float]
-) -> tuple[tuple[str, ...], list[str]]:
+def _free(robot: Robot, fitted: Dataset, choices: FitChoices) -> tuple[tuple[str, ...], list[str]]:
     """Constants of the arm to identify, without a length that the rows can't show, and a note on that."""
     free = tuple(robot.default_free if choices.free is None else choices.free)
-    length = scale_fixing_length(robot, fitted, free, places)
+    length = scale_fixing_length(robot, fitted, free, dict(choices.known))
     if length is None:
         return free, []
     note = f"contacts show no scale: {length} is held at its nominal value"
@@ -248,7 +222,70 @@ def _suited(robot: Robot, rows: _Rows, own: AbstractPreparation) -> _Rows:
     )
 
 
-def _judging(rows: _Rows, own: AbstractPreparation | None, *, is_same_file: bool) -> tuple[_Rows, list[str]]:
+def _framed(
+    robot: Robot,
+    fitted: Dataset,
+    choices: FitChoices,
+    *,
+    free: tuple[str, ...],
+    effects: tuple[str, ...],
+    prior: Prior | None,
+) -> FrameChoice:
+    """Which frames are free, and the arm with the best of them; of a level base where that is known."""
+    found = choose_frames(
+        robot,
+        fitted,
+        sessions=Sessions(choices.frames),
+        noise=choices.noise,
+        free=free,
+        effects=effects,
+        prior=prior,
+        known=dict(choices.known),
+    )
+    if not choices.levelled:
+        return found
+    level = replace(found.freedom, levelled=True)
+    return replace(found, robot=on_level(found.robot, fitted.sessions, level), freedom=level)
+
+
+def _weighed(
+    problem: Problem, prior: Prior | None, noise: Noise | None, decided: AbstractIdentifiability | None
+) -> tuple[Problem, list[str]]:
+    """The problem with what an older calibration knows, weighted by its noise unless the readings were."""
+    if not problem.names:
+        raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
+    notes = []
+    if prior is not None:
+        shared = sum(name in problem.names for name in prior.names)
+        notes.append(f"prior knowledge of {shared} constants from an older calibration")
+        problem = prior.on(problem)
+    progress(0.75, "estimating the noise")
+    if decided is not None:
+        return problem, [*notes, *decided.notes]
+    problem, decision = _with_noise(problem, noise)
+    return problem, [*notes, decision]
+
+
+def _judging(
+    rows: _Rows, own: AbstractPreparation | None, problem: Problem, frames: FrameChoice, choices: FitChoices
+) -> tuple[_Rows, tuple[str, ...], list[str]]:
+    """Held-out rows that can be judged, their sessions that no fitted row has, and notes."""
+    rows, notes = _comparable(rows, own, is_same_file=not isinstance(choices.held_out, Dataset))
+    held, placing = _placeable(rows.held, {**choices.known, **dict.fromkeys(problem.names, 0.0)})
+    notes += placing
+    new = tuple(name for name in held.sessions if name not in rows.fitted.sessions)
+    if not (new and len(held) and frames.freedom.base) or Sessions(choices.frames) is Sessions.SHARED:
+        return rows._replace(held=held), (), notes
+    notes.append(
+        f"held-out session {', '.join(new)}: where base stands was found from its own rows, the arm from the "
+        "others"
+    )
+    return rows._replace(held=held), new, notes
+
+
+def _comparable(
+    rows: _Rows, own: AbstractPreparation | None, *, is_same_file: bool
+) -> tuple[_Rows, list[str]]:
     """Held-out rows that can be compared with the fitted ones, and notes on them."""
     if own is None or preparation_of(rows.held) is not own:
         return rows, []
@@ -261,20 +298,6 @@ def _judging(rows: _Rows, own: AbstractPreparation | None, *, is_same_file: bool
     if lost:
         notes.append(f"{plural(len(lost), 'held-out row')} left out: {lost[0][1]}")
     return judging, notes
-
-
-def _levelled(choice: FrameChoice, fitted: Dataset) -> FrameChoice:
-    """The choice with a base that is known to be level."""
-    level = replace(choice.freedom, levelled=True)
-    return replace(choice, robot=on_level(choice.robot, fitted.sessions, level), freedom=level)
-
-
-def _informed(problem: Problem, prior: Prior | None) -> tuple[Problem, list[str]]:
-    """The problem with what an older calibration knows, and a note on that."""
-    if prior is None:
-        return problem, []
-    shared = sum(name in problem.names for name in prior.names)
-    return prior.on(problem), [f"prior knowledge of {shared} constants from an older calibration"]
 
 
 def _divided(used: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.ndarray]:
@@ -317,13 +340,6 @@ def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list
     if not enough.all():
         notes.append(f"{int((~enough).sum())} {strange}, fewer than {MIN_HELD_OUT_PER_PLACE} each; left out")
     return held.take(keep), notes
-
-
-def _new_sessions(held: Dataset, fitted: Dataset, choice: FrameChoice, sessions: Sessions) -> tuple[str, ...]:
-    """Held-out sessions that no fitted row has, where each may have its own base."""
-    if not len(held) or not choice.freedom.base or sessions is Sessions.SHARED:
-        return ()
-    return tuple(s for s in held.sessions if s not in fitted.sessions)
 
 
 def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
