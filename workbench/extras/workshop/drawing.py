@@ -193,9 +193,10 @@ def figure_of(sheet: Sheet) -> Figure:
 
     class Backend(MatplotlibBackend):
         def draw_filled_paths(self, paths, properties) -> None:
-            """Glyphs as their font winds them: to detect holes anew fills half of every Ø."""
+            """Glyphs as their font winds them: to detect holes anew fills half of every Ø; the frame bounds
+            them all, so that no patch is measured."""
             outline = to_matplotlib_path(paths)
-            self.ax.add_patch(PathPatch(outline, color=properties.color, linewidth=0.0))
+            self.ax.add_artist(PathPatch(outline, color=properties.color, linewidth=0.0))
 
     figure = Figure(figsize=A3)
     backend = Backend(figure.add_axes((0.02, 0.02, 0.96, 0.96)), adjust_figure=False)
