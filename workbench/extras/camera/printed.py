@@ -4,12 +4,12 @@ import io
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.figure import Figure
+from matplotlib.font_manager import findfont
+from PIL import Image, ImageDraw, ImageFont
 
 from workbench.base.errors import OptionError
 from workbench.extras.camera.markers import opencv_board
 from workbench.extras.camera.target import Charuco
-from workbench.report.figures import look
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A2": (420.0, 594.0), "A1": (594.0, 841.0)}
 """Widths and heights of paper [mm]."""
@@ -19,7 +19,8 @@ RULER = 100.0
 """Length of the line by which the printer is checked [mm]."""
 DOT = 0.05
 """Largest dot of the drawn board [mm]; corners of squares lie between dots, so that they are exact."""
-INK, QUIET = "black", "#5d6672"
+LINE, TEXT = 0.2, 2.3
+"""Width of the ruler's lines and height of the text [mm]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,45 +49,49 @@ class PrintedSheet:
             "squares"
         )
 
-    def figure(self) -> Figure:
+    def page(self) -> Image.Image:
+        """The page in black and white, in the dots of the board: no corner of a square is rounded."""
         name, width, height = self.paper
+        scale = self.dots.shape[1] / self.size[0]
+        page = Image.new("1", (round(width * scale), round(height * scale)), 1)
         left, top = 0.5 * (width - self.size[0]), 0.5 * (height - FOOT + BORDER - self.size[1])
-        with look():
-            figure = Figure(figsize=(width / 25.4, height / 25.4), facecolor="white")
-            axes = figure.add_axes((0.0, 0.0, 1.0, 1.0))
-            extent = (left, left + self.size[0], top + self.size[1], top)
-            axes.imshow(self.dots, cmap="gray", vmin=0, vmax=255, extent=extent)
-            axes.set(xlim=(0.0, width), ylim=(height, 0.0))
-            axes.axis("off")
-            _ruler(axes, height - FOOT + 8.0, width, f"{self.title} · {name}")
-        return figure
+        page.paste(Image.fromarray(self.dots), (round(left * scale), round(top * scale)))
+        _ruler(ImageDraw.Draw(page), height - FOOT + 8.0, width, f"{self.title} · {name}", scale)
+        return page
 
     def pdf(self) -> bytes:
         """The page as PDF, the same for the same content."""
-        return self._file(format="pdf", dpi=25.4 / DOT, metadata={"CreationDate": None})
+        page, buffer = self.page(), io.BytesIO()
+        dpi = (25.4 * page.width / self.paper[1], 25.4 * page.height / self.paper[2])
+        page.save(buffer, format="PDF", dpi=dpi, title=self.title, creationDate=None, modDate=None)
+        return buffer.getvalue()
 
     def png(self, dots: float = 300.0) -> bytes:
         """The page as a picture of so many dots per inch, which it says of itself."""
-        return self._file(format="png", dpi=dots)
-
-    def _file(self, **options) -> bytes:
-        buffer = io.BytesIO()
-        with look():
-            self.figure().savefig(buffer, facecolor="white", **options)
+        page, buffer = self.page(), io.BytesIO()
+        step = dots / 25.4 * self.paper[1] / page.width
+        width, height = int(page.width * step), int(page.height * step)
+        page = page.convert("L").resize(
+            (width, height), Image.Resampling.BOX, box=(0.0, 0.0, width / step, height / step)
+        )
+        page.save(buffer, format="PNG", dpi=(dots, dots))
         return buffer.getvalue()
 
 
-def _ruler(axes, y: float, width: float, title: str) -> None:
-    """A line of known length with a tick every 10 mm, and what to do with it."""
+def _ruler(draw: ImageDraw.ImageDraw, y: float, width: float, title: str, scale: float) -> None:
+    """A line of known length with a tick every 10 mm, and what to do with it [mm; scale in dots/mm]."""
     ticks = 0.5 * (width - RULER) + np.linspace(0.0, RULER, 11)
-    axes.hlines(y, ticks[0], ticks[-1], colors=INK, linewidths=0.6)
-    axes.vlines(ticks, y - np.where(np.arange(11) % 5, 1.8, 3.0), y, colors=INK, linewidths=0.6)
-    words = (
+    lines = [(ticks[0], y, ticks[-1], y)]
+    lines += [(x, y - (1.8 if k % 5 else 3.0), x, y) for k, x in enumerate(ticks)]
+    for line in lines:
+        draw.line([scale * along for along in line], fill=0, width=round(LINE * scale))
+    note = (
         f'Print at 100 % ("actual size"). This line must be {RULER:.0f} mm long; if not, scale the lengths '
         "in target.toml by what it is."
     )
-    for text, down, colour in ((words, 3.5, INK), (title, 7.5, QUIET)):
-        axes.text(0.5 * width, y + down, text, fontsize=6.5, color=colour, ha="center", va="center")
+    font = ImageFont.truetype(findfont("DejaVu Sans"), TEXT * scale)
+    for text, down in ((note, 3.5), (title, 7.5)):
+        draw.text((0.5 * width * scale, (y + down) * scale), text, fill=0, font=font, anchor="mm")
 
 
 def board_sheet(board: Charuco, *, legacy: bool = False) -> PrintedSheet:
