@@ -76,6 +76,8 @@ HOOKS = {
     "AbstractCommand.check",
     "AbstractChange.merged_with",
     "AbstractChange.recalled",
+    "AbstractShown.summary",
+    "AbstractShown.plot",
     "AbstractLanguage._numbers",
     "AbstractForm.notes",
     "AbstractForm.doubt",

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, final
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import RenderableType
 
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.events import AbstractEvent
@@ -26,7 +25,6 @@ from workbench.identification.row_errors import RowErrors
 from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
     from pandas import DataFrame
 
 
@@ -154,6 +152,9 @@ class Diagnosis(AbstractShown):
         warnings: Advice that could not be computed, one sentence each.
     """
 
+    tables = "workbench.diagnosis.report.table:summary"
+    figures = "workbench.diagnosis.report.plots:figure"
+
     nominal_robot: Robot
     data: Dataset
     train_rows: np.ndarray
@@ -279,18 +280,3 @@ class Diagnosis(AbstractShown):
     def to_frame(self) -> "DataFrame":
         """Errors by row: of the nominal arm and with the accepted effects, fitted rows first."""
         return self.identification().to_frame()
-
-    def summary(self) -> RenderableType:
-        from workbench.diagnosis.report.table import summary
-
-        return summary(self)
-
-    def plot(self, name: str = "") -> "Figure":
-        """One of the report's figures: `ranking`, `errors`, `effect-1`, `shapes`, `arrows`.
-
-        Without a name: the ranking; the errors where nothing was ranked.
-        """
-        from workbench.diagnosis.report.plots import pictures
-        from workbench.report.figures import draw
-
-        return draw(pictures(self), name or ("ranking" if self.ranking else "errors"))

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any, final
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import RenderableType
 
 from workbench.arm.calibration_record import Calibration, pose_keys
 from workbench.arm.confounded_constants import Combination, combinations
@@ -57,6 +56,8 @@ class Fit(AbstractShown):
         considered: Constants that stay nominal though they are uncertain.
     """
 
+    tables = "workbench.identification.report.table:parameters_tables"
+
     algorithm: str
     title: str
     problem: Problem
@@ -87,11 +88,6 @@ class Fit(AbstractShown):
             considered=considered,
             **vars(search),
         )
-
-    def summary(self) -> RenderableType:
-        from workbench.identification.report.table import parameters_tables
-
-        return parameters_tables(self)
 
     def to_frame(self) -> "DataFrame":
         """The parameters by name as a data frame: unit, nominal, identified, standard error; SI."""

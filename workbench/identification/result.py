@@ -28,7 +28,6 @@ from workbench.identification.set_apart import suspect_note
 from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
     from pandas import DataFrame
 
 IMPLAUSIBLE_LENGTH, IMPLAUSIBLE_ANGLE = 0.02, float(np.deg2rad(20.0))
@@ -180,6 +179,9 @@ class Identification(AbstractShown):
         suspects: Numbers of the held-out rows that no arm explains; they count in the held-out errors.
     """
 
+    tables = "workbench.identification.report.table:identification_summary"
+    figures = "workbench.identification.report.figures:figure"
+
     nominal_robot: Robot
     aligned: Robot
     data: Dataset
@@ -316,18 +318,6 @@ class Identification(AbstractShown):
                 found.append(transfer_note(self.transfer, turned))
         return tuple(found)
 
-    def summary(self) -> RenderableType:
-        from workbench.identification.report.table import identification_tables
-
-        return identification_tables(self, parameters=False)
-
-    def plot(self, name: str = "before-after") -> "Figure":
-        """One of the report's figures: `before-after`, `residuals`, `error-where`, `corrections` …"""
-        from workbench.identification.report.figures import pictures
-        from workbench.report.figures import draw
-
-        return draw(pictures(self), name)
-
 
 @dataclass(frozen=True, eq=False)
 class ArmErrors:
@@ -374,6 +364,9 @@ class Evaluation(AbstractShown):
         rows: Their errors, row by row.
     """
 
+    tables = "workbench.identification.report.table:evaluation_tables"
+    figures = "workbench.identification.report.error_plots:evaluation_figure"
+
     robot: Robot
     data: Dataset
     rows: RowErrors
@@ -394,18 +387,6 @@ class Evaluation(AbstractShown):
     def residuals(self) -> "DataFrame":
         """Measured − predicted row by row; measuring frame, SI."""
         return residuals_frame(self.robot, self.data)
-
-    def summary(self) -> RenderableType:
-        from workbench.identification.report.table import evaluation_tables
-
-        return evaluation_tables(self)
-
-    def plot(self) -> "Figure":
-        """Error of every row."""
-        from workbench.identification.report.error_plots import errors_of_rows
-        from workbench.report.figures import on_white
-
-        return on_white(errors_of_rows(self))
 
 
 def error_rows(models: Iterable[tuple[str, Validation | Run]]) -> list[tuple[str, str, Errors]]:

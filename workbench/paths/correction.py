@@ -14,7 +14,6 @@ from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float
-from rich.console import RenderableType
 
 from workbench.arm.inverse.branch import margins
 from workbench.arm.inverse.damped_newton import WEIGHT, Refined, refine
@@ -74,6 +73,8 @@ class Compensation(AbstractShown):
         speed: Greatest speed of every joint with the correction [rad/s or m/s]; None without time.
     """
 
+    tables = "workbench.paths.report:compensation_table"
+
     commanded: Commanded
     motion: Motion
     method: CorrectionMethod
@@ -82,11 +83,6 @@ class Compensation(AbstractShown):
     kept: Bool[np.ndarray, " rows"]
     speed: Float[np.ndarray, " n"] | None
     notes: tuple[str, ...]
-
-    def summary(self) -> RenderableType:
-        from workbench.paths.report import compensation_table
-
-        return compensation_table(self)
 
     @property
     def q(self) -> Float[np.ndarray, "rows n"]:

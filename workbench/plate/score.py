@@ -7,11 +7,10 @@ that the arm can't reach, or at which it would run into plate or blocks, can't b
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float, Int
-from rich.console import RenderableType
 
 from workbench.arm.kinematics.forward import link_frames
 from workbench.arm.linearisation import Linearisation
@@ -32,9 +31,6 @@ from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import Measurable, choose_branches, measurable, single_branches
 from workbench.plate.tolerances import EXACT, Production
 from workbench.report.result_display import AbstractShown
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 STARTS = 20
 """Random mixes of branches that are improved."""
@@ -86,6 +82,9 @@ class PlateScore(AbstractShown):
         outcome: How the choice of branches ended.
     """
 
+    tables = "workbench.plate.report.plates:score_tables"
+    figures = "workbench.plate.report.figures:score_figure"
+
     plate: Plate
     robot: Robot
     measured: SetScore
@@ -110,16 +109,6 @@ class PlateScore(AbstractShown):
     def single_branch(self) -> str:
         """The best single branch; empty where none reaches all targets that the arm can stand at."""
         return "" if self.single is None else max(self.single.branches)
-
-    def summary(self) -> RenderableType:
-        from workbench.plate.report.plates import score_tables
-
-        return score_tables(self)
-
-    def plot(self) -> "Figure":
-        from workbench.plate.report.figures import score_figure
-
-        return score_figure(self)
 
 
 @dataclass(frozen=True, eq=False)

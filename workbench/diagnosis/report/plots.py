@@ -2,13 +2,15 @@
 
 from functools import partial
 
+from matplotlib.figure import Figure
+
 from workbench.diagnosis.report.apparent_errors import Rows
 from workbench.diagnosis.report.effect_plots import against_drivers, shapes
 from workbench.diagnosis.report.error_plots import arrows, errors
 from workbench.diagnosis.report.ranking import ranking
 from workbench.diagnosis.report.structure_plot import along_axis, row_by_row
 from workbench.diagnosis.result import Diagnosis
-from workbench.report.figures import Picture
+from workbench.report.figures import Picture, draw
 
 DRAWN = 12
 """Most effects that are drawn over their drivers, those first that add most."""
@@ -91,3 +93,11 @@ def _of_effects(result: Diagnosis) -> tuple[Picture, ...]:
         Picture(f"effect-{k + 1}", found.text, OF_AN_EFFECT, partial(against_drivers, found, rows))
         for k, found in enumerate(result.effects[:DRAWN])
     )
+
+
+def figure(result: Diagnosis, name: str = "") -> Figure:
+    """One of the report's figures: `ranking`, `errors`, `effect-1`, `shapes`, `arrows`.
+
+    Without a name: the ranking; the errors where nothing was ranked.
+    """
+    return draw(pictures(result), name or ("ranking" if result.ranking else "errors"))

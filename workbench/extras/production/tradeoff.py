@@ -109,7 +109,7 @@ class Tradeoff(AbstractShown):
         """One choice of each way to make plates, the least work first."""
         return {choice.manner: choice for choice in reversed(self.choices)}
 
-    def plot(self) -> Figure:
+    def plot(self, name: str = "") -> Figure:
         with look():
             figure = new_figure(8.0, 4.4)
             axes = figure.subplots()

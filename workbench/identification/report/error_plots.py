@@ -12,7 +12,7 @@ from workbench.arm.robot import JointKind, Robot
 from workbench.identification.result import Evaluation, Identification
 from workbench.identification.row_errors import RowErrors
 from workbench.report.colours import CALIBRATED, NOMINAL
-from workbench.report.figures import COLOURS, INK, grid, look, new_figure, plain_ticks
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_white, plain_ticks
 
 KINDS = (
     ("position", 1e3, "mm"),
@@ -184,3 +184,8 @@ def _running_median(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarra
     centre, middle = np.array([np.median(x[p]) for p in parts]), np.array([np.median(y[p]) for p in parts])
     gaps = np.flatnonzero(np.diff(centre) > GAP * max(float(np.ptp(x)), 1e-12)) + 1
     return np.insert(centre, gaps, np.nan), np.insert(middle, gaps, np.nan)
+
+
+def evaluation_figure(result: Evaluation) -> Figure:
+    """Error of every row."""
+    return on_white(errors_of_rows(result))

@@ -6,6 +6,7 @@ The paper's arrays of error plots are in `error_grid`; `all_figures` makes every
 from functools import cache, partial
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from workbench.base.advice import Advice
 from workbench.base.progress import progress
@@ -14,7 +15,7 @@ from workbench.identification.report.constants import corrections, influence_of_
 from workbench.identification.report.error_grid import STEMS, error_grid
 from workbench.identification.report.error_plots import POINTS, before_after, error_where, residual_histogram
 from workbench.identification.result import Identification, columns_of, order_of_measuring
-from workbench.report.figures import DrawnFigure, Picture
+from workbench.report.figures import DrawnFigure, Picture, draw
 
 NAMES = (
     *("errors-position", "errors-orientation", "before-after", "residuals", "error-where", "corrections"),
@@ -87,3 +88,8 @@ def pictures(result: Identification, *, wanted: Wanted | None = None) -> tuple[P
          "How far the tool moves at the fitted poses when an angle deviates by 0.05° or a length by 0.1 mm, "
          "one constant at a time.", lambda: influence_of_fit(result)),
     )  # fmt: skip
+
+
+def figure(result: Identification, name: str = "before-after") -> Figure:
+    """One of the report's figures: `before-after`, `residuals`, `error-where`, `corrections` …"""
+    return draw(pictures(result), name)

@@ -86,6 +86,10 @@ def models_table(models: Sequence[tuple[str, Validation | Run]]) -> Table:
     return table
 
 
+def identification_summary(result: Identification) -> RenderableType:
+    return identification_tables(result, parameters=False)
+
+
 def evaluation_tables(result: Evaluation) -> RenderableType:
     """Errors of a given model, and the decisions that were taken."""
     kinds, table = error_columns([result.errors])

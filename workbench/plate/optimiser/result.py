@@ -1,11 +1,10 @@
 """The result of the plate optimiser: the plate, its predicted error, and its margins."""
 
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import RenderableType
 
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import margins
@@ -16,9 +15,6 @@ from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.predicted_error import PredictedError, predicted_error
 from workbench.plate.readings import linearise_reading
 from workbench.report.result_display import AbstractShown
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 NOTHING = frozen(np.zeros(0))
 
@@ -43,6 +39,9 @@ class PlateDesign(AbstractShown):
         history: Criterion after every round of the search [m].
         notes: What else is worth knowing, one sentence each.
     """
+
+    tables = "workbench.plate.report.design:design_tables"
+    figures = "workbench.plate.report.figures:design_figure"
 
     plate: Plate
     cost: float
@@ -70,16 +69,6 @@ class PlateDesign(AbstractShown):
             0.0  # balls and points have none
         )
         return len(shapes_of(places))
-
-    def summary(self) -> RenderableType:
-        from workbench.plate.report.design import design_tables
-
-        return design_tables(self)
-
-    def plot(self) -> "Figure":
-        from workbench.plate.report.figures import design_figure
-
-        return design_figure(self)
 
 
 def set_error(

@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 from datetime import date, timedelta
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
-from rich.console import RenderableType
 
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -20,9 +19,6 @@ from workbench.extras.service.fleet.history import History, Unread, arms_of, rea
 from workbench.extras.service.fleet.movement import Movement, movements, scatter_factor, threshold
 from workbench.plate.poses.sampling import random_poses
 from workbench.report.result_display import AbstractShown
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 PIECE = 8
 """Arms that a worker reads at a time."""
@@ -74,6 +70,9 @@ class Fleet(AbstractShown):
         allowed: Displacement of the tool by a drift after which to measure again [m].
     """
 
+    tables = "workbench.extras.service.fleet.report:fleet_tables"
+    figures = "workbench.extras.service.fleet.report:fleet_figure"
+
     arms: tuple[ArmReport, ...]
     unread: tuple[Unread, ...]
     factor: float
@@ -101,22 +100,6 @@ class Fleet(AbstractShown):
             f"Something moved in {len(self.worn)} of {many}; most in {worst.history.arm}{joint}: the tool by "
             f"{1e3 * worst.tool:.2f} mm."
         )
-
-    def summary(self) -> RenderableType:
-        from workbench.extras.service.fleet.report import fleet_tables
-
-        return fleet_tables(self)
-
-    def plot(self, arm: str | None = None) -> "Figure":
-        from workbench.extras.service.fleet.report import drift_chart, fleet_chart
-        from workbench.report.figures import on_white
-
-        if arm is None:
-            return on_white(fleet_chart(self))
-        for known in self.arms:
-            if known.history.arm == arm:
-                return on_white(drift_chart(known, factor=self.factor))
-        raise OptionError(f"there is no arm '{arm}' in the fleet; its name is that of its folder")
 
 
 def compare_fleet(

@@ -10,10 +10,11 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 
 from workbench.arm.robot import JointKind
+from workbench.base.errors import OptionError
 from workbench.extras.service.fleet.fleet import ArmReport, Fleet
 from workbench.extras.service.fleet.movement import Law, Movement
 from workbench.report.colours import NOMINAL
-from workbench.report.figures import COLOURS, INK, DrawnFigure, grid, look, new_figure, svg
+from workbench.report.figures import COLOURS, INK, DrawnFigure, grid, look, new_figure, on_white, svg
 from workbench.report.html import write_page
 from workbench.report.json import Json, plain
 from workbench.report.tables import line, new_table
@@ -246,3 +247,12 @@ def _joint(axes: Axes, arm: ArmReport, joint: int, factor: float) -> None:
     locator = AutoDateLocator(maxticks=4)
     axes.xaxis.set_major_locator(locator)
     axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+
+
+def fleet_figure(fleet: Fleet, arm: str | None = None) -> Figure:
+    if arm is None:
+        return on_white(fleet_chart(fleet))
+    for known in fleet.arms:
+        if known.history.arm == arm:
+            return on_white(drift_chart(known, factor=fleet.factor))
+    raise OptionError(f"there is no arm '{arm}' in the fleet; its name is that of its folder")

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from workbench.base import se3
 from workbench.data.prediction import predict
 from workbench.extras.service.verification.verify import Verification
-from workbench.report.figures import COLOURS, INK, grid, look, new_figure
+from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_white
 
 CAPTION = (
     "Left and middle: every fresh pose, in the robot's base frame, from above and from the side; the darker, "
@@ -90,3 +90,8 @@ def _distribution(axes: Axes, errors: Float[np.ndarray, " rows"], result: Verifi
     axes.set_ylabel("measurements with less [%]")
     axes.set_title("distribution")
     grid(axes, "both")
+
+
+def error_figure(result: Verification) -> Figure:
+    """Where in the work space the errors are, and how large."""
+    return on_white(error_map(result))

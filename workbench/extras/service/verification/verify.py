@@ -2,11 +2,10 @@
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
-from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
 from workbench.arm.usable import unobserved_words
@@ -30,9 +29,6 @@ from workbench.identification.result import Evaluation
 from workbench.plate.door import door
 from workbench.report.result_display import AbstractShown
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 USUAL_POSES = 100
 """Poses that practitioners ask of a verification."""
 
@@ -53,6 +49,9 @@ class Verification(AbstractShown):
         facts: What the certificate says beside the data, such as instrument and serial number.
         warnings: What weakens the statement, one sentence each.
     """
+
+    tables = "workbench.extras.service.verification.results:verification_tables"
+    figures = "workbench.extras.service.verification.plots:error_figure"
 
     evaluation: Evaluation
     position: Bounds
@@ -137,18 +136,6 @@ class Verification(AbstractShown):
             )
         failed = int((~self.within).sum())
         return f"Failed: {failed} of {rows} {'is' if failed == 1 else 'are'} beyond {limit}."
-
-    def summary(self) -> RenderableType:
-        from workbench.extras.service.verification.results import verification_tables
-
-        return verification_tables(self)
-
-    def plot(self) -> "Figure":
-        """Where in the work space the errors are, and how large."""
-        from workbench.extras.service.verification.plots import error_map
-        from workbench.report.figures import on_white
-
-        return on_white(error_map(self))
 
 
 @door()
