@@ -207,9 +207,9 @@ def test_thousands_of_rows_take_milliseconds():
     arm, seconds = load_robot("aria"), []
     q = rows(arm, 12_000)
     for _ in range(8):
-        began = time.perf_counter()
+        began = time.process_time()
         joint_wrenches(arm, q)
-        seconds.append(time.perf_counter() - began)
+        seconds.append(time.process_time() - began)
     assert min(seconds) < 0.1  # 0.018 s on an idle core
 
 
