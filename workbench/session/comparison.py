@@ -144,7 +144,7 @@ def _compared(
     held_out: bool,
 ) -> Comparison:
     """The rows of one dataset, with whatever it knows of payload, temperature and the like."""
-    to_base = into_base(nominal if calibrated is None else calibrated, data)
+    to_base = into_base(nominal, data)
     position = np.full((len(data), 3), np.nan) if data.position is None else data.position
     predicted = {id(robot): predict(robot, data) for robot in (nominal, calibrated) if robot is not None}
     residuals = np.full((len(data), len(STAGES), 3), np.nan)
@@ -218,5 +218,5 @@ class Overlay:
     exaggeration: float = 50.0
     exaggeration_after: float = 50.0
     law: str = ""
-    bent: bool = True
+    bent: bool = False
     bending: float = 50.0

@@ -41,7 +41,7 @@ def bending_robot(session: Session) -> Robot | None:
     """The arm whose deflection is drawn: the shown fit, or else the opened one; None without effects."""
     for robot in (session.calibrated, session.robot):
         if robot is not None and robot.effects:
-            return _driven_by_pose(robot)
+            return driven_by_pose(robot)
     return None
 
 
@@ -75,7 +75,7 @@ def drawable_bending(robot: Robot, q: Float[np.ndarray, " n"], times: float) -> 
 
 
 @lru_cache(maxsize=8)
-def _driven_by_pose(robot: Robot) -> Robot | None:
+def driven_by_pose(robot: Robot) -> Robot | None:
     """The robot with those of its effects that need nothing but the pose; None without any."""
     still = Motion(np.clip(np.zeros((1, robot.dof)), *robot.search_limits.T))
     kept = []

@@ -188,7 +188,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     screen = look()
     page = screen.page
     screen.tab("Calibrate")
-    assert "Needs measurements" in screen.text("result")
+    screen.wait_text("result", "Needs measurements")
     screen.tab("Measure")
     screen.give("Load measurements", path)
     screen.wait_text("preview", "60")

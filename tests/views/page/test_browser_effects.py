@@ -32,10 +32,9 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path, driver):
     nominal = screen.text("result").split()[0]
     screen.tab("Calibrate")
     screen.press("Diagnose")
-    screen.wait_text("verdict", "Working: ")
     screen.wait_text("verdict", "Left after all", timeout=120_000)
     assert not any(word in screen.text("verdict") for word in ("[nat]", "evidence", "chance", "10⁻"))
-    screen.press("Add the effects to the model")
+    screen.press("Add causes")
     screen.wait_text("verdict", "now part of the model", timeout=120_000)
     screen.shoot(f"added-{name}")
     session = app.worker.session

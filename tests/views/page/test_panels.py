@@ -59,9 +59,9 @@ from workbench.views.page import app as page_app
 from workbench.views.page import html
 from workbench.views.page.local_server import local_server
 from workbench.views.page.panels import PANELS, fit
-from workbench.views.page.panels.choices import read_rows
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.files import FilesPanel
+from workbench.views.page.panels.fit import read_rows
 from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.history import HistoryPanel
 from workbench.views.page.panels.start_card import StartCard
@@ -259,12 +259,11 @@ def test_the_card_opens_again_beside_a_file_of_another_arm_and_closes_at_the_nex
     assert [command.tab for command in sent] == [Tab.CALIBRATE]
 
 
-def test_what_needs_data_is_off_until_there_are_some(app):
+def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):
     def is_off(label):
-        handles = app.server.gui._gui_input_handle_from_uuid.values()
-        return next(c.disabled for c in handles if getattr(c, "label", "") == label)
+        return control(app, label).disabled or not control(app, label).visible
 
-    labels = ("Measurements (CSV)", "Identify", "Pose", "Exclude this row")
+    labels = ("Measurements (CSV)", "Calculate", "Pose", "Exclude this row")
     assert all(is_off(label) for label in labels)
     assert not is_off("Plate (TOML)")
     app.worker.submit(MeasureVirtualArm(2))

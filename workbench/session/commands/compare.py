@@ -65,9 +65,7 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
     events = () if session.diagnosis is None else session.diagnosis.events
     rows = compare(fitted, checks, nominal, shown, models, events)
     apart = np.isin(loaded.dataset.row, list(_set_apart(session)))
-    return replace(
-        rows, set_apart=places_in_base(nominal if shown is None else shown, loaded.dataset.take(apart))
-    )
+    return replace(rows, set_apart=places_in_base(nominal, loaded.dataset.take(apart)))
 
 
 def _set_apart(session: Session) -> set[int]:

@@ -5,8 +5,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.base.types import Matrix4
 from workbench.session.commands.arm import drawn_joints
-from workbench.session.deflection import bend, bending_robot, drawable_bending
+from workbench.session.deflection import bend, bending_robot, drawable_bending, driven_by_pose
 from workbench.session.joint_errors import shown_effect
 from workbench.session.state import Field, Focus, Session
 from workbench.views.appearance.bodies import body_frames
@@ -33,9 +35,10 @@ def arms(session: Session) -> Iterator[Item]:
     q, overlay = drawn_joints(session), session.overlay
     is_shown = overlay.nominal or session.focus is not Focus.ROW
     yield nominal_arm_at(session.robot, q, is_shown=is_shown)
-    if session.calibrated is not None:
+    if session.calibrated is not None and session.identification is not None:
         is_shown = overlay.calibrated and session.focus in (Focus.ROW, Focus.JOG)
-        yield Item("arm/calibrated", calibrated_arm, (session.calibrated, q), shown=is_shown)
+        inputs = session.calibrated, q, session.identification.aligned
+        yield Item("arm/calibrated", calibrated_arm, inputs, shown=is_shown)
 
 
 def bent_arm(session: Session) -> Iterator[Item]:
@@ -73,11 +76,17 @@ def branches(session: Session) -> Iterator[Item]:
         yield Item(f"arm/branch/{i + 1}", _branch, (session.robot, q), shown=q is not None)
 
 
-def calibrated_arm(robot: Robot, q: np.ndarray) -> Arm:
-    """A shell about the nominal arm."""
-    return Arm(
-        bodies=bodies_of(robot, swell=SHELL), frames=body_frames(robot, q), ghost=CALIBRATED, opacity=0.3
-    )
+def calibrated_arm(robot: Robot, q: np.ndarray, aligned: Robot) -> Arm:
+    """A shell about the nominal arm as it is aligned, where its effects have it: they were fitted with it."""
+    moved = driven_by_pose(robot)
+    frames = body_frames(robot, q) if moved is None else body_frames(moved, q, shift=bend(moved, q).shift)
+    frames = beside_nominal(robot, aligned) @ frames
+    return Arm(bodies=bodies_of(robot, swell=SHELL), frames=frames, ghost=CALIBRATED, opacity=0.3)
+
+
+def beside_nominal(robot: Robot, aligned: Robot) -> Matrix4:
+    """From a calibrated arm's base to that of the aligned nominal one; the rows don't tell them apart."""
+    return se3.inverse(aligned.base.pose) @ robot.base.pose
 
 
 def deviating_arm(robot: Robot, q: np.ndarray) -> Arm:

@@ -80,6 +80,8 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 {PANEL} div[style*="min-height: 2.4em"] {{ overflow: clip !important }}
 {TABS} {{ position: sticky; top: var(--strip, 0px); z-index: 19;
   background-color: var(--mantine-color-body) }}
+.mantine-ScrollArea-scrollbar[data-orientation="vertical"] {{
+  width: 8px !important; padding: 0 1px !important }}
 .gone {{ display: none }}
 [{OVER}] {{ height: {OVER_HEIGHT}px; margin-bottom: -{OVER_HEIGHT}px }}
 div:has(> [{OVER}]) + div {{ height: {OVER_HEIGHT}px; padding: 0 12px !important; position: relative }}
@@ -96,6 +98,7 @@ div:has(> [{OVER}]) + div .mantine-Slider-thumb {{
 .mantine-Modal-body input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
 div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}
+@media (min-width: {NARROW + 1}px) {{ {PANEL} svg[viewBox^="0 0 340"] text {{ font-size: 10px }} }}
 @media (max-width: {NARROW}px) {{
   [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
   [{MORE}] {{ display: none }}

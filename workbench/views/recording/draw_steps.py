@@ -17,7 +17,7 @@ from workbench.report.figures import png
 from workbench.session.comparison import Comparison
 from workbench.session.state import Session
 from workbench.views.appearance.colours import SELECTED
-from workbench.views.drawables.arms import calibrated_arm
+from workbench.views.drawables.arms import beside_nominal, calibrated_arm
 from workbench.views.drawables.measured import measured
 from workbench.views.drawables.nominal_arm import nominal_arm
 from workbench.views.drawables.plate import plate
@@ -79,18 +79,20 @@ def _guarded(item: Item) -> Item:
 
 def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:
     """The timeline of the measured rows: the scene as it was when they came, the arms at every row."""
-    arms = {"nominal": (nominal_arm, session.robot)}
-    if session.calibrated is not None:
-        arms["calibrated"] = (calibrated_arm, session.calibrated)
     q = rows.q[:MAX_ROWS]
+    arms = {"nominal": (nominal_arm(session.robot, q[0]), body_frames(session.robot, q))}
+    if session.calibrated is not None and session.identification is not None:
+        robot, aligned = session.calibrated, session.identification.aligned
+        at = beside_nominal(robot, aligned) @ body_frames(robot, q)
+        arms["calibrated"] = (calibrated_arm(robot, q[0], aligned), at)
     around = (item for subject in (plate, region, measured) for item in subject(session))
-    standing = (Item(f"arm/{name}", make, (robot, q[0])) for name, (make, robot) in arms.items())
+    standing = (Item(f"arm/{name}", lambda arm: arm, (arm,)) for name, (arm, _) in arms.items())
     scene = RecordingSink(canvas, "world/")
     scene.update(item for item in around if item.path != "region/cubes")
     scene.update(standing)
     RecordingSink(canvas).update(tables(session))
-    for name, (_, robot) in arms.items():
-        for i, frames in enumerate(np.swapaxes(body_frames(robot, q), 0, 1)):
+    for name, (_, at) in arms.items():
+        for i, frames in enumerate(np.swapaxes(at, 0, 1)):
             turns = quaternion(frames[:, :3, :3])
             columns = rr.Transform3D.columns(translation=frames[:, :3, 3], quaternion=turns)
             canvas.rows(f"world/arm/{name}/body{i}", columns, len(q))

@@ -2,7 +2,6 @@
 
 from workbench.base.registry import Registry
 from workbench.views.page.panels.arm import ArmPanel, OwnRobotPanel
-from workbench.views.page.panels.choices import ChoicesPanel
 from workbench.views.page.panels.columns import ColumnsPanel
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.data import DataPanel
@@ -10,7 +9,7 @@ from workbench.views.page.panels.deflection import BendingPanel
 from workbench.views.page.panels.diagnose import DiagnosePanel
 from workbench.views.page.panels.display_options import LookPanel
 from workbench.views.page.panels.files import FilesPanel
-from workbench.views.page.panels.fit import FitPanel
+from workbench.views.page.panels.fit import FitDetailsPanel, FitPanel
 from workbench.views.page.panels.guided import GuidedPanel
 from workbench.views.page.panels.history import HistoryPanel
 from workbench.views.page.panels.index import DetailsPanel, IndexPanel, WantedPanel
@@ -51,7 +50,7 @@ PANELS: Registry[type[AbstractPanel]] = Registry(
     DiagnosePanel,
     RowErrorsPanel,
     JointsPanel,
-    ChoicesPanel,
+    FitDetailsPanel,
     ComparePanel,
     TrackPanel,
     BendingPanel,

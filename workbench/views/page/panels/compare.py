@@ -10,11 +10,11 @@ from workbench.session.commands.compare import MAX_EXAGGERATION, MIN_EXAGGERATIO
 from workbench.session.commands.identify import LeaveRowsOut
 from workbench.session.comparison import Comparison
 from workbench.session.state import Session, Tab
-from workbench.views.appearance.colours import CALIBRATED, LEFT_OUT, NOMINAL, css
+from workbench.views.appearance.colours import CALIBRATED, NOMINAL, css
 from workbench.views.page.camera import aim
 from workbench.views.page.first_view import view_of_rows
 from workbench.views.page.html import MUTED, badge, block, number, table, text
-from workbench.views.page.panels.panel import AbstractPanel, set_value, waiting
+from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 SWITCHES = {
     "ghosts": ("Other branches", "Show the other postures that reach the selected target as faint arms."),
@@ -27,7 +27,8 @@ SWITCHES = {
     "frames": ("Frames", "Show the measured tool orientations."),
     "arrows": ("Error arrows", "From measured to predicted positions: grey nominal, orange calibrated."),
 }
-
+OF_ROWS = ("points", "frames")
+"""Switches for what rows show before anything is identified."""
 FACTORS = {
     "exaggeration": (
         "Nominal ×",
@@ -45,7 +46,7 @@ class ComparePanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self._row = gui.add_slider(
-            "Pose", 1, 2, 1, 1, disabled=True, hint="Step through the measured poses; the arms follow."
+            "Pose", 1, 2, 1, 1, visible=False, hint="Step through the measured poses; the arms follow."
         )
         self.sends(self._row, lambda: ShowRow(int(self._row.value) - 1))
         self._readout = gui.add_html("")
@@ -74,11 +75,11 @@ class ComparePanel(AbstractPanel):
             hint="Move the camera to show the robot and all measured positions.",
         )
         self._look.on_click(self._look_at_all)
-        self._legend = gui.add_html(_legend())
 
     def show(self, session: Session) -> None:
         comparison, overlay = session.comparison, session.overlay
-        self._row.disabled = comparison is None
+        for part in (self._row, self._readout, self._leave, self._look):
+            part.visible = comparison is not None
         if comparison is not None:
             if self._row.value > len(comparison):
                 set_value(self._row, 1)
@@ -88,11 +89,11 @@ class ComparePanel(AbstractPanel):
             set_value(box, getattr(overlay, name))
         for name, control in zip(FACTORS, (self._times, self._times_after), strict=True):
             set_value(control, getattr(overlay, name))
+        is_fitted = session.identification is not None
         for name, box in self._switches.items():
-            box.disabled = name not in ("ghosts", "points", "frames") and session.identification is None
-        self._times.disabled = session.identification is None and session.track is None
-        self._times_after.disabled = session.identification is None
-        self._look.disabled = comparison is None
+            box.visible = name == "ghosts" or is_fitted or (comparison is not None and name in OF_ROWS)
+        self._times.visible = is_fitted or session.track is not None
+        self._times_after.visible = is_fitted
         self._readout.content = _readout(session)
         fitted = comparison is not None and not comparison.held_out[session.row]
         can_leave = fitted and session.loaded is not None
@@ -121,10 +122,9 @@ class ComparePanel(AbstractPanel):
 
 
 def _readout(session: Session) -> str:
-    comparison = session.comparison
+    comparison, row = session.comparison, session.row
     if comparison is None:
-        return waiting(session, "row", "")
-    row = session.row
+        return ""
     kind = "held out" if comparison.held_out[row] else "fitted"
     head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])}"
     if session.identification is None:
@@ -161,13 +161,4 @@ def _as_opened(comparison: Comparison, row: int) -> str:
     return (
         table(("Error of the robot as opened", ""), rows)
         + f'<div style="color:{MUTED};margin-top:4px">{words}</div>'
-    )
-
-
-def _legend() -> str:
-    return block(
-        f"{badge('Calibrated arm', css(CALIBRATED))} &nbsp; {badge('Excluded', css(LEFT_OUT))}"
-        f'<div style="color:{MUTED}">Round points were fitted, square ones held out. Arrows point '
-        "from the measured to the predicted position of the tool.</div>",
-        style="margin:6px 0 10px",
     )

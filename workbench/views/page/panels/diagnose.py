@@ -9,34 +9,17 @@ from workbench.diagnosis.claimed_causes import Confidence
 from workbench.diagnosis.report.budget import budget_bars
 from workbench.diagnosis.report.table import outlier_words
 from workbench.diagnosis.result import Diagnosis
-from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPoses
-from workbench.session.commands.identify import SetLevelled
+from workbench.session.commands.diagnose import TakeNextPoses
 from workbench.session.export import next_poses_csv
 from workbench.session.state import Session, Tab
-from workbench.views.page.html import (
-    BAD,
-    GOOD,
-    MUTED,
-    badge,
-    block,
-    bullets,
-    folded,
-    heading,
-    number,
-    table,
-    text,
-)
+from workbench.views.page.html import MUTED, block, bullets, folded, heading, number, table, text
 from workbench.views.page.panels.events import EventButtons
-from workbench.views.page.panels.panel import AbstractPanel, set_value, waiting
+from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.result_card import weighed
 
+TARGETS, FILE = "As targets", "Save (CSV)"
 CANDIDATES, LARGE = 6, 300.0
 """Lines of the ranking; difference of evidence that is large enough [nat]."""
-LEVELLED = (
-    "The z axis of the measuring frame is vertical, so that the base's orientation in it tells how the arm "
-    "stands to gravity."
-)
-READY = "Ready. Press Diagnose to find what geometry can't explain."
 WORSE = {
     Confidence.CERTAIN: "certainly less",
     Confidence.PROBABLE: "probably less",
@@ -46,67 +29,45 @@ WORSE = {
 
 
 class DiagnosePanel(AbstractPanel):
-    """Search, add, measure on."""
+    """What was found, and where to measure next."""
 
     tab, order = Tab.CALIBRATE, 20
-    depends = ("diagnosis", "accepted", "loaded", "levelled", "is_idle")
+    depends = ("diagnosis", "accepted", "loaded", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._start = self.button(
-            Diagnose.title,
-            lambda: Diagnose(levelled=self._worker.session.levelled),
-            viser.Icon.STETHOSCOPE,
-            "Fit the geometry, then find the physical effect that explains the remaining error. Needs at "
-            "least 20 rows.",
-            main=True,
-        )
-        self._levelled = gui.add_checkbox("Instrument is levelled", False, hint=LEVELLED)
-        self.sends(self._levelled, lambda: SetLevelled(bool(self._levelled.value)))
-        self._verdict = gui.add_html("")
+        self._verdict = gui.add_html("", visible=False)
         self._events = EventButtons(self, gui, lambda: self._worker.session)
-        self._add = self.button(
-            AddEffects.title,
-            AddEffects,
-            viser.Icon.PLUS,
-            "Identify these effects together with the geometry; Identify, Compare and the saved robot "
-            "then include them.",
-            main=True,
+        self._details = gui.add_html("", visible=False)
+        self._next = gui.add_button_group(
+            "Next poses",
+            (TARGETS, FILE),
             visible=False,
+            hint="The poses where a measurement tells most about what was found: as targets of the plate, or "
+            "their joint positions as a CSV file.",
         )
-        self._details = gui.add_html("")
-        self._next = self.button(
-            TakeNextPoses.title,
-            TakeNextPoses,
-            viser.Icon.TARGET,
-            "Add to the plate the poses where a measurement would be most informative about these effects.",
-            visible=False,
-        )
-        self._save = self.download(
-            "Save the suggested poses (CSV)",
-            next_poses_csv,
-            "Download their joint positions, with what each pose would determine.",
-            visible=False,
-        )
+
+        @self._next.on_click
+        def _(event: viser.GuiEvent) -> None:
+            if event.target.value == FILE:
+                self.save(event, next_poses_csv)
+            else:
+                self.send(TakeNextPoses)
 
     def show(self, session: Session) -> None:
         found = session.diagnosis
-        set_value(self._levelled, session.levelled)
-        self._start.disabled = session.loaded is None or session.job is not None
-        self._add.visible = found is not None and bool(found.effects) and not session.accepted
-        self._next.visible = self._save.visible = found is not None and len(found.measure_next) > 0
-        self._verdict.content = (
-            waiting(session, "verdict", READY) if found is None else _verdict(found, session)
-        )
+        self._verdict.visible = self._details.visible = found is not None
+        self._next.visible = found is not None and len(found.measure_next) > 0
         self._events.show(session)
-        self._details.content = "" if found is None else block(_next(found), testid="diagnosis")
+        if found is not None:
+            self._verdict.content = _verdict(found, session)
+            self._details.content = block(folded("Where to measure next", _next(found)), testid="diagnosis")
 
 
 def _verdict(found: Diagnosis, session: Session) -> str:
-    """One line, the size of each cause, and why; the strip has the sentence."""
-    mark = badge(capital(found.verdict_words), GOOD if found.is_good else BAD)
-    added = f'<span style="color:{GOOD}"> · now part of the model</span>' if session.accepted else ""
-    head = heading("Size of each cause at the tool [mm], and what is left")
-    return block(f"{mark}{added}{head}{budget_bars(found)}{_why(found)}", testid="verdict")
+    """In two words, the size of each cause, and why; the strip has the sentence, and its colour."""
+    added = "; now part of the model" if session.accepted else ""
+    head = heading(f"{capital(found.verdict_words)}{added}. Size at the tool, and what is left [mm]")
+    return block(f"{head}{budget_bars(found)}{_why(found)}", testid="verdict")
 
 
 def _why(found: Diagnosis) -> str:
@@ -132,8 +93,7 @@ def _next(found: Diagnosis) -> str:
         f'<div style="color:{MUTED}">{joint_words(found.calibrated, q)}</div></li>'
         for q, reason in zip(found.measure_next, found.next_reasons, strict=True)
     ]
-    items = f'<ol data-testid="next-poses" style="margin:0;padding-left:20px">{"".join(lines)}</ol>'
-    return heading("Measure next") + items
+    return f'<ol data-testid="next-poses" style="margin:0;padding-left:20px">{"".join(lines)}</ol>'
 
 
 def _causes(found: Diagnosis) -> str:

@@ -1,17 +1,37 @@
-"""Identification: start it, inspect its results."""
+"""Calibration: identify, diagnose, add what was found; the result, and what stands behind it."""
+
+import re
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 import viser
 
+from workbench.arm.robot import Robot
+from workbench.base.errors import OptionError
 from workbench.identification.algorithms import ALGORITHMS, USUAL
 from workbench.identification.result import Identification, judged
+from workbench.session.command import AbstractCommand
 from workbench.session.commands.compare import ShowFit
-from workbench.session.commands.identify import Identify
+from workbench.session.commands.diagnose import AddEffects, Diagnose
+from workbench.session.commands.identify import HoldParameter, Identify, LeaveRowsOut, SetLevelled
 from workbench.session.judgement import arm_judgement
 from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import OUT_OF_REACH, css
-from workbench.views.page.html import CAREFUL, GOOD, INKS, MUTED, block, bullets, heading, number, table, text
+from workbench.views.page.html import (
+    CAREFUL,
+    GOOD,
+    INKS,
+    MUTED,
+    block,
+    bullets,
+    folded,
+    heading,
+    number,
+    table,
+    text,
+)
 from workbench.views.page.panels.figure import error_figure
 from workbench.views.page.panels.index import WantedPanel
 from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, sheet, waiting
@@ -20,62 +40,145 @@ from workbench.views.page.panels.saving import ArmFiles
 from workbench.views.page.style import WIDE
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
-READY = "Ready. Press Identify to fit the parameters."
+READY = "Ready. Press Identify to fit the geometry."
+STEPS = (
+    "Identify: fit the geometry to the measurements. Diagnose: find what geometry can't explain; it takes at "
+    "least 20 rows. Add causes: fit what was found together with the geometry; comparisons and the saved arm "
+    "then include it."
+)
 FRAMES = {
     "Decide from the data": "auto",
     "Shared by all sessions": "shared",
     "Separate for each session": "per-session",
 }
+LEVELLED = (
+    "The z axis of the measuring frame is vertical, so that the base's orientation in it tells how the arm "
+    "stands to gravity."
+)
 
 
 class FitPanel(AbstractPanel):
-    """Algorithms side by side on the same rows."""
+    """The steps of a calibration, their options, the result, and its files."""
 
     tab, order = Tab.CALIBRATE, 10
-    depends = ("identification", "fit", "loaded", "wanted", "is_idle")
+    depends = (
+        "identification",
+        "fit",
+        "loaded",
+        "wanted",
+        "levelled",
+        "left_out",
+        "fixed",
+        "robot",
+        "is_idle",
+    )
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
         self._wanted = WantedPanel(worker)
+        self._robot: Robot | None = None
+        self._boxes: dict[str, viser.GuiCheckboxHandle] = {}
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._start = self.button(
-            "Identify",
-            self._identify,
-            viser.Icon.PLAYER_PLAY,
-            "Fit the parameters to the measurements with every ticked algorithm.",
-            main=True,
-        )
+        steps: dict[str, Callable[[], AbstractCommand]] = {
+            "Identify": self._identify,
+            "Diagnose": self._diagnose,
+            "Add causes": AddEffects,
+        }
+        self._steps = gui.add_button_group("Calculate", tuple(steps), visible=False, hint=STEPS)
+        self.sends_one_of(self._steps, steps)
         with gui.add_folder("Options", expand_by_default=False):
+            self._build_options(gui)
+        self._card = gui.add_html("")
+        self._requirement = gui.add_html("", visible=False)
+        self._files = ArmFiles(self, gui)
+        self._warnings = gui.add_html("", visible=False)
+
+    def _build_options(self, gui: viser.GuiApi) -> None:
+        self._wanted.make(gui)
+        self._levelled = gui.add_checkbox("Levelled", False, hint=LEVELLED)
+        self.sends(self._levelled, lambda: SetLevelled(bool(self._levelled.value)))
+        self._held_out = self.slider(
+            "Held out [%]",
+            20,
+            (5, 50, 5),
+            "Share of the rows held out of the fit; rely on the error there. A virtual arm has its own "
+            "checking poses instead.",
+        )
+        self._frames = gui.add_dropdown(
+            "Base and tool",
+            list(FRAMES),
+            hint="Whether all measurement sessions share the same base and tool frames.",
+        )
+        self._rows = gui.add_text(
+            "Excluded rows",
+            "",
+            hint="Numbers of data rows that are not fitted, such as 3, 17, 20-24. In the Compare tab a "
+            "row can be excluded while you look at it.",
+        )
+        self.sends(self._rows, lambda: LeaveRowsOut(read_rows(self._rows.value)))
+        with gui.add_folder("Algorithms", expand_by_default=False):
             self._chosen = {
                 name: gui.add_checkbox(algorithm.title, name in USUAL, hint=algorithm.summary)
                 for name, algorithm in ALGORITHMS.items()
             }
-            self._held_out = self.slider(
-                "Held out [%]",
-                20,
-                (5, 50, 5),
-                "Share of the rows held out of the fit; rely on the error there. A virtual arm has its own "
-                "checking poses instead.",
-            )
-            self._frames = gui.add_dropdown(
-                "Base and tool",
-                list(FRAMES),
-                hint="Whether all measurement sessions share the same base and tool frames.",
-            )
-        self._card = gui.add_html("")
-        self._judging = gui.add_folder(None, visible=False)
-        with self._judging:
-            self._wanted.make(gui)
-        self._requirement = gui.add_html("", visible=False)
-        self._warnings = gui.add_html("", visible=False)
-        self._files = ArmFiles(self, gui)
-        self._details = gui.add_folder("Details", expand_by_default=False, visible=False)
-        with self._details:
+        self._free = gui.add_folder("Free parameters", expand_by_default=False)
+
+    def show(self, session: Session) -> None:
+        self._steps.visible = session.loaded is not None
+        found = session.identification
+        self._wanted.show(session)
+        self._files.show(session)
+        set_value(self._levelled, session.levelled)
+        self._rows.disabled = session.loaded is None
+        set_value(self._rows, ", ".join(map(str, sorted(session.left_out))))
+        if session.robot is not self._robot:
+            self._robot = session.robot
+            self._rebuild(session.robot)
+        for name, box in self._boxes.items():
+            set_value(box, name not in session.fixed)
+        for part in (self._requirement, self._warnings):
+            part.visible = found is not None
+        self._card.content = waiting(session, "result", READY) if found is None else result_card(session)
+        if found is not None:
+            self._requirement.content = _requirement(session)
+            self._warnings.content = _warnings(found)
+
+    def _rebuild(self, robot: Robot) -> None:
+        """A box for each parameter; another arm has others."""
+        for box in self._boxes.values():
+            box.remove()
+        hint = "Ticked: identified. Not ticked: fixed at its nominal value."
+        with self._free:
+            self._boxes = {name: self._gui.add_checkbox(name, True, hint=hint) for name in robot.default_free}
+        for name, box in self._boxes.items():
+            self.sends(box, partial(self._hold, name))
+
+    def _hold(self, name: str) -> HoldParameter:
+        return HoldParameter(name, not self._boxes[name].value)
+
+    def _identify(self) -> Identify:
+        algorithms = tuple(name for name, box in self._chosen.items() if box.value)
+        share = 0.01 * float(self._held_out.value)
+        levelled = self._worker.session.levelled
+        return Identify(algorithms, share, FRAMES[self._frames.value], levelled=levelled)
+
+    def _diagnose(self) -> Diagnose:
+        return Diagnose(levelled=self._worker.session.levelled)
+
+
+class FitDetailsPanel(AbstractPanel):
+    """Algorithms side by side, errors axis by axis, and every parameter; folded."""
+
+    tab, order = Tab.CALIBRATE, 40
+    depends = ("identification", "fit")
+
+    def build(self, gui: viser.GuiApi) -> None:
+        self._folder = gui.add_folder("Details", expand_by_default=False, visible=False)
+        with self._folder:
             self._build_details(gui)
 
     def _build_details(self, gui: viser.GuiApi) -> None:
-        """Algorithms side by side, errors axis by axis, and every parameter."""
         self._errors = gui.add_html("")
         self._fit = gui.add_dropdown(
             "Shown fit",
@@ -103,30 +206,15 @@ class FitPanel(AbstractPanel):
         self._remarks = gui.add_html("")
 
     def show(self, session: Session) -> None:
-        self._start.disabled = session.loaded is None or session.job is not None
         found = session.identification
-        self._wanted.show(session)
-        self._files.show(session)
-        for part in (self._judging, self._requirement, self._warnings, self._details):
-            part.visible = found is not None
-        self._card.content = waiting(session, "result", READY) if found is None else result_card(session)
+        self._folder.visible = found is not None
         if found is not None:
             self._errors.content = _errors(found, session.fit)
             self._fit.options = [_titles()[name] for name in found.runs]
             set_value(self._fit, _titles()[session.fit])
-            self._requirement.content = _requirement(session)
             self._draw_figure()
             self._parameters.content = _parameters(found, session.fit)
-            self._warnings.content = block(
-                _list("Warnings", found.warnings, CAREFUL), testid="warnings", style="margin-bottom:8px"
-            )
             self._remarks.content = block(_remarks(found), testid="remarks", style="margin-bottom:10px")
-
-    def _identify(self) -> Identify:
-        algorithms = tuple(name for name, box in self._chosen.items() if box.value)
-        share = 0.01 * float(self._held_out.value)
-        levelled = self._worker.session.levelled
-        return Identify(algorithms, share, FRAMES[self._frames.value], levelled=levelled)
 
     def _draw_figure(self) -> None:
         """Draw the errors of the shown fit, unless they are drawn: every message comes by here."""
@@ -143,6 +231,25 @@ class FitPanel(AbstractPanel):
         if found is not None:
             parts = (error_figure(found, rotation=turned) for turned in (False, True))
             sheet(event, "Errors, axis by axis", f"<div {WIDE}>{''.join(parts)}</div>")
+
+
+def read_rows(words: str) -> tuple[int, ...]:
+    """Row numbers from `3, 17, 20-24`.
+
+    Raises:
+        OptionError: something else than numbers and ranges.
+    """
+    rows: set[int] = set()
+    try:
+        for part in filter(None, re.split(r"[,;\s]+", words.strip())):
+            first, _, last = part.partition("-")
+            begin, end = int(first), int(last or first)
+            if end - begin > 100_000:
+                raise ValueError(part)
+            rows |= set(range(begin, end + 1))
+    except ValueError:
+        raise OptionError(f"'{words[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24") from None
+    return tuple(sorted(rows))
 
 
 def _titles() -> dict[str, str]:
@@ -180,6 +287,14 @@ def _requirement(session: Session) -> str:
     return block(
         text(judged.text), testid="requirement", style=f"margin:4px 0;color:{colour};font-weight:600"
     )
+
+
+def _warnings(found: Identification) -> str:
+    """How many there are, and folded what they say."""
+    count = len(found.warnings)
+    head = f"{count} warning" + "s" * (count > 1)
+    words = bullets(map(text, found.warnings), style=f"margin:0;color:{CAREFUL}")
+    return block(folded(head, words), testid="warnings") if count else ""
 
 
 def _remarks(found: Identification) -> str:

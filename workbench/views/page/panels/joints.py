@@ -14,7 +14,7 @@ from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law_along_joints, shown_effect
 from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import BLAMED, css, stage_colours
-from workbench.views.page.html import LINE, MUTED, badge, block, heading, label, note, number
+from workbench.views.page.html import LINE, MUTED, badge, block, heading, label, number
 from workbench.views.page.panels.panel import AbstractPanel, set_options
 
 COLUMNS, CELL, PLOT = 2, (190.0, 108.0), (150.0, 70.0)
@@ -33,7 +33,8 @@ class JointsPanel(AbstractPanel):
     depends = ("comparison", "diagnosis", "overlay.law")
 
     def build(self, gui: viser.GuiApi) -> None:
-        with gui.add_folder("Errors along each joint"):
+        self._folder = gui.add_folder("Errors along each joint", visible=False)
+        with self._folder:
             self._law = gui.add_dropdown(
                 "Law of",
                 [NO_LAW],
@@ -46,14 +47,12 @@ class JointsPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         rows, found, effect = session.comparison, session.diagnosis, shown_effect(session)
+        self._folder.visible = rows is not None and bool(rows.stages)
         self._law.visible = found is not None
         labels = () if found is None else tuple(e.label for e in candidates(found))
         set_options(self._law, [NO_LAW, *labels], NO_LAW if effect is None else effect.label)
-        if rows is None or not rows.stages:
-            words = "After an identification: the residual along the motion of every joint."
-            self._html.content = note(words, "joints")
-            return
-        self._html.content = block(joint_plots(session, rows), testid="joints", style="margin:2px 0 8px")
+        if rows is not None and rows.stages:
+            self._html.content = block(joint_plots(session, rows), testid="joints", style="margin:2px 0 8px")
 
     def _choose(self) -> SetOverlay:
         return SetOverlay(replace(self._worker.session.overlay, law=str(self._law.value)))

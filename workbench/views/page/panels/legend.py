@@ -8,8 +8,6 @@ import numpy as np
 import viser
 
 from workbench.arm.effects.events import AbstractEvent
-from workbench.arm.joint_units import joint_words
-from workbench.arm.robot import Robot
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
 from workbench.session.cubes import FACTORS, LARGER_IS_BETTER, TITLES, UNITS, CubeValues, are_shown, values
@@ -69,7 +67,7 @@ class LegendPanel(AbstractPanel):
         self._window = gui.add_panel(visible=False)
         with self._window.add_tab("Legend"):
             self._stages = gui.add_button_group(
-                "Errors of",
+                "",
                 list(NAMES.values()),
                 hint="Colour the measured points by the errors of the nominal arm, of its calibrated "
                 "geometry, or of the geometry with the causes found.",
@@ -156,7 +154,7 @@ def points(session: Session, rows: Comparison) -> str:
         marks(rows, is_left_out=bool(session.left_out)),
         "" if session.diagnosis is None else events(session.diagnosis.events, rows),
         arrow_factors(rows, overlay) if focus in (Focus.ROW, Focus.JOG) else "",
-        row_errors(rows, session.row, session.robot) if focus is Focus.ROW else "",
+        row_errors(rows, session.row) if focus is Focus.ROW else "",
     )
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
 
@@ -173,10 +171,8 @@ def stage_means(rows: Comparison, wanted: ModelStage) -> str:
         style = "font-size:19px;font-weight:650" if stage is shown else f"color:{MUTED}"
         parts.append(f'<span title="{text(stage)}" style="{style}">{mean}</span>')
     arrow = f' <span style="color:{MUTED}">→</span> '
-    return (
-        f"<div>{arrow.join(parts)} mm</div>"
-        f'<div style="color:{MUTED}">Mean of {int(use.sum())} {kind}poses; colours: {text(shown)}</div>'
-    )
+    words = f"Mean of {int(use.sum())} {kind}poses; colours: {shown}"
+    return f'<div title="{text(words)}">{arrow.join(parts)} mm</div>'
 
 
 def colour_bar(scale: ErrorScale) -> str:
@@ -225,8 +221,8 @@ def arrow_factors(rows: Comparison, overlay: Overlay) -> str:
     )
 
 
-def row_errors(rows: Comparison, row: int, robot: Robot) -> str:
-    """Errors and joint positions of a row."""
+def row_errors(rows: Comparison, row: int) -> str:
+    """Errors of a row."""
     kind = "held out" if rows.held_out[row] else "fitted"
     known = [
         f"{number(1e3 * float(rows.stage_errors[row, STAGES.index(stage)]))} mm {text(stage)}"
@@ -234,8 +230,5 @@ def row_errors(rows: Comparison, row: int, robot: Robot) -> str:
         if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
     ]
     errors = ", ".join(known) or "no position was measured"
-    return (
-        '<div data-testid="row-errors" style="margin-top:4px">'
-        f"<b>Data row {int(rows.number[row])}</b> ({kind}): {errors}"
-        f'<div {MORE} style="color:{MUTED}">Joints {joint_words(robot, rows.q[row])}</div></div>'
-    )
+    words = f"<b>Data row {int(rows.number[row])}</b> ({kind}): {errors}"
+    return f'<div data-testid="row-errors" style="margin-top:4px">{words}</div>'
