@@ -167,7 +167,8 @@ class Screen:
         self.page.get_by_role("tab", name=name).click()
 
     def press(self, name: str) -> None:
-        self.page.get_by_role("button", name=name, exact=True).click()
+        """A button of this name; where the strip offers it too, that one."""
+        self.page.get_by_role("button", name=name, exact=True).first.click()
 
     def give(self, button: str, file: Path | FilePayload) -> None:
         """Press a button that asks for a file, and choose this one."""

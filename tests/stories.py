@@ -206,7 +206,7 @@ def plate(visit: Visit, robot: Path, folder: Path) -> Path:
     visit.shoot("plate")
     visit.type("Wanted [mm]", "1")
     visit.idle()
-    visit.press("Try it on virtual arms")
+    visit.press("Try this plate")
     visit.idle()
     visit.shoot("tried")
     return visit.save("Plate to make (ZIP)", folder / "plate.zip")

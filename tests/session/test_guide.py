@@ -8,6 +8,8 @@ import pytest
 from direct_commands import done
 from driven_effects import driven_file
 
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.motion import Motion
 from workbench.diagnosis.result import Verdict
 from workbench.identification.problem import Noise
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
@@ -21,11 +23,10 @@ from workbench.session.comparison import ModelStage as ComparedStage
 from workbench.session.guide import Action, Tone, guide, share_of_noise, stages
 from workbench.session.state import Drag, Focus, RunningJob, Session, Source, Tab
 from workbench.views.drawables.scene_contents import on_page
-from workbench.views.page.panels.figure import error_figure
+from workbench.views.page.panels.fit import error_figure
 from workbench.views.page.panels.legend import stage_means
 from workbench.views.page.panels.result_card import numbers, result_card
 from workbench.views.page.render import MIN_WIDTH
-from workbench.views.page.style import WIDEST
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +81,7 @@ NOTHING = {"effects": (), "causes": (), "residual_map": None}
 NO_POSES = np.zeros((0, 6))
 STATES = [
     # before, what is done to it, words, tone, next, where, other
-    ("first", lambda s: s, "Drag an arrow", Tone.PLAIN, "Improve the plate", Tab.PLATE, "Measure"),
+    ("first", lambda s: s, "Drag an arrow", Tone.PLAIN, "Improve this plate", Tab.PLATE, "Measure"),
     ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release to keep", Tone.PLAIN, None, None, None),
     (
         "first",
@@ -89,14 +90,14 @@ STATES = [
         Tone.PLAIN,
         "Measure",
         Tab.MEASURE,
-        "Improve the plate",
+        "Improve this plate",
     ),
     (
         "first",
         lambda s: replace(s, done=(s.best,)),
         "not yet tried against the wanted 1 mm per axis",
         Tone.PLAIN,
-        "Try it on virtual arms",
+        "Try this plate",
         Tab.PLATE,
         "Measure",
     ),
@@ -328,19 +329,28 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
 
 
 def test_a_bent_arm_says_how_much_its_bending_is_exaggerated(walked):
-    drawn = {item.path: item for item in on_page(walked["added"])}
+    added = walked["added"]
+    asked = replace(added, overlay=replace(added.overlay, bent=True))
+    drawn = {item.path: item for item in on_page(asked)}
+    assert not any(item.shown for item in on_page(added) if item.path.startswith("arm/bent"))
     assert drawn["arm/bent"].shown
     assert drawn["arm/bent_words"].shown
     label = drawn["arm/bent_words"].make(*drawn["arm/bent_words"].inputs)
     assert re.fullmatch(r"bent × [\d.]+", label.text)
 
 
-@pytest.mark.parametrize(("fits", "across"), [(("opt2",), MIN_WIDTH - 24), ((), WIDEST)])
-def test_words_of_the_error_plots_can_be_read(walked, fits, across):
-    """In the narrowest panel the shown fit alone; all fits in the wide sheet, which scrolls."""
-    drawing = error_figure(walked["identified"].identification, fits=fits)
-    width, size = (float(re.search(p, drawing)[1]) for p in (r'viewBox="0 0 (\d+)', r"font-size:(\d+)px"))
-    assert size * across / width >= 8.5
+def test_the_error_plots_have_every_row_in_words_that_can_be_read(walked):
+    """Also in the narrowest panel; each axis ends at its greatest error."""
+    found = walked["identified"].identification
+    drawing = error_figure(found, "opt2")
+    rows = len(found.train_rows) + len(found.held_out_data)
+    assert drawing.count("<circle") == 3 * rows
+    width, size = (float(re.search(p, drawing)[1]) for p in (r'viewBox="0 0 (\d+)', r'font-size="(\d+)"'))
+    assert size * (MIN_WIDTH - 24) / width >= 8.5
+    data, arm = found.data.take(found.train_rows), found.runs["opt2"].as_measured
+    off = 1e3 * (tool_poses(arm, Motion(data.q))[:, :3, 3] - data.position)
+    shown = np.array([abs(float(v)) for v in re.findall(r": (\S+) mm<", drawing)]).reshape(3, rows)
+    assert np.allclose(np.sort(shown[:, : len(off)], axis=None), np.sort(np.abs(off), axis=None), rtol=6e-3)
 
 
 def test_the_instrument_is_known_where_rows_state_it(first):

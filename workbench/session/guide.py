@@ -250,7 +250,7 @@ def _design(session: Session) -> GuideStep:
         words = f"{count - len(bad)} of {count} targets can be measured; target {first + 1} {why}."
         fix = Action(f"Show target {first + 1}", Tab.PLATE, SelectTarget(first))
         return GuideStep(words, Tone.BAD, fix, LOAD)
-    improve = Action("Improve the plate", Tab.PLATE, ImprovePlate(seed=len(session.history)))
+    improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(seed=len(session.history)))
     if _takes_next_poses(session):
         return GuideStep("The poses to measure next are on the plate; measure there.", next=LOAD, other=FIT)
     if not session.done:
@@ -275,7 +275,7 @@ def _design(session: Session) -> GuideStep:
 def _trial() -> Action | None:
     """The plate tried on virtual arms, where an extra does so."""
     found = next((kind for kind in kinds().values() if issubclass(kind, AbstractPlateTrial)), None)
-    return None if found is None else Action("Try it on virtual arms", Tab.PLATE, found())
+    return None if found is None else Action("Try this plate", Tab.PLATE, found())
 
 
 def _predicted(session: Session) -> str:

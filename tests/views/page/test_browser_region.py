@@ -10,7 +10,7 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen = look()
     screen.tab("Plate")
     screen.choose("Cubes show", "Predicted error")
-    screen.wait_text("legend", "mm")
+    screen.wait_text("key", "mm")
     screen.shoot("cubes")
     at, metre = screen.grab(1)  # a handle that cubes are before
     screen.page.mouse.move(*(at - 0.02 * metre), steps=4)

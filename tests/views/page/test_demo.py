@@ -96,7 +96,7 @@ def test_every_scene_that_finds_something_is_shown_where_it_is_found(session):
     shown = {type(command).__name__: scene.tab for scene in scenes for command in scene.commands}
     assert shown["Identify"] is Tab.CALIBRATE
     assert shown["Diagnose"] is Tab.CALIBRATE
-    assert shown["MeasureVirtualArm"] is Tab.MEASURE
+    assert shown["LoadData"] is Tab.MEASURE
     assert shown["ShowRow"] is Tab.COMPARE
 
 

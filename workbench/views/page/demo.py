@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from workbench.base.assets import assets
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot
 from workbench.session.commands.compare import SetOverlay, ShowRow
-from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import AddEffects, Diagnose
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget
 from workbench.session.commands.identify import Identify
@@ -24,13 +25,10 @@ from workbench.session.worker import Worker
 
 CLIENT = 1_000_000
 """Who drags in the demo: no browser has this number."""
-ROBOT, SEED, POSES, TRACKER = "ur10", 1, 150, "tracker-6d"
-ERRORS = 3e-4, 3.5e-4
-"""Largest errors of lengths [m] and angles [rad] of a UR10 as its maker calibrates it."""
-EFFECTS = ("joint-compliance:3", "joint-harmonic:2")
-"""What geometry can't explain; real UR10s have errors of their joints, too."""
-BARE: dict[str, Any] = {"points": False, "arrows": False, "calibrated": False, "bent": False, "law": NO_LAW}
-FULL: dict[str, Any] = {"points": True, "arrows": True, "calibrated": True, "bent": True, "law": ""}
+ROBOT, ROWS = "ur10", "ur10.csv"
+"""A real arm, and rows that a laser tracker took of it (`assets/samples`)."""
+BARE: dict[str, Any] = {"points": False, "arrows": False, "calibrated": False, "law": NO_LAW}
+FULL: dict[str, Any] = {"points": True, "arrows": True, "calibrated": True, "law": ""}
 """What is laid over the arm in the last picture, and afterwards."""
 DRAG_PLACES = 45
 """Places of one drag."""
@@ -54,12 +52,14 @@ class DemoScene:
         commands: What is done, one after the other.
         seconds: How long it stands afterwards, or in all for many commands.
         tab: Where its outcome is seen.
+        waits: Whether what was begun has to end first.
     """
 
     caption: str
     commands: tuple[AbstractCommand, ...] = ()
     seconds: float = 6.0
     tab: Tab = Tab.PLATE
+    waits: bool = True
 
 
 class Demo:
@@ -122,9 +122,12 @@ class Demo:
             if self._back.is_set():
                 return
             self._submit(command)
-            self._worker.wait(MAX_COMMAND_TIME)
+            if scene.waits:
+                self._worker.wait(MAX_COMMAND_TIME)
             self._wait(scene.seconds / len(scene.commands))
         if not scene.commands:
+            if scene.waits:
+                self._worker.wait(MAX_COMMAND_TIME)
             self._wait(scene.seconds)
 
     def _wait(self, seconds: float) -> None:
@@ -160,13 +163,10 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     """The scenes; later ones look at what earlier ones led to."""
     yield DemoScene("", (ChooseRobot(ROBOT),), seconds=0.0)
     yield DemoScene(
-        "No arm is built exactly as its data sheet says. This UR10 is a virtual one with hidden errors, like "
-        "those measured on a real one.",
-        seconds=8.0,
+        "No arm is built exactly as its data sheet says. How far is it off, and why?", seconds=6.0
     )
     yield DemoScene(
-        "Ten targets will be measured to find them. The colours show the error to expect at each place "
-        "afterwards.",
+        "To find out, it is measured at targets on a plate. The colours show the error to expect afterwards.",
         seconds=7.0,
     )
     yield DemoScene(
@@ -176,9 +176,9 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     )
     yield DemoScene("One button returns to the best plate so far.", (RestoreBest(),), seconds=5.0)
     yield DemoScene(
-        "The arm is measured by a tracker, at the targets and around them.",
-        (MeasureVirtualArm(SEED, more=POSES, instrument=TRACKER, errors=ERRORS, effects=EFFECTS),),
-        seconds=6.0,
+        "Now a real one: a UR10 that a laser tracker measured in 600 poses, at Fraunhofer IPA in Stuttgart.",
+        (LoadData(ROWS, (assets() / "samples" / ROWS).read_bytes()),),
+        seconds=7.0,
         tab=Tab.MEASURE,
     )
     yield DemoScene(
@@ -188,23 +188,26 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         tab=Tab.CALIBRATE,
     )
     yield DemoScene(
-        "Arrows show the errors, exaggerated: grey by the data sheet, orange as calibrated.",
-        tuple(ShowRow(row) for row in range(0, 40, 4)),
-        seconds=12.0,
-        tab=Tab.COMPARE,
-    )
-    yield DemoScene(
         "What is left is not geometry. The diagnosis looks for its causes …",
         (Diagnose(),),
-        seconds=6.0,
+        seconds=5.0,
         tab=Tab.CALIBRATE,
+        waits=False,
     )
+    yield DemoScene(
+        "… and meanwhile: arrows show the errors, exaggerated, grey by the data sheet, orange as calibrated.",
+        tuple(ShowRow(row) for row in range(0, 120, 10)),
+        seconds=14.0,
+        tab=Tab.COMPARE,
+        waits=False,
+    )
+    yield DemoScene("", seconds=0.0, tab=Tab.CALIBRATE)
     found = session().diagnosis
     if found is not None and found.effects:
         causes = "; ".join(cause.sentence for cause in found.causes) or found.message.rstrip(".")
-        yield DemoScene(f"Found: {causes}.", seconds=7.0, tab=Tab.CALIBRATE)
+        yield DemoScene(f"Found: {causes}.", seconds=8.0, tab=Tab.CALIBRATE)
         yield DemoScene(
-            "With them in the model, little more than the tracker's noise is left.",
+            "With that in the model, little more than the tracker's noise is left.",
             (AddEffects(),),
             seconds=7.0,
             tab=Tab.CALIBRATE,

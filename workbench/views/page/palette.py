@@ -49,7 +49,7 @@ def add_commands(
         is_group = isinstance(control, viser.GuiButtonGroupHandle)
         for word in control.options if is_group else ("",):
             known = f"{tab} · {control.label}" if is_group else str(tab)
-            hint = f"{known}: {control.hint}" if control.hint else known
+            hint = known if is_group or not control.hint else f"{known}: {control.hint}"
             command = gui.add_command(word or control.label, description=hint)
             command.on_trigger(partial(_triggered, show, [uuid, word]))
 

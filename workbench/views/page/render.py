@@ -13,9 +13,8 @@ from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.palette import add_commands
 from workbench.views.page.panels import PANELS
-from workbench.views.page.panels.caption import CaptionPanel
 from workbench.views.page.panels.guided import MeasuringPanel
-from workbench.views.page.panels.header import Header, HeaderVerdict
+from workbench.views.page.panels.header import CaptionPanel, Header, HeaderVerdict
 from workbench.views.page.panels.legend import LegendPanel
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.start_card import StartCard

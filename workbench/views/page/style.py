@@ -29,9 +29,8 @@ SHEET = (
 """On a phone: the strip in a panel that is open, over the lower part of the window."""
 NARROW = 1000
 """Windows up to this width have a narrower panel [px]."""
-WIDE = 'data-wide="1"'
-WIDEST = 620
-"""Marks what makes its modal as wide as the window; a narrower one scrolls [px]."""
+CHARTS = ", ".join(f'[data-testid="{name}"]' for name in ("index", "history", "verdict", "row-chart"))
+"""What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
 """Marks what is hidden in a narrow window."""
 OVER = 'data-over="1"'
@@ -67,9 +66,6 @@ RULES = f"""
   background: #1d4ed8; color: #fff; font-size: 15px; text-decoration: none; pointer-events: auto }}
 canvas[data-engine] {{ background: {css(SKY)} }}
 [data-mantine-color-scheme="dark"] canvas[data-engine] {{ background: {css(SKY_DARK)} }}
-.mantine-Modal-content:has([{WIDE}]) {{ flex-basis: 94vw; max-width: 1800px }}
-[{WIDE}] {{ overflow-x: auto }}
-[{WIDE}] svg {{ max-height: 76vh; min-width: {WIDEST}px }}
 {PANEL}[style*="overflow: hidden"] {{ overflow: clip !important }}
 {STRIP} {{ position: sticky; top: 0; z-index: 20; margin: 0 0 .6em; border-width: 0 0 1px;
   border-radius: 0; background: var(--mantine-color-body); box-shadow: 0 4px 8px -6px rgba(0,0,0,.3) }}
@@ -98,7 +94,8 @@ div:has(> [{OVER}]) + div .mantine-Slider-thumb {{
 .mantine-Modal-body input[type="file"] {{ display: block !important; position: absolute;
   inset: 0; width: 100%; opacity: 0; z-index: 1; cursor: pointer }}
 div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: block }}
-@media (min-width: {NARROW + 1}px) {{ {PANEL} svg[viewBox^="0 0 340"] text {{ font-size: 10px }} }}
+{CHARTS} {{ container-type: inline-size }}
+@container (min-width: 420px) {{ svg[viewBox^="0 0 340"] text {{ font-size: 10px }} }}
 @media (max-width: {NARROW}px) {{
   [{CAPTION}] {{ width: calc(100vw - max(340px, 42vw)); padding: 0 12px; font-size: 16px }}
   [{MORE}] {{ display: none }}

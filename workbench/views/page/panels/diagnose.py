@@ -1,31 +1,84 @@
 """The diagnosis: the verdict, errors before and after, the candidates, and where to measure next."""
 
+from collections.abc import Callable
+from functools import partial
+
 import numpy as np
 import viser
 
 from workbench.arm.joint_units import joint_words
+from workbench.base.errors import WorkbenchError
 from workbench.base.wording import capital
 from workbench.diagnosis.claimed_causes import Confidence
 from workbench.diagnosis.report.budget import budget_bars
 from workbench.diagnosis.report.table import outlier_words
 from workbench.diagnosis.result import Diagnosis
 from workbench.session.commands.diagnose import TakeNextPoses
+from workbench.session.commands.sessions import MakeSession, new_frames
 from workbench.session.export import next_poses_csv
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import MUTED, block, bullets, folded, heading, number, table, text
-from workbench.views.page.panels.events import EventButtons
 from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.result_card import weighed
 
 TARGETS, FILE = "As targets", "Save (CSV)"
 CANDIDATES, LARGE = 6, 300.0
 """Lines of the ranking; difference of evidence that is large enough [nat]."""
+SPLIT = "Make the rows after it a session"
+HINT = (
+    "These rows get a base and a tool of their own, so that nothing has to be measured again; Undo (Ctrl+Z) "
+    "takes it back."
+)
+APART = "margin:2px 0 6px"
+MAX_BUTTONS = 3
+"""Events with a button; of more, those after them once these have been pressed."""
 WORSE = {
     Confidence.CERTAIN: "certainly less",
     Confidence.PROBABLE: "probably less",
     Confidence.OPEN: "as likely",
 }
 """Of a candidate beside the best one, by the odds of the best against it."""
+
+
+class EventButtons:
+    """Part of a panel; there once something is found to have happened to base or tool."""
+
+    def __init__(self, panel: AbstractPanel, gui: viser.GuiApi, session: Callable[[], Session]):
+        def split(place: int) -> MakeSession | None:
+            steps = list(_splittable(session()))
+            return MakeSession(steps[place]) if place < len(steps) else None
+
+        self._lines = [
+            (
+                gui.add_html("", visible=False),
+                panel.button(SPLIT, partial(split, place), viser.Icon.ARROWS_SPLIT_2, HINT, visible=False),
+            )
+            for place in range(MAX_BUTTONS)
+        ]
+
+    def show(self, session: Session) -> None:
+        """The events of this snapshot."""
+        steps = list(_splittable(session).values())
+        for place, (words, button) in enumerate(self._lines):
+            words.visible = button.visible = place < len(steps)
+            if place < len(steps):
+                words.content = block(text(f"{steps[place]}."), testid=f"event-{place + 1}", style=APART)
+
+
+def _splittable(session: Session) -> dict[int, str]:
+    """Steps of base or tool, found in the present rows, which share a session with rows before them."""
+    if session.diagnosis is None or session.loaded is None:
+        return {}
+    steps = new_frames(session.diagnosis)
+    return {row: words for row, words in steps.items() if _is_taken(MakeSession(row), session)}
+
+
+def _is_taken(command: MakeSession, session: Session) -> bool:
+    try:
+        command.check(session)
+    except WorkbenchError:
+        return False
+    return True
 
 
 class DiagnosePanel(AbstractPanel):

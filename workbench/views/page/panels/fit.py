@@ -10,7 +10,8 @@ import viser
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.identification.algorithms import ALGORITHMS, USUAL
-from workbench.identification.result import Identification, judged
+from workbench.identification.result import Identification, columns_of, judged, order_of_measuring
+from workbench.report.chart import Chart, Marks
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.compare import ShowFit
 from workbench.session.commands.diagnose import AddEffects, Diagnose
@@ -18,12 +19,13 @@ from workbench.session.commands.identify import HoldParameter, Identify, LeaveRo
 from workbench.session.judgement import arm_judgement
 from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
-from workbench.views.appearance.colours import OUT_OF_REACH, css
+from workbench.views.appearance.colours import FITTED, HELD_OUT, OUT_OF_REACH, css
 from workbench.views.page.html import (
     CAREFUL,
     GOOD,
     INKS,
     MUTED,
+    badge,
     block,
     bullets,
     folded,
@@ -32,12 +34,10 @@ from workbench.views.page.html import (
     table,
     text,
 )
-from workbench.views.page.panels.figure import error_figure
+from workbench.views.page.panels.files import ArmFiles
 from workbench.views.page.panels.index import WantedPanel
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, sheet, waiting
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, waiting
 from workbench.views.page.panels.result_card import result_card
-from workbench.views.page.panels.saving import ArmFiles
-from workbench.views.page.style import WIDE
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
 READY = "Ready. Press Identify to fit the geometry."
@@ -195,13 +195,6 @@ class FitDetailsPanel(AbstractPanel):
         on_change(self._errors_of, self._draw_figure)
         self._figure = gui.add_html("")
         self._drawn_figure: tuple[Identification, bool, str] | None = None
-        wide = gui.add_button(
-            "All algorithms, full width",
-            icon=viser.Icon.ARROWS_MAXIMIZE,
-            color="gray",
-            hint="Errors of all algorithms, axis by axis, as wide as the window.",
-        )
-        wide.on_click(self._show_wide)
         self._parameters = gui.add_html("")
         self._remarks = gui.add_html("")
 
@@ -223,14 +216,8 @@ class FitDetailsPanel(AbstractPanel):
         if found is None or self._drawn_figure == (found, rotation, session.fit):
             return
         self._drawn_figure = found, rotation, session.fit
-        drawing = error_figure(found, rotation=rotation, fits=(session.fit,)) or "Not measured."
+        drawing = error_figure(found, session.fit, rotation=rotation) or "Not measured."
         self._figure.content = block(drawing, style="margin:4px 0 8px")
-
-    def _show_wide(self, event: viser.GuiEvent) -> None:
-        found = self._worker.session.identification
-        if found is not None:
-            parts = (error_figure(found, rotation=turned) for turned in (False, True))
-            sheet(event, "Errors, axis by axis", f"<div {WIDE}>{''.join(parts)}</div>")
 
 
 def read_rows(words: str) -> tuple[int, ...]:
@@ -250,6 +237,29 @@ def read_rows(words: str) -> tuple[int, ...]:
     except ValueError:
         raise OptionError(f"'{words[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24") from None
     return tuple(sorted(rows))
+
+
+def error_figure(found: Identification, fit: str, *, rotation: bool = False) -> str:
+    """Errors of a fit row by row, axis by axis (ARIA Figs. 7 and 11); empty if no row has such errors."""
+    column, place = (
+        columns_of(found)[1 + list(found.runs).index(fit)],
+        order_of_measuring(found).astype(float),
+    )
+    scale, unit = (float(np.rad2deg(1.0)), "°") if rotation else (1e3, "mm")
+    parts = (column.train, column.held_out)
+    errors = scale * np.concatenate([part.rotation if rotation else part.position for part in parts])
+    is_held = np.arange(len(place)) >= len(column.train)
+    drawn = []
+    for axis, values in zip("XYZ", errors.T, strict=True):
+        titles = [f"measurement {k:.0f}: {v:.3g} {unit}" for k, v in zip(place, values, strict=True)]
+        marks = [
+            Marks(place, np.where(is_held == held, values, np.nan), css(ink), titles, radius=1.8)
+            for held, ink in ((False, FITTED), (True, HELD_OUT))
+        ]
+        drawing = Chart(marks, 70.0, ("first row", "last"), testid="figure").svg()
+        drawn += [heading(f"{axis} [{unit}]") + drawing] if drawing else []
+    kinds = f"{badge('fitted', css(FITTED))} &nbsp; {badge('held out', css(HELD_OUT))}"
+    return "".join(drawn) + f"<div>{kinds}</div>" if drawn else ""
 
 
 def _titles() -> dict[str, str]:

@@ -140,6 +140,7 @@ class MeasuringPanel(AbstractPanel):
         acquisition = measuring.acquisition
         status = acquisition.status()
         self._store.disabled = not acquisition.copy().store().changed
+        self._drive.color = None if self._store.disabled else "gray"
         if not status.place.is_known:
             self._offer(measuring, status)
         self._again.disabled = self._use.disabled = not acquisition.rows

@@ -1,5 +1,6 @@
 """The strip above the tabs: the current state with the next step, the last message, running tasks."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -11,7 +12,9 @@ from workbench.session.state import Message, Session, Severity
 from workbench.session.worker import Worker
 from workbench.views.page.html import INKS, MUTED, block, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
+from workbench.views.page.style import CAPTION
 
+WITH_MY_ROBOT = "With my robot"
 TINTS = {
     Severity.INFO: ("rgba(59,130,246,.12)", "#3b82f6"),
     Severity.WARNING: ("rgba(245,158,11,.14)", "#c2700a"),
@@ -65,7 +68,7 @@ class HeaderVerdict(AbstractPanel):
 class Header(AbstractPanel):
     """Below the verdict: the last message, and the long work under way."""
 
-    depends = ("robot", "plate.name", "caption", "is_paused", "messages", "chore", "job")
+    depends = ("robot", "plate.name", "caption", "is_paused", "messages", "chore", "job", guide)
 
     def build(self, gui: viser.GuiApi) -> None:
         self._back = self.button(
@@ -108,6 +111,8 @@ class Header(AbstractPanel):
             button.visible = bool(session.caption)
         self._pause.label = Steer.ON if session.is_paused else Steer.PAUSE
         newest = _newest(session.messages)
+        if newest is not None and guide(session).sentence.rstrip(".").lower() in newest.text.lower():
+            newest = None  # the strip says it
         self._message.content = "" if newest is None else _message(newest)
         self._message.visible = newest is not None
         self._dismiss.visible = newest is not None and newest.severity is not Severity.INFO
@@ -156,3 +161,30 @@ def _sentence(words: str) -> str:
     is_name = "." in first or "/" in first  # a file's name stays as it is
     start = words[:1] if is_name else words[:1].upper()
     return start + words[1:] + ("" if words.endswith((".", "?", "!")) else ".")
+
+
+class CaptionPanel(AbstractPanel):
+    """Large words where one looks, and a link that does `leave`; the scene behind can be turned."""
+
+    keeps_typed = True
+    depends = (guide, "caption")
+
+    def __init__(self, worker: Worker, leave: Callable[[], None]):
+        super().__init__(worker)
+        self._leave = leave
+
+    def build(self, gui: viser.GuiApi) -> None:
+        self._html = gui.add_html("")
+        self._address = self.link("with-my-robot", self._leave)
+
+    def show(self, session: Session) -> None:
+        self._html.content = caption(session, self._address) if session.caption else ""
+
+
+def caption(session: Session, address: str) -> str:
+    """The overlay in HTML."""
+    figure = guide(session).figure
+    number = f'<div data-testid="figure-now" class="figure">{text(figure)}</div>' if figure else ""
+    way_out = f'<a href="{text(address)}">{WITH_MY_ROBOT}</a>' if address else ""
+    words = f'<div data-testid="caption">{text(session.caption)}</div>'
+    return f"<div {CAPTION}>{number}{words}{way_out}</div>"

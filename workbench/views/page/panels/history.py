@@ -12,28 +12,20 @@ from workbench.session.state import Session, Tab
 from workbench.session.target_state import Score
 from workbench.views.appearance.colours import SELECTED, css
 from workbench.views.page.html import GOOD, MUTED, block, heading, number
-from workbench.views.page.panels.panel import AbstractPanel, set_options
+from workbench.views.page.panels.panel import AbstractPanel
 
 SHOWN = 40
 """Steps drawn at most."""
-HERE = "–"
 
 
 class HistoryPanel(AbstractPanel):
-    """A small plot with its numbers; the best step is marked, and any step can be restored."""
+    """A small plot; the best step is marked, and a click on any of them puts the plate back to it."""
 
     tab, order = Tab.PLATE, 60
     depends = ("history",)
 
     def build(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html("")
-        self._back = gui.add_dropdown(
-            "Go back to",
-            [HERE],
-            visible=False,
-            hint="Put the plate back to how it was after one of these steps; Undo reverts this.",
-        )
-        self.sends(self._back, self._go_back)
 
     def show(self, session: Session) -> None:
         first = max(len(session.history) - SHOWN, 0)
@@ -41,12 +33,6 @@ class HistoryPanel(AbstractPanel):
         is_shown, steps = len(scores) > 1, range(first, len(session.history))
         links = [self.link(f"step-{k}", partial(self.send, partial(GoBackTo, k))) for k in steps]
         self._html.content = block(plot(scores, first, links), testid="history") if is_shown else ""
-        self._back.visible = is_shown
-        set_options(self._back, [HERE, *step_names(scores, first)], HERE)
-
-    def _go_back(self) -> GoBackTo | None:
-        name = self._back.value
-        return None if name == HERE else GoBackTo(int(name.split()[1].rstrip(":")) - 1)
 
 
 def values_of(scores: tuple[Score, ...]) -> tuple[np.ndarray, str, str]:
@@ -55,17 +41,6 @@ def values_of(scores: tuple[Score, ...]) -> tuple[np.ndarray, str, str]:
     if np.isfinite(values).any():
         return values, "mm", "Predicted error after each step, rms [mm]"
     return np.array([s.indices["O1"] for s in scores]), "", "Index O1 after each step"
-
-
-def step_names(scores: tuple[Score, ...], first: int) -> list[str]:
-    """The steps in words, the latest first; the present one is left out."""
-    values, unit, _ = values_of(scores)
-    best = _best(values, unit)
-    names = [
-        f"Step {first + i + 1}: {number(float(value))} {unit}".rstrip() + (" (best)" if i == best else "")
-        for i, value in enumerate(values[:-1])
-    ]
-    return names[::-1]
 
 
 def _best(values: np.ndarray, unit: str) -> int:
@@ -90,4 +65,4 @@ def plot(scores: tuple[Score, ...], first: int, links: Sequence[str] = ()) -> st
     ends = (f"step {first + 1}", str(first + len(values)))
     line = Marks(x, values, MUTED, is_line=True)
     chart = Chart((line, points, top) if best >= 0 else (line, points), 78.0, ends, is_log=True)
-    return heading(words) + chart.svg()
+    return heading(f"{words}; click one to go back to it") + chart.svg()

@@ -105,7 +105,7 @@ def cubes_scale(session: Session) -> str:
     field, numbers = session.cube_view.field, values(session)
     if numbers is None:
         return f'<div style="color:{MUTED}">{TITLES[field]} …</div>' if session.chore else ""
-    return f"<div>{TITLES[field]}</div>{scale_bar(field, numbers)}"
+    return f'<div title="Grey: no value.">{TITLES[field]}</div>{scale_bar(field, numbers)}'
 
 
 def scale_bar(field: Field, numbers: CubeValues) -> str:

@@ -7,10 +7,9 @@ import viser
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cubes import IN_MILLIMETRES, TITLES, CubeValues, shown_layer, values
-from workbench.session.state import CubeView, Field, Session, Tab
-from workbench.views.page.html import MUTED, block, note, number, pairs
+from workbench.session.state import Field, Session, Tab
+from workbench.views.page.html import block, note, number, pairs
 from workbench.views.page.panels.coordinates import Coordinates, Measure
-from workbench.views.page.panels.legend import scale_bar
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 FIELDS = {
@@ -21,15 +20,12 @@ FIELDS = {
     "Measured error": Field.MEASURED,
     "Error of virtual arms": Field.YIELD,
 }
-MEANINGS = {
-    Field.NONE: "Choose what colours the cubes of the region.",
-    Field.REACH: "Share of the targets' orientations in which the arm reaches the centre of the cube.",
-    Field.INDEX: "Highest index O of a pose at the centre of the cube, in the targets' orientations.",
-    Field.PREDICTED: "Error to expect after a calibration with the current targets, in the cube's posture of "
-    "highest index.",
-    Field.MEASURED: "Mean error of the measured poses in the cube, of the calibrated arm if there is one.",
-    Field.YIELD: "Root mean square error of the virtual arms of the yield (Plate tab).",
-}
+MEANINGS = (
+    "What colours the cubes of the region. Reachability: in how many of the targets' orientations the arm "
+    "reaches the centre. Best index O: the highest of them. Predicted error: after a calibration with these "
+    "targets. Measured error: mean of the measured poses, of the calibrated arm if there is one. Error of "
+    "virtual arms: root mean square over those of the yield."
+)
 CUTS = {"all layers": None, "one layer of x": 0, "one layer of y": 1, "one layer of z": 2}
 
 
@@ -40,10 +36,7 @@ class RegionPanel(AbstractPanel):
     depends = ("cube_view", "plate.region", "units", "chore", "cubes", "comparison", "trial", "score")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._field = gui.add_dropdown(
-            "Cubes show", list(FIELDS), hint="What colours the cubes of the region in the scene."
-        )
-        self._legend = gui.add_html("")
+        self._field = gui.add_dropdown("Cubes show", list(FIELDS), hint=MEANINGS)
         self._cut = gui.add_dropdown("Slice", list(CUTS), hint="Show all cubes, or one layer across an axis.")
         self._layer = self.slider("Layer", 1, (1, 2, 1), "Which layer is shown.")
         self._part = gui.add_multi_slider(
@@ -74,7 +67,6 @@ class RegionPanel(AbstractPanel):
         set_value(self._part, (round(100 * view.least), round(100 * view.greatest)))
         for control in (self._cut, self._part):
             control.disabled = view.field is Field.NONE
-        self._legend.content = legend(view, numbers, is_working=bool(session.chore))
         self._picked.content = picked(session, numbers)
         self._move.visible = view.picked is not None and view.field is not Field.NONE
         self._least.show(region.min, session.units)
@@ -124,21 +116,6 @@ class RegionPanel(AbstractPanel):
         x, y, z = session.plate.region.centres[picked].tolist()
         roll, pitch, yaw = session.plate.targets[session.selected].rpy.tolist()
         return MoveTarget(session.selected, (x, y, z), (roll, pitch, yaw))
-
-
-def legend(view: CubeView, numbers: CubeValues | None, *, is_working: bool) -> str:
-    """The colour scale with its ends, and what it means."""
-    meaning = f'<div style="color:{MUTED}">{MEANINGS[view.field]}</div>'
-    if view.field is Field.NONE:
-        return block(meaning, testid="legend", style="margin:4px 0")
-    if numbers is None:
-        words = "Computing …" if is_working else "Nothing to show."
-        return block(f"{meaning}<div>{words}</div>", testid="legend", style="margin:4px 0")
-    return block(
-        f'{meaning}{scale_bar(view.field, numbers)}<div style="color:{MUTED}">Grey: no value.</div>',
-        testid="legend",
-        style="margin:4px 0",
-    )
 
 
 def picked(session: Session, numbers: CubeValues | None) -> str:
