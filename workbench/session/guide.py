@@ -238,7 +238,8 @@ def _figure(session: Session) -> str:
     if session.identification is not None:
         return f"{stages_in_words(session)} mm"
     predicted = 1e3 * session.score.position
-    return f"{predicted:.3f} mm rms predicted" if np.isfinite(predicted) else ""
+    is_plate = session.loaded is None and np.isfinite(predicted)
+    return f"{predicted:.3f} mm rms predicted" if is_plate else ""
 
 
 def _design(session: Session) -> GuideStep:

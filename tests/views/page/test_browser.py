@@ -199,7 +199,9 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     assert found.runs["opt2"].held_out.position_mm.mean < 0.05 * found.nominal.held_out.position_mm.mean
     plots_can_be_read(screen)
     screen.tab("Calibrate")
-    page.locator('[data-testid="joints"] rect').nth(5).wait_for()
+    page.get_by_text("Errors along each joint", exact=True).click()
+    page.locator('[data-testid="joints"]', has_text="Joint 6").wait_for()
+    page.locator('[data-testid="joints"] svg').nth(4).wait_for()
     screen.tab("Compare")
     screen.wait_text("row", "Calibrated")
     assert screen.node("/arm/calibrated/body3")
@@ -254,7 +256,7 @@ def residuals_are_where_they_are(screen):
     box = screen.page.locator("canvas").first.bounding_box()
     assert (places > [box["x"], box["y"]]).all()
     assert (places < [box["x"] + box["width"], box["y"] + box["height"]]).all()
-    screen.press("Nominal")
+    screen.page.get_by_role("link", name="nominal").click()
     screen.until(lambda session: session.overlay.stage is ModelStage.NOMINAL)
     apart = np.linalg.norm(places[:, None] - places, axis=2) + 1e9 * np.eye(len(places))
     free = np.where(places[:, 0] > 400, apart.min(1), 0.0)  # beside the window with the scale

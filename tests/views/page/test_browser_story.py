@@ -34,7 +34,7 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
     screen = look()
     screen.page.evaluate(SEEN)
     app.play_demo(0.06)
-    screen.until(lambda session: session.caption.startswith("Found: "), timeout=120.0)
+    screen.until(lambda session: session.caption.startswith("Found: "), timeout=400.0)
     app.worker.submit(SteerDemo(Steer.PAUSE))  # or else a page that is late would never show it
     screen.page.wait_for_function(f"() => {FIGURE}.split('→').length === 3", timeout=60_000)
     app.worker.submit(SteerDemo(Steer.ON))

@@ -177,7 +177,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     yield DemoScene("One button returns to the best plate so far.", (RestoreBest(),), seconds=5.0)
     yield DemoScene(
         "Now a real one: a UR10 that a laser tracker measured in 600 poses, at Fraunhofer IPA in Stuttgart.",
-        (LoadData(ROWS, (assets() / "samples" / ROWS).read_bytes()),),
+        (LoadData(ROWS, measured_rows()),),
         seconds=7.0,
         tab=Tab.MEASURE,
     )
@@ -196,23 +196,29 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     )
     yield DemoScene(
         "… and meanwhile: arrows show the errors, exaggerated, grey by the data sheet, orange as calibrated.",
-        tuple(ShowRow(row) for row in range(0, 120, 10)),
-        seconds=14.0,
+        tuple(ShowRow(row) for row in range(0, 160, 8)),
+        seconds=20.0,
         tab=Tab.COMPARE,
         waits=False,
     )
     yield DemoScene("", seconds=0.0, tab=Tab.CALIBRATE)
     found = session().diagnosis
     if found is not None and found.effects:
-        causes = "; ".join(cause.sentence for cause in found.causes) or found.message.rstrip(".")
-        yield DemoScene(f"Found: {causes}.", seconds=8.0, tab=Tab.CALIBRATE)
+        causes = " and ".join(cause.label for cause in found.causes) or "no cause with a name"
+        rest = "" if found.residual_map is None else "; a residual map predicts the rest"
+        yield DemoScene(f"Found: {causes}{rest}.", seconds=8.0, tab=Tab.CALIBRATE)
         yield DemoScene(
-            "With that in the model, little more than the tracker's noise is left.",
+            "With that in the model, the error falls once more.",
             (AddEffects(),),
             seconds=7.0,
             tab=Tab.CALIBRATE,
         )
     yield DemoScene(END, (SetOverlay(replace(session().overlay, **BARE)),), seconds=1.0, tab=Tab.CALIBRATE)
+
+
+def measured_rows() -> bytes:
+    """Rows that a laser tracker took of a real arm."""
+    return (assets() / "samples" / ROWS).read_bytes()
 
 
 def drag(session: Session, target: int, offset: np.ndarray) -> tuple[AbstractCommand, ...]:

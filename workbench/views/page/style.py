@@ -29,7 +29,9 @@ SHEET = (
 """On a phone: the strip in a panel that is open, over the lower part of the window."""
 NARROW = 1000
 """Windows up to this width have a narrower panel [px]."""
-CHARTS = ", ".join(f'[data-testid="{name}"]' for name in ("index", "history", "verdict", "row-chart"))
+CHARTS = ", ".join(
+    f'[data-testid="{name}"]' for name in ("index", "history", "verdict", "row-chart", "joints")
+)
 """What holds drawings of 340 units, whose words are as large as those around them."""
 MORE = 'data-more="1"'
 """Marks what is hidden in a narrow window."""
@@ -138,8 +140,9 @@ addEventListener("change", e => {{
 }}, true);
 const name = (control, words) => control.setAttribute("aria-label", words);
 setInterval(() => {{
-  for (const part of document.querySelectorAll(".mantine-Slider-root, .mantine-NumberInput-root")) {{
-    const own = [...part.querySelectorAll("[role=slider], input")]
+  for (const part of document.querySelectorAll(
+      ".mantine-Slider-root, .mantine-NumberInput-root, .mantine-Textarea-root")) {{
+    const own = [...part.querySelectorAll("[role=slider], input, textarea")]
       .filter(e => !e.ariaLabel && !e.labels?.length);
     const row = own.length ? part.closest("div:has(> div > .mantine-Text-root label)") : null;
     const words = row?.querySelector("label").innerText;

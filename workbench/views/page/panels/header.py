@@ -111,8 +111,9 @@ class Header(AbstractPanel):
             button.visible = bool(session.caption)
         self._pause.label = Steer.ON if session.is_paused else Steer.PAUSE
         newest = _newest(session.messages)
-        if newest is not None and guide(session).sentence.rstrip(".").lower() in newest.text.lower():
-            newest = None  # the strip says it
+        told = guide(session).sentence.rstrip(".").lower()
+        if newest is not None and newest.severity is not Severity.ERROR and told in newest.text.lower():
+            newest = None  # the strip says it; a refusal is said all the same
         self._message.content = "" if newest is None else _message(newest)
         self._message.visible = newest is not None
         self._dismiss.visible = newest is not None and newest.severity is not Severity.INFO

@@ -1,6 +1,5 @@
 """Residuals along each joint's motion, plotted over its position, with the law of an effect."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
@@ -9,18 +8,18 @@ import viser
 from jaxtyping import Float
 
 from workbench.arm.joint_units import shown_joints, shown_units
+from workbench.report.chart import Chart, Marks
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law_along_joints, shown_effect
 from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import BLAMED, css, stage_colours
-from workbench.views.page.html import LINE, MUTED, badge, block, heading, label, number
+from workbench.views.page.html import MUTED, badge, block, heading
 from workbench.views.page.panels.panel import AbstractPanel, set_options
 
-COLUMNS, CELL, PLOT = 2, (190.0, 108.0), (150.0, 70.0)
-"""Plots in a row, size of each with its words, and of its frame."""
-LEFT, TOP = 34.0, 18.0
-MAX_DOTS, BINS, MIN_DOTS = 200, 9, 4
+HEIGHT = 64.0
+"""Of a plot."""
+MAX_DOTS, BINS, MIN_ROWS = 200, 9, 4
 """Rows drawn, bins of the mean, and rows that a bin has at least."""
 MIN_MOVED = float(np.deg2rad(2.0))
 """A joint [rad or m] that moves less has no plot."""
@@ -33,7 +32,7 @@ class JointsPanel(AbstractPanel):
     depends = ("comparison", "diagnosis", "overlay.law")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._folder = gui.add_folder("Errors along each joint", visible=False)
+        self._folder = gui.add_folder("Errors along each joint", expand_by_default=False, visible=False)
         with self._folder:
             self._law = gui.add_dropdown(
                 "Law of",
@@ -59,25 +58,24 @@ class JointsPanel(AbstractPanel):
 
 
 def joint_plots(session: Session, rows: Comparison) -> str:
+    """All plots and their legend."""
     robot, effect, found = session.robot.with_effects(), shown_effect(session), session.diagnosis
     left = -1e3 * along_joints(robot, rows.q, rows.residuals)
     law = None if effect is None or found is None else law_along_joints(found, effect.label)
-    top = _top(left, rows)
-    cells = []
+    top, inks = _top(left, rows), _inks(rows)
     q, at = shown_joints(robot, rows.q), None if law is None else shown_joints(robot, law[0])
+    parts = []
     for j, unit in enumerate(shown_units(robot)):
         mine = None if law is None or at is None else (at[:, j], 1e3 * law[1][:, j])
         is_blamed = effect is not None and j in effect.joints
-        cells.append(_cell(j, q[:, j], left[:, j], _inks(rows), mine, top, unit, is_blamed=is_blamed))
-    lines = -(-len(cells) // COLUMNS)
-    placed = "".join(
-        f'<g transform="translate({CELL[0] * (j % COLUMNS):.0f} {CELL[1] * (j // COLUMNS):.0f})">{cell}</g>'
-        for j, cell in enumerate(cells)
-    )
-    return (
-        heading("Along the motion of the joint [mm], over its position")
-        + f'<svg viewBox="0 0 {COLUMNS * CELL[0]:.0f} {lines * CELL[1]:.0f}" width="100%">{placed}</svg>'
-        + _legend(rows, "" if effect is None or law is None else effect.label)
+        name = f'<b style="color:{css(BLAMED)}">Joint {j + 1} ◄</b>' if is_blamed else f"Joint {j + 1}"
+        parts.append(f"<div>{name}: {_plot(q[:, j], left[:, j], inks, mine, top, unit)}</div>")
+    return "".join(
+        (
+            heading("Along the motion of the joint [mm], over its position"),
+            *parts,
+            _legend(rows, "" if effect is None or law is None else effect.label),
+        )
     )
 
 
@@ -88,77 +86,35 @@ def _top(left: Float[np.ndarray, "rows n stages"], rows: Comparison) -> float:
     return max(float(np.nanquantile(values, 0.98)), 1e-6) * 1.15 if np.isfinite(values).any() else 1.0
 
 
-def _cell(
-    j: int,
-    x: np.ndarray,
-    left: np.ndarray,
-    inks: dict[int, str],
-    law: Any,
-    top: float,
-    unit: str,
-    *,
-    is_blamed: bool,
-) -> str:
-    """One plot: frame, zero, dots, means and the law."""
-    title = f"Joint {j + 1}" + (" ◄" if is_blamed else "")
-    colour = css(BLAMED) if is_blamed else MUTED
-    low, high = float(x.min()), float(x.max())
-    parts = [
-        label(LEFT, 12, title, size=12, fill=f"{colour};font-weight:{700 if is_blamed else 400}"),
-        f'<rect x="{LEFT}" y="{TOP}" width="{PLOT[0]}" height="{PLOT[1]}" fill="none" '
-        f'style="stroke:{colour if is_blamed else LINE}" stroke-width="{1.6 if is_blamed else 0.8}"/>',
-    ]
-    if high - low < MIN_MOVED * (1e3 if unit == " mm" else np.rad2deg(1.0)):
-        return "".join([*parts, label(LEFT + 8, TOP + 0.5 * PLOT[1], "hardly moved")])
+def _plot(x: np.ndarray, left: np.ndarray, inks: dict[int, str], law: Any, top: float, unit: str) -> str:
+    """Dots, means and the law, over the joint's position."""
+    if np.ptp(x) < MIN_MOVED * (1e3 if unit == " mm" else np.rad2deg(1.0)):
+        return "hardly moved"
     if not np.isfinite(left).any():
-        return "".join([*parts, label(LEFT + 8, TOP + 0.5 * PLOT[1], "does not move the tool")])
-    px = LEFT + PLOT[0] * (x - low) / (high - low)
+        return "does not move the tool"
     some = np.unique(np.linspace(0, len(x) - 1, min(len(x), MAX_DOTS)).round().astype(int))
-    for k, ink in inks.items():
-        parts.append(_dots(px[some], _level(left[some, k], top), ink, 0.45))
-    parts += [_means(px, left[:, k], top, ink) for k, ink in inks.items()]
+    ends = np.array([x.min(), x.max()])
+    marks = [Marks(ends, np.zeros(2), MUTED, is_line=True)]
+    marks += [Marks(x[some], _inside(left[some, k], top), f"{ink}73", radius=1.3) for k, ink in inks.items()]
+    marks += [Marks(*_means(x, left[:, k]), ink, is_line=True) for k, ink in inks.items()]
     if law is not None:
-        at = LEFT + PLOT[0] * (law[0] - low) / (high - low)
-        parts.append(_dots(at, _level(law[1], top), css(BLAMED), 0.9, wide=2.6))
-    zero = TOP + 0.5 * PLOT[1]
-    parts.append(f'<path d="M{LEFT} {zero}h{PLOT[0]}" style="stroke:{MUTED}" stroke-width=".6"/>')
-    for y, words in ((TOP + 8, f"+{number(top, 2)}"), (TOP + PLOT[1], f"−{number(top, 2)}")):
-        parts.append(label(LEFT - 3, y, words, anchor="end"))
-    for x_end, anchor, words in ((LEFT, "start", f"{low:.0f}"), (LEFT + PLOT[0], "end", f"{high:.0f}{unit}")):
-        parts.append(label(x_end, TOP + PLOT[1] + 11, words.replace("-", "−"), anchor=anchor))
-    return "".join(parts)
+        marks.append(Marks(law[0], _inside(law[1], top), css(BLAMED), radius=1.6))
+    low, high = (f"{end:.0f}{unit}".replace("-", "−") for end in ends)
+    return Chart(marks, HEIGHT, (low, high)).svg()
 
 
-def _level(values: np.ndarray, top: float) -> np.ndarray:
-    """Height on the plot; NaN beyond it."""
-    inside = np.where(np.abs(values) <= top, values, np.nan)
-    return TOP + 0.5 * PLOT[1] * (1.0 - inside / top)
+def _inside(values: np.ndarray, top: float) -> np.ndarray:
+    """NaN beyond the plot."""
+    return np.where(np.abs(values) <= top, values, np.nan)
 
 
-def _dots(x: np.ndarray, y: np.ndarray, colour: str, opacity: float, *, wide: float = 2.0) -> str:
-    """Many dots as one path."""
-    seen = np.isfinite(y)
-    if not seen.any():
-        return ""
-    path = "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x[seen], y[seen], strict=True))
-    return (
-        f'<path d="{path}" stroke="{colour}" stroke-width="{wide}" stroke-linecap="round" '
-        f'stroke-opacity="{opacity}" fill="none"/>'
-    )
-
-
-def _means(x: np.ndarray, values: np.ndarray, top: float, colour: str) -> str:
-    """A line through the means of the rows in equal parts of the joint's range."""
-    line = " ".join(f"{a:.1f},{b:.1f}" for a, b in _bins(x, values, top))
-    return f'<polyline points="{line}" fill="none" stroke="{colour}" stroke-width="1.8"/>' if line else ""
-
-
-def _bins(x: np.ndarray, values: np.ndarray, top: float) -> Iterator[tuple[float, float]]:
-    part = np.minimum((BINS * (x - LEFT) / PLOT[0]).astype(int), BINS - 1)
-    for k in range(BINS):
-        mine = values[(part == k) & np.isfinite(values)]
-        if len(mine) >= MIN_DOTS and abs(mean := float(mine.mean())) <= top:
-            yield LEFT + PLOT[0] * (k + 0.5) / BINS, float(_level(np.array(mean), top))
+def _means(x: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Means of the rows in equal parts of the joint's range."""
+    edges = np.linspace(x.min(), x.max(), BINS + 1)
+    part = np.clip(np.searchsorted(edges, x, side="right") - 1, 0, BINS - 1)
+    mine = [values[(part == k) & np.isfinite(values)] for k in range(BINS)]
+    means = np.array([m.mean() if len(m) >= MIN_ROWS else np.nan for m in mine])
+    return 0.5 * (edges[1:] + edges[:-1]), means
 
 
 def _inks(rows: Comparison) -> dict[int, str]:

@@ -1,6 +1,6 @@
 """Window over the scene: what its colours mean, and the errors of the selected row."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -40,7 +40,6 @@ BAR = "height:10px;border-radius:3px;margin-top:5px"
 """Style of a colour scale."""
 ENDS = 14.0, 80.0
 """Where along it there is room for words besides those at its ends [%]."""
-NAMES = {ModelStage.NOMINAL: "Nominal", ModelStage.GEOMETRY: "Geometry", ModelStage.CAUSES: "Causes"}
 
 
 class LegendPanel(AbstractPanel):
@@ -66,27 +65,19 @@ class LegendPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         self._window = gui.add_panel(visible=False)
         with self._window.add_tab("Legend"):
-            self._stages = gui.add_button_group(
-                "",
-                list(NAMES.values()),
-                hint="Colour the measured points by the errors of the nominal arm, of its calibrated "
-                "geometry, or of the geometry with the causes found.",
-            )
             self._html = gui.add_html("")
         self._window.float(x=MARGIN, y=-MARGIN, width=WIDTH)
-        self.sends_one_of(
-            self._stages, {name: partial(self._colour_by, stage) for stage, name in NAMES.items()}
-        )
+        self._links = {
+            stage: self.link(f"stage-{stage.name}", partial(self.send, partial(self._colour_by, stage)))
+            for stage in ModelStage
+        }
 
     def _colour_by(self, stage: ModelStage) -> SetOverlay:
         return SetOverlay(replace(self._worker.session.overlay, stage=stage))
 
     def show(self, session: Session) -> None:
         rows = coloured_rows(session)
-        self._stages.visible = rows is not None
-        if rows is not None:
-            self._stages.options = tuple(NAMES[stage] for stage in rows.stages)
-        scales = cubes_scale(session) + ("" if rows is None else points(session, rows))
+        scales = cubes_scale(session) + ("" if rows is None else points(session, rows, self._links))
         content = scales + things(session, is_alone=not scales)
         self._window.visible = bool(content)
         self._html.content = block(content, testid="key", style="margin:2px 0 6px")
@@ -145,11 +136,11 @@ def _mark(words: str, colour: tuple[int, int, int]) -> str:
     return f'<span style="white-space:nowrap;margin-right:10px"><span style="{dot}"></span> {words}</span> '
 
 
-def points(session: Session, rows: Comparison) -> str:
+def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) -> str:
     """Errors of the measured points, their colours and their arrows."""
     overlay, focus = session.overlay, session.focus
     parts = (
-        stage_means(rows, overlay.stage),
+        stage_means(rows, overlay.stage, links),
         colour_bar(error_scale(rows)),
         marks(rows, is_left_out=bool(session.left_out)),
         "" if session.diagnosis is None else events(session.diagnosis.events, rows),
@@ -159,20 +150,25 @@ def points(session: Session, rows: Comparison) -> str:
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
 
 
-def stage_means(rows: Comparison, wanted: ModelStage) -> str:
-    """Mean error at every known stage, the shown one large; of held-out rows where there are any."""
+def stage_means(rows: Comparison, wanted: ModelStage, links: Mapping[ModelStage, str] | None = None) -> str:
+    """Mean error at every known stage, the shown one large; of held-out rows where there are any.
+
+    A click on one colours the points by the errors of that stage.
+    """
     shown, judged = rows.nearest_stage(wanted), rows.held_out
     seen = np.isfinite(rows.stage_errors[:, STAGES.index(rows.stages[0])])
     kind = "held-out " if (judged & seen).any() else ""
     use = seen & judged if kind else seen
+    words = f"Mean of {int(use.sum())} {kind}poses; colours: {shown}"
     parts = []
     for stage in rows.stages:
         mean = f"{number(1e3 * float(np.nanmean(rows.stage_errors[use, STAGES.index(stage)])))}"
-        style = "font-size:19px;font-weight:650" if stage is shown else f"color:{MUTED}"
-        parts.append(f'<span title="{text(stage)}" style="{style}">{mean}</span>')
+        style = "font-size:19px;font-weight:650;color:inherit" if stage is shown else f"color:{MUTED}"
+        href = f'href="{text(links[stage])}"' if links else ""
+        hint = f"{words}. Click to colour the points by the errors of: {stage}"
+        parts.append(f'<a {href} aria-label="{text(stage)}" title="{text(hint)}" style="{style}">{mean}</a>')
     arrow = f' <span style="color:{MUTED}">→</span> '
-    words = f"Mean of {int(use.sum())} {kind}poses; colours: {shown}"
-    return f'<div title="{text(words)}">{arrow.join(parts)} mm</div>'
+    return f"<div>{arrow.join(parts)} mm</div>"
 
 
 def colour_bar(scale: ErrorScale) -> str:
