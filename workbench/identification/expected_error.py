@@ -11,11 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.frame import FRAME_PARTS, Frame
-from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.observed import Expected
 from workbench.identification.fit import Fit
+from workbench.identification.observed import fit_twists
 
 ELSEWHERE = 400
 """Random poses that stand for the whole joint space."""
@@ -51,23 +50,6 @@ def expected_error(fit: Fit, motion: Motion) -> Expected:
     position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)
     sizes = np.sqrt(np.maximum([position.mean(), rotation.mean()], 0.0))  # rounding may leave less than 0
     return Expected(float(sizes[0]), float(sizes[1]))
-
-
-def fit_twists(
-    fit: Fit, motion: Motion, *, at_flange: bool = False
-) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 k"], list[int]]:
-    """Poses of the tool, or the flange, of a fit's arm in its first session, its twist for each unknown that
-    moves it, and the places of these in x."""
-    problem = fit.problem
-    session = problem.data.sessions[0]
-    arm = problem.robot_at(fit.x).in_session(session)
-    arm = arm.with_frames(tool=Frame()) if at_flange else arm
-    own = {place: name.replace(f"[{session}]", "") for place, name in enumerate(problem.names)}
-    moves = (arm.chain.index.keys() | arm.coefficients.keys()) - {
-        f"tool.{part}" for part in FRAME_PARTS if at_flange
-    }
-    own = {place: name for place, name in own.items() if name in moves}
-    return *sensitivity(arm, motion, tuple(own.values())), list(own)
 
 
 def _unseen(fit: Fit) -> Float[np.ndarray, "p p"]:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.frame import FRAME_PARTS, Frame
+from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.observed import MAX_POSITION, Expected, Observed, some_of
 from workbench.base import se3
@@ -40,8 +42,6 @@ def observed_by(fit: "Fit") -> Observed:
 
 def idle_constants(fit: "Fit") -> frozenset[str]:
     """Poorly determined constants whose uncertainty, with what goes along with it, hardly moves the tool."""
-    from workbench.identification.expected_error import fit_twists
-
     wanted = [k for k, p in enumerate(fit.parameters) if p.text in fit.poorly_determined]
     if not wanted:
         return frozenset()
@@ -55,13 +55,28 @@ def idle_constants(fit: "Fit") -> frozenset[str]:
 
 def _expected(fit: "Fit", motion: Motion, *, at_flange: bool) -> Expected:
     """How far the covariance moves the tool or the flange."""
-    from workbench.identification.expected_error import fit_twists
-
     poses, twists, places = fit_twists(fit, motion, at_flange=at_flange)
     value, vectors = np.linalg.eigh(fit.covariance[np.ix_(places, places)])
     moved = twists @ (vectors * np.sqrt(np.maximum(value, 0.0)))
     position, rotation = _sizes(poses, moved)
     return Expected(float(np.linalg.norm(position)), float(np.linalg.norm(rotation)))
+
+
+def fit_twists(
+    fit: "Fit", motion: Motion, *, at_flange: bool = False
+) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 k"], list[int]]:
+    """Poses of the tool, or the flange, of a fit's arm in its first session, its twist for each unknown that
+    moves it, and the places of these in x."""
+    problem = fit.problem
+    session = problem.data.sessions[0]
+    arm = problem.robot_at(fit.x).in_session(session)
+    arm = arm.with_frames(tool=Frame()) if at_flange else arm
+    own = {place: name.replace(f"[{session}]", "") for place, name in enumerate(problem.names)}
+    moves = (arm.chain.index.keys() | arm.coefficients.keys()) - {
+        f"tool.{part}" for part in FRAME_PARTS if at_flange
+    }
+    own = {place: name for place, name in own.items() if name in moves}
+    return *sensitivity(arm, motion, tuple(own.values())), list(own)
 
 
 def _sizes(
