@@ -71,6 +71,19 @@ PARTS = {
             def read(self, text, job):
                 return None
         """,
+    "report_sections": """
+        from markupsafe import Markup
+        from workbench.report.sections import AbstractSection
+
+        class Part(AbstractSection):
+            name, title = "their-section", "What they say"
+
+            def html(self, result):
+                return Markup("<p>{} by them</p>").format(result.robot.name)
+
+            def json(self, result):
+                return {"rows": len(result.data)}
+        """,
     "commands": """
         from workbench.cli.exit_status import in_section
 
@@ -216,12 +229,15 @@ def log(tmp_path):
 def test_parts_of_another_package_through_the_command_line(run_with, log, tmp_path):
     done = run_with(
         *("-m", "workbench", "identify", log, "--robot", "ur5", "--algorithm", "theirs"),
-        *("--json", "r.json", "--save", "out.toml"),
+        *("--json", "r.json", "--save", "out.toml", "--report", "page"),
     )
     assert done.returncode == 0, done.stderr
     (warning,) = [line for line in done.stderr.splitlines() if "broken" in line]
     assert "a_module_that_nobody_has" in warning
     assert "theirs" in json.loads((tmp_path / "r.json").read_text())["algorithms"]
+    page = (tmp_path / "page/report.html").read_text()
+    assert f"<h2>What they say</h2>\n<p>{wb.load_robot('ur5').name} by them</p>" in page
+    assert json.loads((tmp_path / "page/result.json").read_text())["their-section"] == {"rows": 40}
     done = run_with("-m", "workbench", "export", "out.toml", "--for", "their-name", "--out", "x.txt")
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "x.txt").read_text() == wb.load_robot("ur5").name

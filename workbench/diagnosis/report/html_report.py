@@ -28,6 +28,7 @@ from workbench.identification.result import error_rows
 from workbench.report.figures import DrawnFigure, png
 from workbench.report.html import write_page
 from workbench.report.numbers import short
+from workbench.report.sections import sections_of
 
 PAGE = "diagnosis.html"
 RESULT = "diagnosis.json"
@@ -57,8 +58,11 @@ def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
     progress(0.9, "writing the page")
     old = (p.name for p in Path(folder).glob(f"{PICTURES}*.png"))
     numbers, words = diagnosis_json(result), _words(result)
+    words["sections"], more = sections_of(result, advice)
     words["notes"] = (*result.warnings, *advice.warnings, *result.notes)
-    path = write_page(folder, PAGE, drawings, numbers, numbers=RESULT, files=files, replaces=old, **words)
+    path = write_page(
+        folder, PAGE, drawings, numbers | more, numbers=RESULT, files=files, replaces=old, **words
+    )
     progress(1.0, "done")
     return path
 

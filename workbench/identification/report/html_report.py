@@ -22,6 +22,7 @@ from workbench.identification.result import Identification, Run, error_rows
 from workbench.identification.row_errors import Errors
 from workbench.report.html import write_page
 from workbench.report.numbers import factor, short
+from workbench.report.sections import sections_of
 
 PAGE = "report.html"
 LISTED = 50
@@ -49,8 +50,9 @@ def write_report(result: Identification, folder: Path | str, *, wanted: Wanted |
     content |= {"requirement": judged and _requirement_json(judged), "controller": use.json()}
     old = [f"{name}.svg" for name in NAMES]
     words = _words(result, judged=judged, use=use)
+    words["sections"], more = sections_of(result, advice)
     words["warnings"] = (*result.warnings, *advice.warnings)
-    path = write_page(folder, PAGE, drawings, content, replaces=old, **words)
+    path = write_page(folder, PAGE, drawings, content | more, replaces=old, **words)
     progress(1.0, "done")
     return path
 
