@@ -23,7 +23,7 @@ os.environ.setdefault("OPENCV_FOR_THREADS_NUM", "1")
 # process of its own, would compile the whole package and rewrite all assertions again, seconds each time.
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
-# No test of drawn values depends on how busy the machine is, on a folder of its own for every draw, or on luck:
+# No test of drawn values depends on how busy the machine is, on a folder for every draw, or on luck:
 # the same values are drawn in every run; `--hypothesis-profile explore` draws others.
 ANY_MACHINE = settings(
     deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture]
