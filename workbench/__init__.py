@@ -12,6 +12,7 @@ where they live stands in `__init__.pyi`, which type checkers and editors read a
 other packages are entry points of the group `workbench.root`.
 """
 
+from collections.abc import Callable
 from functools import cache
 from importlib import import_module
 
@@ -38,12 +39,22 @@ def _plugged_in() -> dict:
     return {entry.name: entry for entry in entry_points(group="workbench.root")}
 
 
+@cache
+def _checked(verb: Callable) -> Callable:
+    """A verb that the package itself calls as it is, with its arguments checked or read at the door."""
+    from workbench.base.door import door
+
+    import_module("workbench.data.door")  # what stands for an arm and for measurements
+    return door()(verb)
+
+
 def __getattr__(name: str):
     if name == "__all__":
         return __dir__()
     if name in _homes():
         home, own = _homes()[name]
-        return getattr(import_module(home), own)
+        part = getattr(import_module(home), own)
+        return part if isinstance(part, type) or hasattr(part, "__signature__") else _checked(part)
     if name.startswith("_") or name not in _plugged_in():
         raise AttributeError(f"module 'workbench' has no attribute '{name}'")
     return _plugged_in()[name].load()

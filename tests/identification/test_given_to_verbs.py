@@ -135,3 +135,35 @@ def test_type_checkers_know_the_fields_that_there_are():
         assert {f.name for f in fields(FitChoices)} < set(shown)
         assert shown["choices"].annotation == FitChoices | None
         assert shown["exclude"].default == {}
+
+
+def test_names_of_the_root_that_the_package_calls_as_they_are_have_it_too(tmp_path):
+    q = np.full(6, 0.1)
+    np.testing.assert_array_equal(wb.tool_poses("aria", q), wb.tool_poses(ARM, q))
+    np.testing.assert_array_equal(
+        wb.sensitivity(ARM, q, "joint1.theta")[1], wb.sensitivity(ARM, q, ("joint1.theta",))[1]
+    )
+    assert wb.solve("aria", wb.tool_poses(ARM, q)).branches
+    assert wb.tool_poses is wb.tool_poses
+    assert list(signature(wb.sensitivity).parameters) == ["robot", "at", "names"]
+
+
+@pytest.mark.parametrize(
+    ("call", "kind", "name"),
+    [
+        (lambda: wb.load_robot(3), OptionError, "source"),
+        (lambda: wb.tool_poses(ROWS, np.zeros(6)), OptionError, "robot"),
+        (lambda: wb.tool_poses(ARM, "abc"), OptionError, "joint positions"),
+        (lambda: wb.tool_poses(ARM, [0.0] * 5), wb.WorkbenchError, "5 joint positions"),
+        (lambda: wb.solve(3, np.eye(4)), OptionError, "robot"),
+        (lambda: wb.write_measurements(ROWS, 3), OptionError, "path"),
+        (lambda: wb.write_toml(ARM, 3), OptionError, "path"),
+        (lambda: wb.read_urdf(3), OptionError, "path"),
+        (lambda: wb.find_convention(3, 4), OptionError, "readings"),
+        (lambda: wb.measure_poses(ARM, -1), OptionError, "number"),
+        (lambda: wb.Robot.from_dh("x"), wb.WorkbenchError, "joint 1"),
+    ],
+)
+def test_they_refuse_the_rest_by_name(call, kind, name):
+    with pytest.raises(kind, match=name):
+        call()

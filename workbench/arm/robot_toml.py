@@ -145,7 +145,10 @@ def _joint_table(row: Any, number: int, reader: _RobotReader) -> dict[str, Any]:
     """One joint as a table: names with values, or four or five numbers."""
     if isinstance(row, Mapping):
         return {key: value.item() if isinstance(value, np.generic) else value for key, value in row.items()}
-    values = np.asarray(row, float).ravel().tolist()
+    try:
+        values = np.asarray(row, float).ravel().tolist()
+    except (TypeError, ValueError):
+        raise reader.fail(f"joint {number + 1} must be numbers, got {row!r}") from None
     if len(values) not in (4, 5):
         raise reader.fail(f"joint {number + 1} has {len(values)} numbers; give theta, d, a, alpha (and beta)")
     return dict(zip(CONSTANTS, values, strict=False))

@@ -132,6 +132,8 @@ def _bare(hint: Any) -> Any:
 def _read(value: Any, hint: Any, given: Given) -> Any:
     """The value as a type says, or `_REFUSED`."""
     kind, parts = get_origin(hint) or hint, get_args(hint)
+    if kind is Any or _is_array_like(parts):
+        return value
     if kind is Annotated:
         for read in filter(callable, hint.__metadata__):
             value = read(value, given)
@@ -150,6 +152,11 @@ def _read(value: Any, hint: Any, given: Given) -> Any:
     if parts and issubclass(kind, Iterable):
         return _items(value, kind, parts, given)
     return _single(value, kind, given)
+
+
+def _is_array_like(parts: tuple[Any, ...]) -> bool:
+    """Whether what is read is numpy's `ArrayLike`, which says so by protocols of its own."""
+    return any(getattr(part, "__module__", "").startswith("numpy._typing") for part in parts)
 
 
 def _ordered(parts: tuple[Any, ...]) -> list[Any]:

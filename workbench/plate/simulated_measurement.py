@@ -75,6 +75,8 @@ def measure_poses(
     Returns:
         The actual arm and the rows.
     """
+    if number < 1:
+        raise OptionError(f"number must be at least 1, got {number}")
     rng = np.random.default_rng(seed)
     actual, notes = _hidden(robot, actual, effects, rng, errors)
     if index == RANDOM:
