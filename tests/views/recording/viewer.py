@@ -50,8 +50,12 @@ def picture(client: ViewerClient, path: Path, *, step: int | None = None, timeli
         time.sleep(0.2)
     if step is not None:
         client.set_time(timeline=timeline, sequence=step)
-    time.sleep(1.5)
-    return client.take_screenshot()
+    time.sleep(1.0)
+    shot, last = client.take_screenshot(), b""
+    while shot != last and time.monotonic() < deadline:  # until nothing is drawn any more
+        time.sleep(0.5)
+        shot, last = client.take_screenshot(), shot
+    return shot
 
 
 def _connect(port: int, process: subprocess.Popen) -> ViewerClient:
