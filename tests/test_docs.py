@@ -1,11 +1,9 @@
 """The documentation: what its pages show is run, everything public is in its reference, and it builds."""
 
-import ast
 import os
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -68,15 +66,6 @@ def test_every_section_of_the_help_has_a_page():
     assert {command.rich_help_panel for command in built().commands.values()} <= set(SECTIONS)
 
 
-def leaves(group: Any, before: str = "") -> list[str]:
-    """Commands with those of groups."""
-    found: list[str] = []
-    for name, command in group.commands.items():
-        inner = hasattr(command, "commands")
-        found += leaves(command, f"{before}{name} ") if inner else [f"{before}{name}"]
-    return found
-
-
 def quoted(text: str) -> list[str]:
     """Commands that sentences and tables name, and lines of shell blocks."""
     sentences = re.sub(r"```.*?```", "", text, flags=re.DOTALL)
@@ -116,43 +105,6 @@ def test_every_command_that_a_text_names_exists_with_its_options():
     assert not [(name, line, word) for name, line in lines if (word := unknown(line))]
     assert unknown("workbench identify D --robat R") == "--robat"
     assert unknown("workbench identity D") == "identity"
-
-
-def executed() -> set[tuple[str, str]]:
-    """Commands ("plate score") with the options that stand in tests of the same file or on the same page."""
-    found: set[tuple[str, str]] = set()
-    shown = [[line.split()[1:] for line in lines] for lines in SHOWN.values()]
-    for lists in (*map(list, map(listed, TESTS.rglob("*.py"))), *shown):
-        options = {"", *(word.partition("=")[0] for words in lists for word in words if word[:2] == "--")}
-        commands = {" ".join(words[:length]) for words in lists for length in (1, 2)}
-        found |= {(command, option) for command in commands for option in options}
-    return found
-
-
-def listed(path: Path) -> Iterator[list[str]]:
-    """Words of every call, tuple and list of a program; a call's function first where it is no `run`."""
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Call | ast.Tuple | ast.List):
-            parts = node.args if isinstance(node, ast.Call) else node.elts
-            words = [part.value for part in parts if isinstance(part, ast.Constant)]
-            words = [word for word in words if isinstance(word, str)]
-            if "--help" not in words:
-                yield words[words.index("workbench") + 1 :] if "workbench" in words else words
-                yield [getattr(getattr(node, "func", None), "id", ""), *words]
-
-
-def test_every_command_and_option_that_a_text_names_is_run_by_a_test():
-    texts = [*PAGES.values(), README.read_text(encoding="utf-8")]
-    known = leaves(built())
-    named = {(command, "") for command in known}
-    for line in (
-        line for text in texts for line in [*quoted(text), *re.findall(r"^ *workbench .*", text, re.M)]
-    ):
-        words = line.partition("workbench ")[2].split()
-        command = next((c for c in (" ".join(words[:2]), *words[:1]) if c in known), "serve")
-        named |= {(command, option) for option in re.findall(r"(?<![\w-])--[a-z][\w-]*", line)}
-    assert len(named) > 120
-    assert not named - executed()
 
 
 def test_no_shell_block_of_the_readme_escapes_the_tests():
