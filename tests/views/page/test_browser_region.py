@@ -40,7 +40,7 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.press("Move the selected target there")
     screen.until(lambda session: np.allclose(session.plate.targets[0].xyz, region.centres[clicked]))
 
-    screen.page.get_by_label("Handles on two corners").check()
+    screen.page.get_by_label("Corner handles").check()
     screen.until(lambda session: session.cube_view.corners)
     screen.page.wait_for_timeout(300)
     place = np.array(region.min)

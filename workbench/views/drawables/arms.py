@@ -81,7 +81,8 @@ def calibrated_arm(robot: Robot, q: np.ndarray, aligned: Robot) -> Arm:
     moved = driven_by_pose(robot)
     frames = body_frames(robot, q) if moved is None else body_frames(moved, q, shift=bend(moved, q).shift)
     frames = beside_nominal(robot, aligned) @ frames
-    return Arm(bodies=bodies_of(robot, swell=SHELL), frames=frames, ghost=CALIBRATED, opacity=0.3)
+    bodies = bodies_of(robot, swell=SHELL, has_foot=False)
+    return Arm(bodies=bodies, frames=frames, ghost=CALIBRATED, opacity=0.3)
 
 
 def beside_nominal(robot: Robot, aligned: Robot) -> Matrix4:

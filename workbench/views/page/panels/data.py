@@ -5,7 +5,6 @@ import viser
 from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.session.commands.data import (
     LARGEST_FILE,
-    MAX_MORE,
     ForgetData,
     LoadData,
     MeasureVirtualArm,
@@ -45,12 +44,6 @@ class DataPanel(AbstractPanel):
                 main=True,
             )
         with gui.add_folder("Virtual arm"):
-            self._more = self.number(
-                "More poses",
-                MORE,
-                (0, MAX_MORE, 10),
-                "Poses in the region to measure for fitting, besides the targets.",
-            )
             self._instrument = gui.add_dropdown(
                 "Instrument",
                 (SEAT, *virtual_instruments()),
@@ -82,7 +75,7 @@ class DataPanel(AbstractPanel):
         self._arms += 1
         name = str(self._instrument.value)
         instrument = "" if name == SEAT else name
-        return MeasureVirtualArm(self._arms, True, int(self._more.value), instrument, LIKELY_ERRORS)
+        return MeasureVirtualArm(self._arms, True, MORE, instrument, LIKELY_ERRORS)
 
 
 def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:

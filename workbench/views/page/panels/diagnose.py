@@ -119,7 +119,7 @@ class DiagnosePanel(AbstractPanel):
 def _verdict(found: Diagnosis, session: Session) -> str:
     """In two words, the size of each cause, and why; the strip has the sentence, and its colour."""
     added = "; now part of the model" if session.accepted else ""
-    head = heading(f"{capital(found.verdict_words)}{added}. Size at the tool, and what is left [mm]")
+    head = heading(f"{capital(found.verdict_words)}{added}. Sizes at the tool [mm]")
     return block(f"{head}{budget_bars(found)}{_why(found)}", testid="verdict")
 
 

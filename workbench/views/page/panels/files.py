@@ -53,10 +53,9 @@ def _errors(found: Identification, shown: str) -> str:
     run = found.runs[shown]
     if found.identifiability is not None and found.identifiability.refused:
         return ""
-    words = text(file_words(found, run))
-    return block(
-        f'<span style="color:{MUTED}">{words}</span>', testid="file-errors", style="margin:2px 0 6px"
-    )
+    first, mark, rest = text(file_words(found, run)).partition("; ")
+    words = f'<b>{first}</b><span style="color:{MUTED}">{mark}{rest}</span>'
+    return block(words, testid="file-errors", style="margin:2px 0 6px")
 
 
 class FilesPanel(AbstractPanel):

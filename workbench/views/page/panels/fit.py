@@ -30,17 +30,19 @@ from workbench.views.page.html import (
     bullets,
     folded,
     heading,
+    note,
     number,
     table,
     text,
 )
 from workbench.views.page.panels.files import ArmFiles
 from workbench.views.page.panels.index import WantedPanel
-from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value, waiting
+from workbench.views.page.panels.panel import AbstractPanel, on_change, set_value
 from workbench.views.page.panels.result_card import result_card
 
 POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
 READY = "Ready. Press Identify to fit the geometry."
+EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
 STEPS = (
     "Identify: fit the geometry to the measurements. Diagnose: find what geometry can't explain; it takes at "
     "least 20 rows. Add causes: fit what was found together with the geometry; comparisons and the saved arm "
@@ -139,7 +141,8 @@ class FitPanel(AbstractPanel):
             set_value(box, name not in session.fixed)
         for part in (self._requirement, self._warnings):
             part.visible = found is not None
-        self._card.content = waiting(session, "result", READY) if found is None else result_card(session)
+        ready = note(EMPTY_NOTE if session.loaded is None else READY, "result", margin="6px 0")
+        self._card.content = ready if found is None else result_card(session)
         if found is not None:
             self._requirement.content = _requirement(session)
             self._warnings.content = _warnings(found)

@@ -32,7 +32,6 @@ class GuidedPanel(AbstractPanel):
 
     tab, order = Tab.MEASURE, 50
     depends = ("measuring", "source")
-    _seen: int | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Guided, target by target"):

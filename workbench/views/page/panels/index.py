@@ -77,16 +77,14 @@ def judgement(score: Score, noise: float, judged: Judgement | None = None) -> st
     """
     if not np.isfinite(score.position):
         return ""
-    parts = []
-    if judged is not None:
-        parts.append(f'<span style="color:{INKS[judged.tone]}">{text(judged.text)}</span>')
     length = np.sqrt(3.0) * noise
     times = score.position / length
     if times < 1.0:
         reading = f"below the error of one instrument reading ({number(1e3 * length)} mm rms)"
     else:
         reading = f"{number(times, 2)} × the error of one reading ({number(1e3 * length)} mm rms)"
-    return f'<div data-testid="judgement" style="color:{MUTED}">{"; ".join([*parts, reading])}</div>'
+    words = f'<span style="color:{INKS[judged.tone]}">{text(judged.text)}</span>' if judged else reading
+    return f'<div data-testid="judgement" title="{reading}" style="color:{MUTED}">{words}</div>'
 
 
 def _measurable(session: Session) -> str:

@@ -20,7 +20,7 @@ from workbench.session.export import File, calibrated_toml, calibrated_urdf
 from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
-from workbench.views.page.html import block, note, text
+from workbench.views.page.html import block, text
 from workbench.views.page.viser_internals import limit_upload
 from workbench.views.page.viser_internals import set_value as set_value
 
@@ -254,15 +254,6 @@ def sheet(event: viser.GuiEvent, title: str, content: str) -> None:
         gui.add_html(content)
         close = gui.add_button("Close", color="gray", hint="Close this sheet.")
         close.on_click(lambda _: made.close())
-
-
-def waiting(session: Session, testid: str, ready: str) -> str:
-    """What a panel says before it has a result: what it needs, that it works, or is `ready`."""
-    if session.loaded is None:
-        words = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
-    else:
-        words = ready if session.job is None else f"Working: {session.job.title} …"
-    return note(words, testid, margin="6px 0")
 
 
 def set_options(control: Any, options: list[str], value: str) -> None:

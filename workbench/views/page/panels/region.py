@@ -39,10 +39,7 @@ class RegionPanel(AbstractPanel):
         self._field = gui.add_dropdown("Cubes show", list(FIELDS), hint=MEANINGS)
         self._cut = gui.add_dropdown("Slice", list(CUTS), hint="Show all cubes, or one layer across an axis.")
         self._layer = self.slider("Layer", 1, (1, 2, 1), "Which layer is shown.")
-        self._part = gui.add_multi_slider(
-            "Keep [%]", 0, 100, 1, (0, 100), hint="Hide cubes below or above a part of the colour scale."
-        )
-        for control in (self._field, self._cut, self._layer, self._part):
+        for control in (self._field, self._cut, self._layer):
             self.sends(control, self._view)
         self._picked = gui.add_html("")
         self._move = self.button(
@@ -64,9 +61,7 @@ class RegionPanel(AbstractPanel):
         if view.cut is not None:
             self._layer.max = max(region.shape[view.cut], 2)
             set_value(self._layer, shown_layer(session) + 1)
-        set_value(self._part, (round(100 * view.least), round(100 * view.greatest)))
-        for control in (self._cut, self._part):
-            control.disabled = view.field is Field.NONE
+        self._cut.disabled = view.field is Field.NONE
         self._picked.content = picked(session, numbers)
         self._move.visible = view.picked is not None and view.field is not Field.NONE
         self._least.show(region.min, session.units)
@@ -87,20 +82,17 @@ class RegionPanel(AbstractPanel):
         for control in (self._least.control, self._greatest.control, self._cube):
             self.sends(control, self._set)
         self._corners = gui.add_checkbox(
-            "Handles on two corners", False, hint="Drag the region's corners in the scene."
+            "Corner handles", False, hint="Drag two corners of the region in the scene."
         )
         self.sends(self._corners, self._view)
 
     def _view(self) -> ShowCubes:
-        low, high = self._part.value
         view = replace(
             self._worker.session.cube_view,
             asked=True,
             field=FIELDS[self._field.value],
             cut=CUTS[self._cut.value],
             layer=int(self._layer.value) - 1,
-            least=0.01 * low,
-            greatest=0.01 * high,
             corners=bool(self._corners.value),
         )
         return ShowCubes(view)

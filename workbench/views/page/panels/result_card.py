@@ -29,8 +29,6 @@ def result_card(session: Session) -> str:
     below = f"Mean position error on {measured} {kind} poses{where}."
     if not measured:
         below = f"No positions were measured{where}."
-    if session.accepted and session.diagnosis is not None:
-        below += weighed(session.diagnosis)
     return block(
         numbers(done)
         + histogram(done, noise_length(found))

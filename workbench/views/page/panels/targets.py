@@ -7,14 +7,7 @@ from workbench.base.wording import capital
 from workbench.plate.collision import unobstructed
 from workbench.plate.plate import AUTO, Target
 from workbench.session.commands.drag import MoveTarget, SelectTarget
-from workbench.session.commands.edit import (
-    AddTarget,
-    ChooseBranch,
-    CopyTarget,
-    DeleteTarget,
-    LockTarget,
-    MixBranches,
-)
+from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
 from workbench.session.state import Session, Tab
 from workbench.session.target_state import TargetState
@@ -132,13 +125,6 @@ class BranchesPanel(AbstractPanel):
                 "affects the accuracy as much as the position does.",
             )
             self.sends(self._branch, self._choose_branch)
-            self.button(
-                "Best mix of branches",
-                MixBranches,
-                viser.Icon.ARROWS_SHUFFLE,
-                "Choose all targets' branches together for the minimum predicted error; branches chosen by "
-                "hand are kept.",
-            )
 
     def show(self, session: Session) -> None:
         target = session.plate.targets[session.selected]
