@@ -1,7 +1,7 @@
 """How rows of an instrument of another package are prepared, where they decide what they may identify."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -65,9 +65,13 @@ class AbstractPreparation(ABC):
     undiagnosed: ClassVar[str]
     """Why these rows are not diagnosed."""
 
+    def contradicted(self, robot: Robot, data: Dataset) -> Mapping[int, str]:
+        """Rows that contradict their joints, with the reason, before any are held out: places in the data."""
+        return {}
+
     @abstractmethod
     def suited(self, robot: Robot, data: Dataset) -> Dataset:
-        """The rows to fit; those that contradict their joints or are of no use kept out with the reason."""
+        """The rows to fit; those that are of no use kept out with the reason."""
 
     @abstractmethod
     def decide(

@@ -187,6 +187,11 @@ def _chosen(robot: Robot, data: Dataset, choices: FitChoices, held_rows: Collect
     """The rows that the choices leave, divided."""
     rows, excluded = choose_rows(robot, data, choices.exclude, choices.region)
     used, other = data.take(rows), choices.held_out
+    if (own := preparation_of(used)) is not None:
+        lost = own.contradicted(robot, used)
+        excluded = [*excluded, *((int(rows[i]), why) for i, why in lost.items())]
+        rows = np.delete(rows, [*lost])
+        used = data.take(rows)
     train, held = divide(used, other, choices.seed) if held_rows is None else _divided(used, held_rows)
     return _Rows(
         fitted=used.take(train),

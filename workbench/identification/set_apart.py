@@ -44,12 +44,14 @@ def prepare_without_gross_outliers(
 ) -> tuple[Prepared, Rows]:
     """Rows and frames without the rows that no error of an arm explains, and these [indices into data].
 
+    Readings that decide themselves are left to their own checks.
+
     Args:
         options: Further arguments of `prepare`.
     """
     gross: list[int] = []
     ready = prepare(robot, data, choices, **options)
-    for _ in range(MAX_ROUNDS):
+    for _ in range(MAX_ROUNDS if ready.identifiability is None else 0):
         fitted, held = (rows.position for rows in ready.nominal_rows)
         limit = max(GROSS * Spread.of(fitted).median, GROSS_PART * robot.reach)
         own = held if len(held) == len(ready.held_out_rows) else held[:0]
@@ -69,8 +71,6 @@ def prepare_without_outliers(
 ) -> tuple[Prepared, Rows]:
     """The same without those rows to fit that stand out from the others, too, and without rows of which they
     don't tell on which side of a step they lie.
-
-    Readings that decide themselves are left to their own checks.
     """
     ready, apart = prepare_without_gross_outliers(robot, data, choices, **options)
     if ready.identifiability is not None:

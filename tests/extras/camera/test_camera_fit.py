@@ -13,7 +13,7 @@ import workbench as wb
 from workbench.base import se3
 from workbench.base.errors import DataError, WorkbenchError
 from workbench.extras.camera import pixel_noise
-from workbench.extras.camera.checks import PictureFit, _larger
+from workbench.extras.camera.checks import OUTSIDE, PictureFit, _larger
 from workbench.extras.camera.model_selection import BLOCKS, _left_out
 from workbench.extras.camera.pixel_noise import Pictures, PixelPrior
 from workbench.extras.camera.readings import PictureReadings, rig_of
@@ -176,9 +176,7 @@ def test_a_board_is_named_only_where_it_is_off_and_predicted_only_where_it_was_s
     sized = SimpleNamespace(names=names, named=lambda x: dict(zip(names, x.tolist(), strict=True)))
     fit = PictureFit(sized, np.array([4e-5, 0.01]))
     assert _larger(fit, replace(rig_of(data), targets=(a, b))).startswith("board 'B' 1.00 % larger")
-    assert not PictureFit(sized, np.array([4e-5, 0.001])).is_implausible_size(
-        replace(rig_of(data), targets=(a, b))
-    )
+    assert all(PictureFit(sized, np.array([4e-5, 0.001])).strangeness(t) < OUTSIDE for t in (a, b))
     centre = data.q / np.ptp(data.q, axis=0)
     alone = next(iter(cells(centre, np.arange(12), BLOCKS)))
     own = PictureReadings.of(data)
@@ -276,11 +274,11 @@ def test_wrong_intrinsics_and_a_wrong_size_are_doubted(tmp_path):
     [
         (25, '"auto"', 0.75, 1.0, r"^the target is 25\.0\d % smaller than its file says"),
         (25, "false", 1.0, 1.07, r"^the given intrinsics do not suit the pictures.* \(camera c0: fx 135\d"),
-        (8, "false", 1.005, 1.0, "^the target's size or the focal length is wrong, .* can't determine which"),
+        (8, "false", 1.005, 1.0, r"^the target is 0\.[456]\d % larger than its file says"),
     ],
 )
 def test_what_was_given_wrong_is_blamed_alone(tmp_path, count, free, scale, focal, said):
-    """A square of 30 mm given as 40 mm, a focal length 7 % too long, and too few pictures."""
+    """A square of 30 mm given as 40 mm, a focal length 7 % too long, and few pictures."""
     rng = np.random.default_rng(0)
     arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
     shots = virtual.scene(rng, arm, count, scale=scale)

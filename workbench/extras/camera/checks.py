@@ -1,8 +1,8 @@
 """Contradictions between pictures, camera and target: wrong intrinsics or a wrong print size."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -13,51 +13,52 @@ from workbench.base.errors import DataError
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import INTRINSICS, Camera, project
-from workbench.extras.camera.pixel_noise import Pictures, unlikeliness
+from workbench.extras.camera.pixel_noise import Pictures
 from workbench.extras.camera.readings import PictureReadings, rig_of, with_rig
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import PictureTarget
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.considered import Considered
-from workbench.identification.noise import factor_at
 from workbench.identification.problem import Noise, Problem
 
-BETTER, MIN_PIXEL = 0.75, 0.07
-"""What was given is doubted where other values leave this part of the corners' error, and so many px less."""
 OUTSIDE = 3.0
 """Standard deviations of prior knowledge beyond which it is doubted."""
 UNNOTICED = 0.3
 """Pixels by which a lens that is off may move the corners that were seen."""
-CERTAIN = 4.0
-"""Standard errors beyond which a board is of another size than stated."""
-CONTRADICTED = 4.0
-"""χ² of the change of intrinsics, for each of them, from which on those that were given are wrong."""
-BLAMED = 0.5
-"""Part of what the tool is off that wrong intrinsics may leave; an effect of the arm leaves more."""
-SHOWN, VISIBLY = 12.0, 0.95
-"""Twice the gain in log likelihood, and part of the corners' error left, without which no size is doubted."""
-ANY_SIZE = 1.0
+OTHER_LENS, OTHER_SIZE = 30.0, 8.0
+"""Twice the gain in log likelihood from which on other intrinsics, or another size, are the right ones …"""
+EITHER = 0.5
+"""… and part of that by other intrinsics from which on the pictures can't tell which of both is wrong."""
+ANY_SIZE = 0.03
 """Standard deviation of a target's relative size where nothing is known of it."""
 MIN_SIGMA = 1e-4
 """A size that counts as exact is judged as if known to this, as pictures tell it no better."""
 OUT_OF_LINE, FAR_OFF = 6.0, 2e-3
 """Pictures this many times the median off, and so many m, don't suit their joints …"""
-MAX_WRONG = 0.25
+MAX_WRONG = 0.4
 """… if they are a smaller part of all."""
 ROBUST_ROUNDS = 5
 """Fits in turn with pictures weighed by how far they were off."""
-EXCHANGED = 7.0
-"""Error of corners [px] from which on camera and target are tried in each other's place."""
+SUSPICIOUS, HOPELESS = 5e-3, 0.05
+"""Median error [m] from which on camera and target are tried in each other's place and other joints, and from
+which on pictures are refused."""
+OTHER_JOINTS = 0.3
+"""Part of the median error that the right joints leave at most."""
 ROUGH = Noise(1e-3, 2e-3, (), 1.0)
 """Corners share what an arm that is not calibrated yet lacks."""
 
 
 @dataclass(frozen=True, eq=False)
 class PictureFit:
-    """A fit with some given properties freed and all corners weighted alike; `x` is the solution."""
+    """A fit with some given properties freed, at its answer `x`.
+
+    Args:
+        unlikelihood: Twice the negative log likelihood, all unknowns and what pictures share averaged out.
+    """
 
     problem: Problem
     x: Float[np.ndarray, " p"]
+    unlikelihood: float = 0.0
 
     @cached_property
     def values(self) -> dict[str, float]:
@@ -71,16 +72,9 @@ class PictureFit:
         off = problem.physical(problem.residual(self.x)[: problem.size])
         return float(np.sqrt(2.0 * (off**2).sum() / problem.count))
 
-    @cached_property
-    def unlikeliness(self) -> float:
-        """Twice the negative log likelihood, with all that corners of a picture share as their variance."""
-        return unlikeliness(Pictures.at(self.problem, self.x))
-
-    @cached_property
-    def lack(self) -> float:
-        """How far the tool is off in a picture beside the corners' own noise, where cameras see it [m]."""
-        noise = self.problem.noise
-        return float(np.hypot(noise.position, Pictures.at(self.problem, self.x).lever * noise.rotation))
+    def less_likely_than(self, other: "PictureFit") -> float:
+        """Twice the log likelihood that another fit gains."""
+        return self.unlikelihood - other.unlikelihood
 
     def scale(self, target: PictureTarget) -> float:
         """A board's size less the stated one, relative to it."""
@@ -89,10 +83,6 @@ class PictureFit:
     def strangeness(self, target: PictureTarget) -> float:
         """How many standard deviations of its knowledge a board's size is from the stated one."""
         return abs(self.scale(target)) / max(target.scale_sigma, MIN_SIGMA)
-
-    def is_implausible_size(self, rig: Rig) -> bool:
-        """Whether a board's size is farther from the stated one than the rig's knowledge of it."""
-        return any(self.strangeness(t) > OUTSIDE for t in rig.targets)
 
     def implausible_intrinsics(self, rig: Rig) -> list[str]:
         """What of each camera is farther from the given intrinsics than their `sigma` allows, in words."""
@@ -127,13 +117,21 @@ class Doubts:
 
     Args:
         sentences: Sentences with what to do.
-        data: The pictures, with what is contradicted let go.
-        off: How far from what was given it seems to be, by name; none where nothing fixed is contradicted.
+        given: The pictures, with intrinsics that are contradicted let go.
+        data: The same, with sizes that are contradicted let go as well.
+        off: How far these seem to be from what was given, by name.
     """
 
     sentences: tuple[str, ...]
+    given: Dataset
     data: Dataset
     off: Mapping[str, float]
+
+    @classmethod
+    def of_size(cls, words: Sequence[str], given: Dataset, size: PictureFit) -> "Doubts":
+        """Where a target of any size suits the pictures better."""
+        off = {f"{t.owner}.scale": size.scale(t) for t in rig_of(given).targets}
+        return cls(tuple(words), given, size.problem.data, off)
 
     def considered(self, problem: Problem, deviations: Float[np.ndarray, " p"] | float = 0.0) -> Considered:
         """What it bends, beside constants that are uncertain.
@@ -145,130 +143,66 @@ class Doubts:
         off = np.array([abs(self.off.get(name, 0.0)) for name in problem.names])
         return Considered(problem, off + deviations)
 
-    @property
-    def is_of_lens(self) -> bool:
-        """Whether nothing but fixed intrinsics is contradicted."""
-        return all(name.startswith("camera[") for name in self.off)
 
-    @classmethod
-    def of(cls, words: Iterable[str], given: PictureFit, better: PictureFit, *more: str) -> "Doubts":
-        """From the fit as given and the one that suits; `more` are doubted though both have them."""
-        off = dict(zip(better.problem.names, better.x - better.problem.start, strict=True))
-        fixed = set(off) - set(given.problem.names) | set(more)
-        return cls(tuple(words), better.problem.data, {name: off[name] for name in fixed})
-
-
-def find_doubts(fitted: Callable[[Dataset], PictureFit], data: Dataset) -> Doubts:
-    """The given properties of camera and target that the pictures contradict.
+def find_doubts(
+    fitted: Callable[[Dataset], PictureFit], plain: Callable[[Dataset], PictureFit], data: Dataset
+) -> Doubts:
+    """The given properties of camera and target that the pictures contradict, whatever the arm is.
 
     The pictures are fitted as given, with free intrinsics in place of fixed ones, and with a target of any
-    size: what then suits them, and as given does not, is to blame; both, where the pictures can't tell.
+    size. What is given is doubted where another is far likelier, all else that is unknown averaged out: what
+    the arm lacks moves intrinsics and sizes too. Sizes are doubted with intrinsics that were let go.
 
     Args:
-        fitted: Fit of what the pictures may identify of the arm, joints' zeros at most.
-        data: The pictures.
+        fitted: Fit of all that the pictures may identify of the arm, weighed by what it leaves.
+        plain: Fit of the joints' zeros with all corners weighed alike, for the words.
+        data: The pictures, with the intrinsics let go where they are doubted.
     """
     rig = rig_of(data)
-    any_size = replace(rig, targets=tuple(replace(t, scale_sigma=ANY_SIZE) for t in rig.targets))
-    given, size = (fitted(with_rig(data, each)) for each in (rig, any_size))
-    exact, is_shown = given, False
-    if size.is_implausible_size(rig):
-        held = replace(rig, targets=tuple(replace(t, scale_sigma=0.0) for t in rig.targets))
-        exact = fitted(with_rig(data, held))
-        is_shown = exact.unlikeliness - size.unlikeliness > SHOWN and size.pixel < VISIBLY * exact.pixel
-    if not is_shown:
-        size = given
-    lens = fitted(with_rig(data, rig.with_intrinsics(Freedom.AUTO))) if rig.is_lens_fixed else given
-    words = tuple(_sentences(rig, given, lens, size, exact.pixel if is_shown else None))
-    minimum = min(given.pixel, lens.pixel, size.pixel)
-    if _suits(given, minimum) and not (is_shown and given.is_implausible_size(rig)):
-        return Doubts(words, data, {})
-    is_either = is_shown and _suits(size, minimum)
-    if _suits(lens, minimum) and not is_either and not (is_shown and lens.is_implausible_size(rig)):
-        return Doubts.of(words, given, lens)
-    return Doubts.of(words, given, size, *(f"{t.owner}.scale" for t in rig.targets))
+    words: list[str] = []
+    given, size = fitted(data), fitted(_of_any_size(data))
+    if rig.is_lens_fixed:
+        let_go = with_rig(data, rig.with_intrinsics(Freedom.AUTO))
+        lens = fitted(let_go)
+        by_lens, by_size = given.less_likely_than(lens), given.less_likely_than(size)
+        if by_lens > OTHER_LENS and by_size > max(OTHER_SIZE, EITHER * by_lens):
+            words.append(
+                "the target's size or the focal length is wrong, and the pictures can't determine which: "
+                f"{_by_size(plain, data)}, {_by_lens(plain(let_go), rig)}; check the printed square's side, "
+                'or leave the intrinsics to be refined with free = "auto"'
+            )
+            return Doubts.of_size(words, data, size)
+        if by_lens > max(OTHER_LENS, by_size):
+            words.append(
+                f"the given intrinsics do not suit the pictures: corners {given.pixel:.2f} px off with them, "
+                f'{_by_lens(lens, rig)}; they were left free, so set free = "auto" or calibrate the camera'
+            )
+            data, given, size = let_go, lens, fitted(_of_any_size(let_go))
+    is_strange = any(size.strangeness(target) > OUTSIDE for target in rig.targets)
+    is_other = is_strange and given.less_likely_than(size) > OTHER_SIZE
+    words += [
+        f"{far}, more than {OUTSIDE:g} times sigma from the given intrinsics; check that they are of this "
+        "camera and lens"
+        for far in (size if is_other else given).implausible_intrinsics(rig)
+    ]
+    if not is_other:
+        return Doubts(tuple(words), data, data, {})
+    off = _by_size(plain, data, "that one")
+    words.append(f"{_larger(size, rig, 'is ')}: {off}; measure it and correct its sizes")
+    return Doubts.of_size(words, data, size)
 
 
-def is_size_certain(fit: PictureFit) -> bool:
-    """Whether some board is of another size whatever the arm's constants are, all of which are let go."""
-    std = fit.problem.named(np.linalg.norm(factor_at(fit.problem, fit.x).root, axis=1))
-    sizes = [f"{target.owner}.scale" for target in rig_of(fit.problem.data).targets]
-    return any(abs(fit.values[name]) > CERTAIN * std[name] for name in sizes if name in std)
+def _of_any_size(data: Dataset, sigma: float = ANY_SIZE) -> Dataset:
+    """The pictures with targets whose sizes are known to sigma."""
+    rig = rig_of(data)
+    return with_rig(data, replace(rig, targets=tuple(replace(t, scale_sigma=sigma) for t in rig.targets)))
 
 
-def contradicted_lens(given: PictureFit, lens: PictureFit) -> Doubts | None:
-    """Fixed intrinsics that the pictures contradict, whatever the arm's constants are.
-
-    The change d of the intrinsics that are let go, with covariance C, has dᵀC⁻¹d distributed as χ², and what
-    is off comes to lie right: an effect of the arm moves intrinsics too. The pictures are then fitted without
-    them, and that is said.
-
-    Args:
-        given: Fit of all that the pictures may identify of the arm, weighed by what it leaves.
-        lens: The same with the intrinsics let go.
-    """
-    problem, rig = lens.problem, rig_of(given.problem.data)
-    if _suits(given, lens.pixel) and lens.lack > BLAMED * given.lack:
-        return None
-    places = [k for k, name in enumerate(problem.names) if name not in given.problem.names]
-    scale = problem.units[places]
-    spread = factor_at(problem, lens.x).root[places] / scale[:, None]
-    change = (lens.x - problem.start)[places] / scale
-    if change @ np.linalg.lstsq(spread @ spread.T, change, rcond=1e-12)[0] < CONTRADICTED * len(places):
-        return None
-    return Doubts((_against_lens(given, lens, rig),), problem.data, {})
-
-
-def _suits(fit: PictureFit, minimum: float) -> bool:
-    return BETTER * fit.pixel <= minimum or fit.pixel - minimum <= MIN_PIXEL
-
-
-def _sentences(
-    rig: Rig, given: PictureFit, lens: PictureFit, size: PictureFit, exact: float | None
-) -> Iterator[str]:
-    """The doubts in words, from the fits as given, with free intrinsics and with a target of any size.
-
-    `exact` is the error of corners [px] with just the size that was given; None where that may be right.
-    """
-    suits = partial(_suits, minimum=min(given.pixel, lens.pixel, size.pixel))
-    is_suited, is_size = suits(given), exact is not None and given.is_implausible_size(rig)
-    is_lens = bool(given.implausible_intrinsics(rig))
-    if not is_suited:
-        is_lens, is_size = suits(lens), exact is not None and suits(size)
-        is_either = is_lens and is_size
-    elif is_lens:
-        is_either = exact is not None and not is_size and suits(size) and not size.implausible_intrinsics(rig)
-    else:
-        is_either = is_size and rig.is_lens_fixed and suits(lens) and not lens.is_implausible_size(rig)
-    by_size = f"{size.pixel:.2f} px with {_larger(size, rig)}"
-    if is_either:
-        yield (
-            "the target's size or the focal length is wrong, and the pictures can't determine which: "
-            f"corners {given.pixel:.2f} px off as given, {by_size}, {_by_lens(lens, rig)}; check the printed "
-            'square\'s side, or leave the intrinsics to be refined with free = "auto"'
-        )
-        return
-    if is_lens and not is_suited:
-        yield _against_lens(given, lens, rig)
-        is_size = lens.is_implausible_size(rig)
-    else:
-        yield from (
-            f"{text}, more than {OUTSIDE:g} times sigma from the given intrinsics; check that they are of "
-            "this camera and lens"
-            for text in (given if is_suited else size).implausible_intrinsics(rig)
-        )
-    if is_size and exact is not None:
-        yield (
-            f"{_larger(size, rig, 'is ')}: corners {exact:.2f} px off with "
-            f"the size given, {size.pixel:.2f} px with that one; measure it and correct its sizes"
-        )
-
-
-def _against_lens(given: PictureFit, lens: PictureFit, rig: Rig) -> str:
-    return (
-        f"the given intrinsics do not suit the pictures: corners {given.pixel:.2f} px off with them, "
-        f'{_by_lens(lens, rig)}; they were left free, so set free = "auto" or calibrate the camera'
-    )
+def _by_size(plain: Callable[[Dataset], PictureFit], data: Dataset, other: str = "") -> str:
+    """What another size leaves, which is named if `other` doesn't."""
+    exact, size = plain(_of_any_size(data, 0.0)), plain(_of_any_size(data))
+    other = other or _larger(size, rig_of(data))
+    return f"corners {exact.pixel:.2f} px off with the size given, {size.pixel:.2f} px with {other}"
 
 
 def _by_lens(lens: PictureFit, rig: Rig) -> str:
@@ -301,12 +235,32 @@ def mismatched_pictures(
     """Rows whose picture does not suit their joints, with the reason.
 
     A picture counts the less in the fit the farther it is off, so that a few wrong ones don't bend it.
+
+    Raises:
+        DataError: all suit a rig whose camera and target have changed places, or joints a row away or with
+            one reversed, or most suit nothing.
     """
     free = tuple(n for n in robot.joint_offsets if n in robot.default_free)
-    problem = build(robot, data, free=free).with_noise(ROUGH)
-    x, off = _robust_errors(problem)
-    _check_mounts(robot, data, build, problem, x)
-    lost = off > max(OUT_OF_LINE * float(np.median(off)), FAR_OFF)
+
+    def fitted(rows: Dataset) -> tuple[Problem, np.ndarray, np.ndarray]:
+        problem = build(robot, rows, free=free).with_noise(ROUGH)
+        return problem, *_robust_errors(problem)
+
+    problem, x, off = fitted(data)
+    usual = float(np.median(off))
+    if usual > SUSPICIOUS:
+        _check_mounts(robot, data, build, problem, x)
+        for words, q in _other_joints(data):
+            if np.median(fitted(replace(data, q=q))[2]) < OTHER_JOINTS * usual:
+                raise DataError(f"{data.source}: {words}")
+    if usual > HOPELESS:
+        raise DataError(
+            f"{data.source}: the pictures don't suit their joints: with the best places of camera and target "
+            f"half of them are {1e3 * usual:.0f} mm off or more; check the order of the rows, the order, "
+            "units and signs of the joints, and the robot"
+        )
+    limit = max(OUT_OF_LINE * usual, FAR_OFF)
+    lost = off > limit
     if not lost.any() or lost.mean() >= MAX_WRONG:
         return {}
     image = PictureReadings.of(data).image
@@ -318,34 +272,49 @@ def mismatched_pictures(
         order = np.arange(len(data))
         order[[i, j]] = j, i
         swapped = build(robot, replace(data, q=data.q[order]), free=free).with_noise(ROUGH)
-        if (_errors(swapped, x)[[i, j]] <= max(OUT_OF_LINE * float(np.median(off)), FAR_OFF)).all():
+        if (_errors(swapped, x)[[i, j]] <= limit).all():
             words = f"the joints of images {image[i]} and {image[j]} are exchanged"
             reasons |= {i: words, j: words}
     return reasons
 
 
+def _other_joints(data: Dataset) -> Iterator[tuple[str, Float[np.ndarray, "rows n"]]]:
+    """What joints may be in place of those of the file, in words and as numbers."""
+    for ahead, word in ((1, "before"), (-1, "after")):
+        yield (
+            f"each picture suits the joints of the row {word} its own; correct the order of the joints, or "
+            "their names of pictures",
+            np.roll(data.q, ahead, axis=0),
+        )
+    for joint in range(data.joints):
+        yield (
+            f"joint {joint + 1} counts backwards: the pictures suit its positions with the opposite sign; "
+            "correct its column, or the robot",
+            data.q * np.where(np.arange(data.joints) == joint, -1.0, 1.0),
+        )
+
+
 def _errors(problem: Problem, x: np.ndarray) -> Float[np.ndarray, " rows"]:
-    """How far off the tool seems to be in every picture [m]."""
-    return Pictures.at(problem, x).errors(Noise(1.0, 1.0, (), 0.5))[0]
+    """How far off every picture's corners are, where the target is [m, root mean square]."""
+    pictures = Pictures.at(problem, x)
+    slope = np.einsum("rii->r", pictures.normal[:, :3, :3])
+    return np.sqrt(2.0 * pictures.square / np.maximum(slope, 1e-12))
 
 
 def _robust_errors(problem: Problem) -> tuple[np.ndarray, Float[np.ndarray, " rows"]]:
     """Answer of a fit in which pictures that are far off count less, and how far each is off [m]."""
-    x, now = problem.start, problem
+    x = problem.start
     for _ in range(ROBUST_ROUNDS):
-        x = Opt2(limit=40).search(now, begin=x).x
         off = _errors(problem, x)
         weight = 1.0 / np.sqrt(1.0 + (off / (3.0 * np.median(off) + 1e-6)) ** 2)
-        now = problem.with_row_weights(weight)
-    return x, off
+        x = Opt2(limit=40).search(problem.with_row_weights(weight), begin=x).x
+    return x, _errors(problem, x)
 
 
 def _check_mounts(
     robot: Robot, data: Dataset, build: Callable[..., Problem], problem: Problem, x: np.ndarray
 ) -> None:
     """Refuse a rig whose camera rides where its file says that the target does."""
-    if PictureFit(problem, x).pixel < EXCHANGED:
-        return
     rig = rig_of(data)
     other = with_rig(data, rig.with_mounts_exchanged())
     tried = build(robot, other, free=()).with_noise(ROUGH)

@@ -1,12 +1,16 @@
-"""Poses of a camera and of a board from all pictures at once, where none of them shows enough by itself.
+"""Poses of a camera and of a board from all pictures at once, where none of them shows enough by itself or
+some contradict the others.
 
 The arm carries the board's points past the camera (or the camera past them), and so makes one large body of
 points of all pictures. Seen from far away the board is a single point c in what carries it: every c of a grid
 gives the camera by SQPnP. The best are refined with c free, then with the board turned in each of the 24
-ways of a cube; what suits most corners holds.
+ways of a cube. Pictures with a board's pose of their own give others: by hand–eye from any three of them, so
+that wrong pictures spoil some only. What suits most corners holds.
+
+Source: Fischler, Bolles, Random sample consensus, Comm. ACM 24(6), 1981.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import product
@@ -17,6 +21,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from workbench.base import se3
+from workbench.base.hand_eye import hand_eye, mean_base
 from workbench.extras.camera.camera import Camera, Mount
 from workbench.extras.camera.opencv import opencv
 
@@ -28,6 +33,8 @@ BESIDE_TOOL = 0.3
 """Distance of a board from the tool that carries it, along each axis, at most [m]."""
 ROUGH = 20.0
 """Errors [px] that count less and less in a first guess."""
+SAMPLES, MIN_POSES = 60, 3
+"""Draws of so many pictures with a pose of their own, from which camera and board are placed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +46,7 @@ class StartInput:
         points: Of the board, in its own frame [m].
         seen: Where they were seen [px]; NaN where they were not.
         tool: Poses of the tool in the base.
+        sight: Pose of the board in the camera by each picture alone; NaN where unknown.
         stand: The camera's pose where it is known.
     """
 
@@ -46,11 +54,12 @@ class StartInput:
     points: Float[np.ndarray, "points 3"]
     seen: Float[np.ndarray, "rows points 2"]
     tool: Float[np.ndarray, "rows 4 4"]
+    sight: Float[np.ndarray, "rows 4 4"]
     stand: Float[np.ndarray, "4 4"] | None = None
 
     @cached_property
     def _key(self) -> tuple[bytes, ...]:
-        arrays = (self.camera.intrinsics, self.points, self.seen, self.tool)
+        arrays = (self.camera.intrinsics, self.points, self.seen, self.tool, self.sight)
         stand = b"" if self.stand is None else self.stand.tobytes()
         return (*(np.ascontiguousarray(a).tobytes() for a in arrays), self.camera.mounted.encode(), stand)
 
@@ -61,11 +70,48 @@ class StartInput:
         return hash(self._key)
 
     @cached_property
+    def carried(self) -> Float[np.ndarray, "rows 4 4"]:
+        """What carries the board past the camera."""
+        return self.tool if self.camera.mounted is Mount.WORLD else se3.inverse(self.tool)
+
+    @cached_property
     def corners(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """What carries the board past the camera, number of the point, and pixels, corner by corner."""
         row, spot = np.nonzero(np.isfinite(self.seen[..., 0]))
-        tool = self.tool if self.camera.mounted is Mount.WORLD else se3.inverse(self.tool)
-        return tool[row], spot, self.seen[row, spot]
+        return self.carried[row], spot, self.seen[row, spot]
+
+    def are_all_near(self, eye: Float[np.ndarray, "4 4"], board: Float[np.ndarray, "4 4"]) -> bool:
+        """Whether every picture suits these poses of camera and board."""
+        at = se3.inverse(eye) @ self.carried @ board
+        off = np.linalg.norm(
+            self.camera.project(se3.apply(at[:, None], self.points)).pixel - self.seen, axis=2
+        )
+        each = np.nanmean(off[np.isfinite(off).any(1)], axis=1)
+        return bool(each.max() <= ROUGH)
+
+    def by_sights(self) -> Iterator[tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "4 4"]]]:
+        """Poses of camera and board by single pictures where the camera is known, else by three of them."""
+        rows = np.flatnonzero(np.isfinite(self.sight[:, 0, 0]))
+        if self.stand is not None:
+            yield from ((self.stand, se3.inverse(self.carried[i]) @ self.stand @ self.sight[i]) for i in rows)
+            return
+        if len(rows) < MIN_POSES:
+            return
+        draw = np.random.default_rng(0)
+        some = [rows, *(draw.choice(rows, MIN_POSES, replace=False) for _ in range(SAMPLES))]
+        for mine in some:
+            yield placed_by_sights(self.camera, self.tool[mine], self.sight[mine])
+
+
+def placed_by_sights(
+    camera: Camera, tool: Float[np.ndarray, "n 4 4"], sight: Float[np.ndarray, "n 4 4"]
+) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "4 4"]]:
+    """Poses of camera and board in closed form, from the board's pose in each picture."""
+    is_fixed = camera.mounted is Mount.WORLD
+    seen = sight if is_fixed else se3.inverse(sight)
+    z = hand_eye(tool, seen)
+    x = se3.inverse(mean_base(tool @ z, seen))
+    return (x, z) if is_fixed else (z, x)
 
 
 @lru_cache(maxsize=8)
@@ -88,19 +134,19 @@ def joint_start(given: StartInput) -> tuple[Float[np.ndarray, "4 4"], Float[np.n
         before = Rotation.from_rotvec(values[:3]).apply(base) + values[3:6]
         return np.clip((camera.project(before).pixel - pixels).ravel(), -1e6, 1e6)
 
-    if stand is None:
-        firsts = _by_points(camera, carried, pixels, places)
-    else:
-        inverse = se3.inverse(stand)
-        known = np.concatenate([se3.matrix_to_rotvec(inverse[:3, :3]), inverse[:3, 3]])
-        firsts = [np.concatenate([known, at]) for at in places]
-    firsts = sorted(firsts, key=lambda values: _cost(off(values)))[:TRIED]
-    found = [(_refined(off, values, stand is not None), Rotation.identity()) for values in firsts]
-    if len(np.unique(spot)) > 1:
+    is_held = stand is not None
+    by_sights = [_values(*poses, middle) for poses in given.by_sights()]
+    by_sights = sorted(by_sights, key=lambda each: _cost(off(*each)))[:TRIED]
+    found = [(_refined(off, values, is_held, turn), turn) for values, turn in by_sights]
+    if not by_sights:
+        firsts = _by_points(camera, carried, pixels, places, stand)
+        firsts = sorted(firsts, key=lambda values: _cost(off(values)))[:TRIED]
+        found = [(_refined(off, values, is_held), Rotation.identity()) for values in firsts]
+    if not by_sights and len(np.unique(spot)) > 1:
         best = min(found, key=lambda each: _cost(off(each[0])))[0]
         turned = [np.append(best, np.zeros(3))] * 24
         found = [
-            (_refined(off, values, stand is not None, turn), turn)
+            (_refined(off, values, is_held, turn), turn)
             for values, turn in zip(turned, Rotation.create_group("O"), strict=True)
         ]
     values, turn = min(found, key=lambda each: _cost(off(*each) if len(each[0]) > 9 else off(each[0])))
@@ -109,6 +155,15 @@ def joint_start(given: StartInput) -> tuple[Float[np.ndarray, "4 4"], Float[np.n
     board = se3.pose(turn.as_matrix(), values[6:9] - turn.apply(middle))
     eye = se3.inverse(se3.pose(Rotation.from_rotvec(values[:3]).as_matrix(), values[3:6]))
     return eye if stand is None else stand, board
+
+
+def _values(
+    eye: Float[np.ndarray, "4 4"], board: Float[np.ndarray, "4 4"], middle: Float[np.ndarray, "3"]
+) -> tuple[Float[np.ndarray, "12"], Rotation]:
+    """Poses of camera and board as a search begins with them."""
+    inverse = se3.inverse(eye)
+    six = [se3.matrix_to_rotvec(inverse[:3, :3]), inverse[:3, 3]]
+    return np.concatenate([*six, se3.apply(board, middle), np.zeros(3)]), Rotation.from_matrix(board[:3, :3])
 
 
 def placed_camera(given: StartInput, board: Float[np.ndarray, "4 4"]) -> Float[np.ndarray, "4 4"]:
@@ -155,9 +210,11 @@ def _grid(tool: np.ndarray, *, is_fixed: bool) -> Float[np.ndarray, "places 3"]:
 
 
 def _by_points(
-    camera: Camera, carried: np.ndarray, pixels: np.ndarray, places: np.ndarray
+    camera: Camera, carried: np.ndarray, pixels: np.ndarray, places: np.ndarray, stand: np.ndarray | None
 ) -> list[Float[np.ndarray, "9"]]:
-    """The camera for every place of the board's middle."""
+    """The camera for every place of the board's middle, which comes last."""
+    if stand is not None:
+        return [_values(stand, se3.pose(np.eye(3), at), np.zeros(3))[0][:9] for at in places]
     rays, found = camera.normalised(pixels), []
     for at in places:
         placed = _solved(carried[:, :3, :3] @ at + carried[:, :3, 3], rays)

@@ -29,10 +29,9 @@ from workbench.arm.frame import FRAME_PARTS
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.types import Freedom
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.extras.camera.checks import Doubts, PictureFit, contradicted_lens, find_doubts, is_size_certain
+from workbench.extras.camera.checks import Doubts, PictureFit, find_doubts
 from workbench.extras.camera.pixel_noise import (
     FAR,
     MIN_SIZE,
@@ -43,8 +42,8 @@ from workbench.extras.camera.pixel_noise import (
     largest,
     mean_width,
     most_likely,
+    unlikelihood,
 )
-from workbench.extras.camera.readings import rig_of, with_rig
 from workbench.extras.camera.selection_steps import (
     BENT,
     EFFECTS,
@@ -88,11 +87,6 @@ class Fitted(NamedTuple):
     shares: np.ndarray = np.zeros(0)
     most_lack: float = 0.0
 
-    @property
-    def picture_fit(self) -> PictureFit:
-        """Its problem and answer alone."""
-        return PictureFit(self.problem, self.x)
-
 
 def select_camera_step(
     robot: Robot,
@@ -123,15 +117,16 @@ def select_camera_step(
         problem = build(robot, rows, free=names, noise=begin.noise)
         return problem, _fitted(problem, tuple(n for n in names if n not in zeros))
 
-    doubted = find_doubts(lambda rows: _picture_fit(build(robot, rows, free=seen)), data)
-    if not doubted.is_of_lens and not is_size_certain(free_of(doubted.data, widest)[1].picture_fit):
-        doubted = Doubts((), data, {})
-    if rig_of(data).is_lens_fixed and doubted.is_of_lens:
-        let_go = with_rig(data, rig_of(data).with_intrinsics(Freedom.AUTO))
-        given, lens = (free_of(rows, widest)[1].picture_fit for rows in (data, let_go))
-        doubted = contradicted_lens(given, lens) or Doubts((), data, {})
-        if doubted.sentences:
-            data, begin = let_go, _alike(build(robot, let_go, free=()))
+    def weighed(rows: Dataset) -> PictureFit:
+        problem, at = free_of(rows, widest)
+        known = PixelPrior.of(problem, at.x, at.shares)
+        begin = Variances(at.noise, FIRST_WIDTH)
+        return PictureFit(at.problem, at.x, unlikelihood(Pictures.at(problem, at.x), known, begin))
+
+    doubted = find_doubts(weighed, lambda rows: _picture_fit(build(robot, rows, free=seen)), data)
+    if doubted.given is not data:
+        data = doubted.given
+        begin = _alike(build(robot, data, free=()))
     last, taken, at = begin.problem, begin, begin
     steps = [_step("camera and target alone", begin, begin)]
     for name, names in fits.items():
@@ -341,8 +336,8 @@ def _left_out(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
     of_component = np.concatenate(
         [block[problem.component_rows], np.full(len(at.residual) - problem.size, -1)]
     )
-    off, predicted = [], at.residual[: problem.size].copy()
-    whole, judged = np.diag(h), problem.inverse_sigma > 0.0
+    off, predicted = [], []
+    whole = np.diag(h)
     for k in range(count):
         mine = of_component == k
         j, r = at.jacobian[mine], at.residual[mine]
@@ -351,11 +346,10 @@ def _left_out(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, 
         step = np.zeros(len(x))
         step[shown] = -np.linalg.solve(rest[np.ix_(shown, shown)], (j.T @ r)[shown])
         off.append(step)
-        predicted[mine[: problem.size]] -= j @ step
-        judged[mine[: problem.size]] &= ~j[:, ~shown].any(1)
+        pixel = problem.physical(np.where(mine, at.residual - at.jacobian @ step, 0.0)[: problem.size])
+        judged = (mine[: problem.size]) & (problem.inverse_sigma > 0.0)
+        own = judged & ~at.jacobian[: problem.size, ~shown].any(1)
+        predicted.append(float((pixel[own if own.any() else judged] ** 2).mean()))
     spread = np.array(off)
     left_out = (count - 1) / count * spread.T @ spread
-    if not judged.any():
-        judged = problem.inverse_sigma > 0.0
-    pixel = problem.physical(predicted)[judged]
-    return np.linalg.inv(h), left_out, float(np.sqrt(2.0 * (pixel**2).mean()))
+    return np.linalg.inv(h), left_out, float(np.sqrt(2.0 * np.median(predicted)))

@@ -21,12 +21,18 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.base import se3
-from workbench.base.hand_eye import hand_eye, mean_base, nearest_rotation
+from workbench.base.hand_eye import nearest_rotation
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset, Labels
 from workbench.data.observations.observation import AbstractObservation, Channel, OwnErrors, Seen, Unknown
 from workbench.extras.camera.camera import INTRINSICS, Camera, Mount, project
-from workbench.extras.camera.joint_start import StartInput, joint_start, placed_camera
+from workbench.extras.camera.joint_start import (
+    MIN_POSES,
+    StartInput,
+    joint_start,
+    placed_by_sights,
+    placed_camera,
+)
 from workbench.extras.camera.pixel_noise import of_residuals
 from workbench.extras.camera.readings import PictureReadings
 from workbench.extras.camera.rig import Rig, owner_in
@@ -34,10 +40,6 @@ from workbench.extras.camera.target import PictureTarget
 
 POSE = ("x", "y", "z", "rx", "ry", "rz")
 BENDS = ("bend_xx", "bend_xy", "bend_yy")
-OUTLYING = 4.0
-"""Pictures whose turn is this many times the median off take no part in the first guess."""
-MIN_POSES = 3
-"""Pictures with a pose of their own from which camera and board are placed."""
 
 
 class Stand(NamedTuple):
@@ -215,12 +217,13 @@ class PixelObservation(AbstractObservation):
             i, j = np.unravel_index(int((half if half.any() else new).argmax()), new.shape)
             c, b, mine = eyes[i].number, held_by[j].number, eyes[i].rows & held_by[j].rows
             rows = seen[:, c, b] & mine
-            sight, camera = self.sight[rows, c, b], self.rig.cameras[c]
+            sight, camera, (target, part) = self.sight[rows, c, b], self.rig.cameras[c], self.rig.parts[b]
+            stand = cameras[i].copy() if stands[i] else None
+            given = StartInput(
+                camera, target.points, measured[mine, c, part], poses[mine], self.sight[mine, c, b], stand
+            )
             carried = poses[rows] if camera.mounted is Mount.WORLD else se3.inverse(poses[rows])
             if rows.sum() < (1 if stands[i] or held[j] else MIN_POSES):
-                target, part = self.rig.parts[b]
-                stand = cameras[i] if stands[i] else None
-                given = StartInput(camera, target.points, measured[mine, c, part], poses[mine], stand)
                 if held[j]:
                     cameras[i] = placed_camera(given, boards[j])
                 else:
@@ -230,24 +233,12 @@ class PixelObservation(AbstractObservation):
             elif stands[i]:
                 boards[j] = _mean(se3.inverse(carried) @ cameras[i] @ sight)
             else:
-                boards[j] = self._target(poses[rows], sight, camera)
+                cameras[i], boards[j] = placed_by_sights(camera, poses[rows], sight)
                 cameras[i] = _mean(carried @ boards[j] @ se3.inverse(sight))
+            if not held[j] and not given.are_all_near(cameras[i], boards[j]):
+                cameras[i], boards[j] = joint_start(given)
             stands[i] = held[j] = True
         return cameras, boards
-
-    @staticmethod
-    def _target(poses: np.ndarray, sight: np.ndarray, camera: Camera) -> Float[np.ndarray, "4 4"]:
-        """The target's pose in what carries it, pictures that contradict the others left out."""
-        seen = sight if camera.mounted is Mount.WORLD else se3.inverse(sight)
-        for _ in range(3):
-            z = hand_eye(poses, seen)
-            x = mean_base(poses @ z, seen)
-            off = np.linalg.norm(se3.pose_error(seen, x @ poses @ z)[:, 3:], axis=1)
-            keep = off <= OUTLYING * np.median(off) + 1e-9
-            if keep.all() or keep.sum() < 4:
-                break
-            poses, seen = poses[keep], seen[keep]
-        return z if camera.mounted is Mount.WORLD else se3.inverse(x)
 
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
         place = self._place
@@ -340,8 +331,11 @@ def _stated(
 
 
 def _mean(poses: Float[np.ndarray, "n 4 4"]) -> Float[np.ndarray, "4 4"]:
-    """One pose of many that should be the same."""
-    return se3.pose(nearest_rotation(poses[:, :3, :3].sum(0)), np.median(poses[:, :3, 3], axis=0))
+    """One pose of many that should be the same: of the better half of them in rotation."""
+    turns = poses[:, :3, :3]
+    off = np.linalg.norm(turns - nearest_rotation(turns.sum(0)), axis=(1, 2))
+    turn = nearest_rotation(turns[off <= np.median(off)].sum(0))
+    return se3.pose(turn, np.median(poses[:, :3, 3], axis=0))
 
 
 def _coordinates(owner: str, pose: Float[np.ndarray, "4 4"]) -> dict[str, float]:

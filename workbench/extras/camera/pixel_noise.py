@@ -17,7 +17,7 @@ Source: Patterson, Thompson, Recovery of inter-block information when block size
 1971.
 """
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import partial
 from typing import NamedTuple
 
@@ -131,12 +131,14 @@ class PixelPrior:
         pull: P d of it.
         shares: Of each unknown that τ speaks of, its standard deviation for τ = 1 m; 0 of the others.
         off: x − nominal.
+        square: dᵀ P d of it.
     """
 
     information: Float[np.ndarray, "p p"]
     pull: Float[np.ndarray, " p"]
     shares: Float[np.ndarray, " p"]
     off: Float[np.ndarray, " p"]
+    square: float = 0.0
 
     @classmethod
     def of(
@@ -144,10 +146,11 @@ class PixelPrior:
     ) -> "PixelPrior":
         """Of a problem without the geometry's prior."""
         information, pull = np.diag((FAR * problem.units) ** -2), np.zeros(len(x))
+        square = 0.0
         if problem.prior is not None:
-            own = problem.prior.T @ problem.prior
-            information, pull = information + own, own @ (x - problem.prior_centre)
-        return cls(information, pull, shares, x - problem.start)
+            own, off = problem.prior.T @ problem.prior, x - problem.prior_centre
+            information, pull, square = information + own, own @ off, float(off @ own @ off)
+        return cls(information, pull, shares, x - problem.start, square)
 
 
 class Variances(NamedTuple):
@@ -222,6 +225,17 @@ def evidence(pictures: Pictures, knowledge: PixelPrior, begin: Variances) -> flo
     )
 
 
+def unlikelihood(pictures: Pictures, knowledge: PixelPrior, begin: Variances) -> float:
+    """Twice the negative log likelihood of the pictures at the most likely variances, all unknowns averaged
+    out over what is known of them: by it problems with other unknowns are compared."""
+    found = most_likely(pictures, knowledge, begin)
+    noise = found.noise
+    sizes = np.array([noise.own, noise.position, noise.rotation, found.width])
+    sizes = sizes[: 4 if knowledge.shares.any() else 3]
+    cost = _cost(pictures, knowledge, np.log(np.maximum(sizes, MIN_SIZE[: len(sizes)])))[0]
+    return float(cost + knowledge.square - np.linalg.slogdet(knowledge.information)[1])
+
+
 def _at_width(
     pictures: Pictures, knowledge: PixelPrior, begin: Variances, width: float
 ) -> tuple[Variances, float]:
@@ -291,17 +305,6 @@ def _cost(
 
 NOTHING = PixelPrior(np.zeros((0, 0)), np.zeros(0), np.zeros(0), np.zeros(0))
 FIRST = Variances(Noise(3e-4, 3e-4, (), 0.5))
-
-
-def unlikeliness(pictures: Pictures) -> float:
-    """Twice the negative log likelihood of residuals, at the variances that make them most likely."""
-    rows = len(pictures.count)
-    alone = replace(
-        pictures, cross=np.zeros((rows, 6, 0)), information=np.zeros((0, 0)), gradient=np.zeros(0)
-    )
-    noise = most_likely(alone, NOTHING, FIRST).noise
-    sizes = np.maximum([noise.own, noise.position, noise.rotation], MIN_SIZE[:3])
-    return _cost(alone, NOTHING, np.log(sizes))[0]
 
 
 def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -> tuple[Pictures, Noise]:

@@ -1,6 +1,6 @@
 """What is done with pictures between their choice and the first search."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import final
@@ -17,12 +17,7 @@ from workbench.extras.camera.checks import mismatched_pictures
 from workbench.extras.camera.model_selection import select_camera_step
 from workbench.extras.camera.pixel_noise import Pictures, PixelPrior, Variances, most_likely
 from workbench.extras.camera.readings import PictureReadings, rig_of
-from workbench.extras.camera.resection import (
-    kept_out,
-    with_boards,
-    with_boards_in_view,
-    with_sessions_in_view,
-)
+from workbench.extras.camera.resection import with_boards, with_boards_in_view, with_sessions_in_view
 from workbench.extras.camera.rig import owner_in
 from workbench.extras.camera.selection_steps import Identifiability
 from workbench.identification.own_preparation import AbstractPreparation, Seek
@@ -42,10 +37,13 @@ class PicturePreparation(AbstractPreparation):
     readings = PictureReadings
     undiagnosed = "pictures can't be diagnosed; Identify decides what they can determine"
 
-    def suited(self, robot: Robot, data: Dataset) -> Dataset:
+    def contradicted(self, robot: Robot, data: Dataset) -> Mapping[int, str]:
         _check_number(data)
         _check_turned(robot, data)
-        data = with_boards_in_view(kept_out(data, mismatched_pictures(robot, data)), fitted=True)
+        return mismatched_pictures(robot, data)
+
+    def suited(self, robot: Robot, data: Dataset) -> Dataset:
+        data = with_boards_in_view(data, fitted=True)
         _check_number(data)
         return data
 

@@ -24,7 +24,7 @@ from workbench.data.dataset import Dataset, Labels
 from workbench.extras.camera.camera import Camera, project
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.readings import PictureReadings
-from workbench.extras.camera.rig import RejectedCorner, Rig, owner_in
+from workbench.extras.camera.rig import RejectedCorner, Rig, off_in_words, owner_in
 from workbench.extras.camera.target import PictureTarget
 
 STEPS = 15
@@ -81,8 +81,11 @@ def with_corners(
 def placed_alone(
     seen: Float[np.ndarray, "rows points 2"], camera: Camera, target: PictureTarget
 ) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, "n 4 4"], Float[np.ndarray, "n points"]]:
-    """Pictures whose four points or more place the target, its poses, and how far off points are [px]."""
-    rows = np.flatnonzero(np.isfinite(seen[..., 0]).sum(1) >= 4)
+    """Pictures whose four points or more place the target, its poses, and how far off points are [px].
+
+    Points on a line, such as a board's only row in view, do not.
+    """
+    rows = np.flatnonzero([_spans_plane(target.points[there]) for there in np.isfinite(seen[..., 0])])
     first = _first_poses(seen[rows], camera, target)
     placed = np.isfinite(first[:, 0, 0, 0])
     rows = rows[placed]
@@ -193,7 +196,7 @@ def _judged(
     useless = of_picture > USELESS
     if np.median(of_picture) > USELESS:
         raise DataError(
-            f"{data.source}: corners lie {np.median(of_picture):.0f} px from where the target and the "
+            f"{data.source}: corners lie {off_in_words(np.median(of_picture))} from where the target and "
             f"intrinsics of camera '{camera.name}' put them; check squares, ids, a mirrored print, fx and fy"
         )
     points = np.isfinite(off[~useless]).sum(1)
