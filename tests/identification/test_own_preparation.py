@@ -56,6 +56,9 @@ class Preparation(AbstractPreparation):
     readings = Touches
     undiagnosed = ""
 
+    def contradicted(self, robot, data):
+        return {}
+
     def suited(self, robot, data):
         return data
 

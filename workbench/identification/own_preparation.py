@@ -65,9 +65,9 @@ class AbstractPreparation(ABC):
     undiagnosed: ClassVar[str]
     """Why these rows are not diagnosed."""
 
+    @abstractmethod
     def contradicted(self, robot: Robot, data: Dataset) -> Mapping[int, str]:
         """Rows that contradict their joints, with the reason, before any are held out: places in the data."""
-        return {}
 
     @abstractmethod
     def suited(self, robot: Robot, data: Dataset) -> Dataset:

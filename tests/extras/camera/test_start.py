@@ -48,7 +48,7 @@ def test_pictures_of_one_point_are_kept_beside_better_ones(tmp_path):
     arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
     shots = virtual.scene(rng, arm, 20)
     few = thinned(shots, rng, 1)
-    some = [r for r in few.rows if r[0] < 6] + [r for r in shots.rows if r[0] >= 6]
+    some = [r for r in few.rows if r[0] < 3] + [r for r in shots.rows if r[0] >= 3]
     robot, data = written(tmp_path, "ur5", replace(shots, rows=some))
     run = wb.identify(robot, data, algorithms=("opt2",), held_out=0.0)
     assert run.excluded == ()
