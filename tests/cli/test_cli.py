@@ -1,11 +1,7 @@
 """The commands from end to end, and what they say to bad input: one sentence, and nothing written."""
 
-import io
 import json
-import os
 import re
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -21,7 +17,6 @@ from workbench.base.files import write_text
 from workbench.data.readers import read_measurements
 from workbench.data.readers.trajectory import read_trajectory
 from workbench.data.writer import RotationForm, write_measurements
-from workbench.plate.plate_toml import load_plate
 from workbench.plate.simulated_measurement import measure_poses
 
 ERRORS = {"position_mm", "orientation_deg"}
@@ -193,57 +188,6 @@ def test_a_trajectory_is_corrected(run):
     np.testing.assert_allclose(reached[:, :3, 3], wanted[:, :3, 3], atol=1e-8)
 
 
-def test_a_driven_arm_is_captured_and_identified(run):
-    """The line of the README: drive | capture, then identify, with real processes for the pipe."""
-    program = [sys.executable, "-m", "workbench"]
-    where = ["--robot", "aria", "--plate", "table2"]
-    environment = os.environ | {"PYTHONPATH": str(Path(cli.__file__).parents[2])}
-    driver = subprocess.Popen(
-        [*program, "drive", *where, "--speed", "0", "--rate", "20"],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        env=environment,
-    )
-    taken = subprocess.run(
-        [*program, "capture", *where, "--from", "-", "--out", "d.csv"],
-        stdin=driver.stdout,
-        capture_output=True,
-        text=True,
-        env=environment,
-        timeout=120,
-        start_new_session=True,  # no terminal: only the source's own requests store
-    )
-    driver.stdout.close()
-    with driver.stderr as said:
-        assert said.read() == b""
-    assert (taken.returncode, driver.wait(60)) == (0, 0), taken.stderr
-    assert taken.stderr.splitlines()[1] == "target 1 stored"
-    assert len(read_measurements("d.csv", joints=6)) == 10
-    status, _, _ = run("identify", "d.csv", "--robot", "aria", "--json", "r.json")
-    assert status == 0
-    assert json.loads(Path("r.json").read_text())["algorithms"]["opt2"]["converged"]
-
-
-def test_an_incomplete_capture_says_so_by_its_status(run, monkeypatch):
-    first = load_plate("table2").targets[0].xyz.tolist()
-    line = {"time": 0.0, "q": [0, 0, 0, 0, 0, 0], "xyz": first, "capture": True}
-    monkeypatch.setattr(sys, "stdin", io.StringIO(f"{json.dumps(line)}\n"))
-    status, out, _ = run("capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv")
-    assert status == 2
-    assert out.startswith("1 of 10 targets")
-    assert len(read_measurements("d.csv", joints=6)) == 1
-
-
-def test_a_capture_books_nothing_for_a_target_where_the_tool_is_not(run, monkeypatch):
-    fourth = load_plate("table2").targets[3].xyz.tolist()
-    line = {"time": 0.0, "q": [0, 0, 0, 0, 0, 0], "xyz": fourth, "capture": True}
-    monkeypatch.setattr(sys, "stdin", io.StringIO(f"{json.dumps(line)}\n"))
-    status, _, said = run("capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv")
-    assert status != 0
-    assert "target 4" in said
-    assert not Path("d.csv").exists()
-
-
 def test_plates_and_poses(run):
     assert run("simulate", "--robot", "aria", "--plate", "table2", "--out", "p.csv", "--seed", 3)[0] == 0
     assert len(read_measurements("p.csv", joints=6)) == 10
@@ -269,7 +213,7 @@ def test_controller_numbers(run, measured):
 def test_every_command_has_help(run):
     status, out, _ = run("--help")
     assert status == 0
-    for command in ("serve", "identify", "evaluate", "simulate", "poses", "export", "capture", "drive"):
+    for command in ("serve", "identify", "evaluate", "simulate", "poses", "export"):
         assert command in out
         assert run(command, "--help")[0] == 0
 
@@ -522,32 +466,6 @@ OTHER_COMMANDS = {
     "nothing to export": (["export", "aria"], ["--urdf", "--toml"]),
     "unwritable export": (["export", "aria", "--urdf", "/proc/nowhere/a.urdf"], ["/proc/nowhere/a.urdf"]),
     "controller without nominal": (["export", "aria", "--controller", "c.json"], ["--nominal"]),
-    "unknown source": (
-        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--from", "nowhere"],
-        ["nowhere", "host:port"],
-    ),
-    "silent source": (
-        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--from", "localhost:1"],
-        ["localhost:1"],
-    ),
-    "open to the network": (
-        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--from", "listen:0.0.0.0:0"],
-        ["0.0.0.0"],
-    ),
-    "window without unit": (
-        ["capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv", "--still-window", "1"],
-        ["1", "unit"],
-    ),
-    "unwritable capture": (
-        ["capture", "--robot", "aria", "--plate", "table2", "--out", "/proc/nowhere/d.csv"],
-        ["/proc/nowhere/d.csv"],
-    ),
-    "slow driver": (["drive", "--robot", "aria", "--plate", "table2", "--rate", "0"], ["rate"]),
-    "backward driver": (["drive", "--robot", "aria", "--plate", "table2", "--speed", "-1"], ["speed"]),
-    "blind driver": (
-        ["drive", "--robot", "aria", "--plate", "table2", "--instrument", "ball-bar"],
-        ["ball-bar"],
-    ),
 }
 
 

@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+from importlib.metadata import entry_points
 from pathlib import Path
 
 import numpy as np
@@ -22,8 +23,6 @@ COMMANDS = (
     "diagnose rows.csv --robot aria --save cal.toml --json r.json --report out",
     "evaluate rows.csv --robot aria --json r.json",
     "poses --robot aria --number 6 --index O1 --out q.csv --json r.json",
-    "redundancy --robot aria --json r.json",
-    "axes turned.csv --robot aria --json r.json",
     "new aria --poses typed.csv --out own.toml --json r.json",
     "export given.toml --urdf a.urdf --toml a.toml --controller c.json --nominal aria",
     "compensate circle.csv --robot given.toml --nominal aria --out q.csv --json r.json",
@@ -33,7 +32,14 @@ COMMANDS = (
     "plate score table2 --robot aria --json r.json",
     "plate compare table2 table2 --robot aria --json r.json",
     "plate export table2 --formats csv --out out",
-    "plate yield table2 --robot aria --arms 20 --poses 20 --json r.json",
+)
+OF_EXTRAS = {
+    "redundancy": "--robot aria --json r.json",
+    "axes": "turned.csv --robot aria --json r.json",
+    "plate yield": "table2 --robot aria --arms 20 --poses 20 --json r.json",
+}
+COMMANDS += tuple(
+    f"{e.name} {OF_EXTRAS[e.name]}" for e in entry_points(group="workbench.commands") if e.name in OF_EXTRAS
 )
 
 

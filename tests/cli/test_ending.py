@@ -49,7 +49,7 @@ def test_an_interrupted_command_says_so(run, monkeypatch):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(built_in_arms, "load_robot", interrupted)
-    status, _, errors = run("redundancy", "--robot", "aria")
+    status, _, errors = run("poses", "--robot", "aria", "--number", "6")
     assert (status, errors) == (130, "workbench: stopped\n")
 
 
@@ -108,7 +108,7 @@ def test_a_result_on_standard_output_is_alone_there(run, tmp_path):
     ("command", "status"),
     [
         ("--help", 0),
-        ("redundancy --robot ur5", 0),
+        ("poses --robot ur5 --number 6 --index O1", 0),
         ("evaluate none.csv --robot aria", 1),
         ("evaluate fresh.csv --robot none.toml", 1),
         ("evaluate fresh.csv --robot panda", 1),
@@ -119,7 +119,7 @@ def test_a_result_on_standard_output_is_alone_there(run, tmp_path):
         ("plate fly", 64),
         ("plate", 64),
         ("evaluate fresh.csv --robot aria --fly", 64),
-        ("redundancy --robot ur5 --frames=3", 64),
+        ("identify fresh.csv --robot aria --levelled=3", 64),
         ("simulate --robot aria --out d.csv --poses 0", 64),
         ("simulate --robot aria --out d.csv --poses many", 64),
         ("identify fresh.csv --robot aria --wanted 3", 64),
@@ -160,7 +160,8 @@ def test_a_number_without_a_unit_is_answered_with_that_number_in_units(run):
 
 
 def test_a_folder_that_is_made_is_said(run, tmp_path):
-    status, out, _ = run("redundancy", "--robot", "ur5", "--json", "no/such/r.json")
+    words = "poses --robot ur5 --number 6 --index O1 --json no/such/r.json"
+    status, out, _ = run(*words.split())
     assert status == 0
     assert (tmp_path / "no" / "such" / "r.json").is_file()
     assert str(Path("no") / "such") + " does not exist" in out

@@ -11,7 +11,7 @@ from workbench.arm.kinematics.influence_of_constants import ANGLE, LENGTH, Influ
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.identification.redundant_constants import Redundancy, complete, redundancy
+from workbench.extras.geometry.redundant_constants import Redundancy, complete, redundancy
 from workbench.plate.poses.iso_cube import CubePoses
 from workbench.plate.poses.sampling import random_poses
 

@@ -1,7 +1,7 @@
-"""The commands that make measurements: simulate, poses, capture, drive."""
+"""The commands that make measurements: simulate, poses."""
 
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated
@@ -9,7 +9,6 @@ from typing import Annotated
 import workbench as wb
 from workbench.base.errors import DataError, OptionError
 from workbench.cli import options as opt
-from workbench.cli.exit_status import at_once
 from workbench.cli.options import option
 
 
@@ -179,93 +178,6 @@ def poses(
     opt.write_result(json, poses_json(arm, found))
 
 
-def capture(
-    robot: opt.RobotOption,
-    plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
-    out: Annotated[Path, option("Write the measurements here (.csv), row by row.")],
-    source: Annotated[str, option("--from", "- (standard input), HOST:PORT, or listen:HOST:PORT.")] = "-",
-    still_window: Annotated[str, option("Time that the arm must have stood still.")] = "0.5s",
-    still_joint: Annotated[str, option("Range of a joint's readings allowed in that time.")] = "0.02deg",
-    session: Annotated[str, option("Name of this placement of robot and instrument.")] = "",
-    force: Annotated[
-        bool, option("--force", "Store samples that the source asks for even while the arm moves.")
-    ] = False,
-) -> None:
-    """Guided measurement: move the arm to each target of a plate and store a row by a key or from the source.
-
-    The source sends one JSON object a line. A tool more than 30 mm or 5° from its target is not stored. Keys:
-    Enter or space stores, y stores for the target that the place looks like, f stores although the arm moves
-    or is elsewhere, r takes the shown target's row again or else the last one, n and p go to the next and the
-    previous target, q ends.
-    """
-    from rich.console import Console
-
-    from workbench.data.live.acquisition import ORIENTATION_STILL, POSITION_STILL, StandstillDetector
-    from workbench.plate import guided_measurement as acquisition
-
-    arm, fixture = wb.load_robot(robot), wb.load_plate(plate)
-    detector = StandstillDetector(
-        window=opt.duration(still_window),
-        joint=opt.angle(still_joint),
-        position=POSITION_STILL,
-        orientation=ORIENTATION_STILL,
-    )
-    opt.check_writable(out)
-    taken = acquisition.plate_acquisition(arm, fixture, session=session, detector=detector, forced=force)
-    console = Console(stderr=True)
-    with lines_of(source) as lines, guided(console) as (keys, draw):
-        done = acquisition.capture(
-            taken,
-            arm,
-            lines,
-            out,
-            keys=keys,
-            show=draw,
-            say=lambda text: console.print(text, markup=False, highlight=False),
-            source="stdin" if source == "-" else source,
-        )
-    opt.say(f"{len(done.data)} of {len(fixture)} targets, {taken.source}: {out}")
-    if not done.complete and not done.by_hand:
-        opt.fail(f"the source ended before all targets were measured: {len(done.data)} of {len(fixture)}")
-
-
-def drive(
-    robot: opt.RobotOption,
-    plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
-    to: Annotated[str, option("- (standard output), or HOST:PORT to wait at.")] = "-",
-    instrument: Annotated[
-        str, option("Instrument: tracker-6d, laser-tracker …; plate: none, the seat fixes the tool.")
-    ] = "tracker-6d",
-    branch: Annotated[str, option("designed, mixed, auto (one branch), or a branch by name.")] = "designed",
-    rate: Annotated[float, option("Samples a second.")] = 50.0,
-    dwell: Annotated[str, option("How long the arm stands at each target.")] = "1s",
-    speed: Annotated[float, option("Speed-up over real time; 0: without waiting.")] = 1.0,
-    actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
-    of: Annotated[str | None, option("Drive this arm instead of one with hidden errors.")] = None,
-    seed: opt.SeedOption = 0,
-) -> None:
-    """A virtual arm in place of a real driver: JSON lines of an arm moving from target to target."""
-    from workbench.data.live.connection import send_samples
-    from workbench.data.simulation.driver import DrivePace
-    from workbench.plate.simulated_measurement import drive_plate
-
-    at_once()
-    opt.check_writable(actual)
-    hidden, samples = drive_plate(
-        wb.load_robot(robot),
-        wb.load_plate(plate),
-        branch=branch,
-        instrument=instrument,
-        actual=None if of is None else wb.load_robot(of),
-        pace=DrivePace(rate=rate, dwell=opt.duration(dwell)),
-        seed=seed,
-    )
-    if actual is not None:
-        wb.write_toml(hidden, actual)
-    with receiver(to) as write:
-        send_samples(samples, write, speed=speed)
-
-
 @contextmanager
 def lines_of(source: str) -> Iterator[Iterable[str]]:
     """Lines of a live source: standard input, an address to connect to, or a port to listen on."""
@@ -277,44 +189,13 @@ def lines_of(source: str) -> Iterator[Iterable[str]]:
         yield sys.stdin
     elif source.startswith("listen:"):
         address = source.removeprefix("listen:")
-        with listen(address, ready=lambda port: print(f"waiting at port {port}", file=sys.stderr)) as lines:
+        with listen(address, ready=waiting) as lines:
             yield lines
     else:
         with connect(source) as lines:
             yield lines
 
 
-@contextmanager
-def guided(console) -> Iterator[tuple]:
-    """Keys and live view if the terminal supports both, otherwise neither."""
-    from workbench.cli.guided_display import keyboard, live_view
-
-    if not console.is_terminal:
-        yield None, None
-        return
-    with keyboard() as keys:
-        if keys is None:
-            yield None, None
-            return
-        with live_view(console) as show:
-            yield keys, show
-
-
-@contextmanager
-def receiver(to: str) -> Iterator[Callable[[str], object]]:
-    """Destination of the lines: standard output, or the first client that connects."""
-    import os
-
-    from workbench.data.live.connection import first_listener, writer_to
-
-    if to != "-":
-        with first_listener(
-            to, ready=lambda port: print(f"waiting at port {port}", file=sys.stderr)
-        ) as write:
-            yield write
-        return
-    yield writer_to(sys.stdout)
-    try:
-        sys.stdout.flush()
-    except BrokenPipeError:  # the reader has had enough; nothing more may be flushed at exit
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+def waiting(port: int) -> None:
+    """Tell at which port a source or a receiver is waited for."""
+    print(f"waiting at port {port}", file=sys.stderr)

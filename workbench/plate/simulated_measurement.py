@@ -11,7 +11,9 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
+from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
+from workbench.data.live.capture import CaptureTarget
 from workbench.data.live.sample import Sample
 from workbench.data.simulation.driver import DrivePace, drive
 from workbench.data.simulation.hidden_effects import hidden_effects, varied_state
@@ -177,6 +179,16 @@ SEAT = "plate"
 """No instrument: the seat constrains the tool where the plate says."""
 STEERING = (3e-4, float(np.deg2rad(0.03)))
 """How near an operator steers to a target's pose: standard deviations [m], [rad]."""
+
+
+def plate_targets(robot: Robot, plate: Plate) -> tuple[CaptureTarget, ...]:
+    """The targets of a plate as poses in the measuring frame."""
+    if not len(plate):
+        raise OptionError(f"plate '{plate.name}' has no targets to measure; add [[target]] tables")
+    return tuple(
+        CaptureTarget(name=f"target {number}", pose=frozen(robot.base.pose @ target.pose), q=target.q)
+        for number, target in enumerate(plate.targets, start=1)
+    )
 
 
 def drive_plate(

@@ -22,9 +22,8 @@ from workbench.data.live.capture import CaptureProgress
 from workbench.data.live.sample import Sample
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument
 from workbench.data.simulation.simulate import simulate_targets, virtual_arm
-from workbench.plate.guided_measurement import plate_targets
 from workbench.plate.plate import Kind
-from workbench.plate.simulated_measurement import STEERING, beside
+from workbench.plate.simulated_measurement import STEERING, beside, plate_targets
 from workbench.session.command import AbstractChange, AbstractCommand, AbstractTask, computed
 from workbench.session.commands.data import (
     EARLIER_ERRORS,

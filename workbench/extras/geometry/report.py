@@ -7,8 +7,8 @@ from rich.table import Table
 from rich.text import Text
 
 from workbench.arm.robot import Robot
-from workbench.identification.circle_points import CircleAxis
-from workbench.identification.redundant_constants import Redundancy, complete
+from workbench.extras.geometry.circle_points import CircleAxis
+from workbench.extras.geometry.redundant_constants import Redundancy, complete
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short
 

@@ -17,7 +17,7 @@ from workbench.data.live.sample import Sample, format_sample, parse_sample
 from workbench.data.readers import read_measurements
 from workbench.data.simulation.driver import DrivePace, drive
 from workbench.data.simulation.instruments import instrument_named
-from workbench.plate.guided_measurement import capture, plate_acquisition
+from workbench.extras.live.guided_measurement import capture, plate_acquisition
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.simulated_measurement import drive_plate
 from workbench.session.start import start

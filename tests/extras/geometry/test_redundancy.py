@@ -8,7 +8,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
-from workbench.identification.redundant_constants import complete, redundancy
+from workbench.extras.geometry.redundant_constants import complete, redundancy
 
 
 def poses(robot, rows=40):

@@ -10,7 +10,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.simulation.instruments import INSTRUMENTS
 from workbench.data.simulation.simulate import simulate, virtual_arm
-from workbench.identification.circle_points import circle_axes
+from workbench.extras.geometry.circle_points import circle_axes
 from workbench.plate.poses.circle_points import circle_poses, levers
 
 

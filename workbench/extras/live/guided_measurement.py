@@ -12,14 +12,14 @@ from time import monotonic
 
 from workbench.arm.joint_units import sliding_numbers
 from workbench.arm.robot import Robot
-from workbench.base.errors import DataError, FileError, OptionError
-from workbench.base.types import frozen
+from workbench.base.errors import DataError, FileError
 from workbench.data.dataset import Dataset
 from workbench.data.live.acquisition import Acquisition, Event, StandstillDetector, Status
-from workbench.data.live.capture import CaptureProgress, CaptureTarget
+from workbench.data.live.capture import CaptureProgress
 from workbench.data.live.sample import parse_sample
 from workbench.data.writer import write_measurements
 from workbench.plate.plate import Kind, Plate
+from workbench.plate.simulated_measurement import plate_targets
 
 TICK = 0.1
 """Longest time between two looks at the view [s]: ten a second, however fast samples come."""
@@ -57,16 +57,6 @@ class CapturedRows:
     data: Dataset
     complete: bool
     by_hand: bool
-
-
-def plate_targets(robot: Robot, plate: Plate) -> tuple[CaptureTarget, ...]:
-    """The targets of a plate as poses in the measuring frame."""
-    if not len(plate):
-        raise OptionError(f"plate '{plate.name}' has no targets to measure; add [[target]] tables")
-    return tuple(
-        CaptureTarget(name=f"target {number}", pose=frozen(robot.base.pose @ target.pose), q=target.q)
-        for number, target in enumerate(plate.targets, start=1)
-    )
 
 
 def plate_acquisition(
