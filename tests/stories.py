@@ -229,7 +229,7 @@ def film(visit: Visit) -> None:
 def pictures(visit: Visit, archive: Path, folder: Path) -> Path:
     """Pictures of a board in an archive to the joints that moved; returns the calibrated URDF."""
     visit.press("Pictures of a board")
-    visit.press("Pictures of a board")
+    visit.press("With this robot")
     visit.opened(Tab.MEASURE)
     with visit.page.expect_file_chooser(timeout=LONG) as chooser:
         visit.press("… or an archive of it (ZIP)")

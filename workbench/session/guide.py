@@ -23,6 +23,7 @@ from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import StoreRow, UseRows
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
+from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.export import File, fixture_zip
 from workbench.session.judgement import Tone, arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import Measuring
@@ -124,7 +125,7 @@ def _guide(session: Session) -> GuideStep:
         return _foreign(file.match)
     if session.loaded is None or _takes_next_poses(session):
         return _design(session)
-    if session.identification is None:
+    if session.identification is None and session.diagnosis is None:
         rows = len(session.loaded.dataset)
         if session.loaded.match is not None and session.loaded.is_foreign:
             return _foreign(session.loaded.match)
@@ -139,7 +140,8 @@ def _guide(session: Session) -> GuideStep:
             left = "No known effect explains the rest"
         return GuideStep(f"{stages_in_words(session)} mm. {left}.", Tone.GOOD, TAKE, COMPARE)
     if session.diagnosis is not None:
-        return _diagnosed(session.diagnosis)
+        return _diagnosed(session, session.diagnosis)
+    assert session.identification is not None
     return _identified(session, session.identification)
 
 
@@ -327,9 +329,13 @@ def _identified(session: Session, found: Identification) -> GuideStep:
     return GuideStep(words, Tone.CAREFUL, CAUSE, TAKE)
 
 
-def _diagnosed(found: Diagnosis) -> GuideStep:
+def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
     before, after = (judged(errors).position_mm.mean for errors in (found.before, found.after))
     poses = POSES if len(found.measure_next) else MORE
+    if steps := splittable(session):
+        row, mark = next((e.row, e.mark) for e in found.events if e.row in steps)
+        words = f"{capital(mark)}: rows {row} and later need a base or tool of their own."
+        return GuideStep(words, Tone.CAREFUL, Action(SPLIT, Tab.CALIBRATE, MakeSession(row)), ADD)
     if found.harm is not None:
         return GuideStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:

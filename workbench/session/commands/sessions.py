@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.arm.effects.events import FrameStep, ToolStep
-from workbench.base.errors import DataError
+from workbench.base.errors import DataError, WorkbenchError
 from workbench.base.types import Freedom
 from workbench.base.wording import ranges
 from workbench.data.order import split_sessions
@@ -15,6 +15,8 @@ from workbench.session.command import AbstractChange, computed
 from workbench.session.commands.data import measurements, with_data
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import UNDO_STEPS, Session, Severity, UndoStep
+
+SPLIT = "Make the rows after it a session"
 
 
 class MakeSession(AbstractChange):
@@ -62,6 +64,22 @@ def new_frames(found: Diagnosis) -> dict[int, str]:
     steps = ((c.event, c.sentence) for c in found.causes)
     said = {event.row: words for event, words in steps if isinstance(event, FrameStep | ToolStep)}
     return dict(sorted(said.items()))
+
+
+def splittable(session: Session) -> dict[int, str]:
+    """Steps of base or tool, found in the present rows, which share a session with rows before them."""
+    if session.diagnosis is None or session.loaded is None:
+        return {}
+    steps = new_frames(session.diagnosis)
+    return {row: words for row, words in steps.items() if _is_taken(MakeSession(row), session)}
+
+
+def _is_taken(command: MakeSession, session: Session) -> bool:
+    try:
+        command.check(session)
+    except WorkbenchError:
+        return False
+    return True
 
 
 def split(loaded: Loaded, row: int) -> Loaded:

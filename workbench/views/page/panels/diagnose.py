@@ -7,14 +7,13 @@ import numpy as np
 import viser
 
 from workbench.arm.joint_units import joint_words
-from workbench.base.errors import WorkbenchError
 from workbench.base.wording import capital
 from workbench.diagnosis.claimed_causes import Confidence
 from workbench.diagnosis.report.budget import budget_bars
 from workbench.diagnosis.report.table import outlier_words
 from workbench.diagnosis.result import Diagnosis
 from workbench.session.commands.diagnose import TakeNextPoses
-from workbench.session.commands.sessions import MakeSession, new_frames
+from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.export import next_poses_csv
 from workbench.session.state import Session, Tab
 from workbench.views.page.html import MUTED, block, bullets, folded, heading, number, table, text
@@ -24,7 +23,6 @@ from workbench.views.page.panels.result_card import weighed
 TARGETS, FILE = "As targets", "Save (CSV)"
 CANDIDATES, LARGE = 6, 300.0
 """Lines of the ranking; difference of evidence that is large enough [nat]."""
-SPLIT = "Make the rows after it a session"
 HINT = (
     "These rows get a base and a tool of their own, so that nothing has to be measured again; Undo (Ctrl+Z) "
     "takes it back."
@@ -45,7 +43,7 @@ class EventButtons:
 
     def __init__(self, panel: AbstractPanel, gui: viser.GuiApi, session: Callable[[], Session]):
         def split(place: int) -> MakeSession | None:
-            steps = list(_splittable(session()))
+            steps = list(splittable(session()))
             return MakeSession(steps[place]) if place < len(steps) else None
 
         self._lines = [
@@ -58,27 +56,11 @@ class EventButtons:
 
     def show(self, session: Session) -> None:
         """The events of this snapshot."""
-        steps = list(_splittable(session).values())
+        steps = list(splittable(session).values())
         for place, (words, button) in enumerate(self._lines):
             words.visible = button.visible = place < len(steps)
             if place < len(steps):
                 words.content = block(text(f"{steps[place]}."), testid=f"event-{place + 1}", style=APART)
-
-
-def _splittable(session: Session) -> dict[int, str]:
-    """Steps of base or tool, found in the present rows, which share a session with rows before them."""
-    if session.diagnosis is None or session.loaded is None:
-        return {}
-    steps = new_frames(session.diagnosis)
-    return {row: words for row, words in steps.items() if _is_taken(MakeSession(row), session)}
-
-
-def _is_taken(command: MakeSession, session: Session) -> bool:
-    try:
-        command.check(session)
-    except WorkbenchError:
-        return False
-    return True
 
 
 class DiagnosePanel(AbstractPanel):

@@ -19,7 +19,7 @@ from workbench.views.page.panels.arm import MODELS
 from workbench.views.page.panels.data import FILES
 from workbench.views.page.panels.panel import AbstractPanel, on_press
 
-CHOSEN = "as said above"
+CHOSEN = "choose …"
 PURPOSE = (
     "workbench calibrates a robot arm, so that its tool goes where it is sent: you design a plate, measure "
     "there, and learn the arm's true geometry and what geometry can't explain."
@@ -182,10 +182,10 @@ class StartCard(AbstractPanel):
     def _go_in(self, kind: type[AbstractPanel]) -> None:
         """Ask for what a panel begins with, and lead there."""
         assert kind.door is not None
-        label, self._begins = kind.door
+        self._begins = kind.door[1]
         self._ask(wants_data=self._begins is not None)
         if self._begins is None:
-            self._done.label, self._ends_at, self._designs = label, kind.tab, False
+            self._done.label, self._ends_at, self._designs = "With this robot", kind.tab, False
 
     def _finish(self) -> None:
         """Close it; with a robot alone, have its plate designed."""
