@@ -1,12 +1,19 @@
-"""Events against what wanders from row to row, by hand and on arms that wind up."""
+"""Events against what wanders from row to row, by hand and on arms that wind up, virtual and measured."""
+
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from arms import make
+from real_arms import load
 from scipy.stats import multivariate_normal
 
+from workbench.diagnosis.claimed_causes import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.wandering import ANYWHERE, _likelihood
+
+SHARED = Path(__file__).resolve().parents[3] / "shared" / "data"
 
 
 @pytest.mark.parametrize("q", [0.0, 0.3])
@@ -26,3 +33,21 @@ def test_a_drive_that_winds_up_has_no_events(seed, arm):
     found = diagnose(case.robot, case.data, held_out=0.0)
     assert not [c for c in found.causes if c.event is not None]
     assert found.now is None
+
+
+@pytest.mark.data
+@pytest.mark.parametrize(
+    ("arm", "joint", "step", "row"),
+    [("ur5", 2, 1e-3, 100), ("iiwa14", 1, 1e-3, 90), ("iiwa14", 3, 1.5e-3, 108)],
+)
+def test_a_step_hidden_in_measured_rows_is_certain_though_other_events_are_doubted(arm, joint, step, row):
+    """All events were dropped where one of them was doubtful."""
+    robot, data = load(SHARED, arm)
+    data = data.take(np.arange(min(len(data), 200)))
+    q = np.array(data.q)
+    q[row:, joint] -= step
+    found = diagnose(robot, replace(data, q=q, direction=None), held_out=0.2)
+    (zero,) = (c for c in found.causes if c.kind == "zero-step")
+    assert zero.joints == (joint,)
+    assert abs(zero.row - row) <= 2
+    assert zero.confidence is Confidence.CERTAIN

@@ -30,7 +30,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -307,15 +307,18 @@ def _noise(left: float, known: Noise, floor: Noise | None) -> float:
     return min(left, float(np.nanmin(ratios))) if np.isfinite(ratios).any() else left
 
 
-def odds_of_events(searched: Searched) -> float:
-    """The lowest odds of an event in the model; 0 if one explains too little, infinite without any."""
+def odds_of_events(searched: Searched) -> dict[Candidate, float]:
+    """The odds of every event in the model; 0 of one that explains too little."""
     grams, model = searched.grams, searched.found.model
     events = [t for t in model if t.candidate.effect.is_event]
-    after = validated(grams, model).sum() if events else 0.0
-    if any(validated(grams, drop(model, [t])).sum() < (1.0 + PART) * after for t in events):
-        return 0.0
-    against = [_against_rivals(searched, (t,))[0] for t in events]
-    return min([*against, *map(_odds, leads(searched).values())], default=np.inf)
+    after, steady = validated(grams, model).sum() if events else 0.0, leads(searched)
+    out = {}
+    for term in events:
+        odds, names = 0.0, term.candidate.names
+        if validated(grams, drop(model, [term])).sum() >= (1.0 + PART) * after:
+            odds = min(_against_rivals(searched, (term,))[0], _odds(steady.get(names, np.inf)))
+        out[term.candidate] = odds
+    return out
 
 
 def _odds(lead: float) -> float:

@@ -140,15 +140,29 @@ def _search(robot: Robot, ready: Prepared, rng: np.random.Generator) -> _CauseSe
     progress(0.3, "fitting the geometry, setting outliers apart")
     first = geometry_first(ready.problem)
     short = too_few_rows(first.fitted.fit)
-    found = rounds(first, rng, search=short is None)
-    odds = odds_of_events(found[-1])
-    if odds < PROBABLE or (odds < CERTAIN and structure_of(found[-1].stage.fitted.fit, rng).found):
-        found = rounds(first, rng, events=False)  # rows in an order of their own look alike
+    found = _rounds_with_sure_events(first, rng) if short is None else rounds(first, rng, search=False)
     progress(0.8, "judging what was found")
     search = _validated_search(ready, first, found, short)
     if explains_little(search.nominal.train, search.after.errors.train, robot.reach):
         search = _validated_search(ready, first, rounds(first, rng, search=False), short)
     return search
+
+
+def _rounds_with_sure_events(first: Stage, rng: np.random.Generator) -> tuple[Searched, ...]:
+    """The search for events and effects, made again without the events that it doubts.
+
+    Rows in an order of their own look alike, so where they still do nothing less than certain happened.
+    """
+    found = rounds(first, rng)
+    while odds := odds_of_events(found[-1]):
+        needed = PROBABLE
+        if min(odds.values()) < CERTAIN and structure_of(found[-1].stage.fitted.fit, rng).found:
+            needed = CERTAIN
+        sure = [event for event, its_odds in odds.items() if its_odds >= needed]
+        if len(sure) == len(odds):
+            break
+        found = rounds(first, rng, events=sure)
+    return found
 
 
 def _validated_search(

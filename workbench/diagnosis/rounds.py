@@ -97,14 +97,14 @@ def geometry_first(problem: Problem) -> Stage:
 
 
 def rounds(
-    stage: Stage, rng: np.random.Generator, *, search: bool = True, events: bool = True
+    stage: Stage, rng: np.random.Generator, *, search: bool = True, events: Sequence[Candidate] | None = None
 ) -> tuple[Searched, ...]:
     """Search and fit until nothing new is found.
 
     Args:
         stage: The geometry alone.
         search: Whether the rows can tell anything of effects; if not, nothing is tried.
-        events: Whether something may have happened while they were measured.
+        events: What may have happened while they were measured; looked for if None.
 
     Returns:
         The searches, the last of them at the final fit.
@@ -231,15 +231,13 @@ def folds_of(data: Dataset, rng: np.random.Generator) -> Int[np.ndarray, " rows"
     return (np.argsort(order) % count)[groups]
 
 
-def _search(stage: Stage, fold: np.ndarray, *, events: bool) -> Searched:
+def _search(stage: Stage, fold: np.ndarray, *, events: Sequence[Candidate] | None) -> Searched:
     """The search for effects, and for events wherever in time they are best, until no place is better."""
     offered = catalogue(stage.geometric.robot, Motion.of(stage.rows))
-    kinds = changeable(stage.fitted.problem) if events else ()
+    kinds = changeable(stage.fitted.problem) if events is None else ()
     line = Timeline.of(stage.fitted.problem.data, [e.moment for e in stage.fitted.events])
-    plain, happened = (
-        offered.candidates,
-        [t.candidate for t in stage.fitted.model if t.candidate.effect.is_event],
-    )
+    known = (t.candidate for t in stage.fitted.model if t.candidate.effect.is_event)
+    plain, happened = offered.candidates, [*(known if events is None else events)]
 
     def compressed() -> Grams:
         return _compressed(stage, [c.effect for c in (*plain, *happened)], fold, kinds, line)

@@ -1,11 +1,11 @@
-"""Whether an event is one, or what it moves wanders all the time: a drive that winds up, a mount that creeps.
+"""Whether events are needed where what they move wanders all the time: a drive that winds up, for one.
 
 Residuals and the column u of what events move say in every row i how far along them that lay: y_i with the
-information h_i. In the events' place it may wander from row to row,
+information h_i. With the events, and without, it may wander from row to row besides,
 
     y_i = z_i + N(0, 1/h_i),      z_{i+1} = z_i + N(0, q),
 
-with the q that the rows like best, by a Kalman filter. Both claims are charged as in `events.py`.
+with the q that the rows like best, by a Kalman filter. Events are charged as in `events.py`.
 """
 
 from collections.abc import Sequence
@@ -17,17 +17,17 @@ from jaxtyping import Float
 from workbench.arm.effects.events import NEVER, AbstractEvent, FrameStep, WarmUp, ZeroStep
 from workbench.arm.motion import Motion
 from workbench.diagnosis.candidate_columns import candidate_columns
-from workbench.diagnosis.events import RARE
+from workbench.diagnosis.events import PACES, RARE
 from workbench.diagnosis.rounds import Searched
 
-PATHS = np.logspace(-2.5, 0.5, 13)
+PATHS = np.array([0.0, *np.logspace(-2.0, 0.5, 11)])
 """How far all steps of a wandering go together that are tried, as parts of the events' own sizes."""
 ANYWHERE = 1e6
 """Variance of where it begins, in events' sizes squared."""
 
 
 def leads(searched: Searched) -> dict[tuple[str, ...], float]:
-    """Log odds of a fitted model's events against wandering, by the names of their coefficients."""
+    """Log odds of a fitted model's events against none where all wanders, by their coefficients."""
     alike: dict[AbstractEvent, list[AbstractEvent]] = {}
     effects = searched.stage.fitted.fit.calibrated.effects
     for event in (e for e in effects if isinstance(e, AbstractEvent)):
@@ -60,10 +60,12 @@ def _lead(searched: Searched, moved: AbstractEvent, events: Sequence[AbstractEve
     happened = -sum(e.weight(c) * part for e, c, part in zip(events, clocks, parts.tolist(), strict=True))
     order = np.argsort(clocks[0], kind="stable")
     y, info, happened = (y / np.maximum(info, 1e-300))[order], info[order], happened[order]
-    wandering = max(_likelihood(y + happened, info, q / rows) for q in (PATHS**2).tolist())
-    charge = 0.5 * np.log(problem.count) + np.log(RARE)
-    places = len(events) * (charge + np.log(rows))
-    return float(_likelihood(y, info, 0.0) - places - (wandering - charge))
+    with_events, without = (
+        max(_likelihood(values, info, q / rows) for q in (PATHS**2).tolist()) for values in (y, y + happened)
+    )
+    places = [rows if e.is_step else len(PACES) for e in events]
+    charge = sum(0.5 * np.log(problem.count) + np.log(RARE * tried) for tried in places)
+    return float(with_events - without - charge)
 
 
 def _likelihood(y: Float[np.ndarray, " rows"], info: Float[np.ndarray, " rows"], q: float) -> float:
