@@ -61,12 +61,20 @@ MIN_LENGTH = 0.05
 """An assumed centre of mass is known to half its link's length, and to half of this at least [m]."""
 
 
-def with_assumed_masses(robot: Robot) -> Robot:
-    """The robot with masses for the links that lack one, if at least half of the moving ones have theirs."""
+def with_assumed_masses(robot: Robot, *, otherwise: float | None = None) -> Robot:
+    """The robot with masses for the links that lack one.
+
+    Args:
+        otherwise: Mass of every link if less than half of the moving ones have theirs [kg]; None: none.
+    """
     known = [k for k, j in enumerate(robot.moving) if j.mass]
-    if robot.has_masses or 2 * len(known) < robot.dof:
+    if robot.has_masses:
         return robot
     logs = np.log([robot.moving[k].mass or 1.0 for k in known])
+    if 2 * len(known) < robot.dof:
+        if otherwise is None:
+            return robot
+        known, logs = [0], np.log([otherwise])
     entries = [i for i, j in enumerate(robot.joints) if j.kind is not JointKind.FIXED]
     joints = list(robot.joints)
     for k, entry in enumerate(entries):

@@ -3,9 +3,9 @@
     joint = sign · motor + offset
 
 from 12 to 20 poses of a board that the arm holds, or of a camera that it holds, mounted nobody knows where:
-signs by an exact search (`sign_search.py`), offsets by the identification engine, sag and play by the
-diagnosis, for an arm that stands upright. The zeros of the first and the last joint are turns of the unknown
-mounting and stay open.
+signs by an exact search (`sign_search.py`), offsets by the identification engine, sag and play in what these
+leave (`sag_and_play.py`); which way sag points tells an arm that stands from one that hangs. The zeros of the
+first and the last joint are turns of the unknown mounting and stay open.
 """
 
 from dataclasses import dataclass, replace
@@ -16,6 +16,7 @@ from jaxtyping import Float
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
 from workbench.arm.motion import Motion
@@ -28,8 +29,7 @@ from workbench.base.threads import one_thread
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.result import Accepted, Diagnosis
+from workbench.extras.hobby.sag_and_play import sag_and_play
 from workbench.extras.hobby.scatter import joint_scatter
 from workbench.extras.hobby.sign_search import Counting, find_counting
 from workbench.identification.identify import identify
@@ -51,10 +51,6 @@ LEVEL = 4.0
 """Log likelihood within which two ways of counting fit alike."""
 SAME = 0.02
 """Share of the arm's length, or twice what is left, by which two ways of counting may differ and be one."""
-CLEARLY = 0.6
-"""Part of the error that effects may leave to be taken."""
-EXPECTED = {"gravity-sag", "joint-compliance", "bearing-compliance", "link-flexure", "backlash"}
-"""Effects of servo arms; twenty poses with play also fit others, by chance."""
 WANTED = 1e-3
 NORMAL = 1.96
 
@@ -71,9 +67,8 @@ class MotorMap(AbstractShown):
         offsets: What is added to each motor's angle after its sign [rad]; NaN where the mounting decides.
         half: Half of their 95 % intervals [rad].
         before: Mean error with all zeros as the motors have them, mounting fitted [m].
-        run: The identification of the offsets.
-        whole: The diagnosis of what they leave, for joints that count as the motors do; None if it found
-            no sag or play that nearly halves it.
+        alone: Mean error that is left at the poses with the zeros alone [m].
+        run: The identification of the arm whose joints count as the motors do, with sag and play if found.
         notes: What else should be known, one sentence each.
     """
 
@@ -83,28 +78,24 @@ class MotorMap(AbstractShown):
     offsets: Float[np.ndarray, " n"]
     half: Float[np.ndarray, " n"]
     before: float
+    alone: float
     run: Identification
-    whole: Diagnosis | None = None
     notes: tuple[str, ...] = ()
 
     @property
     def robot(self) -> Robot:
         """The arm whose joints count as the motors do, with sag and play where they were found."""
-        if self.whole is not None:
-            return self.whole.robot
-        return with_signs_and_offsets(self.run.robot, self.counting.signs, self.counting.offsets)
+        return self.run.robot
 
     @property
     def after(self) -> tuple[float, float]:
         """Mean errors that are left at the poses, with the zeros alone and with all that was found [m]."""
-        zeros = self.run.best.train
-        found = zeros if self.whole is None else self.whole.after.train
-        return 1e-3 * zeros.position_mm.mean, 1e-3 * found.position_mm.mean
+        return self.alone, 1e-3 * self.run.best.train.position_mm.mean
 
     @property
-    def effects(self) -> tuple[Accepted, ...]:
+    def effects(self) -> tuple[AbstractEffect, ...]:
         """What was found beside the zeros."""
-        return () if self.whole is None else self.whole.effects
+        return self.robot.effects
 
     @property
     def scatter(self) -> float:
@@ -142,7 +133,7 @@ class MotorMap(AbstractShown):
         )
         swapped = f"; {' and '.join(self.exchanged)} are exchanged" if self.exchanged else ""
         zeros, all_found = self.after
-        names = " and ".join(dict.fromkeys(str(e.effect.name) for e in self.effects))
+        names = " and ".join(dict.fromkeys(str(e.name) for e in self.effects))
         more = f", with {names} {in_mm(all_found)}" if names else ""
         return (
             f"{ways}{swapped}; with these zeros the tip is {in_mm(zeros)} off on average instead of "
@@ -171,7 +162,8 @@ class MotorMap(AbstractShown):
             said.append(f"joints scatter by {turn:.2g}° about what the motors read: play, or sag")
         if self.poses_wanted > len(self.run.train_rows):
             said.append(f"about {self.poses_wanted} such poses would make the tip known to 1 mm")
-        said += [f"found beside the zeros: {e.text}" for e in self.effects]
+        motion = Motion(self.run.data.q)
+        said += [f"found beside the zeros: {e.sentence(self.robot.chain, motion)}" for e in self.effects]
         said += [f"pose {o.row + 1} does not fit the others; it was left out" for o in self.run.outliers]
         return said
 
@@ -195,7 +187,7 @@ class MotorMap(AbstractShown):
                 "joints": joints,
                 "before_m": self.before,
                 "after_m": self.after,
-                "effects": [str(e.effect.name) for e in self.effects],
+                "effects": [str(e.name) for e in self.effects],
                 "expected_m": self.expected,
                 "scatter_rad": self.scatter,
                 "poses_wanted": self.poses_wanted,
@@ -229,37 +221,56 @@ def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> 
     q, poses, rows = _seen(robot, data)
     _check(data, q, poses, names)
     found = find_counting(robot, q, poses)
-    best = _chosen(robot, found, q, data)
-    joints = _within(robot, best.joints(q))
-    turned = se3.inverse(best.base) @ poses
-    arm = replace(robot.with_effects(), sessions=()).with_frames(
-        base=Frame(free=Freedom.FREE), tool=Frame(free=Freedom.FREE)
-    )
-    fitted = Dataset(
-        q=joints, position=turned[:, :3, 3], rotation=turned[:, :3, :3], row=rows, source=data.source
-    )
-    run = _identified(arm, fitted)
+    near = _near(robot, found, q, data)
+    best = near[0]
+    arm, alone = _of_zeros(robot, best, q, poses, data, rows)
+    effects, up = _effects(alone)
+    if up and (standing := [c for c in near if c.base[:3, 2] @ best.base[:3, 2] < 0.0]):
+        best = standing[0]
+        arm, alone = _of_zeros(robot, best, q, poses, data, rows)
+        effects, up = _effects(alone)
+    run = _identified(arm.with_effects(*effects), alone.data) if effects else alone
     free = np.arange(1, robot.dof - 1)
     columns = [run.best.fit.problem.names.index(arm.joint_offsets[k]) for k in free]
     offsets, half = np.full((2, robot.dof), np.nan)
     moved = run.best.fit.x[columns] - arm.values(tuple(arm.joint_offsets[k] for k in free))
-    offsets[free] = best.offsets[free] + moved
+    offsets[free] = best.offsets[free] + best.signs[free] * moved
     half[free] = NORMAL * run.best.fit.std[columns]
-    alone = MotorMap(
+    return MotorMap(
         nominal=robot,
         motors=names,
         counting=best,
         offsets=offsets,
         half=half,
-        before=_error(arm, best.signs * q[:, best.order], poses),
+        before=_error(robot, best.signs * q[:, best.order], poses),
+        alone=1e-3 * alone.best.train.position_mm.mean,
         run=run,
         notes=_notes(robot, found, best, q, names),
     )
-    counted = replace(fitted, q=best.signs * (joints - best.offsets))
-    zeros = tuple(arm.joint_offsets[k] for k in free)
-    whole = replace(alone, whole=diagnose(alone.robot, counted, held_out=0.0, free=zeros))
-    is_sag = {str(e.effect.name) for e in whole.effects} <= EXPECTED
-    return whole if is_sag and whole.after[1] < CLEARLY * whole.after[0] else alone
+
+
+def _of_zeros(
+    robot: Robot, best: Counting, q: np.ndarray, poses: np.ndarray, data: Dataset, rows: np.ndarray
+) -> tuple[Robot, Identification]:
+    """The arm that counts as the motors do, and its zeros alone."""
+    counted = with_signs_and_offsets(_bare(robot), best.signs, best.offsets)
+    arm = counted.with_frames(base=Frame(free=Freedom.FREE), tool=Frame(free=Freedom.FREE))
+    turned = se3.inverse(best.base) @ poses
+    fitted = Dataset(
+        q=best.signs * (_within(robot, best.joints(q)) - best.offsets),
+        position=turned[:, :3, 3],
+        rotation=turned[:, :3, :3],
+        row=rows,
+        source=data.source,
+    )
+    return arm, _identified(arm, fitted)
+
+
+def _effects(alone: Identification) -> tuple[tuple[AbstractEffect, ...], bool]:
+    """Sag and play in what the zeros leave; whether they act upwards."""
+    arm, data = alone.robot, alone.data.take(alone.train_rows)
+    poses = se3.pose(np.asarray(data.rotation), np.asarray(data.position))
+    return sag_and_play(arm, data.q, poses, alone.best.fit.problem.noise)
 
 
 def _seen(robot: Robot, data: Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -300,8 +311,8 @@ def _width(angles: np.ndarray) -> float:
     return float(2.0 * np.pi - np.diff(np.append(ordered, ordered[0] + 2.0 * np.pi)).max())
 
 
-def _chosen(robot: Robot, found: list[Counting], q: np.ndarray, data: Dataset) -> Counting:
-    """The best way of counting; of those that are one arm that with the smallest offsets."""
+def _near(robot: Robot, found: list[Counting], q: np.ndarray, data: Dataset) -> list[Counting]:
+    """The ways of counting that fit alike, which are one arm; that with the smallest offsets first."""
     best = found[0]
     if not best.fits(robot.reach):
         off = f"{in_mm(best.errors[0])} and {np.rad2deg(best.errors[1]):.2g}°"
@@ -316,7 +327,7 @@ def _chosen(robot: Robot, found: list[Counting], q: np.ndarray, data: Dataset) -
             f"{data.source}: the poses leave open which way joint {', '.join(map(str, open_signs))} counts; "
             f"take {USUAL} poses with every joint moved by 45° or more"
         )
-    return min(near, key=lambda c: c.turned)
+    return sorted(near, key=lambda c: c.turned)
 
 
 def _same(robot: Robot, a: Counting, b: Counting) -> bool:

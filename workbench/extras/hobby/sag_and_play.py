@@ -1,0 +1,152 @@
+"""Sag and play of servo arms, found in what the zeros leave of a few poses.
+
+    W r = W N n + W S c        r the residuals, W whitens them; N: what zeros, base and tool can do,
+                               S: what a unit of each effect does
+
+The motors of an arm are of one make, so an effect has one size for all joints, or one a joint. Of no effect,
+sag, play, and both, each in either form, the one with the smallest Bayesian information criterion is chosen.
+A few poses tell one size for all joints from none, though not one effect from all others. Masses are known
+roughly or not at all: what a joint carries is then fitted term by term (`gravity-sag`), expected near c times
+the masses.
+
+Source: Schwarz, Estimating the dimension of a model, Ann. Stat. 6(2), 1978.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from itertools import product
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.effects.backlash import Backlash
+from workbench.arm.effects.effect import AbstractEffect
+from workbench.arm.effects.gravity_sag import GravitySag, sags
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.kinematics.forward import geometric_jacobian
+from workbench.arm.masses import with_assumed_masses
+from workbench.arm.motion import Motion
+from workbench.arm.robot import Robot
+from workbench.base import se3
+from workbench.identification.problem import Noise
+
+CLEAR = 2.0
+"""By how much an effect must beat the criterion; play by four times that, what acts upwards by seven."""
+UNIT = 1e-4
+"""Size of an effect for its derivative: far below what is found [rad, rad/(N m)]."""
+MASS, TOLERANCE = 0.1, 0.5
+"""Of a link whose mass is unknown [kg]; standard deviation of first moments, as a part of the largest."""
+
+Kinds = tuple[type[AbstractEffect], ...]
+Clear = Callable[[np.ndarray], np.ndarray]
+
+
+def sag_and_play(
+    robot: Robot, q: Float[np.ndarray, "rows n"], poses: Float[np.ndarray, "rows 4 4"], noise: Noise
+) -> tuple[tuple[AbstractEffect, ...], bool]:
+    """Effects at the joints between the first and the last, if any is clear; and whether they act upwards.
+
+    They do where the poses also fit an arm that hangs, with joints that count the other way.
+    """
+    known: Kinds = (JointCompliance, Backlash) if robot.has_masses else (JointCompliance,)
+    robot = with_assumed_masses(robot, otherwise=MASS)
+    shown = robot.predict(q)
+    clear, count = _cleared(robot, q, shown, noise)
+    left = clear(se3.pose_error(poses, shown))
+    joints = tuple(range(1, robot.dof - 1))
+    twists = {kind: _twists(robot, [kind((j,), (UNIT,)) for j in joints], q, shown) for kind in known}
+    least, chosen = count * np.log(left @ left) - CLEAR, dict[type[AbstractEffect], np.ndarray]()
+    for kinds, shares in _models(known, len(joints)):
+        units = [np.tensordot(share, twists[kind], 1) for kind, share in zip(kinds, shares, strict=True)]
+        design = np.column_stack([clear(unit) for unit in np.concatenate(units)])
+        size = np.linalg.lstsq(design, left, rcond=1e-9)[0]
+        rest = left - design @ size
+        score = count * np.log(rest @ rest) + len(size) * np.log(count)
+        score += CLEAR * (3.0 * (Backlash in kinds) + 6.0 * bool(size[0] < 0.0))
+        if abs(np.sign(size).sum()) == len(size) and score < least:
+            parts = np.split(size, np.cumsum([len(share) for share in shares])[:-1])
+            sizes = [part @ share for part, share in zip(parts, shares, strict=True)]
+            least, chosen = score, dict(zip(kinds, sizes, strict=True))
+            noise_left = float(np.sqrt(rest @ rest / count))
+    found, up = list[AbstractEffect](), any(size[0] < 0.0 for size in chosen.values())
+    if (play := chosen.get(Backlash)) is not None:
+        found.append(Backlash(joints, tuple(play.tolist())))
+        left = left - clear(np.tensordot(play, twists[Backlash], 1))
+    if (soft := chosen.get(JointCompliance)) is not None:
+        found += _sags(robot, q, shown, soft, lambda unit: clear(unit) / noise_left, left / noise_left)
+    return tuple(found), up
+
+
+def _sags(
+    robot: Robot, q: np.ndarray, shown: np.ndarray, soft: np.ndarray, clear: Clear, left: np.ndarray
+) -> list[AbstractEffect]:
+    """Sag of each joint by the first moments that it carries, expected near the file's times compliance."""
+    own = [s for s in sags(robot, Motion(q)) if 0 < s.joints[0] < robot.dof - 1]
+    terms = list(dict.fromkeys(term for sag in own for term in sag.terms.split()))
+    columns, share = np.zeros((len(terms), *shown.shape[:1], 6)), soft / soft.mean()
+    for sag, part in zip(own, share, strict=True):
+        for term, twist in zip(sag.terms.split(), _twists(robot, _units(sag), q, shown), strict=True):
+            columns[terms.index(term)] += part * twist
+    known = _known(robot, own[0], terms)
+    spread = TOLERANCE * np.abs(known).max() * abs(soft.mean())
+    design = np.column_stack([np.zeros_like(left), *(clear(column) for column in columns)])
+    expected = np.column_stack([-known, np.eye(len(terms))]) / spread
+    right = np.append(left, np.zeros(len(terms)))
+    size = np.linalg.lstsq(np.vstack([design, expected]), right, rcond=1e-12)[0]
+    by_term = dict(zip(terms, size[1:].tolist(), strict=True))
+    return [
+        replace(sag, coefficients=tuple(part * by_term[term] for term in sag.terms.split()))
+        for sag, part in zip(own, share.tolist(), strict=True)
+    ]
+
+
+def _known(robot: Robot, sag: GravitySag, terms: Sequence[str]) -> np.ndarray:
+    """First moments by the file's masses, times gravity [N m]; of a joint that carries all of them."""
+    low, high = robot.search_limits.T
+    q = np.random.default_rng(0).uniform(low, high, (20 * len(terms), robot.dof))
+    shown = robot.predict(q)
+    whole = _twists(robot, [JointCompliance(sag.joints, (UNIT,))], q, shown)[0]
+    units = _twists(robot, _units(sag), q, shown)
+    found = np.linalg.lstsq(units.reshape(len(units), -1).T, whole.ravel(), rcond=1e-9)[0]
+    by_term = dict(zip(sag.terms.split(), found.tolist(), strict=True))
+    return np.array([by_term[term] for term in terms])
+
+
+def _units(sag: GravitySag) -> list[AbstractEffect]:
+    """The sag by each of its terms alone."""
+    one = UNIT * np.eye(len(sag.terms.split()))
+    return [replace(sag, coefficients=tuple(row)) for row in one.tolist()]
+
+
+def _cleared(robot: Robot, q: np.ndarray, shown: np.ndarray, noise: Noise) -> tuple[Clear, int]:
+    """What zeros, base and tool leave of twists, whitened; and how many numbers that is."""
+    jacobian = geometric_jacobian(robot, q)
+    by_joint = jacobian * np.array(noise.joints)
+    own = np.diag(np.repeat([noise.position, noise.rotation], 3) ** 2)
+    white = np.linalg.inv(np.linalg.cholesky(by_joint @ by_joint.swapaxes(1, 2) + own))
+    still = np.zeros((len(q), 6, 12))
+    still[:, :, :6] = np.eye(6)
+    still[:, :3, 3:6] = -se3.skew(shown[:, :3, 3])
+    still[:, :3, 6:9] = still[:, 3:, 9:] = shown[:, :3, :3]
+    nuisance = (white @ np.concatenate([jacobian, still], 2)).reshape(-1, jacobian.shape[2] + 12)
+    basis, sizes, _ = np.linalg.svd(nuisance, full_matrices=False)
+    basis = basis[:, sizes > 1e-9 * sizes[0]]
+
+    def clear(twists: np.ndarray) -> np.ndarray:
+        flat = (white @ twists[..., None]).reshape(-1)
+        return flat - basis @ (basis.T @ flat)
+
+    return clear, len(nuisance) - basis.shape[1]
+
+
+def _models(known: Kinds, joints: int) -> Iterator[tuple[Kinds, list[np.ndarray]]]:
+    """Kinds of effects, and for each its joints' sizes by its unknowns: one for all, or one a joint."""
+    forms = (np.ones((1, joints)), np.eye(joints))
+    for kinds in dict.fromkeys((*((kind,) for kind in known), known)):
+        for shares in product(forms, repeat=len(kinds)):
+            yield kinds, list(shares)
+
+
+def _twists(robot: Robot, effects: Sequence[AbstractEffect], q: np.ndarray, shown: np.ndarray) -> np.ndarray:
+    """What a unit of each effect does to the poses (effects, rows, 6)."""
+    return np.stack([se3.pose_error(robot.with_effects(e).predict(q), shown) / UNIT for e in effects])
