@@ -1,6 +1,8 @@
 """What is said of the instrument's z axis reaches every fit, from the page and from the guide."""
 
 from tests.session.direct_commands import done
+from workbench.plate.plate_toml import write_plate
+from workbench.session.commands.arm import LoadModel
 from workbench.session.commands.data import ForgetData, MeasureVirtualArm
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.identify import Identify, SetLevelled
@@ -29,6 +31,14 @@ def test_it_is_said_of_these_measurements(first):
     session = done(first, MeasureVirtualArm(3), SetLevelled(True))
     assert done(session, MakeSession(4)).levelled
     assert not done(session, ForgetData()).levelled
+
+
+def test_another_plate_leaves_what_is_known_of_the_measurements(first, tmp_path):
+    """The box was cleared, and the next fit was another one."""
+    content = write_plate(first.plate, tmp_path / "other.toml").read_bytes()
+    session = done(first, MeasureVirtualArm(3), SetLevelled(True), LoadModel("other.toml", content))
+    assert session.loaded is not None
+    assert session.levelled
 
 
 def test_recordings_from_before_there_was_a_box_open():

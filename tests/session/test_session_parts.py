@@ -1,9 +1,9 @@
 """What extras keep in the session: how long it stays."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from workbench.session.commands.data import with_data
-from workbench.session.state import AbstractPart
+from workbench.session.state import AbstractPart, Group
 
 
 @dataclass(frozen=True)
@@ -30,3 +30,12 @@ def test_what_goes_with_the_measurements_leaves_with_them(first):
     session = with_data(first.with_part(OfRows(1)).with_part(OfPlate(2)), None)
     assert session.part(OfRows) is None
     assert session.part(OfPlate) == OfPlate(2)
+
+
+def test_fields_are_kept_and_dropped_with_their_group(first):
+    changed = replace(first, levelled=True, left_out=frozenset({1}), fit="opt2", row=3, is_dark=True)
+    fresh = with_data(changed, None)
+    assert (fresh.levelled, fresh.left_out, fresh.fit, fresh.row) == (False, frozenset(), "", 0)
+    assert fresh.is_dark
+    taken = first.taking(changed, Group.MEASUREMENTS, Group.PAGE)
+    assert (taken.levelled, taken.is_dark, taken.fit, taken.row) == (True, True, "", 0)

@@ -4,10 +4,12 @@ Nothing here computes. Parts that a command does not touch stay the same objects
 what it has to draw anew.
 """
 
+import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import MISSING, dataclass, field, fields, replace
 from enum import StrEnum
-from typing import ClassVar, TypeVar
+from functools import cache
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -222,6 +224,21 @@ class Source:
     is_followed: bool = True
 
 
+class Group(StrEnum):
+    """What a field of the session goes with: both are kept, or dropped, together."""
+
+    ARM = "arm"
+    """What the user wants of this arm, whatever is measured."""
+    MEASUREMENTS = "measurements"
+    RESULTS = "results"
+    """What was found from the measurements."""
+    PAGE = "page"
+    """What stays with another arm."""
+
+
+ARM, MEASUREMENTS, RESULTS, PAGE = ({"group": group} for group in Group)
+
+
 class AbstractPart:
     """What an extra keeps in the session: a frozen record, one of its type."""
 
@@ -321,36 +338,44 @@ class Session:
     best_score: Score | None = None
     trial: PlateTrial | None = None
     jogged: Float[np.ndarray, " n"] | None = None
-    captured: tuple[tuple[float, ...], ...] = ()
+    captured: tuple[tuple[float, ...], ...] = field(default=(), metadata=ARM)
     track: Track | None = None
     play: Play = field(default_factory=Play)
-    wanted: Wanted | None = None
-    fixed: frozenset[str] = frozenset()
-    levelled: bool = False
-    left_out: frozenset[int] = frozenset()
-    loaded: Loaded | None = None
-    unread: MeasurementFile | None = None
+    wanted: Wanted | None = field(default=None, metadata=ARM)
+    fixed: frozenset[str] = field(default=frozenset(), metadata=ARM)
+    levelled: bool = field(default=False, metadata=MEASUREMENTS)
+    left_out: frozenset[int] = field(default=frozenset(), metadata=MEASUREMENTS)
+    loaded: Loaded | None = field(default=None, metadata=MEASUREMENTS)
+    unread: MeasurementFile | None = field(default=None, metadata=MEASUREMENTS)
     measuring: Measuring | None = None
-    source: Source | None = None
-    identification: Identification | None = None
-    diagnosis: Diagnosis | None = None
-    accepted: tuple[AbstractEffect, ...] = ()
-    fit: str = ""
-    comparison: Comparison | None = None
-    row: int = 0
-    overlay: Overlay = field(default_factory=Overlay)
+    source: Source | None = field(default=None, metadata=ARM)
+    identification: Identification | None = field(default=None, metadata=RESULTS)
+    diagnosis: Diagnosis | None = field(default=None, metadata=RESULTS)
+    accepted: tuple[AbstractEffect, ...] = field(default=(), metadata=RESULTS)
+    fit: str = field(default="", metadata=RESULTS)
+    comparison: Comparison | None = field(default=None, metadata=RESULTS)
+    row: int = field(default=0, metadata=RESULTS)
+    overlay: Overlay = field(default_factory=Overlay, metadata=ARM)
     caption: str = ""
     is_paused: bool = False
     opened: Opened | None = None
-    is_dark: bool = False
-    is_dark_chosen: bool = False
-    units: Units = Units.MILLIMETRES
-    job: RunningJob | None = None
+    is_dark: bool = field(default=False, metadata=PAGE)
+    is_dark_chosen: bool = field(default=False, metadata=PAGE)
+    units: Units = field(default=Units.MILLIMETRES, metadata=PAGE)
+    job: RunningJob | None = field(default=None, metadata=PAGE)
     chore: str = ""
     messages: tuple[Message, ...] = ()
-    message_count: int = 0
-    revision: int = 0
+    message_count: int = field(default=0, metadata=PAGE)
+    revision: int = field(default=0, metadata=PAGE)
     parts: Mapping[type[AbstractPart], AbstractPart] = field(default_factory=dict)
+
+    def without(self, *groups: Group) -> "Session":
+        """The session with the fields of these groups as they are in the beginning."""
+        return replace(self, **{f.name: _first(f) for f in _fields(groups)})
+
+    def taking(self, other: "Session", *groups: Group) -> "Session":
+        """The session with the fields of these groups as another one has them."""
+        return replace(self, **{f.name: getattr(other, f.name) for f in _fields(groups)})
 
     def part(self, kind: type[Part]) -> Part | None:
         """What an extra keeps under this type; None if nothing."""
@@ -424,3 +449,12 @@ class Session:
         if all(m.severity not in passing for m in self.messages):
             return self
         return replace(self, messages=tuple(m for m in self.messages if m.severity not in passing))
+
+
+@cache
+def _fields(groups: tuple[Group, ...]) -> tuple[dataclasses.Field, ...]:
+    return tuple(f for f in fields(Session) if f.metadata.get("group") in groups)
+
+
+def _first(of: dataclasses.Field) -> Any:
+    return of.default if of.default_factory is MISSING else of.default_factory()

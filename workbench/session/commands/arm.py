@@ -3,7 +3,6 @@
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterable
 from dataclasses import field, replace
 from pathlib import Path
 
@@ -22,14 +21,9 @@ from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.start import default_plate, is_default_plate, start
-from workbench.session.state import Focus, Session, Severity, UndoStep
+from workbench.session.state import Focus, Group, Session, Severity, UndoStep
 from workbench.session.target_steps import instrument_for
 
-LOADED = ("loaded", "left_out", "fixed", "wanted", "captured", "source", "overlay")
-FOUND = ("identification", "fit", "diagnosis", "accepted", "comparison", "row")
-"""What a session knows of its arm, whichever plate it is on: as it came, and found from it."""
-PAGE = ("message_count", "revision", "job", "is_dark", "is_dark_chosen", "units")
-"""What it knows of the page, whichever arm is on it."""
 LARGEST_MODEL = 2 * 1024 * 1024
 """Robot and plate files beyond this size are refused [bytes]."""
 
@@ -116,7 +110,9 @@ class LoadModel(AbstractTask[Session]):
                 given = start(session.robot, plate, is_given=True, noise=noise)
                 # measurements of the same arm, and what was found from them, stay
                 measured = session.with_parts(of_measurements=True)
-                return with_parts_of(given, measured, (*LOADED, *FOUND, "parts"))
+                return replace(
+                    given.taking(measured, Group.ARM, Group.MEASUREMENTS, Group.RESULTS), parts=measured.parts
+                )
             robot = _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
             source = robot.urdf
             return start_with(robot, session)
@@ -224,14 +220,9 @@ def start_with(robot: Robot, session: Session) -> Session:
     return start(robot, plate, noise=instrument_for(session, plate))
 
 
-def with_parts_of(into: Session, session: Session, names: Iterable[str]) -> Session:
-    """A session with these parts of another one."""
-    return replace(into, **{name: getattr(session, name) for name in names})
-
-
 def _in_the_page(session: Session, begun: Session) -> Session:
     begun = replace(
-        with_parts_of(begun, session, PAGE), done=(UndoStep(session.plate, session.states, session),)
+        begun.taking(session, Group.PAGE), done=(UndoStep(session.plate, session.states, session),)
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     words = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"

@@ -34,7 +34,7 @@ from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.reach import follow_target
-from workbench.session.state import Field, Focus, Session, Severity
+from workbench.session.state import Field, Focus, Group, Session, Severity
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
@@ -319,17 +319,9 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
     """The session with other measurements, or none; results from the old ones are dropped."""
     view = session.cube_view
     session = replace(
-        session.with_parts(of_measurements=False),
+        session.with_parts(of_measurements=False).without(Group.MEASUREMENTS, Group.RESULTS),
         loaded=loaded,
-        unread=None,
-        identification=None,
-        diagnosis=None,
-        accepted=(),
-        fit="",
-        row=0,
         focus=Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW,
-        levelled=False,
-        left_out=frozenset(),
         cube_view=replace(view, field=Field.NONE) if view.field is Field.MEASURED else view,
     )
     session = with_comparison(session)

@@ -4,8 +4,7 @@ from dataclasses import replace
 
 from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, computed
-from workbench.session.commands.arm import PAGE, with_parts_of
-from workbench.session.state import Session, Severity, UndoStep
+from workbench.session.state import Group, Session, Severity, UndoStep
 from workbench.session.target_steps import (
     AbstractTargetStep,
     begin_step,
@@ -95,7 +94,13 @@ class GoBackTo(AbstractChange):
 
 def _restored(now: Session, whole: Session) -> Session:
     """Another robot with all that was measured and found, in the present page."""
-    session = with_parts_of(whole, now, (*PAGE, "messages", "chore", "source", "opened"))
+    session = replace(
+        whole.taking(now, Group.PAGE),
+        messages=now.messages,
+        chore=now.chore,
+        source=now.source,
+        opened=now.opened,
+    )
     loaded = "" if whole.loaded is None else f", {whole.loaded.name} with what was found from it"
     return session.tell(Severity.INFO, f"back on {whole.robot.name}, plate '{whole.plate.name}'{loaded}")
 
