@@ -274,6 +274,7 @@ def test_what_takes_long_to_load_is_loaded_when_it_is_used():
         "import workbench as wb; wb.load_robot('aria'); wb.identify; wb.diagnose",
         "print('coal' in sys.modules)",
         "import workbench.data.readers, workbench.views.page.app, workbench.views.recording.recorder",
+        "from workbench.views.page.panels import PANELS; list(PANELS.values())",
         "import workbench.identification.report.table",
         f"print([n for n in {heavy!r} if n in sys.modules])",
     )

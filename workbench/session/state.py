@@ -254,7 +254,6 @@ class Session:
     """The complete state at one moment.
 
     Args:
-        robot: Nominal robot.
         plate: Fixture with its targets as they stand now.
         first_plate: The fixture as it was loaded, to go back to.
         first_states: How the arm stood at its targets.
@@ -268,31 +267,23 @@ class Session:
         cube_view: How they are shown.
         branches: All branches within limits that reach the selected target.
         branches_of: The target that they belong to.
-        noise: The instrument.
-        selected: Number of the selected target.
         focus: What the arm stands at.
-        drag: The drag under way, if any.
         done: Steps that undo goes back to, oldest first.
         undone: Steps that redo goes forward to, nearest last.
         history: Scores after every step, oldest first.
         past: The plates that had these scores.
         best: The plate with the least predicted error so far.
         best_score: Its score.
-        trial: The last trial of a plate on virtual arms, if any.
         jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
         captured: Joint positions that were kept [rad or m].
-        track: The planned trajectory, if any.
         play: How far it is played.
         wanted: Errors that the user wants the calibrated arm to keep; None: nothing is judged.
         fixed: Parameters that are not identified, though the robot would have them free.
         levelled: Whether the z axis of the measuring frame is vertical, as the user says.
         left_out: Measured rows that the user keeps out, counted as in the data.
-        loaded: Measurements, if any.
         unread: A file whose columns can't be read as they are understood, until another one is.
         measuring: The guided measurement under way, if any.
         source: The live source, if there is one.
-        identification: The last identification of these measurements, if any.
-        diagnosis: The last diagnosis of these measurements, if any.
         accepted: Effects that were added to the model, as the diagnosis found them.
         fit: Name of the algorithm whose robot is shown.
         comparison: Measured against predicted, row by row, once there are measurements.
@@ -301,14 +292,9 @@ class Session:
         caption: What the demo says at present; empty if none plays.
         is_paused: Whether the demo waits.
         opened: The tab that the program opened last, if any.
-        is_dark: Whether pages are dark.
         is_dark_chosen: Whether that was said by hand; else they are as their system is.
         units: What coordinates are shown and typed in.
-        job: Long work under way, if any.
         chore: What is being worked out by the way; empty if nothing.
-        messages: The last messages, oldest first.
-        message_count: Number of messages so far.
-        revision: Number of changes so far.
         parts: What extras keep, by type; see `part`.
     """
 

@@ -4,7 +4,6 @@ import io
 from dataclasses import dataclass
 
 import numpy as np
-from matplotlib.font_manager import findfont
 from PIL import Image, ImageDraw, ImageFont
 
 from workbench.base.errors import OptionError
@@ -80,6 +79,8 @@ class PrintedSheet:
 
 def _ruler(draw: ImageDraw.ImageDraw, y: float, width: float, title: str, scale: float) -> None:
     """A line of known length with a tick every 10 mm, and what to do with it [mm; scale in dots/mm]."""
+    from matplotlib.font_manager import findfont  # a quarter of a second, for which the page has no use
+
     ticks = 0.5 * (width - RULER) + np.linspace(0.0, RULER, 11)
     lines = [(ticks[0], y, ticks[-1], y)]
     lines += [(x, y - (1.8 if k % 5 else 3.0), x, y) for k, x in enumerate(ticks)]

@@ -6,10 +6,9 @@ the order of the work that they take; one is on the front if no other is both le
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import final
+from typing import TYPE_CHECKING, final
 
 import numpy as np
-from matplotlib.figure import Figure
 from rich.console import Group, RenderableType
 from rich.text import Text
 
@@ -25,10 +24,12 @@ from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.plate import Plate
-from workbench.report.figures import COLOURS, grid, look, new_figure, on_white
 from workbench.report.json import Json
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import new_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 WORK = ("printed", "breadboard", "machined", "ball-bar")
 """Ways to make plates, the one that takes least first."""
@@ -109,7 +110,9 @@ class Tradeoff(AbstractShown):
         """One choice of each way to make plates, the least work first."""
         return {choice.manner: choice for choice in reversed(self.choices)}
 
-    def plot(self, name: str = "") -> Figure:
+    def plot(self, name: str = "") -> "Figure":
+        from workbench.report.figures import COLOURS, grid, look, new_figure, on_white
+
         with look():
             figure = new_figure(8.0, 4.4)
             axes = figure.subplots()
