@@ -169,6 +169,32 @@ def _rotations(at):
     return Rotation.from_matrix(at[:, :3, :3])
 
 
+def test_a_log_of_rtde_replaces_the_form(run, tmp_path):
+    actual, q = hidden("ur5e", tmp_path / "hidden.toml"), np.repeat(random_joints("ur5e", 30), 50, axis=0)
+    names = [f"{part}_{k}" for part in ("actual_q", "actual_TCP_pose") for k in range(6)]
+    at = poses(actual, q, TOOL)
+    numbers = np.column_stack([q, at[:, :3, 3], _rotations(at).as_rotvec()])
+    rows = [" ".join(f"{v:.7f}" for v in (0.002 * k, *row)) for k, row in enumerate(numbers)]
+    Path("log.csv").write_text("\n".join([" ".join(["timestamp", *names]), *rows]))
+    status, _, err = run("extract", "log.csv", "--robot", "ur5e", "--save", "mine.toml")
+    assert status == 0, err
+    assert apart(Path("mine.toml"), actual, random_joints("ur5e", 50), TOOL).max() < 1e-5
+
+
+@pytest.mark.parametrize("digits", [6, 16])
+def test_a_table_with_rotation_matrices_replaces_the_form(run, tmp_path, digits):
+    actual, q = hidden("fr3", tmp_path / "hidden.toml"), random_joints("fr3", 30).round(digits)
+    at = poses(actual, q)
+    names = [*(f"q{k}[rad]" for k in range(1, 8)), "x[m]", "y[m]", "z[m]"]
+    names += [f"r{i}{j}" for i in (1, 2, 3) for j in (1, 2, 3)]
+    numbers = np.column_stack([q, at[:, :3, 3], at[:, :3, :3].reshape(-1, 9)])
+    rows = [",".join(f"{v:.{digits}f}" for v in row) for row in numbers]
+    Path("log.csv").write_text("\n".join([",".join(names), *rows]))
+    status, _, err = run("extract", "log.csv", "--robot", "fr3", "--save", "mine.toml")
+    assert status == 0, err
+    assert apart(Path("mine.toml"), actual, random_joints("fr3", 50)).max() < 2e-6
+
+
 def test_a_log_with_all_digits_needs_no_convention(tmp_path):
     actual = hidden("ur5e", tmp_path / "hidden.toml")
     q = random_joints("ur5e", 30)

@@ -100,7 +100,8 @@ class Extraction(AbstractShown):
                 f"{self.left[1]:.1f} times the rounding; write the readings with --rows and use "
                 "'workbench diagnose'"
             )
-        size = f"{in_mm(self.expected.position)} and {np.rad2deg(self.expected.rotation):.2g}°"
+        turn = np.rad2deg(self.expected.rotation)
+        size = f"{in_mm(self.expected.position)} and " + (f"{turn:.2g}°" if turn > 1e-4 else "0.0001°")
         if self.verdict is ModelVerdict.UNCERTAIN:
             return (
                 f"{plural(len(self.run.data), 'reading')} leave the model uncertain by {size}; read more, "

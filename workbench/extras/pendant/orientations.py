@@ -1,4 +1,4 @@
-"""What the three or four numbers of a displayed orientation may mean.
+"""What the numbers of an orientation may mean.
 
 Euler angles turn about three axes, one after the other. In `z y' x''` each axis is one of the frame that the
 last turn left; in `x y z` all axes stay where they are, so that the matrix of the first number stands last.
@@ -13,6 +13,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from workbench.base import se3
+from workbench.base.hand_eye import nearest_rotation
 
 MAKERS = {
     "xyz": "roll, pitch, yaw: Fanuc, Yaskawa, xArm",
@@ -63,5 +64,6 @@ ORIENTATIONS = (
     Orientation(
         "quaternion x, y, z, w (ROS)", 4, False, lambda v: se3.quaternion_to_matrix(np.roll(v, 1, axis=-1))
     ),
+    Orientation("rotation matrix", 9, False, lambda v: nearest_rotation(v.reshape(-1, 3, 3))),
 )
 """All of them, the likeliest first."""

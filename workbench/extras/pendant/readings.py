@@ -19,7 +19,12 @@ from workbench.data.readers.table import Grid
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel
 
-JOINT = re.compile(r"(?:q|j|a|ax|axis|jt|joint|theta)[ _]*([1-9]\d*)(?: pos(?:ition)?)?", re.IGNORECASE)
+JOINT = re.compile(r"(?:q|j|a|ax|axis|jt|joint|theta|actual_q)[ _]*(\d+)(?: pos(?:ition)?)?", re.IGNORECASE)
+RTDE = tuple(f"actual_tcp_pose_{k}" for k in range(6))
+"""Position [m] and rotation vector [rad] in a log of UR's RTDE, whose joints count from 0 [rad]."""
+MATRIX = tuple(f"r{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
+MOST = 400
+"""Rows of a log that are taken, evenly spread."""
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 COMMANDED = 0.5
 """Joint positions that are all whole multiples of this many degrees were commanded, not rounded."""
@@ -37,7 +42,7 @@ class PendantReadings:
     Args:
         joints: Joint positions, in the unit shown.
         xyz: Position of the tool.
-        turn: Its orientation, three or four numbers.
+        turn: Its orientation: three numbers, a quaternion, or a matrix row by row.
         units: Units of joints, position and orientation; empty where nothing says it.
         steps: Value of the last digit of each; 0 where the numbers are exact.
         source: For messages.
@@ -66,10 +71,13 @@ def read_readings(path: Path | str, robot: Robot) -> PendantReadings:
     columns = _columns(head, body, robot.dof, path)
     blank = [k for k, row in enumerate(body) if not all(row[c].strip() for part in columns for c in part)]
     kept = [k for k in range(len(body)) if k not in blank]
+    kept = kept[:: -(-len(kept) // MOST) or 1]
     if not kept:
         raise DataError(f"{path}: no pose is filled in; {WHAT}")
     cells = [[[body[k][c] for c in part] for k in kept] for part in columns]
     units = tuple(_unit(head, part, path) for part in columns)
+    if set(RTDE) <= set(_names(head)):
+        units = ("rad", "m", "rad")
     return _readings(cells, units, robot, str(path), kept)
 
 
@@ -126,9 +134,12 @@ def _columns(
 ) -> tuple[list[int], list[int], list[int]]:
     """Columns of joints, position and orientation, by their headings or else in this order."""
     width = len(body[0])
-    names = [parse_heading(cell).name.strip().lower() for cell in head]
+    names = _names(head)
     numbered = {int(m[1]): k for k, name in enumerate(names) if (m := JOINT.fullmatch(name))}
-    if not {"x", "y", "z"} <= set(names):
+    if 0 in numbered:
+        numbered = {number + 1: k for number, k in numbered.items()}
+    pose = [names.index(name) for name in RTDE] if set(RTDE) <= set(names) else []
+    if not pose and not {"x", "y", "z"} <= set(names):
         if not joints + 6 <= width <= joints + 7:
             raise DataError(f"{path}: {width} columns, but the arm has {joints} joints; {WHAT}")
         return _span(0, joints), _span(joints, 3), _span(joints + 3, width - joints - 3)
@@ -137,15 +148,24 @@ def _columns(
             f"{path}: joints {', '.join(map(str, sorted(numbered)))} in the file, but the arm has {joints}; "
             "choose the robot that was read"
         )
-    own = [numbered[k] for k in sorted(numbered)] or _span(names.index("x") - joints, joints)
+    own = [numbered[k] for k in sorted(numbered)]
+    if pose and own:
+        return own, pose[:3], pose[3:]
+    own = own or _span(names.index("x") - joints, joints)
     if min(own) < 0:
         raise DataError(f"{path}: no columns of joints; {WHAT}")
     xyz = [names.index(axis) for axis in "xyz"]
+    if set(MATRIX) <= set(names):
+        return own, xyz, [names.index(name) for name in MATRIX]
     rest = [k for k in range(max(xyz) + 1, len(names)) if k not in own and names[k]]
     turn = [k for k in rest[:4] if k < rest[0] + 4 and not names[k].startswith(("time", "note", "comment"))]
     if len(turn) < 3:
         raise DataError(f"{path}: no orientation follows x, y, z; {WHAT}")
     return own, xyz, turn if len(turn) == 4 and _is_quaternion(body, turn) else turn[:3]
+
+
+def _names(head: list[str]) -> list[str]:
+    return [parse_heading(cell).name.strip().lower() for cell in head]
 
 
 def _is_quaternion(body: list[list[str]], columns: list[int]) -> bool:
