@@ -26,13 +26,13 @@ sys.path.insert(0, str(ROOT))
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.design import optimise_plate
-from workbench.extras.workshop.drawings import figure_of
-from workbench.plate.parts.drawing_set import drawings_of
+from workbench.extras.workshop.drawing import figure_of
+from workbench.extras.workshop.drawing_set import drawings_of
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate_toml import load_plate
 from workbench.report.figures import png
 from workbench.session.commands.compare import ShowRow
-from workbench.session.commands.data import MeasureVirtualArm
+from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import Diagnose
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
@@ -46,20 +46,12 @@ FLAGS = ["--no-sandbox", "--use-gl=angle", "--use-angle=gl-egl", "--ignore-gpu-b
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
 CLEAR = """() => document.head.appendChild(document.createElement('style')).textContent =
   '.mantine-Notification-root { display: none }'"""
-BELOW = """() => [...document.querySelectorAll('button')].find(b => b.textContent.trim() === 'Diagnose')
-  ?.scrollIntoView({ block: 'center' })"""
-"""Brings the result of a diagnosis into view."""
 SIZE = {"width": 1280, "height": 800}
 WIDTH = 960
 """Width of the moving picture [px]."""
 EVERY = 6
 """Of a drag's places, each sixth is kept."""
-TABS = {
-    MeasureVirtualArm: Tab.MEASURE,
-    Identify: Tab.CALIBRATE,
-    ShowRow: Tab.COMPARE,
-    Diagnose: Tab.CALIBRATE,
-}
+TABS = {LoadData: Tab.MEASURE, Identify: Tab.CALIBRATE, ShowRow: Tab.COMPARE, Diagnose: Tab.CALIBRATE}
 """Where the results of commands are to be seen."""
 SETTLED = 400
 """Time that the page is given to draw a step [ms]."""
@@ -85,7 +77,7 @@ def frames(app: App, page: Page) -> Iterator[tuple[Image.Image, int, str]]:
             app.worker.submit(command)
         for command in scene.commands:
             app.worker.submit(command)
-            app.worker.wait(120.0)
+            app.worker.wait(600.0)
             moves += isinstance(command, MoveTarget)
             if isinstance(command, MoveTarget) and moves % EVERY:
                 continue
@@ -111,8 +103,6 @@ def tour(browser: Browser) -> None:
         if last in ("Identify", "Diagnose"):
             app.worker.submit(SetCaption(""))
             app.worker.wait(120.0)
-            if last == "Diagnose":
-                page.evaluate(BELOW)
             page.wait_for_timeout(3 * SETTLED)
             page.screenshot(path=PICTURES / f"{last.lower()}.png")
         size = (WIDTH, WIDTH * picture.height // picture.width)

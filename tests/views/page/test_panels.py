@@ -30,7 +30,7 @@ from workbench.identification.algorithms.ols import Ols
 from workbench.identification.arm_match import ArmMatch
 from workbench.plate.plate_toml import load_plate, read_plate
 from workbench.plate.region import Region
-from workbench.session.commands.arm import ChooseRobot, drawn_joints
+from workbench.session.commands.arm import ChooseRobot, LoadModel, drawn_joints
 from workbench.session.commands.compare import SetUnits, ShowFit
 from workbench.session.commands.data import LoadData, MeasureVirtualArm
 from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
@@ -64,7 +64,7 @@ from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.fit import read_rows
 from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.history import HistoryPanel
-from workbench.views.page.panels.start_card import StartCard
+from workbench.views.page.panels.start_card import StartCard, load
 from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.render import BrowserView
 from workbench.views.page.style import RULES
@@ -257,6 +257,15 @@ def test_the_card_opens_again_beside_a_file_of_another_arm_and_closes_at_the_nex
     assert not sent
     card.show(replace(session, unread=replace(file, name="eight.csv")))
     assert [command.tab for command in sent] == [Tab.CALIBRATE]
+
+
+def test_a_file_on_the_wrong_button_of_the_card_is_taken_for_what_it_is():
+    assert [type(load(name, b"")) for name in ("Arm.URDF", "arm.xacro", "rows.csv", "rows.XLSX")] == [
+        LoadModel,
+        LoadModel,
+        LoadData,
+        LoadData,
+    ]
 
 
 def test_what_needs_data_is_off_or_not_there_until_there_are_some(app):

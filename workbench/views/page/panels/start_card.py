@@ -7,7 +7,7 @@ import viser
 
 from workbench.base.assets import built_in_robots
 from workbench.session.command import AbstractCommand
-from workbench.session.commands.arm import LARGEST_MODEL, ChooseRobot, LoadModel
+from workbench.session.commands.arm import ChooseRobot, LoadModel
 from workbench.session.commands.data import LARGEST_FILE, LoadData
 from workbench.session.commands.messages import OpenTab, SetCaption
 from workbench.session.commands.plate import ImprovePlate
@@ -102,16 +102,16 @@ class StartCard(AbstractPanel):
         self.sends(self._robot, self._choose)
         self.upload(
             "… or your robot: URDF or TOML",
-            LoadModel,
+            load,
             "The nominal arm as its maker describes it.",
             endings=MODELS,
-            maximum=LARGEST_MODEL,
+            maximum=LARGEST_FILE,
         )
         self._data = gui.add_folder(None)
         with self._data:
             self.upload(
                 "Measurements: CSV, Excel or Parquet",
-                LoadData,
+                load,
                 "Joint positions and measured poses, units in brackets as in q1[deg] or x[mm].",
                 endings=FILES,
                 maximum=LARGEST_FILE,
@@ -202,3 +202,9 @@ class StartCard(AbstractPanel):
             modal, self._modal = self._modal, None
             modal.close()
             self._worker.submit(OpenTab(tab))
+
+
+def load(name: str, content: bytes) -> LoadModel | LoadData:
+    """What a dropped file is: a robot or measurements, on whichever of the two buttons."""
+    is_model = name.lower().endswith((*MODELS.split(","), ".xacro"))
+    return LoadModel(name, content) if is_model else LoadData(name, content)
