@@ -78,7 +78,7 @@ def read_program(path: Path, joints: int) -> Program | None:
     text = read_bytes(path, wanted=f"a {form.name} program", maximum=LARGEST).decode(TEXT)
     spans = sorted(tuple(row) for row in form.targets(text, str(path)))
     if not spans:
-        raise FileError(f"has no joint target that {form.name} programs are read for", path=str(path))
+        raise FileError(f"no joint target was found in this {form.name} program", path=str(path))
     for row in spans:
         if len(row) != joints:
             line = text.count("\n", 0, row[0][0]) + 1

@@ -183,3 +183,5 @@ def test_touches_that_check_nothing_say_why(run, arm, postures, change, words, s
     ended, _, err = run("check", "today.csv", "--robot", arm, "--reference", "good.csv")
     assert (ended, words in err) == (status, True)
     assert run("check", "good.csv", "--robot", arm, "--wanted", "0mm")[0] == 64
+    ended, _, err = run("check", "good.csv", "--robot", "ur10")
+    assert (ended, "choose the robot that touched" in err) == (2, True)

@@ -114,7 +114,7 @@ def test_only_the_numbers_of_joint_targets_change(run, tmp_path, calibrated, nam
         ("a.script", "movej(p[0.1,0.2,0.3,0,0,0])", "Cartesian"),
         ("a.script", "movej([d2r(10),0,0,0,0,0])", "computed"),
         ("a.mod", "CONST jointtarget p:=[[0,0,0,0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];", "7 joints"),
-        ("a.mod", "MODULE x\nENDMODULE", "no joint target"),
+        ("a.mod", "MODULE x\nENDMODULE", "no joint target was found"),
         ("a.mod", f"{RAPID_TARGET}\nMoveJ pHome,v100,fine,tool0;", "line 2"),
         ("a.mod", f"{RAPID_TARGET}\nTriggL p9,v100,t1,fine,tool0;", "line 2"),
         (

@@ -151,7 +151,7 @@ def check(
     found = wb.check(arm, touches, reference=reference, wanted=opt.length(wanted))
     opt.show(found.summary())
     opt.write_result(json, found.json())
-    if save is not None and found.best is not None and found.best.cause.kind == "joint":
+    if save is not None and found.best and found.health is Health.MOVED and found.best.cause.kind == "joint":
         opt.say(f"robot with the zero found: {opt.save_robot(found.robot, save)}")
     if found.health is not Health.GOOD:
         opt.fail(found.sentence)

@@ -42,7 +42,7 @@ from workbench.extras.pendant.touching.causes import (
     tested,
     tips_of,
 )
-from workbench.extras.pendant.touching.touches import EXACT, Touches, read_touches
+from workbench.extras.pendant.touching.touches import EXACT, SCATTERED, Touches, read_touches
 from workbench.plate.door import door
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
@@ -113,6 +113,8 @@ class Check(AbstractShown):
     @property
     def health(self) -> Health:
         """What was found."""
+        if self._is_scattered:
+            return Health.UNCERTAIN
         if self.best is not None:
             kinds = {"warming": Health.WARMING, "touch": Health.SLIPPED}
             return kinds.get(self.best.cause.kind, Health.MOVED)
@@ -120,6 +122,11 @@ class Check(AbstractShown):
 
     @property
     def sentence(self) -> str:
+        if self._is_scattered:
+            return (
+                f"touches of one seat miss one another by {in_mm(self.noise)}: choose the robot that touched, "
+                "and name the seats in a column 'contact'"
+            )
         limit = f"a displacement of {in_mm(self.detectable)} by any joint"
         if self.best is None:
             text = f"good: {limit} would have been found (95 %, false alarms 1 %){self._unseen}"
@@ -133,6 +140,10 @@ class Check(AbstractShown):
                 f"{times} times{'' if self.touches[1] else ', or give --reference'}"
             )
         return f"{self._words(self.best)}{self._alike}"
+
+    @property
+    def _is_scattered(self) -> bool:
+        return self.noise > SCATTERED * self.calibrated.reach
 
     @property
     def _unseen(self) -> str:

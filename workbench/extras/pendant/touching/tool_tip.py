@@ -25,7 +25,14 @@ from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
-from workbench.extras.pendant.touching.touches import Touches, half_width, numbered, read_touches, slipped
+from workbench.extras.pendant.touching.touches import (
+    SCATTERED,
+    Touches,
+    half_width,
+    numbered,
+    read_touches,
+    slipped,
+)
 from workbench.plate.door import door
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
@@ -40,8 +47,6 @@ WEAK = 3.0
 """Ratio of the widest to the narrowest interval from which on the orientations are called alike."""
 USABLE = 1e-3
 """Half width beyond which a tip should not be used, where nothing is asked for [m]."""
-SCATTERED = 0.01
-"""Scatter, as a part of the reach, that no point explains."""
 NEAREST = 0.02
 """Least distance of the tip from the point in touches of the tool's axes [m]."""
 AXIS = re.compile(r"([+-]?)([xyz])", re.IGNORECASE)

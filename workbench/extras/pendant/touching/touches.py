@@ -29,6 +29,8 @@ MAX_SHARE_APART = 0.25
 """Share of the touches that may be set apart."""
 EXACT = 1e-7
 """Scatter below which touches agree exactly [m]."""
+SCATTERED = 0.01
+"""Scatter, as a part of the reach, that no point explains."""
 LEVEL = 0.95
 """Probability of the intervals that are shown."""
 
