@@ -473,7 +473,7 @@ def _uneven(arm: TomlArm, effect: dict, rows: Rows, moments: np.ndarray) -> Shif
     load = moments[:, joint, "xyz".index(kind[1]) + (3 if kind[0] == "r" else 0)] / effect["load"]
     low, high = effect["range"]
     t, u = np.clip(load, -1, 1), np.clip((rows.q[:, joint] - (low + high) / 2) / ((high - low) / 2), -1, 1)
-    shapes = (u * t, u * u * t, np.sign(t) * t * t, np.tanh(t / 0.3))
+    shapes = (u * t, u * u * t, np.sign(t) * t * t)
     return {_driven(arm, joint): -sum(c * s for c, s in zip(effect["coefficients"], shapes, strict=True))}
 
 

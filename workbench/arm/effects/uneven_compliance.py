@@ -1,6 +1,6 @@
 """Uneven compliance: a joint gives way otherwise than in proportion to its load, by no law with a name.
 
-    Δv = −(c_1 u t + c_2 u² t + c_3 t |t| + c_4 tanh(t / W)),      t = τ / τ_0,   u = (q − m) / h
+    Δv = −(c_1 u t + c_2 u² t + c_3 t |t|),      t = τ / τ_0,   u = (q − m) / h
 
 τ is the holding moment about (force along) the axis, τ_0 the greatest over the rows it was learned from; m
 and h are middle and half of the joint's range there. A belt is softest where both its free lengths are long,
@@ -20,16 +20,14 @@ from workbench.arm.effects.law import Loads
 from workbench.arm.effects.valid_range import range_problem
 from workbench.arm.motion import Motion
 
-SHAPES = ("along", "along2", "load2", "early")
-"""What the four coefficients of a joint are called."""
-WIDTH = 0.3
-"""W."""
+SHAPES = ("along", "along2", "load2")
+"""What the coefficients of a joint are called."""
 
 
 @final
 @dataclass(frozen=True)
 class UnevenCompliance(AbstractEffect):
-    """Four coefficients, of one joint.
+    """Three coefficients, of one joint.
 
     Args:
         load: Greatest load τ_0 where it was learned [N m or N]; it does nothing at 0.
@@ -50,12 +48,11 @@ class UnevenCompliance(AbstractEffect):
 
     def law(self, chain, motion, wrenches):
         u, t, _ = self._driven(chain, motion, wrenches)
-        return -np.stack([u * t, u**2 * t, t * np.abs(t), np.tanh(t / WIDTH)], -1)[:, None]
+        return -np.stack([u * t, u**2 * t, t * np.abs(t)], -1)[:, None]
 
     def slope(self, chain, motion, wrenches):
         u, t, steep = self._driven(chain, motion, wrenches)
-        early = np.cosh(t / WIDTH) ** -2.0 / WIDTH
-        by_load = np.stack([u, u**2, 2.0 * np.abs(t), early], -1) @ np.array(self.coefficients)
+        by_load = np.stack([u, u**2, 2.0 * np.abs(t)], -1) @ np.array(self.coefficients)
         return -(by_load * steep)[:, None, None]
 
     def _driven(self, chain, motion: Motion, wrenches):
