@@ -124,8 +124,8 @@ class Check(AbstractShown):
     def sentence(self) -> str:
         if self._is_scattered:
             return (
-                f"touches of one seat miss one another by {in_mm(self.noise)}: choose the robot that touched, "
-                "and name the seats in a column 'contact'"
+                f"touches of one seat miss one another by {in_mm(self.noise)}: choose the robot that "
+                "touched, and name the seats in a column 'contact'"
             )
         limit = f"a displacement of {in_mm(self.detectable)} by any joint"
         if self.best is None:
