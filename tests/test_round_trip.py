@@ -8,6 +8,7 @@ import json
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -111,6 +112,14 @@ def measured(request, tmp_path_factory) -> Measured:
 
 
 def in_python_calls(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> trip.Saved:
+    return saved_in_python(measured, diagnosed)
+
+
+@cache
+def saved_in_python(measured: Measured, diagnosed: bool) -> trip.Saved:
+    """Once for this entrance and all formats."""
+    folder = measured.path.with_name(f"python-{diagnosed}")
+    folder.mkdir()
     robot, data = wb.load_robot(measured.robot), wb.read_measurements(measured.path)
     result = wb.diagnose(robot, data) if diagnosed else wb.identify(robot, data)
     found = result.identification() if diagnosed else result
@@ -190,10 +199,8 @@ def test_each_file_leaves_what_was_shown(measured, entrance, diagnosed, run, tmp
 
 
 @pytest.fixture(scope="module", params=[False, True], ids=["identify", "diagnose"])
-def saved(request, measured, tmp_path_factory) -> tuple[Measured, trip.Saved]:
-    """Once for all formats."""
-    folder = tmp_path_factory.mktemp("saved")
-    return measured, in_python_calls(measured, folder, diagnosed=request.param)
+def saved(request, measured) -> tuple[Measured, trip.Saved]:
+    return measured, saved_in_python(measured, request.param)
 
 
 def at_observed(saved: trip.Saved) -> tuple[trip.Rows, trip.Poses]:
