@@ -10,7 +10,7 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
-from workbench.data.misread import checked
+from workbench.data.plausibility import checked
 from workbench.identification.held_out_rows import check_enough, split
 
 NOTE = "orientation from the quaternion qw, qx, qy, qz"

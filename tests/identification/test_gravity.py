@@ -11,8 +11,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.frame import FRAME_PARTS, Frame, SessionFrames
 from workbench.arm.gravity import GRAVITY, angles_between, tilted
-from workbench.arm.kinematics.forward import tool_poses
-from workbench.arm.kinematics.observed_link import watched_poses
+from workbench.arm.kinematics.forward import tool_poses, watched_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.wrenches import gravity_regressor, masses, motion_wrenches

@@ -19,9 +19,9 @@ from workbench.data.simulation.simulate import simulate_targets
 from workbench.identification.algorithms.ols import Ols
 from workbench.identification.algorithms.opt1_bounded import Opt1
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
-from workbench.identification.algorithms.robust import Loss
 from workbench.identification.alignment import align
 from workbench.identification.identify import identify
+from workbench.identification.outlying_rows import Loss
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.undetermined_combinations import factorise

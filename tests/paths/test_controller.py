@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.calibration_record import Calibration
+from workbench.arm.calibration_record import Calibration, Expected, Observed
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.observed import Expected, Observed
 from workbench.base import se3
 from workbench.base.errors import OptionError, ShapeError
 from workbench.identification.controller_parameters import ControllerPart, controller_numbers

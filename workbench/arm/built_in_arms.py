@@ -1,5 +1,7 @@
 """The built-in arms, and a single loader for a built-in name or a file: TOML, URDF, or xacro, which is
 expanded with arguments like `xacro FILE name:=value`.
+
+And a substitute where only tool poses are known: three prismatic and three revolute joints.
 """
 
 import atexit
@@ -8,10 +10,32 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-from workbench.arm.robot import Robot
+import numpy as np
+
+from workbench.arm.chain import Axis, Element
+from workbench.arm.robot import Joint, JointKind, Robot
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import FileError, MissingExtraError, OptionError
+
+ORDER = (Axis.TX, Axis.TY, Axis.TZ, Axis.RZ, Axis.RY, Axis.RX)
+"""Joints of the substitute: x y z [m], yaw pitch roll [rad]."""
+
+
+@cache
+def posed_arm() -> Robot:
+    """The arm whose joints are x y z yaw pitch roll of the tool in the robot's base, none of it free."""
+    kinds = [JointKind.REVOLUTE if axis.turns else JointKind.PRISMATIC for axis in ORDER]
+    return Robot(
+        name="tool poses",
+        convention="elementary",
+        elements=tuple(
+            Element(axis, f"pose.{axis.name.lower()}", joint=k, link=k) for k, axis in enumerate(ORDER)
+        ),
+        joints=tuple(Joint(name=f"joint{k + 1}", kind=kind) for k, kind in enumerate(kinds)),
+        link_ends=tuple(range(len(ORDER))),
+        gravity=np.array([0.0, 0.0, -9.81]),
+    )
 
 
 def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:

@@ -18,12 +18,11 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.calibration_record import Calibration
+from workbench.arm.calibration_record import Calibration, Expected
 from workbench.arm.effects import AbstractEffect, Loads
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.observed import Expected
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Matrix4, frozen

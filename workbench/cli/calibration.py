@@ -39,7 +39,7 @@ def identify(
     renew: Annotated[str | None, option("With --prior: joints that were replaced, such as 3 or 3,4.")] = None,
 ) -> None:
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
-    from workbench.arm.posed_arm import posed_arm
+    from workbench.arm.built_in_arms import posed_arm
     from workbench.data.accuracy_requirement import default_requirement
     from workbench.identification.file_errors import file_words
     from workbench.identification.pass_or_fail import judge

@@ -152,7 +152,7 @@ class FitOptions:
 
     def check_same_arm(self, arm, rows) -> None:
         """Refuse rows that clearly belong to another arm, unless forced."""
-        from workbench.data.misread import checked
+        from workbench.data.plausibility import checked
         from workbench.identification.arm_match import arm_match
 
         arm.check_joints(rows.q, rows.source)

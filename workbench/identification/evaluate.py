@@ -7,7 +7,7 @@ from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
-from workbench.data.misread import checked
+from workbench.data.plausibility import checked
 from workbench.identification.arm_match import MISREAD, arm_match
 from workbench.identification.frames import choose_frames
 from workbench.identification.result import Evaluation

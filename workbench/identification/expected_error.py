@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.calibration_record import Expected
 from workbench.arm.motion import Motion
-from workbench.arm.observed import Expected
 from workbench.identification.fit import Fit
 from workbench.identification.observed import fit_twists
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.arm.observed import MAX_POSITION, MAX_ROTATION
+from workbench.arm.calibration_record import MAX_POSITION, MAX_ROTATION
 from workbench.arm.robot import Robot
 from workbench.arm.usable import unobserved_words, usable_arm
 from workbench.base.wording import in_mm

@@ -7,7 +7,7 @@ from typing import Any, Unpack
 
 import numpy as np
 
-from workbench.arm.posed_arm import posed_arm
+from workbench.arm.built_in_arms import posed_arm
 from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, part_of, progress
@@ -15,10 +15,10 @@ from workbench.base.threads import one_thread
 from workbench.base.types import Outcome
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms import ALGORITHMS, USUAL, AbstractIdentifier
-from workbench.identification.algorithms.robust import Loss, row_weights
 from workbench.identification.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices, option
+from workbench.identification.outlying_rows import Loss, row_weights
 from workbench.identification.own_preparation import Seek
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior

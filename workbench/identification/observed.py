@@ -1,4 +1,4 @@
-"""What the rows of a fit showed of the tool, for the record of its calibration (`arm/observed.py`).
+"""What the rows of a fit showed of the tool, for the record of its calibration (`arm/calibration_record.py`).
 
 By rows: twists of the tool, in axes of the base and in its own, that change no measured number are not seen
 (a point shows no rotation, two markers none about their line, a plane nothing along itself). By covariance:
@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.calibration_record import MAX_POSITION, Expected, Observed, some_of
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
-from workbench.arm.observed import MAX_POSITION, Expected, Observed, some_of
 from workbench.base import se3
 from workbench.base.types import Matrix3, frozen
 

@@ -18,7 +18,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.gravity import tilted, tilting
-from workbench.arm.kinematics.observed_link import TOOL, Watched, watched
+from workbench.arm.kinematics.forward import TOOL, Watched, watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect, effect_columns, shift_of

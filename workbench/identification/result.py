@@ -9,8 +9,8 @@ import numpy as np
 from rich.console import RenderableType
 
 from workbench.arm.after_events import after_events
+from workbench.arm.calibration_record import Expected
 from workbench.arm.motion import Motion
-from workbench.arm.observed import Expected
 from workbench.arm.robot import Robot
 from workbench.base.frames import data_frame
 from workbench.base.wording import first_of
@@ -22,8 +22,13 @@ from workbench.identification.fit import MAX_NAMED_ROWS, Fit
 from workbench.identification.noise import from_repeats, stated
 from workbench.identification.own_preparation import AbstractIdentifiability
 from workbench.identification.problem import FrameFreedom, Noise
-from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
-from workbench.identification.row_frames import errors_frame, residuals_frame
+from workbench.identification.row_errors import (
+    Errors,
+    RowErrors,
+    degradation_warning,
+    errors_frame,
+    residuals_frame,
+)
 from workbench.identification.set_apart import suspect_note
 from workbench.report.result_display import AbstractShown
 

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
 from workbench.arm.inverse import solve as inverse
 from workbench.arm.inverse.branch import LIMIT_SLACK, margins, quality
@@ -21,7 +22,6 @@ from workbench.arm.inverse.solutions import task_jacobian
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.observed import Expected
 from workbench.arm.robot import Robot
 from workbench.arm.usable import away_words, expected_error, usable_arm
 from workbench.base.errors import DataError, OptionError

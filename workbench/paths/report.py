@@ -10,8 +10,8 @@ from matplotlib.lines import Line2D
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from workbench.arm.calibration_record import Expected
 from workbench.arm.joint_units import shown_joints, sliding
-from workbench.arm.observed import Expected
 from workbench.arm.statics.moments import JointMoments
 from workbench.identification.row_errors import Spread
 from workbench.paths.correction import ACCEPTED_ERROR, Compensation, PathErrors

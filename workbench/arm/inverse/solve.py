@@ -32,7 +32,7 @@ from workbench.arm.inverse.branch import (
 )
 from workbench.arm.inverse.branch_names import branch_names
 from workbench.arm.inverse.damped_newton import Task, refine
-from workbench.arm.inverse.deflected_branches import deflected_result
+from workbench.arm.inverse.deflected_arm import deflected_result
 from workbench.arm.inverse.follow import Followed, FollowedMany, as_pose, follow, follow_many
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.inverse.solutions import (

@@ -15,8 +15,8 @@ import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
 
+from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
-from workbench.arm.observed import Expected
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import FileError

@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
 from workbench.arm.joint_units import shown_joints, sliding
-from workbench.arm.observed import Expected
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError

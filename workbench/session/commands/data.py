@@ -14,7 +14,7 @@ from workbench.base.errors import DataError, FileError, OptionError, WorkbenchEr
 from workbench.base.progress import progress
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
-from workbench.data.misread import checked
+from workbench.data.plausibility import checked
 from workbench.data.readers.preview import Preview
 from workbench.data.simulation.hidden_effects import hidden_effects, surprise
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
