@@ -164,7 +164,7 @@ STATES = [
     (
         "diagnosed",
         lambda s: s,
-        "joint-compliance",
+        "Joint-compliance",
         Tone.GOOD,
         "Add what was found",
         Tab.CALIBRATE,

@@ -347,7 +347,7 @@ def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
         first, more = found.causes[0], len(found.causes) - 1
         others = f" and {more} more" if more else ""
         tone = Tone.GOOD if found.is_named else Tone.CAREFUL
-        return GuideStep(f"{first.label} ({first.confidence}){others}: {fall}.", tone, ADD, poses)
+        return GuideStep(f"{capital(first.label)} ({first.confidence}){others}: {fall}.", tone, ADD, poses)
     if found.verdict is Verdict.UNEXPLAINED:
         return GuideStep(f"{significant(before)} mm left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
     words = f"{significant(before)} mm left, all of it noise: the geometry is enough."

@@ -69,7 +69,7 @@ RULES = f"""
 canvas[data-engine] {{ background: {css(SKY)} }}
 [data-mantine-color-scheme="dark"] canvas[data-engine] {{ background: {css(SKY_DARK)} }}
 {PANEL}[style*="overflow: hidden"] {{ overflow: clip !important }}
-{STRIP} {{ position: sticky; top: 0; z-index: 20; margin: 0 0 .6em; border-width: 0 0 1px;
+{STRIP} {{ position: sticky; top: 0; z-index: 20; margin: -12px 0 .6em; border-width: 0 0 1px;
   border-radius: 0; background: var(--mantine-color-body); box-shadow: 0 4px 8px -6px rgba(0,0,0,.3) }}
 {STRIP} > .mantine-Paper-root, {STRIP} > :last-child {{ display: none }}
 {INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 !important }}
