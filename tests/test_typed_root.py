@@ -16,7 +16,7 @@ GIVEN_BY_NAME = {
     "Naming",
     "TableReading",
     "TargetReading",
-    "Making",
+    "Production",
     "Task",
     "Typed",
     "PixelRows",
