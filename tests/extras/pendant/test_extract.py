@@ -1,12 +1,13 @@
 """A user with nothing but the pendant: the controller's model, or the reason why there is none."""
 
 import json
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
-from displays import STYLES, TOOL, apart, fill_in, hidden, lines, poses, random_joints
-from round_trip import angle
+from displays import STYLES, TOOL, apart, fill_in, hidden, lines, poses, random_joints, read_form
+from round_trip import angle, placed
 
 import workbench as wb
 from workbench.arm.effects import JointCompliance
@@ -43,6 +44,19 @@ def test_thirty_poses_from_the_pendant_give_the_model_of_my_ur5e(run, tmp_path):
     )
     run("export", "mine.toml", "--for", "ur-kinematics", "--out", "ur.yaml")
     assert Path("ur.yaml").stat().st_size > 500
+
+
+def test_planned_poses_keep_within_limits_and_above_the_table(run, tmp_path):
+    """The places of a UR10's joints; the elbow of half of all postures would hit the table it stands on."""
+    low, high = wb.load_robot("ur10").limits.T
+    table = tomllib.loads((Path(__file__).parents[3] / "assets/robots/ur10.toml").read_text())["joint"]
+    for q in read_form(planned(run, "ur10")):
+        assert ((q > low) & (q < high)).all()
+        pose = np.eye(4)
+        for joint, at in zip(table, q, strict=True):
+            place = [joint["a"] * np.cos(at), joint["a"] * np.sin(at), joint["d"]]
+            pose = pose @ placed(place, [0, 0, at]) @ placed([0, 0, 0], [joint["alpha"], 0, 0])
+            assert pose[2, 3] > 0.03
 
 
 @pytest.mark.parametrize("arm", ["iiwa7", pytest.param("so101", id="five joints")])

@@ -22,14 +22,17 @@ from workbench.data.dataset import Dataset
 from workbench.extras.pendant.convention import UNIFORM
 from workbench.extras.pendant.extract import WANTED
 from workbench.identification.identify import identify
+from workbench.plate.optimiser.clearance import arm_shape
+from workbench.plate.optimiser.shapes import ON_THE_TABLE
 from workbench.plate.poses.choose_poses import choose_poses
 from workbench.plate.poses.pose_limits import PoseLimits
-from workbench.plate.region import Region
 
 MARGIN = float(np.deg2rad(3.0))
 """Distance of the joints from their limits [rad]."""
-CLEARANCE = 0.01
-"""Distance of the arm from itself [m]."""
+CLEARANCE, FLOOR = 0.01, 0.02
+"""Distance of the arm from itself and the floor, which is so high above its base's plane [m]."""
+SAMPLES = 200
+"""Postures that show how low links hang."""
 DISPLAY = (1e-4, float(np.deg2rad(0.01)))
 """Last digits of a usual display [m], [rad]."""
 MIN_POSES = 8
@@ -80,17 +83,24 @@ def plan_readings(robot: Robot, number: int, *, seed: int = 0) -> Plan:
     """Choose poses to read from a pendant."""
     if number < MIN_POSES:
         raise OptionError(f"--plan must be at least {MIN_POSES} poses, got {number}; 30 suit most arms")
-    reach = np.full(3, 2.0 * robot.reach)
-    above = Region(min=np.array([*-reach[:2], 0.0]), max=reach)
-    limits = PoseLimits(margin=MARGIN, clearance=CLEARANCE, region=above)
     bare = replace(robot.with_effects(), sessions=()).with_frames(
         base=Frame(free=Freedom.AUTO), tool=Frame(free=Freedom.AUTO)
     )
+    limits = PoseLimits(margin=MARGIN, clearance=CLEARANCE, floor=_floor(bare))
     with part_of(0.0, 0.5):
         found = choose_poses(bare, number, limits=limits, base=True, tool=True, seed=seed)
     shown = shown_joints(robot, found.q).round()
     q = np.where(sliding(robot), 1e-3 * shown, np.deg2rad(shown))
     return Plan(robot, q, _expected(bare, q, np.random.default_rng(seed)))
+
+
+def _floor(robot: Robot) -> float:
+    """Height that the arm keeps above [m]: its base's plane, or lower where links hang below that anyway."""
+    shape = arm_shape(robot, CLEARANCE)
+    low, high = robot.search_limits.T
+    q = np.random.default_rng(0).uniform(low, high, (SAMPLES, robot.dof))
+    lowest = shape.lowest(shape.placements(q))[:, shape.bodies > ON_THE_TABLE]
+    return min(FLOOR, float(np.quantile(lowest, 0.75, axis=0).min()) - CLEARANCE)
 
 
 def _expected(robot: Robot, q: np.ndarray, rng: np.random.Generator) -> Expected:

@@ -20,7 +20,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.plate.collision import solid_clear
-from workbench.plate.optimiser.clearance import arm_shape
+from workbench.plate.optimiser.clearance import Surroundings, arm_shape
 from workbench.plate.plate import Plate
 from workbench.plate.poses.d_optimal import greedy_choice
 from workbench.plate.poses.sampling import in_base, poses_satisfying, random_poses
@@ -41,7 +41,8 @@ class PoseLimits:
         spread: Least distance between the tool's places in two poses [m].
         travel: Greatest travel of any joint from one pose to the next [rad or m]; any if None.
         view: What the instrument has to see; nothing if None.
-        clearance: Least distance of the arm from itself [m]; not looked at if None.
+        clearance: Least distance of the arm from itself, and from the table [m]; not looked at if None.
+        floor: Height of the table that the arm stands on, in the robot's base [m]; none if None.
         solid: A plate whose solid the arm must not run into; none if None.
 
     Raises:
@@ -57,6 +58,7 @@ class PoseLimits:
     travel: float | None = None
     view: AbstractSight | None = None
     clearance: float | None = None
+    floor: float | None = None
     solid: Plate | None = None
 
     def __post_init__(self):
@@ -85,8 +87,9 @@ class PoseLimits:
             kept[kept] = self.view.admits(robot, q[kept])
         if self.clearance is not None and kept.any():
             shape = arm_shape(robot, self.clearance)
-            own = shape.own_distances(shape.placements(q[kept]), minimum=self.clearance)
-            kept[kept] = own >= self.clearance
+            room = Surroundings(shape, (), self.floor)
+            own = room.distances(shape.placements(q[kept]), minimum=self.clearance)
+            kept[kept] = own.min(1) >= self.clearance
         if self.solid is not None and kept.any():
             kept[kept] = solid_clear(robot, self.solid, q[kept])
         return kept
