@@ -94,15 +94,6 @@ STATES = [
     ),
     (
         "first",
-        lambda s: replace(s, done=(s.best,)),
-        "not yet tried against the wanted 1 mm per axis",
-        Tone.PLAIN,
-        "Try this plate",
-        Tab.PLATE,
-        "Measure",
-    ),
-    (
-        "first",
         lambda s: unreached(s, reached=False),
         "9 of 10 targets can be measured; target 3 is out of reach",
         Tone.BAD,

@@ -52,7 +52,7 @@ from workbench.session.commands.edit import ChooseBranch
 from workbench.session.commands.region import SetRegion, ShowCubes
 from workbench.session.cubes import values
 from workbench.session.guide import guide
-from workbench.session.state import CubeView, Field, Severity, UndoStep
+from workbench.session.state import CubeView, Field, Severity, Tab, UndoStep
 
 NONE = np.zeros(10)
 QUIET = ErrorSizes(
@@ -418,7 +418,9 @@ def test_a_plate_with_a_target_out_of_reach_is_not_tried(aria, plate):
 
 def test_the_guide_suggests_a_trial_only_where_an_error_is_wanted(first):
     moved = replace(first, done=(UndoStep(first.plate, first.states),))
-    assert guide(moved).next.command == TryPlate()
+    step = guide(moved)
+    assert "not yet tried against the wanted 1 mm per axis" in step.sentence
+    assert (step.next.command, step.next.tab, step.other.label) == (TryPlate(), Tab.PLATE, "Measure")
     with pytest.raises(OptionError, match="Wanted"):
         TryPlate(20).check(replace(moved, wanted=None))
 
