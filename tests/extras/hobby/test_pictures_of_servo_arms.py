@@ -105,6 +105,7 @@ def test_pictures_become_the_map_of_the_motors(run, here, arm):
     assert (status, err) == (0, "")
     found = json.loads((here / "map.json").read_text())
     assert [j["sign"] for j in found["joints"]] == arm.signs.tolist()
+    assert [j["motor"] for j in found["joints"]] == list(NAMES)
     zeros = [j["offset"] for j in found["joints"]][1:4]
     np.testing.assert_allclose(zeros, arm.offsets[1:4], atol=np.deg2rad(3.0))
     q = arm.drawn(200, 9)

@@ -24,6 +24,8 @@ COUNTS = {"counts", "count", "ticks", "steps", "raw"}
 TURN, ZERO = 4096, 2048
 COUNTED = f"motor counts: {TURN} to a turn, {ZERO} is 0°"
 """Note by which angles from counts are known."""
+NAMED = "joints are "
+"""Begin of the note with the motors' names."""
 MIN_ROWS = 3
 
 
@@ -67,7 +69,7 @@ class Motors(AbstractTableLayout):
                 headings=tuple(headings[k] for k in kept),
                 columns=tuple(columns[k] for k in kept),
                 units=tuple(units[k] for k in kept),
-                notes=(*table.notes, f"joints are {names}", *said),
+                notes=(*table.notes, f"{NAMED}{names}", *said),
             )
         )
 
@@ -98,7 +100,7 @@ class LeRobot(AbstractFileLayout):
             headings={f"q{k}": log.names[j] for k, j in enumerate(log.joints, 1)},
             units=dict.fromkeys(values, "deg") | {"time": "s"},
             notes=(
-                f"joints are {', '.join(log.names[j] for j in log.joints)}",
+                f"{NAMED}{', '.join(log.names[j] for j in log.joints)}",
                 "motors in degrees (use_degrees)",
             ),
         )

@@ -29,6 +29,7 @@ from workbench.base.threads import one_thread
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
+from workbench.extras.hobby.layouts import NAMED
 from workbench.extras.hobby.sag_and_play import sag_and_play
 from workbench.extras.hobby.scatter import joint_scatter
 from workbench.extras.hobby.sign_search import Counting, find_counting
@@ -208,7 +209,7 @@ def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> 
     Args:
         robot: The arm of the URDF; its base and tool count for nothing.
         data: The motors' angles as joints, with poses or pictures; mounting unknown.
-        motors: Their names.
+        motors: Their names; those of the columns if empty.
 
     Raises:
         DataError: too few poses, a motor that hardly moved, a board that hardly turned, another arm, or
@@ -217,7 +218,8 @@ def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> 
     """
     if robot.dof < 3 or sliding(robot).any():
         raise OptionError(f"{robot.name}: the map is for three joints or more that all turn")
-    names = motors or tuple(f"motor {k + 1}" for k in range(robot.dof))
+    given = [note.removeprefix(NAMED).split(", ") for note in data.notes if note.startswith(NAMED)]
+    names = motors or (tuple(given[0]) if given else tuple(f"motor {k + 1}" for k in range(robot.dof)))
     q, poses, rows = _seen(robot, data)
     _check(data, q, poses, names)
     found = find_counting(robot, q, poses)
