@@ -124,7 +124,7 @@ def check(recording: Recording) -> Replayed:
 
 
 def compare(then: Any, now: Any, *, step: int = 0, name: str = "") -> Iterator[Difference]:
-    """Values of two trees by name; what is only in the second one was not written and counts not."""
+    """Pairs of values by name; keys missing from the first are ignored."""
     if isinstance(then, dict) and isinstance(now, dict):
         for key, value in then.items():
             path = f"{name}.{key}" if name else key
