@@ -23,8 +23,9 @@ from workbench.extras.camera.selection_steps import Identifiability
 from workbench.identification.own_preparation import AbstractPreparation, Seek
 from workbench.identification.problem import Noise, Problem
 
-MIN_TURN = np.deg2rad(3.0)
-"""Turn of the tool between pictures [rad] that is none."""
+MIN_TURN, ENOUGH_TURN = np.deg2rad((3.0, 30.0))
+"""Turns of the tool between pictures [rad]: less is none, and more tells of all orientations."""
+TURN_MORE = "turn it by 30° or more, about several axes, in ten of the pictures"
 MIN_PICTURES = 4
 """Pictures below which camera and target are not found."""
 
@@ -45,7 +46,12 @@ class PicturePreparation(AbstractPreparation):
     def suited(self, robot: Robot, data: Dataset) -> Dataset:
         data = with_boards_in_view(data, fitted=True)
         _check_number(data)
-        return data
+        if (turn := _greatest_turn(robot, data)) > ENOUGH_TURN:
+            return data
+        turned = f"the tool turned by {np.rad2deg(turn):.0f}° only"
+        return replace(
+            data, notes=(*data.notes, f"{turned}, and the result holds for no others; {TURN_MORE}")
+        )
 
     def decide(
         self,
@@ -83,13 +89,16 @@ def _check_number(data: Dataset) -> None:
         raise DataError(f"{data.source}: {count} pictures are left to fit; give at least {MIN_PICTURES}")
 
 
+def _greatest_turn(robot: Robot, data: Dataset) -> float:
+    """By which the tool turned from the first picture to any other [rad]."""
+    turn = predict(robot, data.take(data.included))[:, :3, :3]
+    return float(np.linalg.norm(se3.matrix_to_rotvec(turn[0].T @ turn), axis=1).max())
+
+
 def _check_turned(robot: Robot, data: Dataset) -> None:
     """Refuse pictures between which the tool hardly turns: they don't tell where camera and target are."""
-    turn = predict(robot, data.take(data.included))[:, :3, :3]
-    off = np.linalg.norm(se3.matrix_to_rotvec(turn[0].T @ turn), axis=1)
-    if off.max() < MIN_TURN:
+    if (turn := _greatest_turn(robot, data)) < MIN_TURN:
         raise DataError(
-            f"{data.source}: the tool kept its orientation to {np.rad2deg(off.max()):.2g}°, so that the "
-            "pictures can't tell where camera and target are; turn it by 30° or more, about several axes, in "
-            "ten of the pictures"
+            f"{data.source}: the tool kept its orientation to {np.rad2deg(turn):.2g}°, so that the pictures "
+            f"can't tell where camera and target are; {TURN_MORE}"
         )
