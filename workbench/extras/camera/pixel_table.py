@@ -16,6 +16,7 @@ from jaxtyping import Float, Int
 
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError
+from workbench.base.threads import one_thread
 from workbench.base.types import frozen
 from workbench.base.wording import listed, plural
 from workbench.data.dataset import Dataset, Labels
@@ -112,6 +113,7 @@ def read_pixels(
     return pixel_data(rows, rig, beside, dof=dof)
 
 
+@one_thread()
 def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = None) -> Dataset:
     """Corners and joints as a `Dataset`, a row a picture in the order of the joints; arguments as above."""
     names, notes = _names(rows, joints)
