@@ -5,7 +5,7 @@ information h_i. With the events, and without, it may wander from row to row bes
 
     y_i = z_i + N(0, 1/h_i),      z_{i+1} = z_i + N(0, q),
 
-with the q that the rows like best, by a Kalman filter. Events are charged as in `events.py`.
+with the q that the rows like best, by a Kalman filter. Events, and a q, are charged as in `events.py`.
 """
 
 from collections.abc import Sequence
@@ -60,12 +60,13 @@ def _lead(searched: Searched, moved: AbstractEvent, events: Sequence[AbstractEve
     happened = -sum(e.weight(c) * part for e, c, part in zip(events, clocks, parts.tolist(), strict=True))
     order = np.argsort(clocks[0], kind="stable")
     y, info, happened = (y / np.maximum(info, 1e-300))[order], info[order], happened[order]
+    charge = 0.5 * np.log(problem.count) + np.log(RARE)
     with_events, without = (
-        max(_likelihood(values, info, q / rows) for q in (PATHS**2).tolist()) for values in (y, y + happened)
+        max(_likelihood(values, info, q / rows) - (charge if q else 0.0) for q in (PATHS**2).tolist())
+        for values in (y, y + happened)
     )
-    places = [rows if e.is_step else len(PACES) for e in events]
-    charge = sum(0.5 * np.log(problem.count) + np.log(RARE * tried) for tried in places)
-    return float(with_events - without - charge)
+    places = sum(charge + np.log(rows if e.is_step else len(PACES)) for e in events)
+    return float(with_events - without - places)
 
 
 def _likelihood(y: Float[np.ndarray, " rows"], info: Float[np.ndarray, " rows"], q: float) -> float:
