@@ -237,7 +237,7 @@ def _refused(candidates, value, vectors, size, rest, left) -> np.ndarray:
     than is credible."""
     found = (vectors @ size[..., None])[..., 0]
     inverse = np.where(value > UNSEEN, 1.0 / np.maximum(value, UNSEEN), 0.0)
-    spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / left.freedom)[:, None])
+    spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / max(left.freedom, 1))[:, None])
     gives_way = np.array([c.effect.gives_way for c in candidates])
     pushing = gives_way & (found < -ALLOWED * spread).any(1)
     largest = np.array([left.grams.bounds(c.names) for c in candidates])

@@ -346,7 +346,7 @@ def test_hand_eye_of_real_pictures(tmp_path, shared_data):
     (tmp_path / "target.toml").write_text(
         'mounted = "tool"\n[charuco]\nsquares = [5, 7]\nsquare = 0.036195\nmarker = 0.018256\n'
     )
-    for free, most in (("false", 2.59), ("true", 1.10)):
+    for free, most in (("false", 2.59), ("true", 0.90)):
         text = virtual.camera_toml(free=free, k=(1352.02747, 1356.14287, 789.67065, 627.2995))
         (tmp_path / "camera.toml").write_text(text)
         run = wb.identify(None, read(tmp_path), algorithms=("opt2",), held_out=0.0)
