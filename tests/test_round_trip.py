@@ -99,7 +99,7 @@ def named(name: str, request: pytest.FixtureRequest, factory: pytest.TempPathFac
 
 REAL = [
     pytest.param(name, marks=[pytest.mark.data, *([pytest.mark.slow] if name in MINUTES else [])])
-    for name in ("ur5", "wam", "panda_3", "iiwa14")  # the UR10 takes long: tests/benchmarks/round_trip.py
+    for name in ("ur5", "wam", "panda_3", "iiwa14")  # the UR10 takes long: tests/benchmarks/round_trips.py
 ]
 
 

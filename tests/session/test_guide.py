@@ -29,6 +29,12 @@ from workbench.views.page.panels.result_card import numbers, result_card
 from workbench.views.page.render import MIN_WIDTH
 
 
+@pytest.fixture(autouse=True)
+def trial(monkeypatch):
+    """A plate can be tried, whichever extras are there."""
+    monkeypatch.setattr("workbench.session.guide._trial", lambda: Action("Try this plate", Tab.PLATE))
+
+
 @pytest.fixture(scope="module")
 def walked(first, tmp_path_factory) -> dict[str, Session]:
     """The whole way: what a session is at each step."""

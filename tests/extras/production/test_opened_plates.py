@@ -7,7 +7,7 @@ import pytest
 
 from workbench.base.errors import OptionError
 from workbench.extras.production.panel import row_words
-from workbench.extras.production.session import OpenChoice, Weighed, choices_of
+from workbench.extras.production.session import OpenChoice, TryPlate, Weighed, choices_of
 from workbench.extras.production.tradeoff import Choice, Tradeoff
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.optimiser.result import PlateDesign
@@ -15,6 +15,7 @@ from workbench.plate.plate import Kind
 from workbench.plate.score import score_plate
 from workbench.plate.tolerances import Production
 from workbench.session.commands.undo import Redo, Undo
+from workbench.session.guide import _trial
 from workbench.session.score import score
 from workbench.session.start import start
 
@@ -102,3 +103,7 @@ def test_rows_are_numbered_by_the_work_that_plates_take(weighed):
     assert row_words(1, choices_of(weighed)[1]) == "2: printed, 8 targets, 2 shapes: 0.100 mm"
     made = [Choice(manner=name, design=choices_of(weighed)[0].design) for name in ("ball-bar", "printed")]
     assert sorted(made, key=lambda choice: choice.work)[0].manner == "printed"
+
+
+def test_the_guide_offers_to_try_a_plate():
+    assert _trial().command == TryPlate()

@@ -1,7 +1,7 @@
 """Print, for measured arms, what was shown of each saved file and what the file itself gives by other code.
 
-    python tests/benchmarks/round_trip.py                      # all sets, entrances and formats, as markdown
-    python tests/benchmarks/round_trip.py --sets ur5,iiwa14
+    python tests/benchmarks/round_trips.py                      # all sets, entrances and formats, as markdown
+    python tests/benchmarks/round_trips.py --sets ur5,iiwa14
 
 The readers of the files are plain numpy (`tests/round_trip.py`). The flange is that of the arm in memory, and
 of the nominal arm, in the arm's own base.
