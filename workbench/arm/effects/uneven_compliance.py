@@ -40,7 +40,6 @@ class UnevenCompliance(AbstractEffect):
     loads = Loads.OWN
     gives_way = False
     is_nameless = True
-    handicap = 6.0
 
     @property
     def names(self):
