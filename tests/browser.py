@@ -164,7 +164,9 @@ class Screen:
         return found.json_value()
 
     def tab(self, name: str) -> None:
-        self.page.get_by_role("tab", name=name).click()
+        tab = self.page.get_by_role("tab", name=name)
+        tab.click()
+        expect(tab).to_have_attribute("aria-selected", "true")
 
     def press(self, name: str) -> None:
         """A button of this name; where the strip offers it too, that one."""

@@ -48,7 +48,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
         screen.wait_node(f"/arm/nominal/body{i}", frame[:3, 3])
     screen.shoot("meshes")
     screen.tab("Robot")
-    slider = screen.page.get_by_role("textbox").first
+    slider = screen.page.get_by_role("textbox", name="Joint 1 [°]", exact=True)
     slider.fill("40")
     slider.press("Tab")
     screen.until(lambda session: abs(drawn_joints(session)[0] - np.deg2rad(40.0)) < 1e-6)
