@@ -126,10 +126,14 @@ class UserFrame(AbstractShown):
         )
         return f"frame at {', '.join(parts)} mm in the robot's base; {meet}"
 
-    def save(self, path: Path | str) -> Path:
-        """Write the frame as TOML: `xyz` [m] and `rpy` [rad] in the robot's base, as plates have them."""
+    def toml(self) -> str:
+        """The frame as plates have them: `xyz` [m] and `rpy` [rad] in the robot's base."""
         table = {"xyz": self.pose[:3, 3].tolist(), "rpy": se3.matrix_to_rpy(self.pose[:3, :3]).tolist()}
-        return write_text(path, tomli_w.dumps({"frame": table}))
+        return tomli_w.dumps({"frame": table})
+
+    def save(self, path: Path | str) -> Path:
+        """Write the frame as TOML."""
+        return write_text(path, self.toml())
 
     def summary(self) -> RenderableType:
         table = new_table("Touches", "touch", "of", "off by [mm]", "")

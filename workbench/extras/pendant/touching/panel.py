@@ -1,0 +1,99 @@
+"""Touches on the page: a file of joints to the tool's tip or a user frame, each touch with what it is off."""
+
+from collections.abc import Callable
+
+import viser
+
+from workbench.base.wording import capital
+from workbench.extras.pendant.touching.session import (
+    FRAME,
+    TIP,
+    ReadTouches,
+    Touched,
+    frame_toml,
+    tool_toml,
+    touched_of,
+)
+from workbench.extras.pendant.touching.tool_tip import ToolTip
+from workbench.session.command import AbstractCommand
+from workbench.session.commands.data import LARGEST_FILE
+from workbench.session.commands.messages import Tell
+from workbench.session.state import Session, Severity, Tab
+from workbench.views.page.html import CAREFUL, GOOD, badge, block, bullets, folded, heading, note, table, text
+from workbench.views.page.panels.panel import AbstractPanel
+
+READY = (
+    "A table of joints, one touch a row. Tip: touch one point in 4 or more orientations. Frame: name what "
+    "was touched in a column 'contact': origin, x, xy; or plane, line, end (3-2-1); or a drawing's points. "
+    "Frames use the tip that was found, else the arm's own tool."
+)
+ENDINGS = ".csv,.tsv,.txt,.xlsx"
+
+
+class TouchesPanel(AbstractPanel):
+    """A closed folder: files of touches, and what they show."""
+
+    tab, order = Tab.CALIBRATE, 60
+    depends = (touched_of,)
+
+    def build(self, gui: viser.GuiApi) -> None:
+        self._drawing = "", b""
+        with gui.add_folder("Tool tip or user frame from touches", expand_by_default=False):
+            gui.add_html(note(READY, "touches"))
+            self._file("Touches of one point", self._tip, "Find the tool's tip from joints alone.")
+            self._radius = self.number(
+                "Ball's radius [mm]", 0.0, (0.0, 99.0, 0.1), "Of the ball that touches faces (3-2-1); else 0."
+            )
+            self._file("Touches of a frame", self._frame, "Find a user frame from joints alone.")
+            self._file(
+                "Points of a drawing",
+                self._keep,
+                "point, x[mm], y[mm], z[mm] of a fixture; give it before the touches of its frame.",
+            )
+        self._card = gui.add_html("")
+        self._tool = self.download(
+            "Arm with this tool (TOML)", tool_toml, "The arm of this session with the tip.", visible=False
+        )
+        self._place = self.download(
+            "User frame (TOML)", frame_toml, "Pose of the frame in the robot's base.", visible=False
+        )
+
+    def show(self, session: Session) -> None:
+        kept = touched_of(session)
+        for button, found in ((self._tool, kept.tip), (self._place, kept.frame)):
+            button.visible = found is not None and not found.doubt
+        cards = "".join(_card(found) for found in (kept.tip, kept.frame) if found is not None)
+        self._card.content = block(cards, testid="touched", style="margin:4px 0 8px") if cards else ""
+
+    def _file(self, label: str, do: Callable[[str, bytes], AbstractCommand | None], hint: str) -> None:
+        self.upload(label, do, hint, endings=ENDINGS, maximum=LARGEST_FILE)
+
+    def _tip(self, name: str, content: bytes) -> ReadTouches:
+        return ReadTouches(name, content)
+
+    def _frame(self, name: str, content: bytes) -> ReadTouches:
+        return ReadTouches(name, content, FRAME, *self._drawing, 1e-3 * self._radius.value)
+
+    def _keep(self, name: str, content: bytes) -> Tell:
+        self._drawing = name, content
+        return Tell(f"{name}: points of the drawing for the next touches of a frame", Severity.INFO)
+
+
+def _card(found: Touched) -> str:
+    """Verdict, sentence, and what each touch is off."""
+    pivots = found.pivots if isinstance(found, ToolTip) else range(len(found.errors))
+    name = capital(TIP if isinstance(found, ToolTip) else FRAME)
+    mark = badge(f"{name}: don't use" if found.doubt else name, CAREFUL if found.doubt else GOOD)
+    rows = (
+        (
+            str(found.touches.rows[k] + 1),
+            text(found.touches.names[k]),
+            f"{1e3 * error:.3f}",
+            "slipped, left out" if k in found.apart else "",
+        )
+        for k, error in zip(pivots, found.errors, strict=True)
+    )
+    notes = folded("Notes", bullets(map(text, found.notes))) if found.notes else ""
+    head = heading("What each touch is off")
+    shown = table(("touch", "of", "[mm]", ""), rows)
+    return f"{mark}<div>{text(capital(found.doubt or found.sentence))}.</div>{head}{shown}{notes}"

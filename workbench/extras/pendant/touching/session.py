@@ -1,0 +1,115 @@
+"""Touches in a session: the command that finds a tool's tip or a user frame; what is kept and saved."""
+
+import tempfile
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, final
+
+from workbench.arm.robot_toml import robot_text
+from workbench.base.errors import DataError, OptionError, WorkbenchError
+from workbench.extras.pendant.touching.tool_tip import ToolTip, tcp
+from workbench.extras.pendant.touching.user_frame import UserFrame, frame
+from workbench.session.command import AbstractTask, computed
+from workbench.session.commands.data import LARGEST_FILE, safe_name, too_large
+from workbench.session.export import File, stem_of
+from workbench.session.journal.numbers import Subject
+from workbench.session.state import AbstractPart, Session, Severity
+
+TIP, FRAME = "tool tip", "user frame"
+Touched = ToolTip | UserFrame
+"""What touches show."""
+
+
+@final
+@dataclass(frozen=True, eq=False)
+class FoundTouched(AbstractPart):
+    """What the last touches of each kind showed."""
+
+    tip: ToolTip | None = None
+    frame: UserFrame | None = None
+
+
+class ReadTouches(AbstractTask[Touched]):
+    """Find the tip of the tool, or a user frame, from touches.
+
+    Args:
+        name: Name of their file, of which only the ending matters.
+        content: Joints at each touch, and in `contact` what was touched.
+        what: `tool tip` or `user frame`.
+        drawing: Name of the file of a drawing's points; empty for none.
+        points: The drawing's points.
+        radius: Of the ball that touches faces, for 3-2-1 [m].
+    """
+
+    name: str
+    content: bytes = field(repr=False)
+    what: str = TIP
+    drawing: str = ""
+    points: bytes = field(default=b"", repr=False)
+    radius: float = 0.0
+
+    title = computed(lambda self: f"Find the {self.what} from {safe_name(self.name)}")
+
+    def check(self, session: Session) -> None:
+        if self.what not in (TIP, FRAME):
+            raise OptionError(f"touches show a {TIP} or a {FRAME}, got '{self.what}'")
+        for name, content in ((self.name, self.content), (self.drawing, self.points)):
+            if len(content) > LARGEST_FILE:
+                raise DataError(too_large(name, len(content), LARGEST_FILE))
+
+    def compute(self, session: Session) -> Touched:
+        with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
+            touches = Path(folder) / safe_name(self.name)
+            touches.write_bytes(self.content)
+            drawing = Path(folder) / f"drawing-{safe_name(self.drawing)}" if self.drawing else None
+            if drawing is not None:
+                drawing.write_bytes(self.points)
+            try:
+                if self.what == TIP:
+                    return tcp(session.robot, touches)
+                tip = touched_of(session).tip
+                if tip is None or tip.doubt:
+                    return frame(session.robot, touches, cad=drawing, radius=self.radius)
+                found = frame(tip.robot, touches, cad=drawing, radius=self.radius)
+                return replace(found, notes=(*found.notes, "the tool is the one found from touches before"))
+            except WorkbenchError as error:
+                raise DataError(str(error).replace(f"{folder}/", "")) from error
+
+    def finish(self, session: Session, result: Touched) -> Session:
+        severity = Severity.WARNING if result.doubt else Severity.INFO
+        kept = touched_of(session)
+        kept = (
+            replace(kept, tip=result, frame=None)
+            if isinstance(result, ToolTip)
+            else replace(kept, frame=result)
+        )
+        return session.with_part(kept).tell(severity, result.doubt or result.sentence)
+
+
+def touched_of(session: Session) -> FoundTouched:
+    """What the last touches of each kind showed."""
+    return session.part(FoundTouched) or FoundTouched()
+
+
+def tool_toml(session: Session) -> File:
+    """The arm with the tool that was found."""
+    found = touched_of(session).tip
+    if found is None or found.doubt:
+        raise DataError("no tool tip has been found; give touches of one point first")
+    return f"{stem_of(found.robot.name)}-tool.toml", robot_text(found.robot).encode()
+
+
+def frame_toml(session: Session) -> File:
+    """The frame that was found."""
+    found = touched_of(session).frame
+    if found is None or found.doubt:
+        raise DataError("no user frame has been found; give its touches first")
+    return "frame.toml", found.toml().encode()
+
+
+def _json(tip: ToolTip | None, found: UserFrame | None) -> dict[str, Any]:
+    return {name: part.json() for name, part in (("tip", tip), ("frame", found)) if part is not None}
+
+
+NUMBERS = Subject("touches", lambda s: (touched_of(s).tip, touched_of(s).frame), _json)
+"""What the journal says of them."""
