@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import workbench as wb
 from workbench.base.errors import DataError
-from workbench.data.order import clock_of, split_sessions
+from workbench.data.order import beside, clock_of, split_sessions
 from workbench.data.readers import read_measurements
 from workbench.data.writer import write_measurements
 
@@ -72,3 +72,12 @@ def test_sessions_are_written_and_read_back(tmp_path):
     data = wb.split_sessions(wb.Dataset(q=np.zeros((5, 6)), position=np.ones((5, 3))), 2)
     back = read_measurements(write_measurements(data, tmp_path / "rows.csv"))
     assert back.session.tolist() == data.session.tolist()
+
+
+def test_a_part_of_the_same_file_is_not_of_later_and_another_file_is():
+    """Held-out rows that somebody took from the file lie on either side of what happened in it."""
+    data = wb.Dataset(q=np.zeros((6, 1)), position=np.zeros((6, 3)), source="arm.csv")
+    kept, held = data.take(np.array([0, 2, 3, 5])), data.take(np.array([1, 4]))
+    assert not beside(held, kept).is_of_later
+    assert beside(replace(held, source="other.csv"), kept).is_of_later
+    assert beside(data, kept).is_of_later  # a file of that name with rows of the same numbers

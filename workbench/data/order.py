@@ -37,9 +37,12 @@ def clock_of(data: Dataset) -> tuple[Float[np.ndarray, " rows"], bool]:
 def beside(other: Dataset, data: Dataset) -> Dataset:
     """Rows of another file, which say whether they are of a later time than all that happened in the first.
 
-    They are, unless their times lie between those of the first file as if one run had been divided: an arm is
-    in one place at a time, so that no two rows come much closer than those of each file do.
+    They are not if both are parts of one file, with other row numbers. Else they are, unless their times lie
+    between those of the first file as if one run had been divided: an arm is in one place at a time, so that
+    no two rows come much closer than those of each file do.
     """
+    if other.source == data.source and not np.isin(other.row, data.row).any():
+        return other
     times = [clock_of(rows) for rows in (data, other)]
     if not all(is_timed for _, is_timed in times):
         return replace(other, is_of_later=True)

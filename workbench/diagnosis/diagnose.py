@@ -57,6 +57,8 @@ from workbench.identification.set_apart import (
 )
 from workbench.plate.door import door
 
+LOST = 1.5
+"""Times the error of the geometry on the fitted rows from which on a fit with effects went astray."""
 TRIED = 12
 """Candidates of the ranking that are tried out on the rows that judge."""
 
@@ -134,6 +136,12 @@ class _CauseSearch:
     after: _Judged
     nominal: Validation
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether the fit with what was found ended far above the geometry alone, which it contains."""
+        before, after = (v.errors.train.position_mm.rms for v in (self.before, self.after))
+        return bool(after > LOST * before)
+
 
 def _search(robot: Robot, ready: Prepared, rng: np.random.Generator) -> _CauseSearch:
     """Fit the geometry, then look for effects; what then explains next to nothing is the wrong robot's."""
@@ -143,7 +151,9 @@ def _search(robot: Robot, ready: Prepared, rng: np.random.Generator) -> _CauseSe
     found = _rounds_with_sure_events(first, rng) if short is None else rounds(first, rng, search=False)
     progress(0.8, "judging what was found")
     search = _validated_search(ready, first, found, short)
-    if explains_little(search.nominal.train, search.after.errors.train, robot.reach):
+    if search.is_lost:
+        search = _validated_search(ready, first, rounds(first, rng, events=()), short)
+    if search.is_lost or explains_little(search.nominal.train, search.after.errors.train, robot.reach):
         search = _validated_search(ready, first, rounds(first, rng, search=False), short)
     return search
 

@@ -25,12 +25,14 @@ class Timeline:
         is_timed: Whether that is time.
         row: Their numbers in the file.
         piece: Piece of every row, counted from 0.
+        session: Session of every row, counted from 0.
     """
 
     clock: Float[np.ndarray, " rows"]
     is_timed: bool
     row: Int[np.ndarray, " rows"]
     piece: Int[np.ndarray, " rows"]
+    session: Int[np.ndarray, " rows"]
 
     @classmethod
     def of(cls, data: Dataset, near: Sequence[float] = ()) -> "Timeline":
@@ -48,7 +50,9 @@ class Timeline:
             place = int(np.searchsorted(known, moment))
             bounds = np.union1d(bounds, np.arange(max(place - reach, 0), min(place + reach, len(known)) + 1))
         piece = np.searchsorted(bounds, np.searchsorted(known, clock), side="right") - 1
-        return cls(clock, is_timed, np.asarray(data.row), piece)
+        named = np.zeros(len(data), int) if data.session is None else np.asarray(data.session)
+        session = np.unique(named, return_inverse=True)[1].reshape(-1)
+        return cls(clock, is_timed, np.asarray(data.row), piece, session)
 
     @cached_property
     def order(self) -> Int[np.ndarray, " rows"]:
@@ -69,6 +73,14 @@ class Timeline:
     def before(self) -> Int[np.ndarray, " pieces"]:
         """How many rows lie before every piece."""
         return np.concatenate([[0], np.cumsum(np.bincount(self.piece))[:-1]])
+
+    @cached_property
+    def sides(self) -> Int[np.ndarray, "pieces 2"]:
+        """How many rows of the session in which a piece begins lie before it, and from it on."""
+        session = self.session[self.order]
+        mine = session == self.session[self.first][:, None]
+        is_before = np.arange(len(session)) < self.before[:, None]
+        return np.column_stack([(mine & is_before).sum(1), (mine & ~is_before).sum(1)])
 
 
 def crowded(

@@ -253,7 +253,7 @@ def test_a_cluster_gives_the_same_numbers_and_bears_the_loss_of_a_worker(job, fo
     with (
         pytest.importorskip("dask").config.set(forked),
         distributed.LocalCluster(
-            n_workers=2, threads_per_worker=1, dashboard_address=None, memory_limit=None
+            n_workers=2, threads_per_worker=1, dashboard_address=":0", memory_limit=None
         ) as cluster,
     ):
         killed = []

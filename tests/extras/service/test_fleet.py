@@ -125,7 +125,7 @@ def test_everywhere_the_same_numbers(folder, fleet):
 def test_a_cluster_gives_the_same_numbers_of_a_fleet(folder, fleet):
     distributed = pytest.importorskip("distributed")
     with distributed.LocalCluster(
-        n_workers=1, threads_per_worker=1, dashboard_address=None, processes=False
+        n_workers=1, threads_per_worker=1, dashboard_address=":0", processes=False
     ) as cluster:
         found = wb.compare_fleet(folder, scheduler=cluster.scheduler_address)
     assert fleet_json(found) == fleet_json(fleet)
