@@ -25,18 +25,16 @@ from workbench.diagnosis.claimed_causes import (
     ResidualMap,
     find_causes,
     odds_of_events,
-    ranked,
-    rivals_of,
 )
 from workbench.diagnosis.event_notes import arm_now, without_undecided
-from workbench.diagnosis.evidence import Model, Offer, Term, drop
+from workbench.diagnosis.evidence import Model, drop
 from workbench.diagnosis.final_fit import fitted_on_all
 from workbench.diagnosis.next_poses import Measurable, next_poses
-from workbench.diagnosis.refit import large, linear_answer, refit, robot_with
-from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, harm_done, judged
+from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, harm_done, judged
 from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
 from workbench.diagnosis.standing import standing_causes, standing_notes
 from workbench.diagnosis.structure import Structure, structure_of
+from workbench.diagnosis.trial import Trial
 from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
 from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows, weights_that_differ
 from workbench.identification import noise as noises
@@ -48,7 +46,7 @@ from workbench.identification.own_preparation import preparation_of
 from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Noise
 from workbench.identification.result import Validation
-from workbench.identification.row_errors import Errors, RowErrors, Spread, degradation_warning
+from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
 from workbench.identification.set_apart import (
     GROSS_REASON,
     prepare_without_gross_outliers,
@@ -59,8 +57,6 @@ from workbench.plate.door import door
 
 LOST = 1.5
 """Times the error of the geometry on the fitted rows from which on a fit with effects went astray."""
-TRIED = 12
-"""Candidates of the ranking that are tried out on the rows that judge."""
 
 
 @door(FitChoices)
@@ -270,8 +266,7 @@ def _build_diagnosis(
         lambda: next_poses(fit.problem, fit.x, requested, rng=rng, measurable=measurable),
         (np.zeros((0, robot.dof)), ()),
     )
-    opening = search.rounds[0]
-    ranking = advice.ask("the ranking of candidates", lambda: _ranking(opening, Trial(ready, opening)), ())
+    ranking = advice.ask("the ranking of candidates", Trial(ready, search.rounds[0]).ranking, ())
     result = Diagnosis(
         nominal_robot=robot,
         data=ready.data,
@@ -319,7 +314,7 @@ def _build_diagnosis(
 
 
 def _residual_map(
-    model: Model, accepted: Sequence[Accepted], causes: Sequence[Cause], judge: "Trial", search: _CauseSearch
+    model: Model, accepted: Sequence[Accepted], causes: Sequence[Cause], judge: Trial, search: _CauseSearch
 ) -> ResidualMap | None:
     """The accepted effects that are no causes, with what they add to those that are."""
     claimed = {e.names for c in causes for e in c.effects}
@@ -351,53 +346,6 @@ def _validated(ready: Prepared, stage: Stage) -> _Judged:
     arm = fit.calibrated
     train, held = replace(ready, problem=fit.problem).errors(arm, fit.problem.instrument(fit.x))
     return _Judged(Validation(Errors.of(train), held.summary), (train, held))
-
-
-class Trial:
-    """Other models than a search's own, on the rows that judge."""
-
-    def __init__(self, ready: Prepared, searched: Searched):
-        fitted = searched.stage.fitted
-        self._found = fitted.problem.instrument(fitted.fit.x)
-        self._searched = searched
-        self._ready = ready
-        self._data = ready.held if len(ready.held) else fitted.problem.data
-
-    def mean_mm(self, model: Model) -> float:
-        """Mean error of the geometry with a model's effects, by the linear solution at the fit [mm]."""
-        return self._mean_mm(
-            robot_with(self._searched.stage.fitted, self._searched.grams, model), self._found
-        )
-
-    def refitted_mm(self, model: Model) -> float:
-        """Likewise, fitted anew where the problem is not too large for that [mm]."""
-        stage, grams = self._searched.stage, self._searched.grams
-        if large(stage.fitted.problem):
-            return self.mean_mm(model)
-        begin = linear_answer(stage.fitted, grams, model)
-        rows = stage.rows.take(stage.keep)
-        fit = refit(stage.geometric, grams, model, data=rows, begin=begin).fit
-        return self._mean_mm(fit.calibrated, fit.problem.instrument(fit.x))
-
-    def _mean_mm(self, arm: Robot, found) -> float:
-        rows = self._ready.errors_on(self._data, arm, found)
-        return 1e3 * Spread.of(rows.position).mean
-
-
-def _ranked(offer: Offer, mean_mm: float | None) -> Ranked:
-    candidate = offer.term.candidate
-    return Ranked(candidate.effect, offer.gain, float(np.exp(offer.log_p)), mean_mm, candidate.shrunk)
-
-
-def _alternatives(last: Searched, term: Term, judge: Trial) -> tuple[Ranked, ...]:
-    """Rivals of an accepted term, with the error that they leave in its place."""
-    return tuple(_ranked(rival, judge.mean_mm((*rest, rival.term))) for rest, rival in rivals_of(last, term))
-
-
-def _ranking(first: Searched, judge: Trial) -> tuple[Ranked, ...]:
-    """The candidates by what they would add to the geometry alone; the first few tried out."""
-    best = enumerate(ranked(first))
-    return tuple(_ranked(o, judge.mean_mm((o.term,)) if place < TRIED else None) for place, o in best)
 
 
 def _standard_errors(fit: Fit, hidden: Mapping[str, float]) -> dict[str, float]:
@@ -433,9 +381,7 @@ def _accepted(
         term, offered = model[k], last.found.offers[k]
         effect, rest = sized[term.candidate.names], drop(model, [term])
         without = f"the error without {effect.phrase}"
-        alternatives = advice.ask(
-            f"alternatives to {effect.phrase}", partial(_alternatives, last, term, judge), ()
-        )
+        alternatives = advice.ask(f"alternatives to {effect.phrase}", partial(judge.alternatives, term), ())
         out.append(
             Accepted(
                 effect=effect,

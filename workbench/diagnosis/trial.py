@@ -1,0 +1,61 @@
+"""Other models than a search's own, on the rows that judge: rivals, and the ranking of candidates."""
+
+import numpy as np
+
+from workbench.arm.robot import Robot
+from workbench.diagnosis.claimed_causes import ranked, rivals_of
+from workbench.diagnosis.evidence import Model, Offer, Term
+from workbench.diagnosis.refit import large, linear_answer, refit, robot_with
+from workbench.diagnosis.result import Ranked
+from workbench.diagnosis.rounds import Searched
+from workbench.identification.preparation import Prepared
+from workbench.identification.row_errors import Spread
+
+TRIED = 12
+"""Candidates of the ranking that are tried out on the rows that judge."""
+
+
+class Trial:
+    """Errors of models on the rows that judge; without those, on the fitted ones."""
+
+    def __init__(self, ready: Prepared, searched: Searched):
+        fitted = searched.stage.fitted
+        self._found = fitted.problem.instrument(fitted.fit.x)
+        self._searched = searched
+        self._ready = ready
+        self._data = ready.held if len(ready.held) else fitted.problem.data
+
+    def mean_mm(self, model: Model) -> float:
+        """Mean error of the geometry with a model's effects, by the linear solution at the fit [mm]."""
+        return self._mean_mm(
+            robot_with(self._searched.stage.fitted, self._searched.grams, model), self._found
+        )
+
+    def refitted_mm(self, model: Model) -> float:
+        """Likewise, fitted anew where the problem is not too large for that [mm]."""
+        stage, grams = self._searched.stage, self._searched.grams
+        if large(stage.fitted.problem):
+            return self.mean_mm(model)
+        begin = linear_answer(stage.fitted, grams, model)
+        rows = stage.rows.take(stage.keep)
+        fit = refit(stage.geometric, grams, model, data=rows, begin=begin).fit
+        return self._mean_mm(fit.calibrated, fit.problem.instrument(fit.x))
+
+    def alternatives(self, term: Term) -> tuple[Ranked, ...]:
+        """Rivals of a term of the search's model, with the error that they leave in its place."""
+        rivals = rivals_of(self._searched, term)
+        return tuple(_ranked(rival, self.mean_mm((*rest, rival.term))) for rest, rival in rivals)
+
+    def ranking(self) -> tuple[Ranked, ...]:
+        """The candidates by what they would add to the geometry alone; the first few tried out."""
+        best = enumerate(ranked(self._searched))
+        return tuple(_ranked(o, self.mean_mm((o.term,)) if k < TRIED else None) for k, o in best)
+
+    def _mean_mm(self, arm: Robot, found) -> float:
+        rows = self._ready.errors_on(self._data, arm, found)
+        return 1e3 * Spread.of(rows.position).mean
+
+
+def _ranked(offer: Offer, mean_mm: float | None) -> Ranked:
+    candidate = offer.term.candidate
+    return Ranked(candidate.effect, offer.gain, float(np.exp(offer.log_p)), mean_mm, candidate.shrunk)
