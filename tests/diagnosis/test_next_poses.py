@@ -9,7 +9,6 @@ from generator import move, turn
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.local_joint_error import LocalJointError
-from workbench.diagnosis import diagnose as diagnosing
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.next_poses import WEAK, _covariance, next_poses
 from workbench.diagnosis.report import html_report, plots
@@ -79,10 +78,16 @@ def failing(*_, **__):
     raise np.linalg.LinAlgError("Singular matrix")
 
 
-@pytest.mark.parametrize("adviser", ["next_poses", "undetectable", "rivals_of", "_ranking"])
+@pytest.mark.parametrize(
+    "adviser",
+    [
+        f"workbench.diagnosis.{name}"
+        for name in ("diagnose.next_poses", "diagnose.undetectable", "trial.rivals_of", "trial.ranked")
+    ],
+)
 def test_an_adviser_that_fails_costs_a_warning_and_nothing_else(adviser, case, monkeypatch):
     whole = diagnose(case.robot, case.data)
-    monkeypatch.setattr(diagnosing, adviser, failing)
+    monkeypatch.setattr(adviser, failing)
     found = diagnose(case.robot, case.data)
     assert [a.effect for a in found.effects] == [a.effect for a in whole.effects]
     assert found.final_fit.x.tolist() == whole.final_fit.x.tolist()

@@ -24,9 +24,7 @@ from workbench.identification.frames import visible_parts
 from workbench.identification.problem import Problem
 
 MIN_SIDE = 3
-"""Rows on either side of a step."""
-MIN_SIDE_IN_SESSION = 6
-"""Rows of one of several sessions on either side of a step in it: fewer look like those where it begins."""
+"""Rows on either side of a step, in its session too unless that begins with it."""
 RARE = 20
 """How much rarer an event is beforehand than an effect of the arm."""
 PART = 0.08
@@ -72,7 +70,7 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
     search = _EventSearch.of(grams, model)
     is_place = (line.before >= MIN_SIDE) & (line.before <= len(line.row) - MIN_SIDE)
     if np.ptp(line.session):
-        is_place &= (line.sides[:, 0] == 0) | (line.sides.min(1) >= MIN_SIDE_IN_SESSION)
+        is_place &= (line.sides[:, 0] == 0) | (line.sides.min(1) >= MIN_SIDE)
     steps = np.flatnonzero(is_place)
     span, begin = float(np.ptp(line.clock)), float(line.clock.min())
     weights = np.exp(-(line.middle - begin) / (PACES[:, None] * span)) if span > 0.0 else np.zeros((0, 1))
