@@ -107,9 +107,11 @@ def frame_toml(session: Session) -> File:
     return "frame.toml", found.toml().encode()
 
 
-def _json(tip: ToolTip | None, found: UserFrame | None) -> dict[str, Any]:
-    return {name: part.json() for name, part in (("tip", tip), ("frame", found)) if part is not None}
+def _json(kept: FoundTouched) -> dict[str, Any]:
+    return {
+        name: part.json() for name, part in (("tip", kept.tip), ("frame", kept.frame)) if part is not None
+    }
 
 
-NUMBERS = Subject("touches", lambda s: (touched_of(s).tip, touched_of(s).frame), _json)
+NUMBERS = Subject("touches", lambda s: (s.part(FoundTouched),), _json)
 """What the journal says of them."""
