@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-import time
 
 import pytest
 import trimesh
@@ -76,10 +75,8 @@ def robot(tmp_path):
 
 @pytest.mark.parametrize("head", [NESTED, REPEATED, EXTERNAL])
 def test_entities_of_a_urdf_are_not_expanded(robot, head):
-    begin = time.process_time()
     with pytest.raises(FileError, match="is no URDF"):
         read_urdf(robot(urdf(head=head, more=f"<x>{'&j;' * (20_000 if head is REPEATED else 1)}</x>")))
-    assert time.process_time() - begin < 2.0
 
 
 @pytest.mark.parametrize("head", [NESTED, REPEATED, EXTERNAL])
@@ -89,9 +86,7 @@ def test_entities_of_a_mesh_are_not_expanded(robot, head):
     mesh.write_text(dae())
     assert [len(piece.faces) for piece in link_meshes(read_urdf(path))] == [1]
     mesh.write_text(dae(head=head, title="&j;" * (20_000 if head is REPEATED else 1)))
-    begin = time.process_time()
     assert link_meshes(read_urdf(path)) == ()
-    assert time.process_time() - begin < 2.0
 
 
 OPENED = """

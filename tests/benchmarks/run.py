@@ -22,7 +22,7 @@ from table import Table, compared, count, seconds, show
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 REFERENCE = "OPT2"
-FASTER, RATE, LARGE, HELP = 20.0, 1e6, 2.0, 0.3
+FASTER, RATE, LARGE, HELP, STATIC = 20.0, 1e6, 2.0, 0.3, 0.1
 STEADY = 1.5
 """A pose may take this many times longer among a million than among ten thousand: growth is linear."""
 MEMORY = 64.0
@@ -100,7 +100,9 @@ def help_time(given):
 def alone(table, measured):
     """Rows and bounds of workbench alone."""
     table.heading("workbench alone")
-    growth, first, large, shown = (measured[k] for k in ("growth", "first", "large", "help"))
+    growth, first, large, static, shown = (
+        measured[k] for k in ("growth", "first", "large", "wrenches", "help")
+    )
     if isinstance(growth, list):
         for part in growth:
             rate = f"{count(part['rows'] / part['seconds'])} poses/s"
@@ -135,6 +137,9 @@ def alone(table, measured):
         table.add("11 911 poses, whole run", whole, seconds(large["whole"]), "", error, "", more)
         slowest = max(large["search"], large["whole"])
         table.check("11 911 poses with 40 parameters in under 2 s", seconds(slowest), slowest < LARGE)
+    bound = "joint loads of 12 000 poses in under 0.1 s"
+    value = seconds(static["seconds"]) if "seconds" in static else f"not measured: {static['failed']}"
+    table.check(bound, value, static["seconds"] < STATIC if "seconds" in static else None)
     value = seconds(shown["seconds"]) if "seconds" in shown else f"not measured: {shown['failed']}"
     table.add("workbench --help", "", value)
     table.check(
@@ -172,7 +177,9 @@ def main():
         packages = ["workbench", *(p for p in environments.REQUIREMENTS if p in given.peers.split(","))]
         reports = {package: worked(package, given, folder) for package in packages}
     print("workbench alone …", file=sys.stderr, flush=True)
-    measured = {k: parsed(ours((HERE / "single_process.py", k), given)) for k in ("growth", "large")}
+    measured = {
+        k: parsed(ours((HERE / "single_process.py", k), given)) for k in ("growth", "large", "wrenches")
+    }
     measured |= {"first": first_calls(given), "help": help_time(given)}
     mine, rate = compared(table, reports, arrays, REFERENCE)
     bounds(table, reports, mine, rate)
