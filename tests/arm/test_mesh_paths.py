@@ -24,7 +24,7 @@ def test_meshes_of_the_robot_are_found(urdf, name):
     ["../../elsewhere.stl", "/etc/passwd", "file:///etc/passwd", "package://../../etc/passwd", "none.stl"],
 )
 def test_files_elsewhere_are_refused_by_name(urdf, name):
-    with pytest.raises(FileError, match="no such mesh in the robot's folders"):
+    with pytest.raises(FileError, match="no such mesh"):
         meshes.find_mesh(name, urdf)
 
 
@@ -34,7 +34,7 @@ def test_files_elsewhere_are_refused_by_name(urdf, name):
 )
 def test_a_mesh_of_too_many_triangles_is_not_even_read(urdf, name, content):
     (urdf.parent / name).write_bytes(content)
-    with pytest.raises(FileError, match="more than 400000 triangles; give a coarser mesh"):
+    with pytest.raises(FileError, match="400000"):
         meshes.find_mesh(name, urdf)
 
 

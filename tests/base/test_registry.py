@@ -77,7 +77,7 @@ def test_a_cell_that_runs_again_replaces_its_own(classes):
     known.register(again(3))
     known.register(again(4))
     assert (known["saw"]() if classes else known["saw"]).use() == 4
-    with pytest.raises(OptionError, match="'hammer' is taken"):
+    with pytest.raises(OptionError, match="'hammer'"):
         known.register(again(5, "hammer"))
     known.register(again(6))
     assert [*known] == ["hammer", "saw"]
@@ -85,7 +85,7 @@ def test_a_cell_that_runs_again_replaces_its_own(classes):
 
 def test_nobody_replaces_what_came_with_the_package():
     known = tools(Sized("file"))
-    with pytest.raises(OptionError, match="'file' is taken"):
+    with pytest.raises(OptionError, match="'file'"):
         known.register(Sized("file"))
 
 

@@ -49,11 +49,11 @@ def test_a_circle_read_as_measurements_is_where_the_arm_is(run):
     assert status == 0, err
     assert run("evaluate", "k.csv", "--robot", "katana450", "--json", "e.json")[0] == 0
     assert json.loads(Path("e.json").read_text())["errors"]["position_mm"]["max"] < 1e-6
-    with pytest.raises(FileError, match="in the robot's base frame"):
+    with pytest.raises(FileError, match="base"):
         read_measurements("k.csv")
     text = Path("k.csv").read_text().replace("robot-base", "measuring")
     Path("m.csv").write_text(text)
-    with pytest.raises(DataError, match="in the measuring frame"):
+    with pytest.raises(DataError, match="measuring"):
         read_trajectory("m.csv")
     Path("m.csv").write_text(text.replace("measuring", "elsewhere", 1))
     with pytest.raises(FileError, match="robot-base or measuring"):

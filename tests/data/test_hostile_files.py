@@ -176,7 +176,7 @@ def test_numbers_of_joints_in_other_digits(tmp_path, digits):
     if digits == "01":
         assert read_measurements(path).joints == 2
     else:
-        with pytest.raises(FileError, match="q1 is missing"):
+        with pytest.raises(FileError, match="q1"):
             read_measurements(path)
 
 
@@ -193,7 +193,7 @@ def test_a_long_value_is_cut_in_the_sentence(tmp_path):
 
 
 def test_a_child_is_bounded_in_time():
-    with pytest.raises(ChildError, match=r"takes more than 0.2 s"):
+    with pytest.raises(ChildError, match="0.2 s"):
         in_child(_spin, seconds=0.2)
 
 

@@ -46,9 +46,7 @@ def test_what_is_right_passes(aria, rows):
 
 @pytest.mark.parametrize(("order", "signs"), [([1, 2, 3, 0], [1, 1, 1, 1]), ([0, 1, 2, 3], [1, -1, -1, -1])])
 def test_quaternions_of_another_order_or_of_the_opposite_turn(aria, rows, order, signs):
-    with pytest.raises(
-        DataError, match=r"by 0\.0° if the quaternion has the order x, y, z, w or the opposite"
-    ):
+    with pytest.raises(DataError, match=r"0\.0°.*x, y, z, w"):
         checked(aria, misread(rows, order, signs))
 
 
@@ -67,5 +65,5 @@ def test_copies_of_a_row_are_held_out_together(rows):
 
 def test_copies_of_a_row_measure_nothing_new(aria, rows):
     data = replace(rows.take(np.tile(np.arange(2), 20)), row=np.arange(40))
-    with pytest.raises(DataError, match="2 rows give 12 numbers"):
+    with pytest.raises(DataError, match=r"2 .*12"):
         check_enough(aria, data, None)

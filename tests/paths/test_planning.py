@@ -139,11 +139,11 @@ def test_what_forbids_a_path_is_named(robots):
     katana, aria = robots["katana"][0], robots["aria"][0]
     with pytest.raises(DataError, match=r"row \d+ .*\(at \d+\.\d+ s\).* beyond"):
         plan(katana, line(np.array([0.1, -0.37, 0.21]), np.array([-0.1, -0.8, 0.07])), duration=9.0)
-    with pytest.raises(DataError, match=r"\(at \d\.\d+ s\): joint \d would move at .* more than 0.5"):
+    with pytest.raises(DataError, match=r"\d\.\d+ s.*joint \d .*0\.5"):
         plan(aria, line(np.array([0.45, 0.3, 0.25]), np.array([0.3, 0.45, 0.2])), duration=0.5, max_speed=0.5)
     with pytest.raises(OptionError, match="line"):
         circle_through(np.array([[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]]))
-    with pytest.raises(OptionError, match="at least 3 points, got"):
+    with pytest.raises(OptionError, match="at least 3"):
         circle_through(THESIS[:2])
     with pytest.raises(OptionError, match="same"):
         line(THESIS[0], THESIS[0])

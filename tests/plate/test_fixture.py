@@ -210,7 +210,7 @@ def test_tall_blocks_are_less_well_known():
     position, rotation = production.sigma(np.array([height]))[0]
     assert position == pytest.approx(np.sqrt((moved**2).mean()), rel=0.01)
     assert rotation == pytest.approx(draws[:, 3:].std(), rel=0.01)
-    with pytest.raises(OptionError, match="can't be negative"):
+    with pytest.raises(OptionError, match="negative"):
         Production(position=-1e-5)
 
 
@@ -225,7 +225,7 @@ def test_play_of_a_probe_on_two_pins():
     position, rotation = Production(play=(shift, turn)).play_sigma
     assert position == pytest.approx(np.sqrt((draws[:, :2] ** 2).sum(1).mean() / 3.0), rel=0.01)
     assert rotation == pytest.approx(np.sqrt((draws[:, 2] ** 2).mean() / 3.0), rel=0.01)
-    with pytest.raises(OptionError, match="at most 18 mm, got 20 mm"):
+    with pytest.raises(OptionError, match=r"18 mm.*20 mm"):
         greatest_clearance(0.02)
 
 

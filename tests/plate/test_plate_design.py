@@ -112,9 +112,9 @@ def test_plates_of_every_kind_are_designed(name, aria, plate, tmp_path):
 
 
 def test_what_no_reading_is(aria, plate):
-    with pytest.raises(OptionError, match="there is no reading 'feeler'"):
+    with pytest.raises(OptionError, match="'feeler'"):
         reading_named("feeler", aria, plate)
-    with pytest.raises(OptionError, match="at least 1, got 0"):
+    with pytest.raises(OptionError, match="got 0"):
         reading_named("seat", aria, plate, visits=0)
     with pytest.raises(OptionError, match="positive"):
         reading_named("socket", aria, plate, sigma=(0.0, None))

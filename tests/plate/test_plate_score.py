@@ -151,13 +151,13 @@ def test_better_known_and_weaker_targets_count_as_such(aria, plate, score):
 def test_plates_that_nothing_can_be_measured_on(aria, plate):
     with pytest.raises(DataError, match="no targets"):
         score_plate(aria, replace(plate, targets=()))
-    with pytest.raises(DataError, match="stands in the robot's base"):
+    with pytest.raises(DataError, match="base"):
         score_plate(aria, replace(plate, xyz=np.array([0.2, 0.2, 0.1])))
     far = replace(plate.region, min=plate.region.min + 3.0, max=plate.region.max + 3.0)
-    with pytest.raises(DataError, match="outside the reach"):
+    with pytest.raises(DataError, match="reach"):
         score_plate(aria, replace(plate, region=far))
     away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])),))
-    with pytest.raises(DataError, match="at no target of plate 'Table 2': target 1 is out of reach: "):
+    with pytest.raises(DataError, match=r"'Table 2'.*target 1"):
         measurable(aria, away)
 
 

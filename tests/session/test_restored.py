@@ -212,7 +212,7 @@ def mixed(tmp_path):
 @pytest.mark.parametrize("after", ['"rpy": ', '"title": "', '"numbers": {'])
 def test_a_place_that_an_earlier_version_mixed_is_not_replayed(mixed, after):
     folder = mixed(after)
-    with pytest.raises(Exception, match=r"step 2 .*one place.*another.*--step 1"):
+    with pytest.raises(Exception, match=r"step 2 .*--step 1"):
         read_recording(folder)
     path = folder / JOURNAL
     path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:3]))

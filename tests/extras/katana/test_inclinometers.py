@@ -140,14 +140,14 @@ def test_a_posture_below_the_table_or_folded_is_not_possible():
 
 def test_what_cannot_be_loaded_is_refused():
     robot, rng = nominal_robot(), np.random.default_rng(0)
-    with pytest.raises(OptionError, match=r"joint 1 .* has a vertical axis or"):
+    with pytest.raises(OptionError, match=r"joint 1 .*vertical"):
         plan_load_test(robot, joints=[0], rng=rng)
-    with pytest.raises(OptionError, match="joint must be 1–5, got 9"):
+    with pytest.raises(OptionError, match=r"1–5.*9"):
         plan_load_test(robot, joints=[8], rng=rng)
     with pytest.raises(OptionError, match="got -1"):
         plan_load_test(robot, added_mass=-1.0, rng=rng)
     narrow = replace(robot, joints=tuple(replace(j, limits=(0.1, 0.12)) for j in robot.joints))
-    with pytest.raises(DataError, match=r"joint 2 .*crosswise.*widen"):
+    with pytest.raises(DataError, match="joint 2"):
         plan_load_test(narrow, joints=[1], rng=rng)
     with pytest.raises(DataError, match="pull harder"):
         side_loads(robot, 0, force=0.01, rng=rng)

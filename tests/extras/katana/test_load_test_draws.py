@@ -110,7 +110,7 @@ def test_a_fit_far_above_the_noise_is_refused_with_its_row(planned):
     data = experiment.read_plan(robot, plan, instrument=METER, rng=np.random.default_rng(1))
     tilt = {link: readings.copy() for link, readings in data.tilt.items()}
     tilt[4][7] += np.deg2rad(0.2)
-    with pytest.raises(DataError, match=r"times the inclinometers' noise .* most in row 8 \(.*leave it out"):
+    with pytest.raises(DataError, match="row 8"):
         experiment.tilting_of(robot, plan, replace(data, tilt=tilt), instrument=METER)
 
 

@@ -93,7 +93,7 @@ def options(session):
 
 
 def test_what_can_not_be_opened(first, weighed):
-    with pytest.raises(OptionError, match="must be 1 to 2, got 3"):
+    with pytest.raises(OptionError, match="got 3"):
         OpenChoice(2).check(weighed)
     with pytest.raises(OptionError, match="no plates have been compared"):
         OpenChoice(0).check(first)

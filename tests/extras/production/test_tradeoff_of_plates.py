@@ -33,7 +33,7 @@ def test_choices_and_their_front(aria, plate):
     out = " ".join(repr(found).split())
     assert re.search(r"printed: .*? made within ±0\.25 mm, ±0\.3°", out)
     assert "afterwards: every ball's centre" in out
-    with pytest.raises(OptionError, match="no way to make a plate 'cast'"):
+    with pytest.raises(OptionError, match="'cast'"):
         weigh_choices(aria, plate, manners=("cast",))
 
 
@@ -49,7 +49,7 @@ def test_a_choice_that_can_not_be_had_leaves_the_others(aria, plate, monkeypatch
     some = weigh_choices(aria, plate, numbers=(90, 8), manners=("printed",), places=40)
     assert len(some.choices) == 1
     assert "printed, 90 targets: not found; spacing and clearance conflict" in " ".join(repr(some).split())
-    with pytest.raises(DataError, match="90 targets: not found"):
+    with pytest.raises(DataError, match="90"):
         weigh_choices(aria, plate, numbers=(90,), manners=("printed",))
 
 

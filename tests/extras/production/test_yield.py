@@ -273,20 +273,20 @@ def test_a_cluster_gives_the_same_numbers_and_bears_the_loss_of_a_worker(job, fo
 def test_nobody_at_the_address(monkeypatch):
     pytest.importorskip("distributed")
     monkeypatch.setattr("workbench.base.parallel.CONNECTING", 0.3)
-    with pytest.raises(OptionError, match="no Dask scheduler answers at tcp"):
+    with pytest.raises(OptionError, match="tcp"):
         spread(len, [([],)], scheduler="tcp://127.0.0.1:9")
 
 
 def test_what_can_not_be_tried(job):
-    with pytest.raises(OptionError, match="at least 1, got 0"):
+    with pytest.raises(OptionError, match="got 0"):
         try_production(job, arms=0)
     few = replace(job, poses=job.poses[:2], q=job.q[:2], constrained=job.constrained[:2], sigma=job.sigma[:2])
-    with pytest.raises(DataError, match="three targets or more"):
+    with pytest.raises(DataError, match="three"):
         try_production(few, arms=10)
     with pytest.raises(OptionError, match="negative"):
         replace(USUAL, seat_position=-1.0)
     katana = load_robot("katana450")
-    with pytest.raises(DataError, match="can't sit in a seat"):
+    with pytest.raises(DataError, match="seat"):
         try_production(replace(job, robot=katana), arms=10)
 
 
@@ -412,7 +412,7 @@ def test_a_plate_with_a_blocked_target_is_not_tried(do):
 
 def test_a_plate_with_a_target_out_of_reach_is_not_tried(aria, plate):
     away = replace(plate, targets=(Target(np.array([2.0, 0.0, 0.0])), *plate.targets))
-    with pytest.raises(DataError, match=r"target 1 is out of reach: .*; move it, then try the plate"):
+    with pytest.raises(DataError, match="target 1"):
         planned_joints(aria, away, SIGMAS["seat"])
 
 
