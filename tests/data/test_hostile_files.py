@@ -193,7 +193,7 @@ def test_a_long_value_is_cut_in_the_sentence(tmp_path):
 
 
 def test_a_child_is_bounded_in_time():
-    with pytest.raises(ChildError, match="0.2 s"):
+    with pytest.raises(ChildError, match=r"0\.2 s"):
         in_child(_spin, seconds=0.2)
 
 
