@@ -5,7 +5,7 @@ import gc
 import io
 import os
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import cache
 from itertools import groupby
 from pathlib import Path, PurePath
@@ -153,6 +153,26 @@ def run(monkeypatch, capfd, tmp_path, built):
             cli.main()
         out, err = capfd.readouterr()
         return int(ended.value.code or 0), out, err
+
+    return call
+
+
+@pytest.fixture
+def refused(run):
+    """Run a command that must end in one sentence with these words, status 1 or 64, and no new file."""
+
+    def call(words: Iterable[str], *command: str | Path) -> None:
+        before = set(Path().rglob("*"))
+        status, out, err = run(*command)
+        assert status in (1, 64)
+        assert err.startswith("workbench: ")
+        lines = err.strip().splitlines()
+        assert len(lines) == 1, err
+        assert "Traceback" not in err
+        for word in words:
+            assert word in lines[0], lines[0]
+        assert out == ""
+        assert set(Path().rglob("*")) == before
 
     return call
 
