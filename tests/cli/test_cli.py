@@ -327,6 +327,11 @@ BAD_DATA = {
         "aria",
         ["bad.csv", "degrees", "q1[deg]"],
     ),
+    "a turn in millimetres": (
+        spoilt("good.csv", header("q3[rad]", "q3[mm]")),
+        "aria",
+        ["bad.csv", "joint 3", "q3[mm]", "q3[deg]"],
+    ),
     "millimetres labelled m": (spoilt("good.csv", scaled("x y z", 1e3)), "aria", ["bad.csv", "mm"]),
     "turned base": (
         lambda folder: folder / "turned.csv",

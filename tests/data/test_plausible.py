@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.base.errors import DataError, ShapeError
 from workbench.data.dataset import Dataset
-from workbench.data.plausibility import check_plausible, repeated_rows
+from workbench.data.plausibility import check_plausible, refuse_joint_quantities, repeated_rows
 
 LIMITS = np.array([[-6.28, 6.28], [-2.0, 2.0], [-np.inf, np.inf]])
 REACH = 0.9
@@ -43,6 +44,24 @@ def test_millimetres_of_a_sliding_joint_labelled_m():
     q[:, 2] = np.linspace(0, 800, len(q))
     with pytest.raises(DataError, match="mm labelled m"):
         check_plausible(dataset(q=q), np.array([[-3, 3], [-3, 3], [0, 1.0]]), REACH)
+
+
+@pytest.mark.parametrize(
+    ("units", "joint"),
+    [(("rad", "mm", "m"), 2), (("rad", "deg", "deg"), 3), (("", "inch"), 2), (("rad", "deg", "cm"), 0)],
+)
+def test_a_column_of_another_quantity_than_its_joint(tmp_path, units, joint):
+    """A slide in radians is read as metres: so writes who does not know the arm."""
+    joints = "".join(
+        f'[[joint]]\ntype = "{kind}"\ntheta = 0.0\nd = 0.1\na = {a}\nalpha = 1.5\nlimits = [-1, 1]\n'
+        for kind, a in (("revolute", 0.2), ("revolute", 0.3), ("prismatic", 0.0))
+    )
+    (tmp_path / "a.toml").write_text(f'name = "a"\nconvention = "dh"\n{joints}')
+    robot = load_robot(tmp_path / "a.toml")
+    if not joint:
+        return refuse_joint_quantities(units, robot, "a.csv")
+    with pytest.raises(DataError, match=f"joint {joint} .*write q{joint}"):
+        refuse_joint_quantities(units, robot, "a.csv")
 
 
 def test_millimetres_labelled_metres():

@@ -15,7 +15,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers import read_measurements
 from workbench.data.writer import RotationForm, write_measurements
 
-NOT_IN_THE_FILE = {"source", "notes", "row"}
+NOT_IN_THE_FILE = {"source", "notes", "row", "joint_units"}
 quick = settings(max_examples=40)
 words = st.text(
     st.characters(categories=("L", "N", "P", "S"), exclude_characters="#"), min_size=1, max_size=6

@@ -52,7 +52,15 @@ class RobotError(WorkbenchError):
 
 
 class DataError(WorkbenchError):
-    """Invalid or inconsistent measurements (too few rows, impossible values, wrong robot)."""
+    """Invalid or inconsistent measurements (too few rows, impossible values, wrong robot).
+
+    Args:
+        row: The row that it is about, counted from 0, if any.
+    """
+
+    def __init__(self, message: str, *, row: int | None = None):
+        super().__init__(message)
+        self.row = row
 
 
 class OptionError(WorkbenchError):

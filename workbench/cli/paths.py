@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Annotated
 
 import workbench as wb
-from workbench.base.errors import OptionError
+from workbench.base.errors import DataError, FileError, OptionError
 from workbench.cli import options as opt
 from workbench.cli.exit_status import group
 from workbench.cli.options import argument, option
@@ -144,21 +144,29 @@ def compensate(
     else:
         rows = read_trajectory(trajectory, columns=columns, joints=arm.dof, sheet=sheet)
     opt.check_writable(out, json)
-    found = wb.compensate(
-        arm,
-        rows,
-        nominal=None if nominal is None else wb.load_robot(nominal),
-        method=method,
-        payload=payload,
-        temperature=temperature,
-        max_speed=max_speed,
-        positions_only=positions_only,
-        moving=moving,
-    )
+    try:
+        found = wb.compensate(
+            arm,
+            rows,
+            nominal=None if nominal is None else wb.load_robot(nominal),
+            method=method,
+            payload=payload,
+            temperature=temperature,
+            max_speed=max_speed,
+            positions_only=positions_only,
+            moving=moving,
+        )
+    except DataError as error:
+        if program is None or error.row is None:
+            raise
+        raise FileError(str(error), path=str(trajectory), line=program.lines[error.row]) from error
     opt.show(compensation_table(found))
     if program is not None:
         change = float(abs(found.q - program.q).max())
         opt.say(f"largest change: {57.29577951308232 * change:.4f}°, in {len(program.q)} joint targets")
+        if found.kept.any():
+            lines = (str(n) for n, kept in zip(program.lines, found.kept, strict=True) if kept)
+            opt.say(f"left as they were: the targets of lines {', '.join(lines)}")
         opt.say(f"corrected program: {program.save(found.q, out)}")
     else:
         opt.say(f"corrected joints: {write_trajectory(found, out)}")

@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 Labels = np.ndarray  # one string a row
-NOT_PER_ROW = {"tilt", "more", "readings", "source", "notes", "is_of_later"}
-UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", "source", "notes", "is_of_later"}
+NOT_PER_ROW = {"tilt", "more", "readings", "source", "notes", "is_of_later", "joint_units"}
+UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", *(NOT_PER_ROW - {"tilt", "readings"})}
 """What is not named where a table is printed."""
 UNNUMBERED = frozen(np.zeros(0, np.int64))
 """Stands for row numbers that nobody gave."""
@@ -63,6 +63,7 @@ class Dataset:
         source: Where the rows came from, for messages.
         notes: Each decision that the reader took, in one sentence.
         is_of_later: Whether they were measured after all that happened while others were, which then is over.
+        joint_units: Unit of each joint's column in the file; empty where nothing says it.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -92,6 +93,7 @@ class Dataset:
     source: str = "data"
     notes: tuple[str, ...] = field(default=())
     is_of_later: bool = False
+    joint_units: tuple[str, ...] = ()
 
     def __post_init__(self):
         for f in fields(self):

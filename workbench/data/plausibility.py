@@ -10,13 +10,14 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.built_in_arms import posed_arm
-from workbench.arm.joint_units import implausible_joint
+from workbench.arm.joint_units import implausible_joint, sliding
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.hand_eye import nearest_rotation
+from workbench.base.units import Quantity, conversion
 from workbench.data.dataset import Dataset
 
 WRONG, RIGHT = np.radians(20.0), np.radians(8.0)
@@ -36,6 +37,7 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
             f"{dataset.source}: poses of the tool were given in place of joints, so robot '{robot.name}' "
             "can't be judged; give the joints, or only identify camera and target"
         )
+    refuse_joint_quantities(dataset.joint_units, robot, dataset.source)
     dataset = check_plausible(dataset, robot.limits, robot.reach)
     rows = np.flatnonzero(dataset.included & dataset.in_session(dataset.sessions[0]))[:MAX_ROWS]
     if len(rows) >= MIN_ROWS:
@@ -159,6 +161,18 @@ def refuse_joint_units(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray,
         f"{source}: joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} "
         f"where its limit is {bound:.4g}: {guess}"
     )
+
+
+def refuse_joint_quantities(units: tuple[str, ...], robot: Robot, source: str) -> None:
+    """Raise where the column of a joint that turns is a length, or that of one that slides in degrees."""
+    for joint, (unit, slides) in enumerate(zip(units, sliding(robot), strict=False), start=1):
+        is_length = unit and conversion(unit, Quantity.ANGLE, Quantity.LENGTH).quantity is Quantity.LENGTH
+        if is_length != slides and unit not in ("", "rad"):
+            kind, wanted = ("slides", "mm") if slides else ("turns", "deg")
+            raise DataError(
+                f"{source}: joint {joint} {kind}, but its column is q{joint}[{unit}]: "
+                f"write q{joint}[{wanted}]"
+            )
 
 
 def _refuse_length_units(dataset: Dataset, reach: float) -> None:

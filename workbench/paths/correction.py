@@ -175,7 +175,8 @@ def _refuse_stopped(robot: Robot, new: np.ndarray, after: Refined, time: Times) 
         raise DataError(
             f"{named(row, time)}: the correction needs joint {joint + 1} beyond its limit "
             f"{new[row, joint]:.4f} (rad or m), {1e3 * after.position_error[row]:.3g} mm are left; "
-            "lead the path away from it"
+            "lead the path away from it",
+            row=row,
         )
 
 
@@ -186,7 +187,8 @@ def _refuse_large(change: np.ndarray, time: Times) -> None:
         row, joint = divmod(int(np.argmax(size)), size.shape[1])
         raise DataError(
             f"{named(row, time)}: the correction turns joint {joint + 1} by {size[row, joint]:.2f} "
-            "(rad or m), as it is near a singularity; lead the path around it"
+            "(rad or m), as it is near a singularity; lead the path around it",
+            row=row,
         )
 
 
@@ -210,7 +212,8 @@ def _refuse_unconverged(commanded: Commanded, after: Refined) -> None:
             )
         raise DataError(
             f"{named(row, commanded.time)}: the correction does not converge, "
-            f"{1e3 * after.position_error[row]:.3g} mm are left; {why}"
+            f"{1e3 * after.position_error[row]:.3g} mm are left; {why}",
+            row=row,
         )
 
 

@@ -243,7 +243,8 @@ def refuse_beyond(robot: Robot, q: Float[np.ndarray, "rows n"], time: Times = No
         low, high = robot.limits[joint]
         raise DataError(
             f"{named(row, time)} asks for {q[row, joint]:.4f} of joint {joint + 1}, whose limits are "
-            f"{low:.4f} and {high:.4f} (rad or m); change the path"
+            f"{low:.4f} and {high:.4f} (rad or m); change the path",
+            row=row,
         )
 
 
@@ -257,7 +258,8 @@ def refuse_singular(robot: Robot, q: Float[np.ndarray, "rows n"], task: Task, ti
         joints = [str(j + 1) for j in np.flatnonzero(free > TOGETHER * free.max())]
         raise DataError(
             f"{named(row, time)} is at a singularity, where joints {' and '.join(joints)} move without "
-            f"moving the tool (smallest singular value {s[row, -1]:.1e}); lead the path around it"
+            f"moving the tool (smallest singular value {s[row, -1]:.1e}); lead the path around it",
+            row=row,
         )
 
 
@@ -270,5 +272,6 @@ def refuse_fast(
         unit = "m/s" if sliding(robot)[joint] else "rad/s"
         raise DataError(
             f"{named(row, time)}: joint {joint + 1} would move at {abs(speed[row, joint]):.3g} {unit}, more "
-            f"than {maximum:g}; go slower there"
+            f"than {maximum:g}; go slower there",
+            row=row,
         )

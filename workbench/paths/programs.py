@@ -59,6 +59,11 @@ class Program:
         """The targets as a list of poses."""
         return Trajectory(time=None, q=self.q, position=None, rotation=None, source=self.source, notes=())
 
+    @property
+    def lines(self) -> list[int]:
+        """The line of each target, counted from 1."""
+        return [self.text.count("\n", 0, row[0][0]) + 1 for row in self.spans]
+
     def save(self, q: Float[np.ndarray, "targets n"], path: Path) -> Path:
         """Write the program with other joint targets, and everything else as it was."""
         places = [span for row in self.spans for span in row]

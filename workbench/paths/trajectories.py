@@ -18,6 +18,7 @@ from workbench.base.threads import one_thread
 from workbench.base.types import JointRows
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
+from workbench.data.plausibility import refuse_joint_quantities
 from workbench.data.readers import read_trajectory
 from workbench.data.readers.fields import BASE
 from workbench.data.readers.trajectory import Trajectory
@@ -85,6 +86,7 @@ def _commanded(
     calibrated: Robot, trajectory: Trajectory, nominal: Robot | None, positions_only: bool | None
 ) -> Commanded:
     time = trajectory.time
+    refuse_joint_quantities(trajectory.joint_units, calibrated, trajectory.source)
     if trajectory.q is not None and nominal is not None:
         return command_joints(calibrated, nominal, trajectory.q, positions_only=positions_only, time=time)
     assert trajectory.position is not None  # a trajectory has one or the other

@@ -105,6 +105,20 @@ def test_only_the_numbers_of_joint_targets_change(run, tmp_path, calibrated, nam
     assert largest == pytest.approx(np.rad2deg(np.abs(expected - Q).max()), abs=2e-3)
 
 
+@pytest.mark.parametrize("name", WRITTEN)
+def test_a_target_that_can_not_be_corrected_is_named_by_its_line(run, tmp_path, calibrated, name):
+    """The second target is beyond the limits of joint 2: 7 rad."""
+    rows = np.array([Q[0], [0.0, 7.0, 1.0, 0.0, 0.0, 0.0]])
+    text = WRITTEN[name](rows)
+    (tmp_path / name).write_text(text, encoding="latin-1", newline="")
+    number = "7.00000" if name == "d.script" else f"{np.rad2deg(7.0):.2f}"
+    line = next(k for k, own in enumerate(text.split("\n"), 1) if number in own)
+    status, _, err = run("compensate", name, "--robot", calibrated, "--nominal", "ur5e", "--out", "new.txt")
+    assert status == 1
+    assert f"{name}, line {line}: " in err
+    assert len(err.strip().splitlines()) == 1
+
+
 @pytest.mark.parametrize(
     ("name", "text", "words"),
     [

@@ -15,6 +15,7 @@ from jaxtyping import Bool, Float
 from workbench.base.columns import Per, row_drivers
 from workbench.base.errors import DataError, FileError, ShapeError
 from workbench.base.types import Matrix4
+from workbench.base.units import parse_heading
 from workbench.base.wording import plural
 from workbench.data.columns import known_columns
 from workbench.data.dataset import Dataset
@@ -82,6 +83,7 @@ def assemble(
         + moved
         + _excluded_notes(fields, excluded, found, reasons)
         + _label_notes(fields),
+        joint_units=joint_units(fields),
         **_plain(fields, q.shape[1]),
     )
     return replace(dataset, notes=dataset.notes + _repeats(dataset, fields))
@@ -122,6 +124,12 @@ def joint_columns(fields: Fields, joints: int | None) -> Float[np.ndarray, "rows
             found=len(numbers),
         )
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)
+
+
+def joint_units(fields: Fields) -> tuple[str, ...]:
+    """Unit of each joint's column, as the file has it; empty where it has none."""
+    names = [f"q{i}" for i in fields.numbers(r"q(\d+)")]
+    return tuple(fields.units.get(n) or parse_heading(fields.headings.get(n, "")).unit or "" for n in names)
 
 
 def _observations(fields: Fields, position, rotation, markers, tilt, beside) -> dict[str, np.ndarray]:

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from workbench.base.columns import row_drivers
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
-from workbench.data.readers.assemble import joint_columns
+from workbench.data.readers.assemble import joint_columns, joint_units
 from workbench.data.readers.fields import BASE, in_base
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
@@ -28,6 +28,7 @@ class Trajectory:
         drivers: What else may drive effects, one number a row by the column's name, such as `payload` [kg].
         source: Path, for messages.
         notes: Each decision that the reader took.
+        joint_units: Unit of each joint's column in the file; empty where nothing says it.
     """
 
     time: Float[np.ndarray, " rows"] | None
@@ -37,6 +38,7 @@ class Trajectory:
     source: str
     notes: tuple[str, ...]
     drivers: Mapping[str, Float[np.ndarray, " rows"]] = field(default_factory=dict)
+    joint_units: tuple[str, ...] = ()
 
 
 def read_trajectory(
@@ -78,4 +80,5 @@ def read_trajectory(
         source=fields.source,
         notes=fields.notes + notes,
         drivers={n: frozen(fields.values[n]) for n in row_drivers() if n in fields.values and n != "time"},
+        joint_units=joint_units(fields),
     )

@@ -18,9 +18,9 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
-from workbench.data.plausibility import refuse_joint_units
+from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
 from workbench.data.readers import read_measurements
-from workbench.data.readers.assemble import joint_columns
+from workbench.data.readers.assemble import joint_columns, joint_units
 from workbench.data.readers.read import read_fields
 
 CHANCE = 0.01
@@ -67,16 +67,17 @@ def read_touches(source: Path | Dataset, robot: Robot) -> Touches:
         robot.check_joints(source.q, source.source)
         names = source.contact if source.contact is not None else source.point
         kept, q, rows = source.included, source.q, source.row
-        where = source.source
+        where, units = source.source, source.joint_units
     else:
         fields = read_fields(source)
-        q, where = joint_columns(fields, robot.dof), str(source)
+        q, where, units = joint_columns(fields, robot.dof), str(source), joint_units(fields)
         names = fields.values.get("contact", fields.values.get("point"))
         kept, rows = np.isfinite(q).all(1), np.arange(len(q))
         if "exclude" in fields.values:
             kept = kept & read_measurements(source, joints=robot.dof).included
     if not kept.any():
         raise DataError(f"{where}: there is no touch; give joint positions (q1[deg] …), one touch a line")
+    refuse_joint_quantities(units, robot, where)
     refuse_joint_units(q[kept], robot.limits, where)
     labels = [""] * len(q) if names is None else [str(name).strip() for name in names]
     chosen = np.flatnonzero(kept)
