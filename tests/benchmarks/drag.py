@@ -3,9 +3,10 @@
 One step moves a target of ten: inverse kinematics, all indices, contributions, predicted error, error of
 every cube; drawing prepares and queues every message for the page. Printed in ms: median and 95th
 percentile of 300 steps, with 1 000 and 10 000 cubes; and the processor's time, which other programs on the
-machine do not lengthen. In headless Chromium (`--browser`), side by side with a bare viser page that holds
-one gizmo and one number: from the pointer's move to the changed number on the page, and how many updates a
-second the page showed during a drag; with cubes, and with as many measured points as the largest public file.
+machine do not lengthen. In headless Chromium (`--browser`), beside a bare viser page that holds one gizmo and
+one number, in turns, so that whatever else runs slows down both: from the pointer's move to the changed number
+on the page, and how many updates a second the page showed during a drag; with cubes, and with as many measured
+points as the largest public file.  `--browser-only`: that alone, in less than three minutes.
 """
 
 import multiprocessing
@@ -47,7 +48,9 @@ from browser import DRAWN, FLAGS, SIZE, Screen, browser_program
 
 STEPS = 300
 CUBES = (1_000, 10_000)
-SECONDS, LATENCIES = 6.0, 20
+SECONDS, LATENCIES = 4.0, 20
+FAR = 0.05
+"""How far a gesture goes [m]: a few millimetres may leave every digit of the number as it is."""
 PROBE = """() => {
   window.__moves = []; window.__shown = []; window.__steps = -1; let last, step;
   const text = () => document.querySelector('[data-testid="index"]').textContent;
@@ -195,46 +198,81 @@ def served(target: Callable[..., None], *options: int) -> Iterator[Server]:
 
 
 @contextmanager
-def page_of(url: str) -> Iterator[Page]:
-    """A page in headless Chromium."""
+def pages_of(*urls: str) -> Iterator[list[Page]]:
+    """Pages in headless Chromium, each in a browser of its own: none waits for what another draws."""
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=browser_program(), headless=True, args=FLAGS)
-        page = browser.new_context(viewport=SIZE, device_scale_factor=1).new_page()
-        page.goto(f"{url}/?fixedDpr=1")
-        page.wait_for_selector('[data-testid="index"]', timeout=60_000)
-        yield page
-        browser.close()
+        launch = playwright.chromium.launch
+        program = browser_program()
+        browsers = [launch(executable_path=program, headless=True, args=FLAGS) for _ in urls]
+        pages = [each.new_context(viewport=SIZE, device_scale_factor=1).new_page() for each in browsers]
+        for page, url in zip(pages, urls, strict=True):
+            page.goto(f"{url}/?fixedDpr=1")
+        for page in pages:
+            page.wait_for_selector('[data-testid="index"]', timeout=60_000)
+        yield pages
+        for browser in browsers:
+            browser.close()
 
 
-def dragged(screen: Screen) -> Measured:
-    """A drag of the gizmo: quick for its updates, slow for its latency."""
-    page = screen.page
-    at, metre = screen.grab(1)  # across: along x the error hardly changes
-    page.evaluate(PROBE)
-    rate, frames = a_second(page, at, metre)
-    latency = [gesture_to_number(page, at - metre * (0.01 + 0.05 * (k % 2))) for k in range(LATENCIES)]
-    page.mouse.up()
-    return statistics.median(latency), rate, frames
+class Hand:
+    """Holds the gizmo of a page by an arrow, across: along x the error hardly changes."""
+
+    def __init__(self, screen: Screen):
+        self.page = screen.page
+        self._at, self._metre = screen.grab(1)
+        self.page.evaluate(PROBE)
+
+    def swing(self) -> np.ndarray:
+        """Steps and frames a second while the pointer swings to and fro."""
+        read = "() => [window.__steps, window.__viserTestpoints.rendererInfo.render.frame]"
+        begin, k, before = time.perf_counter(), 0, self.page.evaluate(read)
+        while time.perf_counter() - begin < SECONDS:
+            k += 1
+            self._move(0.05 * np.sin(0.1 * k))
+            self.page.wait_for_timeout(8)
+        return (np.array(self.page.evaluate(read)) - before) / (time.perf_counter() - begin)
+
+    def rest(self, place: float) -> None:
+        """Go there, and wait for a number that stays."""
+        self._move(place)
+        before = -1
+        while before != (before := self.page.evaluate("window.__shown.length")):
+            self.page.wait_for_timeout(500)
+
+    def gesture(self, place: float) -> float:
+        """From one move of the pointer, far enough to change the number, to its change [ms]."""
+        self.page.wait_for_timeout(300)
+        counts = self.page.evaluate("[window.__moves.length, window.__shown.length]")
+        self._move(place)
+        self.page.wait_for_function("n => window.__shown.length > n", arg=counts[1], timeout=30_000)
+        begin, end = self.page.evaluate("n => [window.__moves[n[0]], window.__shown[n[1]]]", counts)
+        return end - begin
+
+    def _move(self, place: float) -> None:
+        self.page.mouse.move(*(self._at - self._metre * place))
 
 
-def on_a_bare_page() -> Measured:
-    """A drag of a bare page's gizmo."""
-    with served(serve_bare) as server, page_of(server.url) as page:
-        page.wait_for_timeout(3000)
-        return dragged(server.screen(page))
-
-
-def in_the_browser(cubes: int, points: int) -> Measured:
-    """A drag of a target."""
-    with served(serve, cubes, points) as server, page_of(server.url) as page:
+def beside_bare(cubes: int, points: int) -> tuple[Measured, Measured]:
+    """Drags of a bare page's gizmo and of a target, in turns: quick for updates, slow for latency."""
+    with (
+        served(serve_bare) as bare,
+        served(serve, cubes, points) as ours,
+        pages_of(bare.url, ours.url) as (bare_page, page),
+    ):
         page.wait_for_function(DRAWN, timeout=60_000)
         page.wait_for_timeout(3000)
-        found = dragged(server.screen(page))
+        hands = Hand(bare.screen(bare_page)), Hand(ours.screen(page))
+        rates = [hand.swing() for hand in hands]
+        for hand in hands:
+            hand.rest(FAR)
+        latencies = [[hand.gesture(FAR * (k % 2)) for hand in hands] for k in range(LATENCIES)]
+        page.mouse.up()
         page.wait_for_timeout(1000)
-        shown, wanted = page.locator('[data-testid="predicted"]').inner_text(), server.ask("predicted")
+        shown, wanted = page.locator('[data-testid="predicted"]').inner_text(), ours.ask("predicted")
         if not shown.startswith(wanted):
             print(f"STALE: {shown}, not {wanted}")
-    return found
+    medians = np.median(latencies, axis=0)
+    return tuple((float(m), *map(float, rate)) for m, rate in zip(medians, rates, strict=True))
 
 
 def with_points(app: App, number: int) -> None:
@@ -253,21 +291,17 @@ def with_points(app: App, number: int) -> None:
 
 def side_by_side() -> None:
     """The page against a bare one in one run: what the drag itself costs."""
-    bare = on_a_bare_page()
-    print(
-        f"bare page: gesture to number {bare[0]:.0f} ms median; "
-        f"{bare[1]:.1f} updates/s, {bare[2]:.1f} frames/s"
-    )
     for words, cubes, points in (
         ("no cubes", 0, 0),
         ("1 000 cubes", 1_000, 0),
         ("10 000 cubes", 10_000, 0),
         ("11 911 measured points", 0, 11_911),
     ):
-        median, rate, frames = in_the_browser(cubes, points)
+        bare, ours = beside_bare(cubes, points)
         print(
-            f"{words}: gesture to number {median:.0f} ms median ({median / bare[0]:.2f} × bare); "
-            f"{rate:.1f} updates/s ({rate / bare[1]:.2f} × bare), {frames:.1f} frames/s",
+            f"{words}: gesture to number {ours[0]:.0f} ms median, bare page {bare[0]:.0f} "
+            f"({ours[0] / bare[0]:.2f} ×); {ours[1]:.1f} updates/s, bare {bare[1]:.1f} "
+            f"({ours[1] / bare[1]:.2f} ×); {ours[2]:.1f} frames/s",
             flush=True,
         )
 
@@ -280,38 +314,16 @@ def show_cubes(app: App, number: int) -> None:
     app.worker.wait(60.0)
 
 
-def a_second(page: Page, at: np.ndarray, metre: np.ndarray) -> tuple[float, float]:
-    """Steps and frames of the page while the pointer swings to and fro."""
-    read = "() => [window.__steps, window.__viserTestpoints.rendererInfo.render.frame]"
-    begin, k, before = time.perf_counter(), 0, page.evaluate(read)
-    while time.perf_counter() - begin < SECONDS:
-        k += 1
-        page.mouse.move(*(at - metre * 0.05 * np.sin(0.1 * k)))
-        page.wait_for_timeout(8)
-    seconds = time.perf_counter() - begin
-    steps, frames = (np.array(page.evaluate(read)) - before) / seconds
-    return steps, frames
-
-
-def gesture_to_number(page: Page, place: np.ndarray) -> float:
-    """From one move of the pointer to the next change of the number [ms]."""
-    page.wait_for_timeout(300)
-    shown, moved = page.evaluate("() => [window.__shown.length, window.__moves.length]")
-    page.mouse.move(*place)
-    page.wait_for_function("n => window.__shown.length > n", arg=shown, timeout=30_000)
-    begin, end = page.evaluate("n => [window.__moves[n[1]], window.__shown[n[0]]]", [shown, moved])
-    return end - begin
-
-
 def main() -> None:
     """Print the lines."""
-    begin = time.perf_counter()
-    session = start(load_robot("aria"), load_plate("table2"))
-    print(f"session start {1e3 * (time.perf_counter() - begin):8.1f} ms")
-    app = App(session.robot, session.plate)
-    on_the_server(session, app)
-    app.close()
-    if "--browser" in sys.argv:
+    if "--browser-only" not in sys.argv:
+        begin = time.perf_counter()
+        session = start(load_robot("aria"), load_plate("table2"))
+        print(f"session start {1e3 * (time.perf_counter() - begin):8.1f} ms")
+        app = App(session.robot, session.plate)
+        on_the_server(session, app)
+        app.close()
+    if {"--browser", "--browser-only"} & {*sys.argv}:
         side_by_side()
 
 
