@@ -3,14 +3,13 @@
 One step moves a target of ten: inverse kinematics, all indices, contributions, predicted error, error of
 every cube; drawing prepares and queues every message for the page. Printed in ms: median and 95th
 percentile of 300 steps, with 1 000 and 10 000 cubes; and the processor's time, which other programs on the
-machine do not lengthen. In headless Chromium (`--browser`), beside a bare viser page that holds one gizmo and
-one number, in turns, so that whatever else runs slows down both: from the pointer's move to the changed number
-on the page, and how many updates a second the page showed during a drag; with cubes, and with as many measured
-points as the largest public file.  `--browser-only`: that alone, in less than three minutes.
+machine do not lengthen. In headless Chromium (`--browser`), beside a bare viser page that holds one gizmo
+and one number, in turns, so that whatever else runs slows down both: from the pointer's move to the changed
+number on the page, and how many updates a second the page showed during a drag; with cubes, and with as many
+measured points as the largest public file.  `--browser-only`: that alone, in less than three minutes.
 """
 
 import multiprocessing
-import statistics
 import sys
 import tempfile
 import time
@@ -222,7 +221,7 @@ class Hand:
         self._at, self._metre = screen.grab(1)
         self.page.evaluate(PROBE)
 
-    def swing(self) -> np.ndarray:
+    def swing(self) -> tuple[float, float]:
         """Steps and frames a second while the pointer swings to and fro."""
         read = "() => [window.__steps, window.__viserTestpoints.rendererInfo.render.frame]"
         begin, k, before = time.perf_counter(), 0, self.page.evaluate(read)
@@ -230,7 +229,9 @@ class Hand:
             k += 1
             self._move(0.05 * np.sin(0.1 * k))
             self.page.wait_for_timeout(8)
-        return (np.array(self.page.evaluate(read)) - before) / (time.perf_counter() - begin)
+        seconds = time.perf_counter() - begin
+        steps, frames = np.subtract(self.page.evaluate(read), before) / seconds
+        return float(steps), float(frames)
 
     def rest(self, place: float) -> None:
         """Go there, and wait for a number that stays."""
@@ -252,7 +253,7 @@ class Hand:
         self.page.mouse.move(*(self._at - self._metre * place))
 
 
-def beside_bare(cubes: int, points: int) -> tuple[Measured, Measured]:
+def beside_bare(cubes: int, points: int) -> list[Measured]:
     """Drags of a bare page's gizmo and of a target, in turns: quick for updates, slow for latency."""
     with (
         served(serve_bare) as bare,
@@ -272,7 +273,7 @@ def beside_bare(cubes: int, points: int) -> tuple[Measured, Measured]:
         if not shown.startswith(wanted):
             print(f"STALE: {shown}, not {wanted}")
     medians = np.median(latencies, axis=0)
-    return tuple((float(m), *map(float, rate)) for m, rate in zip(medians, rates, strict=True))
+    return [(median, *rate) for median, rate in zip(medians.tolist(), rates, strict=True)]
 
 
 def with_points(app: App, number: int) -> None:

@@ -84,14 +84,15 @@ POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
 
 
 def guide(session: Session) -> GuideStep:
-    """The state of this session; where it advises to save the arm, the verdict on it decides the tone."""
+    """The state of this session; where it advises to save the arm, the tone is no better than the verdict."""
     step, file = _levelled(_guide(session), session.levelled), session.unread
     if session.loaded is not None and session.job is None and file is not None and file.match is not None:
         step = replace(step, other=_change_to(file.match))
     judged = arm_judgement(session) if step.next == TAKE else None
     if judged is None:
         return step
-    return replace(step, sentence=f"{step.sentence} {judged.text}.", tone=judged.tone)
+    tone = max(step.tone, judged.tone, key=[Tone.GOOD, Tone.PLAIN, Tone.CAREFUL, Tone.BAD].index)
+    return replace(step, sentence=f"{step.sentence} {judged.text}.", tone=tone)
 
 
 def _levelled(step: GuideStep, levelled: bool) -> GuideStep:
@@ -131,18 +132,23 @@ def _guide(session: Session) -> GuideStep:
             return _foreign(session.loaded.match)
         return GuideStep(f"{rows} rows of {session.loaded.name} are loaded.", next=FIT, other=LOAD)
     if session.accepted:
-        found, left = session.diagnosis, "The model now describes the real arm"
-        if found is not None and not found.causes:
-            left = "A residual map predicts the rest; no cause is named"
-        elif found is not None and not found.is_named:
-            left = "What was added predicts the rest; no cause is certain"
-        elif found is not None and found.verdict is Verdict.PARTLY:
-            left = "No known effect explains the rest"
-        return GuideStep(f"{stages_in_words(session)} mm. {left}.", Tone.GOOD, TAKE, COMPARE)
+        left, tone = _rest(session.diagnosis)
+        return GuideStep(f"{stages_in_words(session)} mm. {left}.", tone, TAKE, COMPARE)
     if session.diagnosis is not None:
         return _diagnosed(session, session.diagnosis)
     assert session.identification is not None
     return _identified(session, session.identification)
+
+
+def _rest(found: Diagnosis | None) -> tuple[str, Tone]:
+    """What is left once everything found is in the model; good only where its causes are named."""
+    if found is None or found.is_good:
+        return "The model now describes the real arm", Tone.GOOD
+    if not found.causes:
+        return "A residual map predicts the rest; no cause is named", Tone.PLAIN
+    if not found.is_named:
+        return "What was added predicts the rest; no cause is certain", Tone.PLAIN
+    return "No known effect explains the rest", Tone.CAREFUL
 
 
 def _measuring(measuring: Measuring) -> GuideStep:
@@ -261,7 +267,7 @@ def _design(session: Session) -> GuideStep:
         return GuideStep(f"{words}. Or let the program place all targets.", next=improve, other=LOAD)
     words = capital(_predicted(session))
     if (judged := plate_judgement(session)) is None:
-        words = f"{words}. Good enough? Set the required error below (Wanted [mm]), or measure."
+        words = f"{words}. Good enough? Set the required error below, or measure."
         return GuideStep(words, next=LOAD, other=improve)
     if judged.tone is Tone.GOOD:
         return GuideStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)

@@ -419,7 +419,7 @@ def test_a_plate_with_a_target_out_of_reach_is_not_tried(aria, plate):
 def test_the_guide_suggests_a_trial_only_where_an_error_is_wanted(first):
     moved = replace(first, done=(UndoStep(first.plate, first.states),))
     step = guide(moved)
-    assert "not yet tried against the wanted 1 mm per axis" in step.sentence
+    assert "not yet tried against the required 1 mm per axis" in step.sentence
     assert (step.next.command, step.next.tab, step.other.label) == (TryPlate(), Tab.PLATE, "Measure")
     with pytest.raises(OptionError, match="Wanted"):
         TryPlate(20).check(replace(moved, wanted=None))

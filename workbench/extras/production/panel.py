@@ -50,7 +50,7 @@ def result(session: Session) -> str:
         return ""
     content = heading("Yield") + f"<div>{text(trial.text)}.</div>"
     if session.tried is None:
-        words = "The plate, the instrument or the wanted error has changed since; try again."
+        words = "The plate, the instrument or the required error has changed since; try again."
         content += f'<div style="color:{MUTED}">{words}</div>'
     return block(content, testid="yield", style="margin:4px 0")
 

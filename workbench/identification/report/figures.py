@@ -181,7 +181,7 @@ def pictures(result: Identification, *, wanted: Wanted | None = None) -> tuple[P
     array = (
         f"Each column is one arm; rows are {over}. The identified arms share a scale in every row of the "
         "array; the nominal arm has its own where noted, and the band in its column is what the other "
-        f"columns show.{' Dotted lines: the wanted limit.' if requested else ''}"
+        f"columns show.{' Dotted lines: the required limit.' if requested else ''}"
     )
     thin = f" {POINTS} of {rows} rows are drawn, evenly chosen." if rows > POINTS else ""
     best_title = best.fit.title

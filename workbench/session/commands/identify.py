@@ -98,7 +98,7 @@ class SetWanted(AbstractChange):
         per_axis: Whether each axis alone has to keep it.
     """
 
-    title = "Set the wanted error"
+    title = "Set the required error"
     key = "wanted"
 
     position: float | None

@@ -13,17 +13,22 @@ VIEW = np.array([1.0, -0.86, 0.66])
 """Direction from which everything is looked at first."""
 BALL_FILLS_PICTURE = 3.4
 """Distance from which a ball fills the picture, in its radii."""
+WIDE = 1.1
+"""Width of the pictures that views are made for, as a share of their height, at least."""
 MIN_RADIUS = 0.3
 """Least radius of what is looked at [m]."""
 
 
-def aim(client: viser.ClientHandle, position: Vector3, look_at: Vector3) -> None:
-    """Put a page's camera somewhere, looking at a place.
+def aim(
+    client: viser.ClientHandle, position: Vector3, look_at: Vector3, *, aspect: float | None = None
+) -> None:
+    """Put a page's camera somewhere, looking at a place; farther away in a picture that is higher than wide.
 
     The place comes second: viser carries it along with the position.
     """
+    farther = max(1.0, WIDE / (aspect or client.camera.aspect or WIDE))
     with client.atomic():
-        client.camera.position = position
+        client.camera.position = look_at + farther * (position - look_at)
         client.camera.look_at = look_at
 
 

@@ -2,6 +2,7 @@
 
 import logging
 from collections.abc import Callable
+from functools import partial
 
 import viser
 
@@ -10,6 +11,7 @@ from workbench.session.commands.messages import Tell
 from workbench.session.state import Session, Tab
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
+from workbench.views.page.camera import aim
 from workbench.views.page.html import MUTED, block, text
 from workbench.views.page.palette import add_commands
 from workbench.views.page.panels import PANELS
@@ -22,7 +24,7 @@ from workbench.views.page.panels.trajectory import TrackPanel
 from workbench.views.page.scene.gizmo import Gizmo
 from workbench.views.page.scene.scene import Scene
 from workbench.views.page.scene.start_scene import FirstPicture
-from workbench.views.page.style import NARROW
+from workbench.views.page.style import NARROW, PHONE
 from workbench.views.page.tabs import PageSignals, Tabs
 from workbench.views.page.viser_internals import controls, icons_at_once
 
@@ -128,7 +130,7 @@ def _build_panels(
     server: viser.ViserServer, worker: Worker, link: str, card: StartCard, told: PageSignals
 ) -> tuple[list[AbstractPanel], Tabs]:
     gui = server.gui
-    server.on_client_connect(_fit_panel)
+    server.on_client_connect(partial(_fit_panel, server))
     panels: list[AbstractPanel] = []
 
     def make(panel: AbstractPanel, tab: Tab | None = None) -> None:
@@ -160,10 +162,15 @@ def _build_panels(
     return panels, tabs
 
 
-def _fit_panel(client: viser.ClientHandle) -> None:
+def _fit_panel(server: viser.ViserServer, client: viser.ClientHandle) -> None:
     """Leave the scene its part of a narrow window; a page that has just been opened shows the scene alone."""
-    if 0 < (window := client.camera.image_width) <= NARROW:
-        client.gui.main_panel.set_width(max(MIN_WIDTH, SHARE * window))
+    camera = client.camera
+    if 0 < (window := camera.image_width) <= NARROW:
+        width = max(MIN_WIDTH, SHARE * window)
+        client.gui.main_panel.set_width(width)
+        if window > PHONE:
+            first = server.initial_camera  # a page that has just been opened may not look from there yet
+            aim(client, first.position, first.look_at, aspect=(window - width) / camera.image_height)
 
 
 def _link(address: str) -> str:

@@ -23,12 +23,13 @@ INSIDE = f"{STRIP} > div > div > div"
 """What holds its parts."""
 TABS = f'{PANEL} [role="tablist"]'
 """The list of the tabs; it is kept in view below the strip, whose height a script measures."""
-SHEET = (
-    '.mantine-Paper-root[style*="position: fixed"] [style*="grid-template-rows: 1fr"] [data-testid="hint"]'
-)
+SHEET_OPEN = '[style*="grid-template-rows: 1fr"] [data-testid="hint"]'
+SHEET = f'.mantine-Paper-root[style*="position: fixed"] {SHEET_OPEN}'
 """On a phone: the strip in a panel that is open, over the lower part of the window."""
 NARROW = 1000
 """Windows up to this width have a narrower panel [px]."""
+PHONE = 576
+"""… and up to this one the panel is a sheet over its lower part, as viser makes it [px]."""
 CHARTS = ", ".join(
     f'[data-testid="{name}"]' for name in ("index", "history", "verdict", "row-chart", "joints")
 )
@@ -103,9 +104,10 @@ div[style*="pointer-events: none"][style*="opacity: 0.5"] .gone {{ display: bloc
   [{MORE}] {{ display: none }}
   [role="tab"] {{ padding: .6em .35em !important; font-size: 12px }}
 }}
-@media (max-width: 767px) {{
+@media (max-width: {PHONE}px) {{
   [{CAPTION}] {{ width: 100vw; top: 8px; font-size: 14px }}
   body:has({SHEET}) div:has(> div > canvas) {{ height: 41vh !important }}
+  .mantine-Paper-root[style*="position: fixed"]:has({SHEET_OPEN}) {{ min-height: 59vh !important }}
   .mantine-Paper-root[style*="width: 20em"], [style*="width: 20em"] {{ width: 100% !important }}
 }}
 """
