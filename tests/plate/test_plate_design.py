@@ -121,19 +121,15 @@ def test_what_no_reading_is(aria, plate):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("options", "names"),
     [
-        (("optimise", "table2", "--branches", "double"), "--branches must be one of mixed, single"),
-        (("optimise", "table2", "--blocks", "round"), "--blocks must be one of flat, stepped, tilted"),
-        (("optimise", "table2", "--heights", "40mm"), "--heights must be two lengths"),
-        (("optimise", "table2", "--tolerance", "40mm"), "--tolerance must be a length and an angle"),
-        (("optimise", "table2", "--targets", "300"), "plate size and spacing conflict"),
-        (("optimise", "table2", "--reading", "feeler"), "there is no reading"),
+        (("--branches", "double"), ("--branches", "mixed, single")),
+        (("--blocks", "round"), ("--blocks", "flat, stepped, tilted")),
+        (("--heights", "40mm"), ("--heights",)),
+        (("--tolerance", "40mm"), ("--tolerance",)),
+        (("--targets", "300"), ("plate size", "spacing")),
+        (("--reading", "feeler"), ("feeler",)),
     ],
 )
-def test_mistakes_are_said_in_one_sentence(run, words, said):
-    more = ("--out", "p.toml") if words[0] == "optimise" else ()
-    status, _, err = run("plate", *words, "--robot", "aria", *more)
-    assert status != 0
-    assert said in err
-    assert "Traceback" not in err
+def test_mistakes_are_said_in_one_sentence(refused, options, names):
+    refused(names, "plate", "optimise", "table2", "--robot", "aria", "--out", "p.toml", *options)
