@@ -39,12 +39,8 @@ def test_score_says_what_is_not_told_apart(run):
         (("compare", "table2"), "at least two plates"),
     ],
 )
-def test_one_sentence_for_bad_input(run, words, said):
-    status, out, err = run("plate", *words, "--robot", "aria")
-    assert status == (1 if said == "nowhere.toml" else 64)
-    assert said in err
-    assert err.count("\n") == 1
-    assert not out
+def test_one_sentence_for_bad_input(refused, words, said):
+    refused([said], "plate", *words, "--robot", "aria", status=1 if said == "nowhere.toml" else 64)
 
 
 def test_plates_are_compared_as_if_made_alike(run, tmp_path, aria):
@@ -88,19 +84,11 @@ def test_clusters_as_a_plate(run, tmp_path):
     assert scored["set"]["stacked_ratio"] == pytest.approx(found["best"]["stacked_ratio"], rel=1e-5)
 
 
-def test_regions_that_make_no_sense(run):
+def test_regions_that_make_no_sense(refused):
     for region, said in (("0,0:1,1,1", "two corners"), ("nowhere", "nowhere"), ("1,1,1:0,0,0", "empty")):
-        status, _, err = run("plate", "cluster", "--robot", "aria", "--region", region)
-        assert status == (1 if region == "nowhere" else 64)
-        assert said in err
+        command = ("plate", "cluster", "--robot", "aria", "--region", region)
+        refused([said], *command, status=1 if region == "nowhere" else 64)
 
 
-@pytest.mark.parametrize(
-    ("words", "said"), [(("export", "table2", "--out", "made", "--formats", "obj"), "known are stl, csv")]
-)
-def test_bad_input_of_making(run, tmp_path, words, said):
-    status, _, err = run("plate", *words)
-    assert status == (1 if said == "none.csv" else 64)
-    assert said in err
-    assert err.count("\n") == 1
-    assert not list(tmp_path.iterdir())
+def test_a_format_that_there_is_not(refused):
+    refused(["stl, csv"], "plate", "export", "table2", "--out", "made", "--formats", "obj", status=64)

@@ -352,10 +352,8 @@ def test_yield_of_table_2(run, tmp_path, monkeypatch):
     assert len(found["cubes"]) > 30
 
 
-def test_no_arms_are_no_trial(run):
-    status, _, err = run("plate", "yield", "table2", "--robot", "aria", "--arms", "0")
-    assert status != 0
-    assert "--arms must be at least 1, got 0" in err
+def test_no_arms_are_no_trial(refused):
+    refused(["--arms", "got 0"], "plate", "yield", "table2", "--robot", "aria", "--arms", "0", status=64)
 
 
 def test_virtual_arms_read_what_the_targets_are(monkeypatch, aria, plate, solutions):
