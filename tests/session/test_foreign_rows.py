@@ -77,6 +77,7 @@ def test_the_page_refuses_to_fit_another_arms_rows_and_offers_that_arm(do, ur5_f
     assert changed.robot.name == load_robot("ur5").name
     assert len(changed.loaded.dataset) == 40
     assert not changed.loaded.is_foreign
+    assert not any(m.severity is Severity.WARNING for m in changed.messages)  # gone with what it was about
     assert changed.identification.match is None
     assert not changed.identification.best.implausible
 

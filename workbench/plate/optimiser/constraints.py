@@ -7,8 +7,10 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float
 
+from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
-from workbench.plate.optimiser.shapes import ON_THE_TABLE, AbstractArmShape, Hull
+from workbench.plate.optimiser.clearance import arm_shape
+from workbench.plate.optimiser.shapes import ON_THE_TABLE, AbstractArmShape, Hull, plate_hull
 from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.plate import Plate
 
@@ -90,6 +92,16 @@ def check_base(arm: AbstractArmShape, plate: Plate, hull: Hull | None, clearance
             f"clearance and the plate's place conflict: plate '{plate.name}' is {1e3 * gap:.0f} mm from the "
             f"base of robot '{arm.robot.name}', {1e3 * clearance:.0f} mm are needed; move one of them"
         )
+
+
+def stands_clear(robot: Robot, plate: Plate) -> bool:
+    """Whether a plate stands where it could be improved for this robot: outside its base."""
+    clearance = Constraints().clearance
+    try:
+        check_base(arm_shape(robot, clearance), plate, plate_hull(plate), clearance)
+    except OptionError:
+        return False
+    return True
 
 
 def conflict(plate: Plate, number: int, kept: Mapping[str, Bool[np.ndarray, " rows"]]) -> DataError:

@@ -210,8 +210,13 @@ def _robot_that_gives(source: Path | str, poses: tuple[str, ...]) -> Robot:
 
 
 def start_with(robot: Robot, session: Session) -> Session:
-    """A session with another robot: on its own plate, or on the user's if it reaches half of the targets."""
-    if not is_default_plate(session):
+    """A session with another robot: on its own plate, or on the user's.
+
+    That one has to stand clear of the robot's base, which must reach half of its targets.
+    """
+    from workbench.plate.optimiser.constraints import stands_clear
+
+    if not is_default_plate(session) and stands_clear(robot, session.plate):
         given = session.is_plate_given
         begun = start(robot, session.plate, is_given=given, noise=session.noise)
         if 2 * begun.score.measurable >= len(session.plate):
@@ -222,7 +227,8 @@ def start_with(robot: Robot, session: Session) -> Session:
 
 def _in_the_page(session: Session, begun: Session) -> Session:
     begun = replace(
-        begun.taking(session, Group.PAGE), done=(UndoStep(session.plate, session.states, session),)
+        begun.taking(session.without_refusals(LoadData.__name__), Group.PAGE),
+        done=(UndoStep(session.plate, session.states, session),),
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     words = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"

@@ -136,13 +136,17 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
         if isinstance(result, MeasurementFile):
             session = replace(session, unread=result)
             if result.match is not None and result.match.rival:
-                return session.tell(Severity.WARNING, f"{result.name}: {result.match.text}")
-            return session.tell(Severity.ERROR, _on_page(result.preview.problems[0], HERE))
+                return self._told(session, Severity.WARNING, f"{result.name}: {result.match.text}")
+            return self._told(session, Severity.ERROR, _on_page(result.preview.problems[0], HERE))
         session = with_data(session, result)
         words = f"{len(result.dataset)} rows read from {result.name}"
         if result.match is not None and result.is_foreign:
-            return session.tell(Severity.WARNING, f"{words}; {result.match.text}")
+            return self._told(session, Severity.WARNING, f"{words}; {result.match.text}")
         return session.tell(Severity.INFO, words)
+
+    def _told(self, session: Session, severity: Severity, text: str) -> Session:
+        """With a message that is gone with the file that it is about."""
+        return session.tell(severity, text, refused=type(self).__name__)
 
 
 class MeasureVirtualArm(AbstractTask[Loaded]):
