@@ -5,9 +5,9 @@
     python tests/benchmarks/events.py --cases knock,late --wrong
 
 Arms are those of `tests/diagnosis`, plain numpy that shares nothing with the package, one morphology after
-the other; base and tool are free. An event is named if its kind and joints are right and its row is at most
-`NEAR` measured rows off; a warm-up has no row. Any other claim is a false cause. Results on judging seeds
-must change nothing in the program.
+the other; base and tool are free, or known until something happens. An event is named if its kind and joints
+are right and its row is at most `NEAR` measured rows off; a warm-up has no row. Any other claim is a false
+cause. Results on judging seeds must change nothing in the program.
 """
 
 import argparse
@@ -74,6 +74,7 @@ class Case:
         pose: Whether orientations are measured too.
         readings: Noise of the logged joint angles [rad].
         markers: Whether three markers on the tool are measured, in place of one point.
+        known: Whether base and tool are those of the file until something happens.
     """
 
     events: tuple[str, ...] = ()
@@ -85,6 +86,7 @@ class Case:
     pose: bool = False
     readings: float = 0.0
     markers: bool = False
+    known: bool = False
 
 
 COMPLIANCE, ECCENTRIC, DRIFT = ("joint-compliance", None), ("joint-harmonic", 1), ("base-drift", None)
@@ -94,6 +96,8 @@ CASES = {
     "slip-markers": Case(("tool-step",), markers=True),
     "knock": Case(("frame-step",)),
     "knock-pose": Case(("frame-step",), pose=True),
+    "slip-known": Case(("tool-step",), known=True),
+    "knock-known": Case(("frame-step",), known=True),
     "zero": Case(("zero-step",)),
     "warm-joint": Case(("warm-up joint",)),
     "warm-frame": Case(("warm-up frame",)),
@@ -137,7 +141,8 @@ def make(case: Case, seed: int, arm: str) -> Measured:
     of_arm, of_rows, of_events, of_noise = (np.random.default_rng([seed, k]) for k in range(4))
     nominal = MORPHOLOGIES[arm]()
     actual = nominal.perturbed(of_arm, 1e-3, np.deg2rad(0.3))
-    actual = replace(actual, base=_off(actual.base, of_arm), tool=_off(actual.tool, of_arm))
+    if not case.known:
+        actual = replace(actual, base=_off(actual.base, of_arm), tool=_off(actual.tool, of_arm))
     state = states(actual, ROWS, of_rows, None)
     state = replace(state, time=np.sort(state.time) + 3.0 * np.arange(ROWS))
     effects = tuple(_effect(name, detail, actual, state, of_events) for name, detail in case.effects)
@@ -161,7 +166,7 @@ def make(case: Case, seed: int, arm: str) -> Measured:
         time=state.time[order] if case.timed else None,
         direction=state.direction[order],
     )
-    return Measured(robot_of(nominal, arm, "true"), data, truth, effects, order)
+    return Measured(robot_of(nominal, arm, not case.known), data, truth, effects, order)
 
 
 def _effect(name, detail, arm, state, rng):

@@ -53,6 +53,15 @@ def test_an_event_is_named_with_its_row_and_nothing_else(name, seed):
     assert not found["false"], found["message"]
 
 
+@pytest.mark.parametrize("seed", [1, 2, 4])
+@pytest.mark.parametrize("name", ["knock-known", "slip-known"])
+def test_a_base_or_a_tool_that_was_known_until_it_moved(name, seed):
+    """As if it were known afterwards, another step at the end took its place, and it drifted in between."""
+    found = judge(name, seed)
+    assert found["right"], found["message"]
+    assert not found["false"], found["message"]
+
+
 @pytest.mark.parametrize(("name", "seed"), [("zero", 910003), ("slip-markers", 0), ("slip-markers", 3)])
 def test_an_event_is_named_where_joints_scatter_and_where_places_on_the_tool_are_unknown(name, seed):
     """A step no larger than ten times what its joint scatters was called a residual map."""
@@ -81,9 +90,11 @@ def test_an_event_says_row_time_and_size(slipped):
     assert [e["name"] for e in written["effects"]] == ["tool-step"]
 
 
-def test_the_saved_arm_is_the_one_afterwards(slipped, tmp_path):
+@pytest.mark.parametrize("name", ["slip", "slip-known", "knock-known"])
+def test_the_saved_arm_is_the_one_afterwards(name, tmp_path):
     """The file alone, read by a stranger, gives the stated number on the rows after the event."""
-    made, found = slipped
+    made = make(CASES[name], 0, "aria")
+    found = diagnose(made.robot, made.data, held_out=0.2)
     found.calibrated.save(tmp_path / "arm.toml")
     write_measurements(made.data, tmp_path / "rows.csv")
     rows = round_trip.read_rows(tmp_path / "rows.csv")

@@ -32,34 +32,41 @@ def after_events(
     gone = {n for e in robot.effects if e.is_event for n in e.names}
     if not gone:
         return robot
-    frames = {s.name: s for s in robot.sessions}
-    if motion is not None:
-        for name, mine in (sessions or {}).items():
-            if (own := _frames_of(robot, name, motion.take(mine))) is not None:
-                frames[name] = own
+    rows = {} if motion is None else {s: motion.take(mine) for s, mine in (sessions or {}).items()}
+    now = _frames_of(robot, SessionFrames("", robot.base, robot.tool))
+    known = {s.name for s in robot.sessions}
+    own = (_frames_of(robot, robot.session_frames(s), rows.get(s)) for s in dict.fromkeys([*known, *rows]))
     record = robot.calibration
     if record is not None:
         record = replace(record, std={n: s for n, s in record.std.items() if n not in gone})
-    left = tuple(e for e in robot.effects if not e.is_event)
-    return replace(robot, effects=left, sessions=tuple(frames.values()), calibration=record)
+    return replace(
+        robot,
+        base=now.base,
+        tool=now.tool,
+        effects=tuple(e for e in robot.effects if not e.is_event),
+        sessions=tuple(f for f in own if f.name in known or not _same(f, now)),
+        calibration=record,
+    )
 
 
-def _frames_of(robot: Robot, session: str, motion: Motion) -> SessionFrames | None:
-    """Frames of a session in whose rows some steps were all to come; None if none were."""
-    to_come = [
-        e for e in robot.effects if isinstance(e, FrameStep | ToolStep) and not e.is_over(motion).any()
-    ]
-    if not to_come:
-        return None
-    frames = robot.session_frames(session)
-    plain = replace(robot.in_session(session), effects=())
+def _frames_of(robot: Robot, frames: SessionFrames, motion: Motion | None = None) -> SessionFrames:
+    """Frames of a session as they were in the last of its rows; as they are now if none are given."""
+    steps = [e for e in robot.effects if isinstance(e, FrameStep | ToolStep)]
+    last = Motion(np.zeros((1, robot.dof)))
+    if motion is not None and steps:
+        latest = int(np.argmax(np.sum([e.is_over(motion) for e in steps], axis=0)))
+        last = replace(motion.take(slice(latest, latest + 1)), q=last.q)
+    acting = [e for e in steps if e.law(robot.chain, last, None).any()]
+    if not acting:
+        return frames
+    plain = replace(robot.in_session(frames.name), effects=())
 
     def pose(*steps: AbstractEffect) -> Matrix4:
-        return tool_poses(plain.with_effects(*steps), motion.take(slice(1)))[0]
+        return tool_poses(plain.with_effects(*steps), last)[0]
 
-    now = se3.inverse(pose())
-    based = pose(*(e for e in to_come if isinstance(e, FrameStep))) @ now
-    tooled = now @ pose(*(e for e in to_come if isinstance(e, ToolStep)))
+    unmoved = se3.inverse(pose())
+    based = pose(*(e for e in acting if isinstance(e, FrameStep))) @ unmoved
+    tooled = unmoved @ pose(*(e for e in acting if isinstance(e, ToolStep)))
     return replace(
         frames,
         base=_at(frames.base, based @ frames.base.pose),
@@ -69,3 +76,8 @@ def _frames_of(robot: Robot, session: str, motion: Motion) -> SessionFrames | No
 
 def _at(frame: Frame, pose: Matrix4) -> Frame:
     return replace(frame, xyz=pose[:3, 3].copy(), rotation=pose[:3, :3].copy())
+
+
+def _same(one: SessionFrames, other: SessionFrames) -> bool:
+    pairs = ((one.base, other.base), (one.tool, other.tool))
+    return all(np.array_equal(a.pose, b.pose) for a, b in pairs)

@@ -16,7 +16,16 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.effects import Candidate
-from workbench.arm.effects.events import NEVER, OVER, AbstractEvent, FrameStep, ToolStep, WarmUp, ZeroStep
+from workbench.arm.effects.events import (
+    NEVER,
+    OVER,
+    AbstractEvent,
+    AbstractStep,
+    FrameStep,
+    ToolStep,
+    WarmUp,
+    ZeroStep,
+)
 from workbench.diagnosis.evidence import UNSEEN, Left, Model, left_by, projection
 from workbench.diagnosis.gram_matrices import SHORTEST, Grams
 from workbench.diagnosis.timeline import Timeline
@@ -35,24 +44,27 @@ PACES = np.geomspace(1.0 / 30.0, 0.4, 9)
 
 @dataclass(frozen=True, eq=False)
 class Changeable:
-    """What an event may change: its columns in the history, before which it happens."""
+    """What an event may change: its columns in the history, before which it happens, and whether it was known
+    until then."""
 
-    event: AbstractEvent
+    event: AbstractStep
     columns: slice
+    is_known: bool
 
 
 def changeable(problem: Problem) -> tuple[Changeable, ...]:
     """The frame, the tool and every joint's zero, as far as the rows' observations can show them."""
     tool = visible_parts(problem.data, problem.known)[1]
     several = any(b.observation.is_tool_free and len(b.observation.unknowns) > 3 for b in problem.blocks)
-    events: list[AbstractEvent] = [FrameStep(row=NEVER)]
+    events: list[AbstractStep] = [FrameStep(row=NEVER)]
     if tool or several:  # where markers are on a tool shows no constant of it, but that they moved together
         events.append(ToolStep(row=NEVER, turns=several or len(tool) > 3))
     events += [ZeroStep((j,), row=NEVER) for j in range(problem.robot.dof)]
+    known = {FrameStep: not problem.frames.base, ToolStep: not (problem.frames.tool or several)}
     out, start = [], 0
     for event in events:
-        out.append(Changeable(event, slice(start, start + len(event.names))))
-        start += len(event.names)
+        mine = slice(start, start := start + len(event.names))
+        out.append(Changeable(event, mine, known.get(type(event), False)))
     return tuple(out)
 
 
@@ -79,10 +91,12 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
         mine = kind.columns
         if len(steps):
             sums = grams.running[steps - 1, mine]
+            if kind.is_known:
+                sums = grams.running[-1, mine] - sums
             gains = search.gains(sums, sums[:, :, search.size :][:, :, mine])
             best = int(np.argmax(gains))
             if gains[best] > 0.0:
-                found.append(Candidate(_step(kind.event, line, int(steps[best])), tries=RARE * len(steps)))
+                found.append(Candidate(_step(kind, line, int(steps[best])), tries=RARE * len(steps)))
         if len(weights) and not isinstance(kind.event, ToolStep):
             sums, squares = (np.tensordot(w, grams.history[:, mine], 1) for w in (weights, weights**2))
             gains = search.gains(sums, squares[:, :, search.size :][:, :, mine])
@@ -132,11 +146,13 @@ class _EventSearch:
         return np.where(worth, 0.5 * self.left.freedom * ratio - charge, -np.inf)
 
 
-def _step(event: AbstractEvent, line: Timeline, piece: int) -> AbstractEvent:
+def _step(kind: Changeable, line: Timeline, piece: int) -> AbstractStep:
     """The step right before a piece."""
     first = line.first[piece]
     time = float(line.clock[first]) if line.is_timed else 0.0
-    return replace(event, row=int(line.row[first]), time_s=time, is_timed=line.is_timed)
+    return replace(
+        kind.event, row=int(line.row[first]), time_s=time, is_timed=line.is_timed, known_before=kind.is_known
+    )
 
 
 def _warm_up(event: AbstractEvent, line: Timeline, pace: float) -> AbstractEvent:

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.effects.events import NEVER, AbstractEvent, FrameStep, WarmUp, ZeroStep
+from workbench.arm.effects.events import NEVER, AbstractEvent, AbstractStep, FrameStep, ZeroStep
 from workbench.arm.motion import Motion
 from workbench.diagnosis.candidate_columns import candidate_columns
 from workbench.diagnosis.events import PACES, RARE
@@ -38,9 +38,9 @@ def leads(searched: Searched) -> dict[tuple[str, ...], float]:
 
 def _at_any_time(event: AbstractEvent) -> AbstractEvent:
     """What an event moves, as if all rows lay before it."""
-    if isinstance(event, WarmUp):
-        return ZeroStep(event.joints, row=NEVER) if event.joints else FrameStep(row=NEVER)
-    return replace(event, coefficients=(), row=NEVER, time_s=0.0, is_timed=False)
+    if isinstance(event, AbstractStep):
+        return replace(event, coefficients=(), row=NEVER, time_s=0.0, is_timed=False, known_before=False)
+    return ZeroStep(event.joints, row=NEVER) if event.joints else FrameStep(row=NEVER)
 
 
 def _lead(searched: Searched, moved: AbstractEvent, events: Sequence[AbstractEvent]) -> float:

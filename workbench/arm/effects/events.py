@@ -5,6 +5,7 @@
 for elements of the base (the measuring frame), of the tool, or of a joint's drive; t is the time, or the
 row in its file where no times are known, and c [rad, m] by how much the value changed in the end. Constants
 are those of the arm afterwards: an arm that is saved needs no events, and poses that no file holds have none.
+A base or a tool that is declared known was so beforehand: w = 0 before its step, and −1 from it on.
 """
 
 from abc import abstractmethod
@@ -75,8 +76,12 @@ class AbstractEvent(AbstractEffect):
 
     def is_over(self, motion: Motion) -> Bool[np.ndarray, " rows"]:
         """Rows from it on; all of them where nothing says when they were measured."""
+        return self._clock_or_later(motion) >= self.moment
+
+    def _clock_or_later(self, motion: Motion) -> Float[np.ndarray, " rows"]:
+        """What it counts rows by, later than everything where that is unknown."""
         clock = self.clock(motion)
-        return np.ones(len(motion), bool) if clock is None else clock >= self.moment
+        return np.full(len(motion), np.inf) if clock is None else clock
 
     @abstractmethod
     def weight(self, clock: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
@@ -101,9 +106,8 @@ class AbstractEvent(AbstractEffect):
         """Subject and verb of its sentence."""
 
     def law(self, chain, motion, wrenches):
-        clock, size = self.clock(motion), len(self.elements(chain))
-        weight = np.zeros(len(motion)) if clock is None else self.weight(clock)
-        return -weight[:, None, None] * np.eye(size)
+        weight = self.weight(self._clock_or_later(motion))
+        return -weight[:, None, None] * np.eye(len(self.elements(chain)))
 
     def stated(self, chain: Chain, motion: Motion, std: Float[np.ndarray, " c"]) -> str:
         """Its sentence with the standard errors of its coefficients [SI]."""
@@ -153,12 +157,17 @@ def _rows(rows: np.ndarray) -> str:
 
 @dataclass(frozen=True)
 class AbstractStep(AbstractEvent):
-    """An event between two rows."""
+    """An event between two rows.
 
+    Args:
+        known_before: Whether constants are those before it: what moved was known until then.
+    """
+
+    known_before: bool = False
     is_step = True
 
     def weight(self, clock):
-        return (clock < self.moment).astype(float)
+        return (clock < self.moment) - float(self.known_before)
 
     def when(self, motion):
         before, after = self._sides(motion)
