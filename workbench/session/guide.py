@@ -121,6 +121,8 @@ def _guide(session: Session) -> GuideStep:
         return GuideStep(
             "The solid arm moves as commanded, the orange one as the calibrated arm does.", next=COMPARE
         )
+    if concluded := next((part.conclusion for part in session.parts.values() if part.conclusion), ""):
+        return GuideStep(concluded, Tone.GOOD, LOAD)
     file = session.unread
     if session.loaded is None and file is not None and file.match is not None and file.match.rival:
         return _foreign(file.match)

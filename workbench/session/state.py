@@ -244,6 +244,8 @@ class AbstractPart:
 
     is_of_measurements: ClassVar[bool] = False
     """Whether it goes with the measurements, and stays on another plate; else it goes with the plate."""
+    conclusion: ClassVar[str] = ""
+    """What the session has come to by it, though nothing of the arm is identified; empty for nothing."""
 
 
 Part = TypeVar("Part", bound=AbstractPart)

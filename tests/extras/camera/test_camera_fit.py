@@ -263,7 +263,7 @@ def test_wrong_intrinsics_and_a_wrong_size_are_doubted(tmp_path):
     assert identifiability.refused in ("", identifiability.doubts[0])
     (tmp_path / "camera.toml").write_text(virtual.camera_toml(distortion=(-0.15, 0.05, 0, 0, 0)))
     doubts = wb.identify(robot, read(tmp_path), algorithms=("opt2",)).identifiability.doubts
-    assert "larger than its file says" in doubts[0]
+    assert "larger than stated" in doubts[0]
     (tmp_path / "camera.toml").write_text(virtual.camera_toml(k=virtual.K * [0.5, 1.6, 1.0, 1.0]))
     with pytest.raises(DataError, match="fx and fy"):
         read(tmp_path)
@@ -272,9 +272,9 @@ def test_wrong_intrinsics_and_a_wrong_size_are_doubted(tmp_path):
 @pytest.mark.parametrize(
     ("count", "free", "scale", "focal", "said"),
     [
-        (25, '"auto"', 0.75, 1.0, r"^the target is 25\.0\d % smaller than its file says"),
+        (25, '"auto"', 0.75, 1.0, r"^the target is 25\.0\d % smaller than stated"),
         (25, "false", 1.0, 1.07, r"^the given intrinsics do not suit the pictures.* \(camera c0: fx 135\d"),
-        (8, "false", 1.005, 1.0, r"^the target is 0\.[456]\d % larger than its file says"),
+        (8, "false", 1.005, 1.0, r"^the target is 0\.[456]\d % larger than stated"),
     ],
 )
 def test_what_was_given_wrong_is_blamed_alone(tmp_path, count, free, scale, focal, said):

@@ -1,6 +1,7 @@
 """Files made from a board: what they say comes back; pictures with their joints alone lead to the zeros."""
 
 import io
+import json
 import shutil
 import zipfile
 from pathlib import Path
@@ -12,14 +13,17 @@ from workbench.base.errors import WorkbenchError
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.capture import Previews
 from workbench.extras.camera.folder import packed
-from workbench.extras.camera.panels import _identified
+from workbench.extras.camera.panels import _identified, camera_json
 from workbench.extras.camera.rig import read_rig
 from workbench.extras.camera.selection_steps import Identifiability
 from workbench.extras.camera.session_commands import CameraAlone, LoadPictures
 from workbench.extras.camera.templates import Board, across_down
 from workbench.extras.camera.thumbnails import thumbnails
 from workbench.identification.identify import identify
+from workbench.session.guide import guide
 from workbench.session.journal.codec import decode, encode
+from workbench.session.judgement import Tone
+from workbench.views.page.html import BAD
 
 pytest.importorskip("cv2")
 
@@ -96,4 +100,10 @@ def test_poses_of_the_tool_in_place_of_joints_give_camera_and_board_alone(first,
     assert "16 pictures of pics" in session.messages[-1].text
     assert len(thumbnails(alone.data, alone.previews)) == 16
     assert alone.found.best.train.own.rms < 1.3
-    assert "camera[camera] on the world" in _identified(alone.found)
+    shown = _identified(alone.found, is_alone=True)
+    assert "camera[camera] on the world" in shown
+    assert BAD not in shown  # poses of the tool were given: nothing has failed
+    name, content = camera_json(session)
+    assert name == "camera.json"
+    assert json.loads(content)["camera"]["poses"]["camera[camera]"]["mounted"] == "world"
+    assert guide(session).tone is Tone.GOOD

@@ -222,7 +222,7 @@ def _larger(fit: PictureFit, rig: Rig, verb: str = "") -> str:
 def _size(target: PictureTarget, scale: float, verb: str) -> str:
     board, more = target.charuco, "larger" if scale > 0.0 else "smaller"
     who = f"board '{target.name}'" if target.name else "the target"
-    words = f"{who} {verb}{100 * abs(scale):.2f} % {more} than its file says"
+    words = f"{who} {verb}{100 * abs(scale):.2f} % {more} than stated"
     if board is None:
         return words
     side = 1e3 * board.square

@@ -1,12 +1,14 @@
 """Cameras as the instrument: pictures given or taken, what was found in them, and what they may identify."""
 
 import base64
+import json
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import viser
 
+from workbench.base.errors import DataError
 from workbench.base.files import read_bytes
 from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
@@ -26,6 +28,7 @@ from workbench.extras.camera.session_commands import (
 )
 from workbench.extras.camera.templates import Board, across_down
 from workbench.extras.camera.thumbnails import thumbnails
+from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
 from workbench.session.commands.compare import ShowRow
 from workbench.session.state import Session, Tab
@@ -54,7 +57,11 @@ ARROWS = 20.0
 ENOUGH = 0.6
 """Part of the picture that is well used."""
 CARRIERS = {"on the tool": Mount.TOOL, "in the cell": Mount.WORLD}
-STEPS = "Take 15 to 30 pictures, the arm still, each from another side; note the joints of each."
+STEPS = (
+    "Take 15 to 30 pictures, the arm still, each from another side. Beside them belongs a table with a row a "
+    "picture: image, q1[deg] … of the joints; or image, x[mm], y[mm], z[mm], qw, qx, qy, qz of the tool, "
+    "which gives camera and target alone."
+)
 
 
 def _alone(session: Session) -> CameraAlone | None:
@@ -65,7 +72,7 @@ class CamerasPanel(AbstractPanel):
     """Step by step: a board to print, the files beside the pictures, the pictures, what was found of them."""
 
     tab, order = Tab.MEASURE, 30
-    door = ("Pictures of a board", None)
+    door = ("Pictures of a board", viser.Icon.CAMERA, None)
     depends = ("comparison", "row", "focus", "identification", "fit", "loaded", _alone)
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -104,6 +111,12 @@ class CamerasPanel(AbstractPanel):
             self._thumbs = gui.add_html("")
             self._seen = gui.add_html("")
             self._gate = gui.add_html("")
+            self._save = self.download(
+                "Camera and target (JSON)",
+                camera_json,
+                "Poses, lenses and zeros with their standard errors, in SI units and degrees.",
+                visible=False,
+            )
 
     def show(self, session: Session) -> None:
         views, alone = camera_views(session), _alone(session)
@@ -115,7 +128,10 @@ class CamerasPanel(AbstractPanel):
         else:
             self._thumbs.content = ""
         self._seen.content = "".join(_camera(session, c, view) for c, view in enumerate(views))
-        self._gate.content = _identified(result) if views or alone is not None else ""
+        self._gate.content = (
+            _identified(result, is_alone=alone is not None) if views or alone is not None else ""
+        )
+        self._save.visible = self._gate.content != "" and result is not None
 
     def _board(self) -> Board:
         across, down = across_down(str(self._squares.value))
@@ -220,14 +236,25 @@ def _cells(cells: np.ndarray) -> str:
     return f'<svg width="{12 * cells.shape[1]}" height="{12 * cells.shape[0]}">{"".join(parts)}</svg>'
 
 
-def _identified(result: Identification | None) -> str:
+def camera_json(session: Session) -> tuple[str, bytes]:
+    """What was found of cameras, target and arm, as `identify --json` writes it."""
+    alone = _alone(session)
+    found = session.identification if alone is None else alone.found
+    if found is None:
+        raise DataError("camera and target are not identified yet")
+    return "camera.json", json.dumps(identification_json(found), indent=1).encode()
+
+
+def _identified(result: Identification | None, *, is_alone: bool = False) -> str:
     """The identification steps, and the poses of cameras and target."""
     if result is None or not isinstance(result.identifiability, Identifiability):
         words = "Not identified yet: camera and target are first guesses. Identify is in the next tab."
         return note(words, "gate")
     found = result.identifiability
     verdict = "Nothing of the arm was identified" if found.refused else f"Identified: {found.title}"
-    colour = BAD if found.refused else GOOD
+    if is_alone:
+        verdict = "Camera and target found; poses of the tool tell nothing of its joints"
+    colour = BAD if found.refused and not is_alone else GOOD
     reasons = [f"{text(step.name)}: {text(step.refused)}" for step in found.steps if step.refused]
     said = [*found.doubts, *([found.advice] if found.advice else [])]
     places = "".join(f"<div>{text(words)}</div>" for words in found.found(result.best.fit))
@@ -248,13 +275,13 @@ def _steps(identifiability: Identifiability) -> str:
         (
             f"<span style='white-space:normal'>{text(step.name)}</span>",
             f"{number(1e3 * step.expected, 2)} mm",
-            f"{number(1e3 * step.uncertainty, 2)} mm",
+            f"{number(1e3 * step.uncertainty, 2)} mm" if step.free else "–",
             f"{step.pixel:.2f} px",
             "no" if step.refused else "yes",
         )
         for step in identifiability.steps
     ]
-    return table(("freed", "expected", "uncertain", "left out", "taken"), rows, testid="steps")
+    return table(("let go", "error expected", "± of constants", "corners off", "taken"), rows, testid="steps")
 
 
 ENDING = ".tar,.zip"

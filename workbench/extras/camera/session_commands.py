@@ -67,6 +67,7 @@ class CameraAlone(AbstractPart):
     """
 
     is_of_measurements = True
+    conclusion = "Camera and target are found. Pictures with joints would calibrate the arm, too."
 
     data: Dataset
     found: Identification

@@ -39,7 +39,7 @@ class RezeroPanel(AbstractPanel):
     """A closed folder: start, verdict, a bar for every joint."""
 
     tab, order = Tab.CALIBRATE, 50
-    door = ("An arm that was knocked", FindZeros)
+    door = ("An arm that was knocked", viser.Icon.TOOL, FindZeros)
     depends = (zeros_of, "loaded", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:

@@ -6,8 +6,8 @@ from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.session.commands.data import (
     LARGEST_FILE,
     ForgetData,
-    LoadData,
     MeasureVirtualArm,
+    load_command,
     virtual_instruments,
 )
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
@@ -36,7 +36,7 @@ class DataPanel(AbstractPanel):
         with gui.add_folder("Real arm"):
             self.upload(
                 "Load measurements",
-                LoadData,
+                load_command,
                 "Joint positions and measured poses: a CSV, Excel or Parquet file, units in "
                 f"brackets as in q1[deg] or x[mm]; up to {LARGEST_FILE // 2**20} MiB.",
                 endings=FILES,

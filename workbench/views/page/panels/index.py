@@ -216,7 +216,7 @@ class WantedPanel(AbstractPanel):
     depends = ("wanted",)
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._fields = [gui.add_number(label, 0.0, min=0.0, step=0.01, hint=hint) for label, hint in FIELDS]
+        self._fields = [self.number(label, 0.0, (0.0, 1000.0, 0.01), hint) for label, hint in FIELDS]
         for field in self._fields:
             self.sends(field, self._want)
         self._unjudged = gui.add_html("", visible=False)

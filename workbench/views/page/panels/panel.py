@@ -5,7 +5,8 @@ import math
 import threading
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from operator import attrgetter
 from typing import Any, ClassVar
 
@@ -26,8 +27,33 @@ from workbench.views.page.viser_internals import set_value as set_value
 
 ARRIVED = 0.3
 """How long a page has to note that a file has come [s]: without its button the note would load for ever."""
+DECIMALS = 3
+"""Digits that fields keep behind the point of what is typed, at least."""
+PATIENCE = 0.5
+"""Time after which a page says that a file is being made [s]."""
 AFTERWARDS = math.inf
 """The `pause` of a panel that waits until a drag is over."""
+
+
+@contextmanager
+def _told_as_working(client: viser.ClientHandle | None) -> Iterator[None]:
+    """Tells a page that a file is being made, where that takes long."""
+    shown: list[viser.NotificationHandle] = []
+
+    def tell() -> None:
+        if client is not None:
+            note = client.add_notification("Making the file …", "", loading=True, with_close_button=False)
+            shown.append(note)
+
+    timer = threading.Timer(PATIENCE, tell)
+    timer.start()
+    try:
+        yield
+    finally:
+        timer.cancel()
+        timer.join()
+        for note in shown:
+            note.remove()
 
 
 class AbstractPanel(ABC):
@@ -42,9 +68,9 @@ class AbstractPanel(ABC):
     depends: ClassVar[tuple[str | Callable[[Session], Any], ...]] = ()
     """What the controls show: names of parts of the session, or what finds one; plain values, and objects
     that a command replaces to change them."""
-    door: ClassVar[tuple[str, type[AbstractCommand] | None] | None] = None
-    """An answer to "What do you have?" on the start card that leads here, and the command that then begins by
-    itself with robot and measurements; None: it asks for the robot alone."""
+    door: ClassVar[tuple[str, viser.IconName, type[AbstractCommand] | None] | None] = None
+    """An answer to "What do you have?" on the start card that leads here, its icon, and the command that then
+    begins by itself with robot and measurements; None: it asks for the robot alone."""
     keeps_typed: ClassVar[bool] = False
     """Whether controls stay as they are when a message comes. It may be a refusal: all others then go back to
     what the session has."""
@@ -104,7 +130,10 @@ class AbstractPanel(ABC):
     ) -> viser.GuiNumberHandle:
         """A field for a number, with its least and greatest value and what an arrow key adds."""
         least, maximum, step = limits
-        return self._gui.add_number(label, value, min=least, max=maximum, step=step, hint=hint)
+        made = self._gui.add_number(label, value, min=least, max=maximum, step=step, hint=hint)
+        if isinstance(step, float):
+            made.precision = max(made.precision, DECIMALS)
+        return made
 
     def slider(
         self, label: str, value: float, limits: tuple[float, float, float], hint: str, *, visible: bool = True
@@ -194,7 +223,8 @@ class AbstractPanel(ABC):
 
     def _download(self, event: viser.GuiEvent, make: Callable[[Session], File]) -> None:
         try:
-            name, content = make(self._worker.session)
+            with _told_as_working(event.client):
+                name, content = make(self._worker.session)
             if event.client is not None:
                 event.client.send_file_download(name, content, save_immediately=True)
         except WorkbenchError as error:

@@ -8,7 +8,7 @@ import viser
 from workbench.base.assets import built_in_robots
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.arm import ChooseRobot, LoadModel
-from workbench.session.commands.data import LARGEST_FILE, LoadData
+from workbench.session.commands.data import LARGEST_FILE, load_command
 from workbench.session.commands.messages import OpenTab, SetCaption
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.state import Session, Severity, Tab
@@ -27,6 +27,7 @@ PURPOSE = (
 """What the program is for."""
 INTRODUCTION = "Nothing is final: every tab stays available, and Undo restores what is here now."
 BOTH = "Choose the robot, then its measurements; files can be dropped on the buttons."
+FIRST = "Choose the robot; the rest is in the {} tab."
 ALONE = "Choose the robot: you get a plate with ten targets in front of it, to be optimised and manufactured."
 
 
@@ -54,22 +55,20 @@ class StartCard(AbstractPanel):
 
         @again.on_click
         def _(event: viser.GuiEvent) -> None:
-            if event.client is None:
-                return
-            if self._modal is not None:
-                self._modal.close()
-            self._open(event.client.gui)
+            if event.client is not None:
+                self._open(event.client.gui)
 
     def ask(self) -> None:
         """Open it on every page, instead of the demo."""
-        if self._modal is not None:
-            self._modal.close()
         self._worker.submit(SetCaption(""))
         self._open(self._every_page)
 
     def _open(self, gui: viser.GuiApi) -> None:
+        if self._modal is not None:
+            self._modal.close()
         icon, self._gui = viser.Icon, gui
-        self._before = self._worker.session.loaded, self._worker.session.unread
+        before = self._worker.session
+        self._before, self._told = (before.loaded, before.unread), before.message_count
         self._begins, self._ends_at, self._designs = None, Tab.PLATE, False
         self._modal = gui.add_modal("What do you have?")
         with self._modal:
@@ -84,7 +83,7 @@ class StartCard(AbstractPanel):
                 ),
                 self._entry(gui, "Only a robot", icon.ROBOT, lambda: self._ask(wants_data=False)),
                 *(
-                    self._entry(gui, kind.door[0], icon.DOOR, partial(self._go_in, kind))
+                    self._entry(gui, *kind.door[:2], partial(self._go_in, kind))
                     for kind in sorted(PANELS.values(), key=lambda kind: kind.order)
                     if kind.door is not None
                 ),
@@ -94,6 +93,8 @@ class StartCard(AbstractPanel):
             with self._asked:
                 self._build_asked(gui)
             self._done = self._entry(gui, "Look around", icon.EYE, self._finish)
+            self._back = self._entry(gui, "Back", icon.ARROW_LEFT, lambda: self._open(gui))
+            self._back.visible = False
         self.show(self._worker.session)
 
     def _build_asked(self, gui: viser.GuiApi) -> None:
@@ -130,18 +131,16 @@ class StartCard(AbstractPanel):
             if is_read and self._begins is not None:
                 self._worker.submit(self._begins())
             return
-        newest = session.messages[-1] if session.messages else None
-        wrong = (
-            newest.text
-            if newest is not None and newest.severity in (Severity.WARNING, Severity.ERROR)
-            else ""
-        )
+        said = (m for m in reversed(session.messages) if m.number > self._told)
+        newest, bad = next(said, None), (Severity.WARNING, Severity.ERROR)
+        wrong = newest.text if newest is not None and newest.severity in bad else ""
         working = f"{session.job.title} …" if session.job is not None else ""
         self._words.content = self._said(session, wrong, working)
 
     def _said(self, session: Session, wrong: str, working: str) -> str:
         is_asking = self._asked.visible
-        words = INTRODUCTION if not is_asking else BOTH if self._wants_data else ALONE
+        designs = ALONE if self._designs else FIRST.format(self._ends_at.value.capitalize())
+        words = INTRODUCTION if not is_asking else BOTH if self._wants_data else designs
         purpose = "" if is_asking else f'<div style="font-size:15px;margin-bottom:6px">{text(PURPOSE)}</div>'
         robot = f"<div><b>Robot: {text(session.robot.name)}</b>, {session.robot.dof} joints</div>"
         return block(
@@ -173,7 +172,7 @@ class StartCard(AbstractPanel):
         self._wants_data = wants_data
         for button in self._entries:
             button.visible = False
-        self._asked.visible, self._data.visible = True, wants_data
+        self._asked.visible, self._data.visible, self._back.visible = True, wants_data, True
         if not wants_data:
             self._done.label, self._done.color = "Design a plate for it", None
             self._done.icon, self._designs = viser.Icon.SPARKLES, True
@@ -182,10 +181,11 @@ class StartCard(AbstractPanel):
     def _go_in(self, kind: type[AbstractPanel]) -> None:
         """Ask for what a panel begins with, and lead there."""
         assert kind.door is not None
-        self._begins = kind.door[1]
+        self._begins = kind.door[2]
         self._ask(wants_data=self._begins is not None)
         if self._begins is None:
             self._done.label, self._ends_at, self._designs = "With this robot", kind.tab, False
+            self.show(self._worker.session)
 
     def _finish(self) -> None:
         """Close it; with a robot alone, have its plate designed."""
@@ -204,7 +204,7 @@ class StartCard(AbstractPanel):
             self._worker.submit(OpenTab(tab))
 
 
-def load(name: str, content: bytes) -> LoadModel | LoadData:
+def load(name: str, content: bytes) -> AbstractCommand:
     """What a dropped file is: a robot or measurements, on whichever of the two buttons."""
     is_model = name.lower().endswith((*MODELS.split(","), ".xacro"))
-    return LoadModel(name, content) if is_model else LoadData(name, content)
+    return LoadModel(name, content) if is_model else load_command(name, content)
