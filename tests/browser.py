@@ -53,7 +53,9 @@ class StartAgain(AbstractChange):
     first: Session
 
     def apply(self, session: Session) -> Session:
-        return replace(self.first, revision=session.revision, message_count=session.message_count)
+        now = session.page
+        page = replace(self.first.page, revision=now.revision, message_count=now.message_count)
+        return replace(self.first, page=page)
 
 
 @pytest.fixture(scope="session")

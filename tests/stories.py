@@ -219,7 +219,7 @@ def film(visit: Visit) -> None:
     while END[:40] not in told:
         assert time.monotonic() < end
         session = visit.app.worker.session
-        words = session.caption or (session.messages[-1].text if session.messages else "")
+        words = session.page.caption or (session.page.messages[-1].text if session.page.messages else "")
         if words != told:
             told = words
             visit.shoot(f"{visit.seconds:.0f}s")

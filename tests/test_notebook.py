@@ -106,7 +106,7 @@ def test_the_page_shows_exactly_this(answers):
     assert names["page"].url.startswith("http://127.0.0.1:")
     assert session.robot is names["fit"].robot
     assert session.plate.targets is names["plate"].targets
-    assert (session.loaded.dataset.q == names["data"].q).all()
+    assert (session.measurements.loaded.dataset.q == names["data"].q).all()
     assert repr(names["page"]) == "<Page, stopped>"
 
 

@@ -288,7 +288,7 @@ def test_a_panel_with_its_command_in_page_journal_and_reopened_session(run_with)
         app = App(robot, plate, begun=begun, data=("a.theirs", b"read by them"))
         app.worker.submit(DoubleNoise(3.0))
         assert app.worker.wait(60.0)
-        assert app.worker.session.messages[-1].text == "read by them"
+        assert app.worker.session.page.messages[-1].text == "read by them"
         app.close()
         print(SHOWN[0], "to", SHOWN[-1])
         print(round(max(SEEN[:-1]) / min(SEEN[:-1])), SEEN[-1])

@@ -180,8 +180,8 @@ def on_the_page(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> tr
     for make, kind in ((calibrated_toml, "toml"), (calibrated_urdf, "urdf")):
         paths.append(folder / f"arm.{kind}")
         paths[-1].write_bytes(make(session)[1])
-    found = session.identification
-    words = file_words(found, found.runs[session.fit])
+    found = session.results.identification
+    words = file_words(found, found.runs[session.results.fit])
     return trip.Saved(*paths, words, found.held_out_data.row, refitted_rows(found))
 
 

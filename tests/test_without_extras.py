@@ -61,7 +61,7 @@ carried_out("plate", "export", "table2", "--out", "made")
 carried_out("identify", "rows.csv", "--robot", "aria", "--algorithm", "ols", "--json", "r.json")
 app = App(load_robot("aria"), load_plate("table2"), data=("rows.csv", Path("rows.csv").read_bytes()))
 assert app.worker.wait(60.0)
-assert len(app.worker.session.loaded.dataset) == 40
+assert len(app.worker.session.measurements.loaded.dataset) == 40
 app.close()
 for registry in (OBSERVATIONS, OPTIONS, PANELS, PREPARATIONS, SUBJECTS, ON_PAGE, WATCHERS):
     print(*registry)

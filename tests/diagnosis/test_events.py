@@ -188,7 +188,7 @@ def test_rows_before_an_event_are_compared_with_the_arm_of_their_time(slipped, t
     made, _ = slipped
     content = write_measurements(made.data, tmp_path / "rows.csv").read_bytes()
     session = done(start(made.robot, default_plate(made.robot)), LoadData("rows.csv", content))
-    rows = done(session, Diagnose(), AddEffects(), Identify()).comparison
+    rows = done(session, Diagnose(), AddEffects(), Identify()).results.comparison
     is_before = rows.number < made.truth[0].row
     before, after = (1e3 * np.nanmean(rows.errors[chosen, 1]) for chosen in (is_before, ~is_before))
     assert max(before, after) < 0.15

@@ -32,11 +32,11 @@ from workbench.views.page.panels.joints import joint_plots
 
 def the_law_of_the_cause_is_laid_over_the_errors(session):
     """It follows what the geometry leaves, and its joints glow."""
-    found, effect = session.diagnosis, shown_effect(session)
+    found, effect = session.results.diagnosis, shown_effect(session)
     assert effect.label == found.effects[0].effect.label
     q, law = law_along_joints(found, effect.label)
     assert q.shape == law.shape
-    rows = session.comparison
+    rows = session.results.comparison
     left = -along_joints(session.robot, rows.q, rows.residuals)[..., STAGES.index(ModelStage.GEOMETRY)]
     shown = np.isin(rows.q[:, 0], q[:, 0])
     order = [int(np.flatnonzero(rows.q[:, 0] == value)[0]) for value in q[:, 0]]
@@ -56,11 +56,21 @@ def the_law_of_the_cause_is_laid_over_the_errors(session):
     glowing = {item.path for item in blame(session)}
     assert {f"arm/blame/{joint + 1}" for joint in effect.joints} <= glowing
     tried = next(e for e in candidates(found) if e.label != effect.label)
-    chosen = replace(session, overlay=replace(session.overlay, law=tried.label))
+    chosen = replace(
+        session, choices=replace(session.choices, overlay=replace(session.choices.overlay, law=tried.label))
+    )
     assert shown_effect(chosen) is tried
     fitted = law_along_joints(found, tried.label)
     assert fitted is None or np.isfinite(fitted[1]).any()
-    assert shown_effect(replace(session, overlay=replace(session.overlay, law=NO_LAW))) is None
+    assert (
+        shown_effect(
+            replace(
+                session,
+                choices=replace(session.choices, overlay=replace(session.choices.overlay, law=NO_LAW)),
+            )
+        )
+        is None
+    )
 
 
 def judged_errors(validation):
@@ -75,22 +85,24 @@ def measured(request, tmp_path_factory):
 def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     path, name = measured
     session = do(LoadData(path.name, path.read_bytes()), Identify(), Diagnose(), AddEffects())
-    assert [effect.name for effect in session.accepted] == [name], [m.text for m in session.messages]
-    rows = session.comparison
+    assert [effect.name for effect in session.results.accepted] == [name], [
+        m.text for m in session.page.messages
+    ]
+    rows = session.results.comparison
     assert rows.stages == STAGES
     judged = rows.held_out if rows.held_out.any() else ~rows.held_out
     nominal, geometry, causes = 1e3 * rows.stage_errors[judged].mean(0)
     assert nominal > geometry > causes
-    assert geometry == pytest.approx(judged_errors(session.diagnosis.before), rel=0.02)
-    assert causes == pytest.approx(judged_errors(session.diagnosis.after), rel=1e-9)
+    assert geometry == pytest.approx(judged_errors(session.results.diagnosis.before), rel=0.02)
+    assert causes == pytest.approx(judged_errors(session.results.diagnosis.after), rel=1e-9)
     the_law_of_the_cause_is_laid_over_the_errors(session)
-    run = session.identification.runs[session.fit]
+    run = session.results.identification.runs[session.results.fit]
     assert (run.calibrated.elements, run.calibrated.effects) == (
-        session.diagnosis.robot.elements,
-        session.diagnosis.robot.effects,
+        session.results.diagnosis.robot.elements,
+        session.results.diagnosis.robot.effects,
     )
     expected = evaluate(run.judged, read_measurements(path))
-    shown = session.comparison
+    shown = session.results.comparison
     errors = shown.errors[:, 1]
     place = {int(number): i for i, number in enumerate(expected.row_numbers)}
     by_row = expected.rows.position[[place[int(number)] for number in shown.number]]
@@ -122,17 +134,17 @@ def timed(tmp_path_factory) -> bytes:
 @pytest.mark.parametrize("before", [(), (Identify(),)])
 def test_play_that_was_found_from_the_times_of_the_rows_is_compared(timed, before, do):
     session = do(LoadData("timed.csv", timed), *before, Diagnose())
-    assert session.diagnosis is not None, [m.text for m in session.messages]
-    assert "backlash" in {accepted.effect.name for accepted in session.diagnosis.effects}
-    rows = session.comparison
+    assert session.results.diagnosis is not None, [m.text for m in session.page.messages]
+    assert "backlash" in {accepted.effect.name for accepted in session.results.diagnosis.effects}
+    rows = session.results.comparison
     assert rows.stages == STAGES
     _, geometry, causes = 1e3 * rows.stage_errors[rows.held_out if before else ~rows.held_out].mean(0)
     assert causes < 0.3 * geometry
     if before:
-        assert causes == pytest.approx(judged_errors(session.diagnosis.after), rel=1e-9)
+        assert causes == pytest.approx(judged_errors(session.results.diagnosis.after), rel=1e-9)
     session = do(AddEffects())
-    assert [effect.name for effect in session.accepted] == ["backlash"]
-    shown = session.comparison
+    assert [effect.name for effect in session.results.accepted] == ["backlash"]
+    shown = session.results.comparison
     assert 1e3 * shown.errors[shown.held_out, 1].mean() < 0.3 * geometry
 
 
@@ -145,8 +157,8 @@ def test_a_result_is_kept_though_its_rows_cannot_be_compared(timed, task, do, mo
 
     monkeypatch.setattr("workbench.session.commands.compare.compare", fails)
     session = do(task)
-    assert (session.identification or session.diagnosis) is not None
-    assert session.comparison is None
-    (told,) = [m for m in session.messages if m.severity in (Severity.WARNING, Severity.ERROR)]
+    assert (session.results.identification or session.results.diagnosis) is not None
+    assert session.results.comparison is None
+    (told,) = [m for m in session.page.messages if m.severity in (Severity.WARNING, Severity.ERROR)]
     assert "humidity" in told.text
-    assert do(Identify()).identification is not None
+    assert do(Identify()).results.identification is not None

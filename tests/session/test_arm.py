@@ -25,7 +25,7 @@ def test_another_robot_gets_a_plate_that_it_reaches(do):
     assert session.robot.name == load_robot("katana450").name
     assert session.score.measurable == 10
     assert session.plate.name == "Circle"
-    assert "10 of 10 targets measurable" in session.messages[-1].text
+    assert "10 of 10 targets measurable" in session.page.messages[-1].text
 
 
 @pytest.mark.parametrize(("name", "plate"), [("panda", "Circle"), ("ur5", "Table 2")])
@@ -42,8 +42,8 @@ def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_pat
     arm = load_robot("ur10e")
     table, typed, shown = pendant(arm, 4)
     session = do(LoadModel("mine.csv", table.encode(), typed[:3]))
-    assert "standard DH" in session.messages[-1].text
-    assert "joint 2 is inverted" in session.messages[-1].text
+    assert "standard DH" in session.page.messages[-1].text
+    assert "joint 2 is inverted" in session.page.messages[-1].text
     found = tool_poses(session.robot, Motion(shown))
     assert np.abs(found[:, :3, 3] - tool_poses(arm, Motion(plural(shown)))[:, :3, 3]).max() < 1e-4
     name, content = robot_toml(session)
@@ -51,9 +51,9 @@ def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_pat
     np.testing.assert_allclose(tool_poses(read_toml(tmp_path / name), Motion(shown)), found, atol=1e-9)
     for wrong, words in ((typed[:2], "at least 3 poses"), (("1, 2 = 3",) * 3, "6 joint positions")):
         refused = do(LoadModel("mine.csv", table.encode(), wrong))
-        assert words in refused.messages[-1].text
+        assert words in refused.page.messages[-1].text
         assert refused.robot is session.robot
-    assert "none of" in do(ChooseRobot("ur5e", poses=typed)).messages[-1].text
+    assert "none of" in do(ChooseRobot("ur5e", poses=typed)).page.messages[-1].text
 
 
 def test_files_of_robots_and_plates_are_opened(do, first, tmp_path):
@@ -64,7 +64,7 @@ def test_files_of_robots_and_plates_are_opened(do, first, tmp_path):
     assert session.robot.name == load_robot("ur5").name
     session = do(LoadModel("../p.toml", plate.read_bytes()))
     assert session.plate.targets[0].xyz.tolist() == [0.5, 0.3, 0.25]
-    assert session.first_plate is session.plate
+    assert session.history.first_plate is session.plate
 
 
 @pytest.mark.parametrize(
@@ -80,8 +80,8 @@ def test_files_of_robots_and_plates_are_opened(do, first, tmp_path):
 def test_bad_files_leave_the_session_as_it_was(do, first, name, content):
     session = do(LoadModel(name, content))
     assert session.robot is first.robot
-    assert session.messages[-1].severity is Severity.ERROR
-    assert "/tmp" not in session.messages[-1].text
+    assert session.page.messages[-1].severity is Severity.ERROR
+    assert "/tmp" not in session.page.messages[-1].text
 
 
 def test_jogging_by_joints_and_by_pose(do, first):
@@ -94,37 +94,39 @@ def test_jogging_by_joints_and_by_pose(do, first):
     session = do(JogTo(tuple(place.tolist()), tuple(se3.matrix_to_rpy(wanted[:3, :3]).tolist())))
     assert tool_poses(first.robot, Motion(session.jogged[None]))[0][:3, 3] == pytest.approx(place, abs=1e-7)
     far = do(JogTo((5.0, 0.0, 0.0), (0.0, 0.0, 0.0)))
-    assert far.messages[-1].severity is Severity.WARNING
+    assert far.page.messages[-1].severity is Severity.WARNING
     for bad in (
         Jog((99.0, *q[1:])),
         Jog((np.nan, *q[1:])),
         Jog(q[:3]),
         JogTo((np.inf, 0.0, 0.0), (0.0, 0.0, 0.0)),
     ):
-        assert do(bad).messages[-1].severity is Severity.ERROR
+        assert do(bad).page.messages[-1].severity is Severity.ERROR
 
 
 def test_rows_left_out_and_parameters_held_are_not_used(do):
     do(MeasureVirtualArm(3, more=20), LeaveRowsOut((0, 4)), HoldParameter("joint2.alpha", True))
     session = do(Identify(("ols",)))
-    found = session.identification
+    found = session.results.identification
     assert sorted(row for row, _ in found.excluded) == [0, 4]
     assert len(found.train_rows) == 28
     assert "joint2.alpha" not in [p.name for p in found.runs["ols"].fit.parameters]
-    assert do(LeaveRowsOut((77,))).messages[-1].severity is Severity.ERROR
-    assert do(HoldParameter("nothing", True)).messages[-1].severity is Severity.ERROR
+    assert do(LeaveRowsOut((77,))).page.messages[-1].severity is Severity.ERROR
+    assert do(HoldParameter("nothing", True)).page.messages[-1].severity is Severity.ERROR
 
 
 def test_too_few_rows_are_said(do):
     session = do(MeasureVirtualArm(3), LeaveRowsOut(tuple(range(9))), Identify(("ols",)))
-    assert session.identification is None
-    assert session.messages[-1].severity is Severity.ERROR
+    assert session.results.identification is None
+    assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_a_surprise_is_no_geometry(do):
     """The fitted geometry leaves much more than noise, on rows that it was fitted to."""
-    plain = do(MeasureVirtualArm(5, more=60), Identify(("opt2",))).identification.runs["opt2"]
-    odd = do(MeasureVirtualArm(5, surprise=True, more=60), Identify(("opt2",))).identification.runs["opt2"]
+    plain = do(MeasureVirtualArm(5, more=60), Identify(("opt2",))).results.identification.runs["opt2"]
+    odd = do(MeasureVirtualArm(5, surprise=True, more=60), Identify(("opt2",))).results.identification.runs[
+        "opt2"
+    ]
     assert odd.held_out.position_mm.mean > 2.0 * plain.held_out.position_mm.mean
 
 

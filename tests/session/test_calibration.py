@@ -36,21 +36,21 @@ def file(tmp_path_factory) -> bytes:
 
 def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     session = do(MeasureVirtualArm(3))
-    assert session.loaded.virtual
-    assert len(session.comparison) == 10 + 40
-    assert session.comparison.calibrated is None
+    assert session.measurements.loaded.virtual
+    assert len(session.results.comparison) == 10 + 40
+    assert session.results.comparison.calibrated is None
     session = do(Identify())
-    found = session.identification
+    found = session.results.identification
     assert set(found.runs) == {"ols", "opt1", "opt2"}
     assert len(found.held_out_data) == 40
     assert found.runs["opt2"].held_out.position_mm.mean < 0.02 * found.nominal.held_out.position_mm.mean
     assert session.focus is Focus.ROW
-    assert session.comparison.held_out.tolist() == [False] * 10 + [True] * 40
-    before, after = session.comparison.errors[10:50].T
+    assert session.results.comparison.held_out.tolist() == [False] * 10 + [True] * 40
+    before, after = session.results.comparison.errors[10:50].T
     assert 1e3 * before.mean() == pytest.approx(found.nominal.held_out.position_mm.mean)
-    assert 1e3 * after.mean() == pytest.approx(found.runs[session.fit].held_out.position_mm.mean)
+    assert 1e3 * after.mean() == pytest.approx(found.runs[session.results.fit].held_out.position_mm.mean)
     again = replay(first, worker.journal)
-    assert np.array_equal(again.identification.runs["ols"].fit.x, found.runs["ols"].fit.x)
+    assert np.array_equal(again.results.identification.runs["ols"].fit.x, found.runs["ols"].fit.x)
 
     name, content = calibrated_toml(session)
     (tmp_path / name).write_bytes(content)
@@ -62,47 +62,47 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     ("errors", "shown"), [((1e-3, np.deg2rad(0.3)), "1 mm and 0.3°"), ((5e-3, 0.01), "5 mm")]
 )
 def test_the_hidden_errors_are_said_as_they_are_made(errors, shown, do):
-    assert shown in dict(do(MeasureVirtualArm(3, errors=errors)).loaded.facts)["Arm"]
+    assert shown in dict(do(MeasureVirtualArm(3, errors=errors)).measurements.loaded.facts)["Arm"]
 
 
 @pytest.mark.parametrize(("name", "millimetres"), [("laser-tracker", 0.02), ("optotrak", 0.00577)])
 def test_an_instrument_measures_a_virtual_arm_as_well_as_it_sees(name, millimetres, do):
     session = do(MeasureVirtualArm(3, more=20, instrument=name))
-    data, actual = session.loaded.dataset, session.loaded.actual
-    assert dict(session.loaded.facts)["Noise"].startswith(f"{millimetres:g} mm")
+    data, actual = session.measurements.loaded.dataset, session.measurements.loaded.actual
+    assert dict(session.measurements.loaded.facts)["Noise"].startswith(f"{millimetres:g} mm")
     off = np.linalg.norm(data.position - tool_poses(actual, Motion(data.q))[:, :3, 3], axis=1)
     assert 1e3 * off.mean() == pytest.approx(1.6 * millimetres, rel=0.3)  # of three normal coordinates
-    found = do(Identify(("opt2",))).identification
+    found = do(Identify(("opt2",))).results.identification
     assert found.runs["opt2"].held_out.position_mm.mean < 0.01 * found.nominal.held_out.position_mm.mean
 
 
 def test_what_sees_no_place_of_the_tool_can_t_measure_here(do):
     session = do(MeasureVirtualArm(3, instrument="inclinometer"))
-    assert session.loaded is None
-    assert "choose one of ideal, plate" in session.messages[-1].text
+    assert session.measurements.loaded is None
+    assert "choose one of ideal, plate" in session.page.messages[-1].text
 
 
 def test_the_same_seed_is_the_same_arm(do):
-    one = do(MeasureVirtualArm(5)).loaded.dataset
-    other = do(MeasureVirtualArm(5)).loaded.dataset
+    one = do(MeasureVirtualArm(5)).measurements.loaded.dataset
+    other = do(MeasureVirtualArm(5)).measurements.loaded.dataset
     assert np.array_equal(one.q, other.q)
-    assert not np.array_equal(do(MeasureVirtualArm(6)).loaded.dataset.q, one.q)
+    assert not np.array_equal(do(MeasureVirtualArm(6)).measurements.loaded.dataset.q, one.q)
 
 
 def test_a_file_is_read_identified_and_looked_at(do, file):
     session = do(LoadData("../../etc/a.csv", file))
-    assert session.loaded.name == "a.csv"
-    assert dict(session.loaded.facts)["Measured"] == "full pose of the tool"
+    assert session.measurements.loaded.name == "a.csv"
+    assert dict(session.measurements.loaded.facts)["Measured"] == "full pose of the tool"
     session = do(Identify(("ols",), 0.2), ShowRow(17), SetOverlay(Overlay(arrows=False, exaggeration=200.0)))
-    assert session.fit == "ols"
-    assert len(session.identification.held_out_rows) == 10
-    assert (session.row, session.focus) == (17, Focus.ROW)
-    assert not session.overlay.arrows
+    assert session.results.fit == "ols"
+    assert len(session.results.identification.held_out_rows) == 10
+    assert (session.results.row, session.focus) == (17, Focus.ROW)
+    assert not session.choices.overlay.arrows
     session = do(MoveTarget(0, (0.5, 0.3, 0.25), (-2.6, 0.0, 0.0)))
     assert session.focus is Focus.TARGET
-    assert session.identification is not None
+    assert session.results.identification is not None
     session = do(ForgetData())
-    assert session.loaded is session.identification is session.comparison is None
+    assert session.measurements.loaded is session.results.identification is session.results.comparison is None
 
 
 @pytest.mark.parametrize(
@@ -117,32 +117,32 @@ def test_a_file_is_read_identified_and_looked_at(do, file):
 )
 def test_a_bad_file_is_one_sentence_without_our_folders(do, first, name, content):
     session = do(LoadData(name, content))
-    message = session.messages[-1]
+    message = session.page.messages[-1]
     assert message.severity is Severity.ERROR
     assert name in message.text
     assert "/tmp" not in message.text
     assert "is unchanged" not in message.text
-    assert session.loaded is None
+    assert session.measurements.loaded is None
 
 
 def test_a_file_whose_words_only_the_command_takes_says_where_they_go(do, tmp_path):
     """Which matrix of a MATLAB file is what, no choice of the page can say."""
     savemat(tmp_path / "a.mat", {"Q": np.zeros((20, 6)), "P": np.zeros((20, 3))})
     session = do(LoadData("a.mat", (tmp_path / "a.mat").read_bytes()))
-    words = session.messages[-1].text
+    words = session.page.messages[-1].text
     assert words.startswith(
         "a.mat: a MATLAB file says not which matrix is what; it holds Q (20 x 6), P (20 x 3)"
     )
     assert words.endswith("; give them to 'workbench identify --columns', or load a CSV here")
-    assert session.loaded is session.unread is None
+    assert session.measurements.loaded is session.measurements.unread is None
 
 
 def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):
     """The choice is a mapping that the command line reads as well."""
     bare = file.replace(b"[rad]", b"", 6)
     session = do(LoadData("bare.csv", bare))
-    kept = session.unread
-    assert session.loaded is None
+    kept = session.measurements.unread
+    assert session.measurements.loaded is None
     assert "unit is missing" in kept.preview.problems[0]
     assert [(c.heading, c.key, c.si) for c in kept.preview.columns[:2]] == [
         ("q1", "q1", None),
@@ -150,12 +150,14 @@ def test_columns_without_units_are_shown_and_one_choice_mends_them(do, file):
     ]
     mapping = with_column(mapping_text(kept.preview), "q1", "q1[rad]")
     session = do(LoadData(kept.name, kept.content, mapping.encode()))
-    assert session.unread is None
-    assert np.array_equal(session.loaded.dataset.q, do(LoadData("a.csv", file)).loaded.dataset.q)
+    assert session.measurements.unread is None
+    assert np.array_equal(
+        session.measurements.loaded.dataset.q, do(LoadData("a.csv", file)).measurements.loaded.dataset.q
+    )
     swapped = with_column(with_column(mapping, "x[m]", "y[m]"), "y[m]", "x[m]")
     there, here = (
-        do(LoadData(kept.name, kept.content, swapped.encode())).loaded.dataset,
-        session.loaded.dataset,
+        do(LoadData(kept.name, kept.content, swapped.encode())).measurements.loaded.dataset,
+        session.measurements.loaded.dataset,
     )
     assert np.array_equal(there.position, here.position[:, [1, 0, 2]])
 
@@ -166,12 +168,12 @@ def test_a_saved_choice_of_columns_is_one_for_the_command_line(do, file, tmp_pat
     (tmp_path / name).write_bytes(content)
     (tmp_path / "a.csv").write_bytes(file)
     again = preview(tmp_path / "a.csv", columns=read_mapping(tmp_path / name).columns)
-    assert np.array_equal(again.dataset.q, session.loaded.dataset.q)
+    assert np.array_equal(again.dataset.q, session.measurements.loaded.dataset.q)
 
 
 def test_too_large_a_file_is_refused(do):
     session = do(LoadData("big.csv", bytes(21 * 2**20)))
-    assert "MiB" in session.messages[-1].text
+    assert "MiB" in session.page.messages[-1].text
 
 
 @pytest.mark.parametrize(
@@ -187,16 +189,16 @@ def test_too_large_a_file_is_refused(do):
 )
 def test_too_early_is_said(do, first, command):
     session = do(command)
-    assert session.messages[-1].severity is Severity.ERROR
+    assert session.page.messages[-1].severity is Severity.ERROR
     assert session.plate is first.plate
 
 
 def test_too_few_rows_are_said(do, file):
     few = b"\n".join(file.splitlines()[:4])
     session = do(LoadData("few.csv", few), Identify())
-    assert session.messages[-1].severity is Severity.ERROR
-    assert session.identification is None
-    assert session.loaded is not None
+    assert session.page.messages[-1].severity is Severity.ERROR
+    assert session.results.identification is None
+    assert session.measurements.loaded is not None
 
 
 def test_nothing_to_save_yet(first):
@@ -211,7 +213,7 @@ def test_nothing_to_save_yet(first):
 )
 def test_a_virtual_arm_has_the_errors_that_its_journal_says(do, fields, length, angle):
     session = do(decode("MeasureVirtualArm", {"seed": 3, **fields}, bytes))
-    robot, actual = session.robot, session.loaded.actual
+    robot, actual = session.robot, session.measurements.loaded.actual
     names = robot.default_free
     hidden = np.abs(actual.values(names) - robot.values(names))
     turns = np.array([robot.chain.elements[i].axis.turns for i in robot.chain.indices(names)])
@@ -223,5 +225,5 @@ def test_a_virtual_arm_has_the_errors_that_its_journal_says(do, fields, length, 
 @pytest.mark.parametrize("command", [MeasureVirtualArm, BeginMeasuring])
 def test_hidden_errors_that_no_arm_has_are_refused(do, command, errors):
     session = do(command(seed=1, errors=errors))
-    assert session.messages[-1].severity is Severity.ERROR
-    assert session.loaded is session.measuring is None
+    assert session.page.messages[-1].severity is Severity.ERROR
+    assert session.measurements.loaded is session.measuring is None

@@ -21,15 +21,15 @@ ONE, TWO = (0.2, 0.6, -0.4, 0.1, 0.5, -0.3), (-0.4, 0.9, -0.9, 0.3, 0.2, 1.0)
 
 def test_kept_poses_show_what_a_calibration_changes(worker, do, first):
     session = do(Jog(ONE), CapturePose(), Jog(TWO), CapturePose())
-    assert session.captured == (ONE, TWO)
+    assert session.choices.captured == (ONE, TWO)
     assert captured(session).calibrated is None
     assert np.isnan(captured(session).apart).all()
     session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
-    poses, actual = captured(session), session.loaded.actual
+    poses, actual = captured(session), session.measurements.loaded.actual
     real = se3.inverse(actual.base.pose) @ tool_poses(actual, Motion(np.array([ONE, TWO])))
     off = np.linalg.norm(poses.calibrated[:, :3, 3] - real[:, :3, 3], axis=1)
     assert (off < 0.05 * poses.apart).all()
-    assert replay(first, worker.journal).captured == session.captured
+    assert replay(first, worker.journal).choices.captured == session.choices.captured
 
 
 def test_they_are_saved_with_units(do):
@@ -47,12 +47,12 @@ def test_they_are_saved_with_units(do):
 
 def test_nothing_kept_is_said(do):
     session = do(ForgetPoses())
-    assert "no poses have been kept" in session.messages[-1].text
-    assert do(Jog(ONE), CapturePose(), ForgetPoses()).captured == ()
+    assert "no poses have been kept" in session.page.messages[-1].text
+    assert do(Jog(ONE), CapturePose(), ForgetPoses()).choices.captured == ()
 
 
 def test_an_arm_whose_effect_the_pose_does_not_drive(first):
     warm = first.robot.with_effects(EFFECTS["thermal-growth"]((), (2.3e-5,)))
-    session = replace(first, robot=warm, captured=((0.0,) * 6,))
+    session = replace(first, robot=warm, choices=replace(first.choices, captured=((0.0,) * 6,)))
     expected = captured(replace(session, robot=first.robot)).nominal
     np.testing.assert_array_equal(captured(session).nominal, expected)

@@ -73,9 +73,12 @@ def test_only_effects_that_the_pose_drives_are_drawn(first):
 
 
 def test_exaggerations_have_bounds(do, first):
-    for wrong in (replace(first.overlay, bending=0.0), replace(first.overlay, exaggeration=np.inf)):
-        assert do(SetOverlay(wrong)).messages[-1].severity is Severity.ERROR
-    assert do(SetOverlay(replace(first.overlay, bending=7.0))).overlay.bending == 7.0
+    for wrong in (
+        replace(first.choices.overlay, bending=0.0),
+        replace(first.choices.overlay, exaggeration=np.inf),
+    ):
+        assert do(SetOverlay(wrong)).page.messages[-1].severity is Severity.ERROR
+    assert do(SetOverlay(replace(first.choices.overlay, bending=7.0))).choices.overlay.bending == 7.0
 
 
 def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
@@ -85,8 +88,8 @@ def test_katana_stands_on_its_table_and_is_measured_and_identified(do):
     assert height_above_floor(session.robot) == 0.2015
     assert session.plate.xyz[2] > -0.2015
     session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
-    assert session.identification.runs["opt2"].held_out.position_mm.mean < 0.5
-    assert session.identification.nominal.held_out.position_mm.mean > 5.0
+    assert session.results.identification.runs["opt2"].held_out.position_mm.mean < 0.5
+    assert session.results.identification.nominal.held_out.position_mm.mean > 5.0
 
 
 @pytest.mark.parametrize("name", ["ur5", "katana450-three-rotation"])

@@ -46,7 +46,7 @@ def test_add_copy_delete_and_undo(do, first):
 def test_the_last_target_stays(do):
     session = do(*(DeleteTarget(0) for _ in range(10)))
     assert len(session.plate) == 1
-    assert session.messages[-1].severity is Severity.ERROR
+    assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_renumbering_moves_the_others_by_one(do, first):
@@ -69,7 +69,7 @@ def test_a_locked_target_stays_in_place_through_everything(do, first, tmp_path):
     ):
         session = do(command)
         assert session.plate is held.plate
-        assert "locked" in session.messages[-1].text
+        assert "locked" in session.page.messages[-1].text
     session = do(ApplyPattern("spiral", 6, (0.3, 0.35, 0.24), 0.2, TILTS))
     assert places(session)[3] == pytest.approx(places(first)[3])
     assert read_plate(write_plate(session.plate, tmp_path / "p.toml")).targets[3].locked
@@ -104,7 +104,7 @@ def test_a_bad_pattern_or_table_changes_nothing(do, first):
     ):
         session = do(command)
         assert session.plate is first.plate
-        assert session.messages[-1].severity is Severity.ERROR
+        assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_a_typed_table_moves_adds_and_keeps(do, first):
@@ -140,7 +140,7 @@ def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
     assert do(MixBranches()).states[4].branch == other.name
     assert do(ChooseBranch(4, "auto")).plate.targets[4].branch == "auto"
     refused = do(ChooseBranch(4, "nonsense"))
-    assert refused.messages[-1].severity is Severity.ERROR
+    assert refused.page.messages[-1].severity is Severity.ERROR
 
 
 def test_the_contribution_of_a_target_is_what_is_lost_without_it(do, first):
@@ -165,18 +165,18 @@ def test_worst_determined_are_named_and_open_ones_come_first(do, first):
 def test_the_best_so_far_comes_back(do, first, worker):
     worse = do(MoveTarget(0, (0.2, 0.36, 0.235), (-2.6, 0.0, 0.0)), DeleteTarget(7))
     assert worse.score.position > first.score.position
-    assert len(worse.history) == 3
+    assert len(worse.history.scores) == 3
     session = do(RestoreBest())
-    assert session.score.position == pytest.approx(min(s.position for s in session.history))
+    assert session.score.position == pytest.approx(min(s.position for s in session.history.scores))
     again = replay(first, worker.journal)
     assert np.array_equal(again.plate.poses, session.plate.poses)
-    assert "best" in do(RestoreBest()).messages[-1].text
+    assert "best" in do(RestoreBest()).page.messages[-1].text
 
 
 def test_every_step_keeps_what_is_drawn_of_its_score_and_not_its_matrices(do, first):
     """They are 50 kB a drag, of 200 drags."""
     moved = do(CopyTarget(0), DeleteTarget(3))
-    assert len(moved.history) > 2
-    assert all(score.linearisation is None for score in moved.history)
-    assert moved.history[-1].indices == moved.score.indices
+    assert len(moved.history.scores) > 2
+    assert all(score.linearisation is None for score in moved.history.scores)
+    assert moved.history.scores[-1].indices == moved.score.indices
     assert moved.score.linearisation is not None

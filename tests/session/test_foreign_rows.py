@@ -66,25 +66,27 @@ def test_joints_with_other_zeros_are_the_arms_own(monkeypatch):
 
 def test_the_page_refuses_to_fit_another_arms_rows_and_offers_that_arm(do, ur5_file):
     loaded = do(LoadData("ur5.csv", ur5_file))
-    assert loaded.messages[-1].severity is Severity.WARNING
-    assert "these rows are not ARIA's" in loaded.messages[-1].text
+    assert loaded.page.messages[-1].severity is Severity.WARNING
+    assert "these rows are not ARIA's" in loaded.page.messages[-1].text
     step = guide(loaded)
     assert step.next.command == ChooseRobot("ur5", keep=True)
     refused = do(Identify())
-    assert refused.identification is None
-    assert refused.messages[-1].severity is Severity.ERROR
+    assert refused.results.identification is None
+    assert refused.page.messages[-1].severity is Severity.ERROR
     changed = do(step.next.command, Identify(("opt2",)))
     assert changed.robot.name == load_robot("ur5").name
-    assert len(changed.loaded.dataset) == 40
-    assert not changed.loaded.is_foreign
-    assert not any(m.severity is Severity.WARNING for m in changed.messages)  # gone with what it was about
-    assert changed.identification.match is None
-    assert not changed.identification.best.implausible
+    assert len(changed.measurements.loaded.dataset) == 40
+    assert not changed.measurements.loaded.is_foreign
+    assert not any(
+        m.severity is Severity.WARNING for m in changed.page.messages
+    )  # gone with what it was about
+    assert changed.results.identification.match is None
+    assert not changed.results.identification.best.implausible
 
 
 def test_what_was_fitted_all_the_same_is_called_implausible(do, ur5_file):
     session = do(LoadData("ur5.csv", ur5_file), Identify(("opt2",), anyway=True))
-    found = session.identification
+    found = session.results.identification
     assert "these rows are not ARIA's" in found.warnings[0]
     assert found.doubts(found.best)
     assert guide(session).tone is Tone.CAREFUL
@@ -106,9 +108,9 @@ def test_another_robot_has_its_own_plate_and_undo_brings_everything_back(do):
     before = do(MeasureVirtualArm(3), Identify(("opt2",)))
     other = do(ChooseRobot("ur5"))
     assert other.plate.name == "Circle"
-    assert other.loaded is None
+    assert other.measurements.loaded is None
     back = do(Undo())
-    for part in ("robot", "plate", "states", "loaded", "identification", "comparison"):
+    for part in ("robot", "plate", "states", "measurements", "results"):
         assert getattr(back, part) is getattr(before, part)
     again = do(Redo())
     assert again.robot is other.robot
@@ -123,7 +125,7 @@ def test_rows_of_an_arm_with_more_joints_offer_that_arm_too(do):
     rows = [",".join(f"q{i}[rad]" for i in range(1, 8)) + ",x[m],y[m],z[m]"]
     rows += [",".join(f"{v:.9f}" for v in (*a, *p)) for a, p in zip(q, arm.predict(q)[:, :3, 3], strict=True)]
     loaded = do(LoadData("seven.csv", "\n".join(rows).encode()))
-    assert loaded.loaded is None
+    assert loaded.measurements.loaded is None
     step = guide(loaded)
     assert (
         "7 joints in the file, 6 in the arm: these rows are not ARIA's; Franka Emika Panda" in step.sentence
@@ -132,24 +134,24 @@ def test_rows_of_an_arm_with_more_joints_offer_that_arm_too(do):
     assert step.next.command == ChooseRobot("panda", keep=True)  # not the FR3, outside whose limits some are
     changed = do(step.next.command)
     assert changed.robot.name == arm.name
-    assert len(changed.loaded.dataset) == 30
-    assert changed.unread is None
+    assert len(changed.measurements.loaded.dataset) == 30
+    assert changed.measurements.unread is None
     assert guide(changed).next.label == "Identify the geometry"
     own = do(ChooseRobot("aria"), MeasureVirtualArm(1), LoadData("seven.csv", "\n".join(rows).encode()))
-    assert own.loaded.virtual  # what is there stays, and so does the way on from it
+    assert own.measurements.loaded.virtual  # what is there stays, and so does the way on from it
     assert guide(own).next.label == "Identify the geometry"
     offered = guide(own).other.command
     assert offered == ChooseRobot("panda", keep=True)
-    assert "seven.csv is not read" in _preview(own.loaded, own.unread)
+    assert "seven.csv is not read" in _preview(own.measurements.loaded, own.measurements.unread)
     changed = do(offered)
-    assert (changed.robot.name, changed.loaded.name, len(changed.loaded.dataset)) == (
-        arm.name,
-        "seven.csv",
-        30,
-    )
+    assert (
+        changed.robot.name,
+        changed.measurements.loaded.name,
+        len(changed.measurements.loaded.dataset),
+    ) == (arm.name, "seven.csv", 30)
     gone_on = do(ChooseRobot("aria"), MeasureVirtualArm(1), LoadData("seven.csv", "\n".join(rows).encode()))
-    assert gone_on.unread is not None
-    assert do(Identify(("opt2",))).unread is None
+    assert gone_on.measurements.unread is not None
+    assert do(Identify(("opt2",))).measurements.unread is None
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -159,7 +161,7 @@ def test_a_row_that_no_arm_explains_is_red_in_the_scene(do, seed, tmp_path):
     position[17] += [0.0, 0.05, 0.0]
     path = write_measurements(replace(rows, position=position), tmp_path / "rows.csv")
     session = do(LoadData("rows.csv", path.read_bytes()), Identify(("opt2",)))
-    found = session.identification
+    found = session.results.identification
     assert {outlier.row for outlier in found.outliers} | set(found.suspects) == {17}
-    assert session.comparison.set_apart == pytest.approx(position[[17]], abs=1e-6)
-    assert (17 in session.comparison.number) == bool(found.suspects)
+    assert session.results.comparison.set_apart == pytest.approx(position[[17]], abs=1e-6)
+    assert (17 in session.results.comparison.number) == bool(found.suspects)

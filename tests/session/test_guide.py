@@ -59,28 +59,30 @@ def unreached(session: Session, **change) -> Session:
 
 def with_noise(session: Session, times: float | None) -> Session:
     """As if the instrument's noise were so many times less than what is left; None: unknown."""
-    found = replace(session.identification)
-    left = found.runs[session.fit]
+    found = replace(session.results.identification)
+    left = found.runs[session.results.fit]
     mean = 1e-3 * (left.held_out or left.train).position_mm.mean
     noise = None if times is None else Noise(mean / (times * np.sqrt(8 / np.pi)), 1e-4)
     found.__dict__["instrument"] = noise
-    return replace(session, identification=found)
+    return replace(session, results=replace(session.results, identification=found))
 
 
 def few_rows(session: Session) -> Session:
-    found = replace(session.identification, train_rows=session.identification.train_rows[:10])
+    found = replace(session.results.identification, train_rows=session.results.identification.train_rows[:10])
     found.__dict__["instrument"] = Noise(1e-9, 1e-9)
-    return replace(session, identification=found)
+    return replace(session, results=replace(session.results, identification=found))
 
 
 def told(session: Session, **change) -> Session:
     """With a diagnosis that says something else."""
-    return replace(session, diagnosis=replace(session.diagnosis, **change))
+    return replace(
+        session, results=replace(session.results, diagnosis=replace(session.results.diagnosis, **change))
+    )
 
 
 def unsure(session: Session) -> Session:
     """With causes that can't be told from others."""
-    return told(session, causes=tuple(replace(c, odds=3.0) for c in session.diagnosis.causes))
+    return told(session, causes=tuple(replace(c, odds=3.0) for c in session.results.diagnosis.causes))
 
 
 NOTHING = {"effects": (), "causes": (), "residual_map": None}
@@ -91,7 +93,9 @@ STATES = [
     ("first", lambda s: replace(s, drag=Drag(1, 0)), "Release to keep", Tone.PLAIN, None, None, None),
     (
         "first",
-        lambda s: replace(s, done=(s.best,), wanted=None),
+        lambda s: replace(
+            s, history=replace(s.history, done=(s.history.best,)), choices=replace(s.choices, wanted=None)
+        ),
         "Good enough? Set the required error below",
         Tone.PLAIN,
         "Measure",
@@ -116,11 +120,27 @@ STATES = [
         Tab.PLATE,
         "Measure",
     ),
-    ("first", lambda s: replace(s, caption="A story."), "A story.", Tone.PLAIN, None, None, None),
-    ("first", lambda s: replace(s, job=RunningJob("Diagnose")), "Diagnose …", Tone.PLAIN, None, None, None),
     (
         "first",
-        lambda s: replace(s, source=Source("arm"), focus=Focus.JOG),
+        lambda s: replace(s, page=replace(s.page, caption="A story.")),
+        "A story.",
+        Tone.PLAIN,
+        None,
+        None,
+        None,
+    ),
+    (
+        "first",
+        lambda s: replace(s, page=replace(s.page, job=RunningJob("Diagnose"))),
+        "Diagnose …",
+        Tone.PLAIN,
+        None,
+        None,
+        None,
+    ),
+    (
+        "first",
+        lambda s: replace(s, focus=Focus.JOG, choices=replace(s.choices, source=Source("arm"))),
         "follows the real one",
         Tone.PLAIN,
         "Measure",
@@ -141,7 +161,7 @@ STATES = [
     ),
     (
         "identified",
-        lambda s: replace(with_noise(s, 1.2), wanted=None),
+        lambda s: replace(with_noise(s, 1.2), choices=replace(s.choices, wanted=None)),
         "is instrument noise",
         Tone.GOOD,
         "Save the arm",
@@ -196,7 +216,7 @@ STATES = [
     ),
     (
         "diagnosed",
-        lambda s: replace(told(s, **NOTHING, verdict=Verdict.NONE), wanted=None),
+        lambda s: replace(told(s, **NOTHING, verdict=Verdict.NONE), choices=replace(s.choices, wanted=None)),
         "all of it noise",
         Tone.GOOD,
         "Save the arm",
@@ -316,10 +336,13 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
     figures = [f"{error:.3g}" for error in (nominal, geometry, causes)]
     assert re.findall(r"[\d.]+", words_of(numbers(stages(added)))) == figures
     for session in (diagnosed, added):
-        assert guide(replace(session, caption="told")).figure == f"{' → '.join(figures)} mm"
-        means = words_of(stage_means(session.comparison, ComparedStage.CAUSES))
+        assert (
+            guide(replace(session, page=replace(session.page, caption="told"))).figure
+            == f"{' → '.join(figures)} mm"
+        )
+        means = words_of(stage_means(session.results.comparison, ComparedStage.CAUSES))
         assert means.startswith(" → ".join(figures)), means
-    fitted = identified.identification.frames
+    fitted = identified.results.identification.frames
     said = words_of(result_card(identified))
     assert ("base" in said) is bool(fitted.base)
     assert ("tool" in said) is bool(fitted.tool)
@@ -327,7 +350,7 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
 
 def test_a_bent_arm_says_how_much_its_bending_is_exaggerated(walked):
     added = walked["added"]
-    asked = replace(added, overlay=replace(added.overlay, bent=True))
+    asked = replace(added, choices=replace(added.choices, overlay=replace(added.choices.overlay, bent=True)))
     drawn = {item.path: item for item in on_page(asked)}
     assert not any(item.shown for item in on_page(added) if item.path.startswith("arm/bent"))
     assert drawn["arm/bent"].shown
@@ -338,7 +361,7 @@ def test_a_bent_arm_says_how_much_its_bending_is_exaggerated(walked):
 
 def test_the_error_plots_have_every_row_in_words_that_can_be_read(walked):
     """Also in the narrowest panel; each axis ends at its greatest error."""
-    found = walked["identified"].identification
+    found = walked["identified"].results.identification
     drawing = error_figure(found, "opt2")
     rows = len(found.train_rows) + len(found.held_out_data)
     assert drawing.count("<circle") == 3 * rows
@@ -352,13 +375,13 @@ def test_the_error_plots_have_every_row_in_words_that_can_be_read(walked):
 
 def test_the_instrument_is_known_where_rows_state_it(first):
     session = done(first, MeasureVirtualArm(2), Identify(("ols",)))
-    assert session.identification.instrument.position == pytest.approx(session.noise.position)
-    assert 0.3 < share_of_noise(session, session.identification) < 3.0
+    assert session.results.identification.instrument.position == pytest.approx(session.noise.position)
+    assert 0.3 < share_of_noise(session, session.results.identification) < 3.0
 
 
 def test_the_same_tab_can_be_opened_again(first):
     once = OpenTab(Tab.CALIBRATE).apply(first)
-    assert once.opened is not OpenTab(Tab.CALIBRATE).apply(once).opened
+    assert once.page.opened is not OpenTab(Tab.CALIBRATE).apply(once).page.opened
     assert OpenTab(Tab.CALIBRATE).is_automatic  # messages stay
 
 

@@ -15,8 +15,8 @@ def test_fits_know_whether_the_instrument_is_levelled(first):
     session = done(first, MeasureVirtualArm(3, more=20))
     for levelled in (False, True):
         found = done(session, Identify(("opt2",), levelled=levelled), Diagnose(levelled=levelled))
-        assert found.identification.best.fit.problem.frames.levelled is levelled
-        assert found.diagnosis.final_fit.problem.frames.levelled is levelled
+        assert found.results.identification.best.fit.problem.frames.levelled is levelled
+        assert found.results.diagnosis.final_fit.problem.frames.levelled is levelled
 
 
 def test_the_guides_buttons_say_what_the_box_says(first):
@@ -29,16 +29,16 @@ def test_the_guides_buttons_say_what_the_box_says(first):
 
 def test_it_is_said_of_these_measurements(first):
     session = done(first, MeasureVirtualArm(3), SetLevelled(True))
-    assert done(session, MakeSession(4)).levelled
-    assert not done(session, ForgetData()).levelled
+    assert done(session, MakeSession(4)).measurements.levelled
+    assert not done(session, ForgetData()).measurements.levelled
 
 
 def test_another_plate_leaves_what_is_known_of_the_measurements(first, tmp_path):
     """The box was cleared, and the next fit was another one."""
     content = write_plate(first.plate, tmp_path / "other.toml").read_bytes()
     session = done(first, MeasureVirtualArm(3), SetLevelled(True), LoadModel("other.toml", content))
-    assert session.loaded is not None
-    assert session.levelled
+    assert session.measurements.loaded is not None
+    assert session.measurements.levelled
 
 
 def test_recordings_from_before_there_was_a_box_open():

@@ -91,26 +91,26 @@ def test_an_arm_on_a_socket_is_followed_and_measured(first):
     try:
         with connect(address) as source:
             worker.add_view(LiveSource(worker, source, name=address))
-            until(worker, lambda s: s.source is not None)
+            until(worker, lambda s: s.choices.source is not None)
             worker.submit(MeasureLive())
             until(worker, lambda s: s.measuring is not None)
             begun.set()
             until(worker, lambda s: s.focus is Focus.JOG and s.jogged is not None)
-            session = until(worker, lambda s: not s.source.is_open)
+            session = until(worker, lambda s: not s.choices.source.is_open)
             assert worker.wait()
         rows = session.measuring.acquisition.rows
         assert rows == 3
         worker.submit(UseRows())
         assert worker.wait()
         session = worker.session
-        data = session.loaded.dataset
-        assert not session.loaded.virtual
+        data = session.measurements.loaded.dataset
+        assert not session.measurements.loaded.virtual
         seen = np.linalg.norm(data.position - tool_poses(actual, Motion(data.q))[:, :3, 3], axis=1)
         assert seen.max() < 5e-4
         wanted = first.robot.base.pose @ plate.poses
         assert np.linalg.norm(data.position - wanted[:, :3, 3], axis=1).max() < 3e-3
         again = replay(start(first.robot, plate), worker.journal)
-        assert np.array_equal(again.loaded.dataset.q, data.q)
+        assert np.array_equal(again.measurements.loaded.dataset.q, data.q)
     finally:
         worker.close()
 
@@ -144,7 +144,7 @@ def test_bad_lines_and_other_arms_are_told_once(worker, lines):
     worker.add_view(LiveSource(worker, lines, name="arm"))
     lines.put("nonsense\n", *(line(Q[:4], 0.1 * k) for k in range(5)), line(Q, 1.0))
     session = until(worker, lambda s: s.focus is Focus.JOG)
-    errors = [m.text for m in session.messages if m.severity is Severity.ERROR]
+    errors = [m.text for m in session.page.messages if m.severity is Severity.ERROR]
     assert len(errors) == 1
     assert "not a JSON object" in errors[0]
 
@@ -171,14 +171,14 @@ class Harmful:
 
 def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
     harmful = Harmful(worker)
-    until(worker, lambda s: s.source is not None)
+    until(worker, lambda s: s.choices.source is not None)
     whole = line(Q, 0.5)
     harmful.send(whole[:20])
     sleep(0.1)
     harmful.send(whole[20:], b"x" * 10_000_000 + b"\n", b"\xff\x00\n", "[" * 60_000 + "\n")
     harmful.send('{"time": NaN, "q": [NaN]}\n', line(Q[:4], 0.6), line(np.add(Q, 0.3), 0.7))
     session = until(worker, lambda s: s.jogged is not None and np.allclose(s.jogged, np.add(Q, 0.3)))
-    assert [m.text for m in session.messages if m.severity is Severity.ERROR][1:] == []
+    assert [m.text for m in session.page.messages if m.severity is Severity.ERROR][1:] == []
     begin = monotonic()
     for k in range(20):
         harmful.send(*(line(np.add(Q, 1e-3 * k), 1.0 + k + 1e-4 * i, capture=True) for i in range(500)))
@@ -190,9 +190,9 @@ def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
     assert len(taken) < 100 + 100 * (monotonic() - begin)
     assert worker.wait(60.0)
     harmful.go()
-    until(worker, lambda s: not s.source.is_open)
+    until(worker, lambda s: not s.choices.source.is_open)
     again = Harmful(worker)
-    until(worker, lambda s: s.source.is_open)
+    until(worker, lambda s: s.choices.source.is_open)
     again.send(line(Q, 60.0))
     until(worker, lambda s: np.allclose(s.jogged, Q))
     again.go()
@@ -201,8 +201,8 @@ def test_harmful_lines_leave_the_session_quick_and_the_arm_followed(worker):
 def test_the_end_of_a_source_is_said(worker, lines):
     worker.add_view(LiveSource(worker, lines, name="arm"))
     lines.put(None)
-    session = until(worker, lambda s: s.source is not None and not s.source.is_open)
-    assert session.messages[-1].severity is Severity.WARNING
+    session = until(worker, lambda s: s.choices.source is not None and not s.choices.source.is_open)
+    assert session.page.messages[-1].severity is Severity.WARNING
 
 
 def test_nothing_is_stored_from_a_silent_source(do, first):
@@ -211,15 +211,15 @@ def test_nothing_is_stored_from_a_silent_source(do, first):
     assert session.measuring.acquisition.copy().store().changed
     session = do(TellSource("arm", silence=3.0), StoreRow())
     assert session.measuring.acquisition.rows == 0
-    assert "silent" in session.messages[-1].text
+    assert "silent" in session.page.messages[-1].text
     session = do(TellSource("arm"), TakeSample(2.0, q), TakeSample(2.6, q), TakeSample(3.2, q), StoreRow())
     assert session.measuring.acquisition.rows == 1
-    assert do(DriveArm()).messages[-1].severity is Severity.ERROR
+    assert do(DriveArm()).page.messages[-1].severity is Severity.ERROR
 
 
 def test_without_a_source_nothing_is_followed(do):
     for command in (MeasureLive(), FollowSource(True)):
-        assert do(command).messages[-1].severity is Severity.ERROR
+        assert do(command).page.messages[-1].severity is Severity.ERROR
     assert do(TakeSample(0.0, Q)).focus is Focus.TARGET
     session = do(TellSource("arm", is_open=False), MeasureLive())
     assert session.measuring is None

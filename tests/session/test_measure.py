@@ -60,24 +60,24 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
         assert do(StoreRow()).measuring.acquisition.rows == k + 1
     session = do(UseRows())
     assert session.measuring is None
-    data = session.loaded.dataset
+    data = session.measurements.loaded.dataset
     assert np.array_equal(data.q, begun.virtual.postures)
     assert np.allclose(
         data.position, tool_poses(begun.virtual.actual, Motion(begun.virtual.postures))[:, :3, 3], atol=1e-12
     )
-    assert len(session.comparison) == len(data)
+    assert len(session.results.comparison) == len(data)
     again = replay(first, worker.journal)
-    assert np.array_equal(again.loaded.dataset.position, data.position)
+    assert np.array_equal(again.measurements.loaded.dataset.position, data.position)
 
 
 def test_a_moving_arm_is_not_stored_nor_the_same_place_twice(do, begun):
-    assert do(StoreRow()).messages[-1].severity is Severity.ERROR
+    assert do(StoreRow()).page.messages[-1].severity is Severity.ERROR
     q = begun.virtual.postures[0]
     assert do(*samples(begun, q, begin=0.0, shift=0.1), StoreRow()).measuring.acquisition.rows == 0
     assert do(*samples(begun, q, begin=1.0), StoreRow()).measuring.acquisition.rows == 1
     session = do(*samples(begun, q, begin=2.0), StoreRow())
     assert session.measuring.acquisition.rows == 1
-    assert session.messages[-1].severity is Severity.ERROR
+    assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_the_last_row_is_taken_again_and_a_target_left_for_later(do, begun):
@@ -87,14 +87,14 @@ def test_the_last_row_is_taken_again_and_a_target_left_for_later(do, begun):
     assert (capture.current, capture.remaining) == (1, len(begun.numbers) - 1)
     capture = do(NextWanted(), *samples(begun, begun.virtual.postures[2], begin=30.0), StoreRow()).measuring
     assert [row is not None for row in capture.acquisition.capture.taken[:3]] == [True, False, True]
-    kept = do(UseRows()).loaded.dataset
+    kept = do(UseRows()).measurements.loaded.dataset
     assert kept.row.tolist() == [0, 2]
 
 
 def test_a_row_is_kept_for_the_target_at_which_the_arm_stands(do, begun):
     session = do(*samples(begun, begun.virtual.postures[3], begin=0.0), StoreRow())
     assert session.measuring.acquisition.rows == 0
-    assert "target 4" in session.messages[-1].text
+    assert "target 4" in session.page.messages[-1].text
     assert guide(session).next.command == StoreRow(target=3)
     assert do(StoreRow(target=5)).measuring.acquisition.rows == 0
     assert do(StoreRow(target=99)).measuring.acquisition.rows == 0
@@ -103,7 +103,7 @@ def test_a_row_is_kept_for_the_target_at_which_the_arm_stands(do, begun):
     taken = session.measuring.acquisition.capture.taken
     assert [i for i, row in enumerate(taken) if row is not None] == [3, 4]
     session = do(*samples(begun, begun.virtual.postures[2], begin=20.0), StoreRow(anywhere=True), UseRows())
-    assert session.loaded.dataset.group.tolist() == ["target 4", "target 5", "target 6"]
+    assert session.measurements.loaded.dataset.group.tolist() == ["target 4", "target 5", "target 6"]
 
 
 def test_a_snapshot_stays_as_it_was(do, begun):
@@ -115,13 +115,13 @@ def test_a_snapshot_stays_as_it_was(do, begun):
 
 def test_what_makes_no_sense_is_said(do):
     for command in (DriveArm(), StoreRow(), TakeAgain(), UseRows(), EndMeasuring(), BeginMeasuring(-1)):
-        assert do(command).messages[-1].severity is Severity.ERROR
+        assert do(command).page.messages[-1].severity is Severity.ERROR
     session = do(BeginMeasuring(1), BeginMeasuring(2))
     assert session.measuring.virtual.seed == 1
     for q in ((0.0,), (np.nan,) * session.robot.dof):
-        told = session.message_count
+        told = session.page.message_count
         session = do(TakeSample(0.0, q, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
-        assert session.message_count == told + 1
+        assert session.page.message_count == told + 1
         assert session.measuring.acquisition.latest is None
     session = do(EndMeasuring())
     assert session.measuring is None
@@ -157,8 +157,8 @@ def test_the_virtual_arm_comes_to_rest_at_the_target(first):
 def test_news_stay_until_the_user_goes_on(do, begun):
     """A late sample of the arm is nobody's doing."""
     do(*samples(begun, begun.virtual.postures[0], begin=0.0), StoreRow())
-    told = do(UseRows()).messages[-1].text
+    told = do(UseRows()).page.messages[-1].text
     assert "the session's data: 1 measured row" in told
     session = do(*samples(begun, begun.virtual.postures[1], begin=9.0))
-    assert session.messages[-1].text == told
-    assert told not in [m.text for m in do(SelectTarget(3)).messages]
+    assert session.page.messages[-1].text == told
+    assert told not in [m.text for m in do(SelectTarget(3)).page.messages]

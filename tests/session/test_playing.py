@@ -51,7 +51,7 @@ def test_the_calibrated_arm_misses_the_path_and_a_correction_meets_it(fitted):
         tracks.append(running.session.track)
     running.close()
     plain, corrected = tracks
-    calibrated = free(fitted.identification.runs["ols"].calibrated)
+    calibrated = free(fitted.results.identification.runs["ols"].calibrated)
     planned = free(fitted.robot).with_frames(tool=calibrated.tool)
     away = tool_poses(calibrated, Motion(plain.q))[:, :3, 3] - tool_poses(planned, Motion(plain.q))[:, :3, 3]
     assert np.allclose(plain.errors, np.linalg.norm(away, axis=1), atol=1e-9)
@@ -61,7 +61,7 @@ def test_the_calibrated_arm_misses_the_path_and_a_correction_meets_it(fitted):
     region = fitted.plate.region
     radius = np.linalg.norm(plain.wanted - 0.5 * (region.min + region.max), axis=1)
     assert np.allclose(radius, 0.3 * (region.max - region.min)[:2].min(), atol=1e-6)
-    assert " corrected, " in running.session.messages[-1].text
+    assert " corrected, " in running.session.page.messages[-1].text
 
 
 def test_play_is_a_matter_of_focus(do, first):
@@ -104,9 +104,9 @@ def test_what_makes_no_sense_is_said(do):
         SetPace(0.0),
     ):
         session = do(wrong)
-        assert session.messages[-1].severity is Severity.ERROR, wrong
+        assert session.page.messages[-1].severity is Severity.ERROR, wrong
         assert session.track is None
-    assert do(PlanTrack("line", 5.0), PlaceTrack(7.0)).messages[-1].severity is Severity.ERROR
+    assert do(PlanTrack("line", 5.0), PlaceTrack(7.0)).page.messages[-1].severity is Severity.ERROR
 
 
 @pytest.mark.parametrize(("kind", "plane"), [("circle", "upright along x"), ("line", "tilted by 45°")])
@@ -128,7 +128,7 @@ def test_a_moment_of_the_path_is_shown_wherever_the_arm_stood(do, first):
     assert shown.focus is Focus.TRACK
     assert np.allclose(drawn_joints(shown), shown.track.at(2.5))
     for wrong in (PlanTrack("circle", 5.0, False, (0.3, 0.0, np.inf)), PlanTrack(plane="oblique")):
-        assert do(wrong).messages[-1].severity is Severity.ERROR
+        assert do(wrong).page.messages[-1].severity is Severity.ERROR
 
 
 def test_the_usual_circles_plane_is_known(first):

@@ -131,8 +131,14 @@ def test_a_replay_comes_to_the_same_numbers(whole):
     assert replayed.differences == ()
     assert replayed.compared > 700
     again = replayed.session
-    assert np.array_equal(again.identification.runs["ols"].fit.x, session.identification.runs["ols"].fit.x)
-    assert (again.row, again.noise, again.overlay) == (session.row, session.noise, session.overlay)
+    assert np.array_equal(
+        again.results.identification.runs["ols"].fit.x, session.results.identification.runs["ols"].fit.x
+    )
+    assert (again.results.row, again.noise, again.choices.overlay) == (
+        session.results.row,
+        session.noise,
+        session.choices.overlay,
+    )
 
 
 def test_a_number_that_was_changed_is_named(whole, tmp_path):
@@ -405,7 +411,7 @@ def test_no_place_for_recordings(record, first, tmp_path):
     session = run(SelectTarget(3))
     assert run.folder is None
     assert session.selected == 3
-    assert "not recorded" in session.messages[0].text
+    assert "not recorded" in session.page.messages[0].text
 
 
 def test_a_full_disk_is_told_and_nothing_is_missing_afterwards(record, first):
@@ -419,13 +425,13 @@ def test_a_full_disk_is_told_and_nothing_is_missing_afterwards(record, first):
         session = run(*moves(first, 6, target=4), SelectTarget(0))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    told = [m for m in session.messages if m.severity is Severity.WARNING]
+    told = [m for m in session.page.messages if m.severity is Severity.WARNING]
     assert len(told) == 1
     assert "can't be recorded at present" in told[0].text
     assert session.selected == 0
     assert len(read_recording(run.folder).lines) < len(run.worker.journal)
     run(SelectTarget(1))
-    assert "recorded again" in run.worker.session.messages[-1].text
+    assert "recorded again" in run.worker.session.page.messages[-1].text
     run.worker.close()
     recording = read_recording(run.folder)
     assert [e.command for e in recording.entries] == [e.command for e in run.worker.journal]

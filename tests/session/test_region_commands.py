@@ -54,8 +54,8 @@ def test_a_new_region_is_judged_anew(run, first):
     tools = tool_poses(session.robot, Motion(session.region_q))[:, :3, 3]
     assert region.contains(tools).all()
     assert session.score.position != first.score.position
-    assert session.best_score is session.score
-    assert session.chore == ""
+    assert session.history.best_score is session.score
+    assert session.page.chore == ""
 
 
 def test_cubes_are_looked_at_only_when_shown(run):
@@ -90,7 +90,7 @@ def test_out_of_reach_cubes_have_no_error(first):
 
 def test_measured_errors_are_means_over_the_rows_in_each_cube(run):
     session = after(run, MeasureVirtualArm(2, more=30), ShowCubes(CubeView(field=Field.MEASURED)))
-    rows, region = session.comparison, session.plate.region
+    rows, region = session.results.comparison, session.plate.region
     errors = np.linalg.norm(rows.measured - rows.nominal[:, :3, 3], axis=1)
     number = int(region.cells(rows.measured[:1])[0])
     inside = np.abs(rows.measured - region.centres[number]) <= 0.5 * region.size / region.shape
@@ -111,7 +111,7 @@ def test_measured_errors_are_means_over_the_rows_in_each_cube(run):
 def test_nonsense_is_refused(run, first, command):
     session = after(run, command)
     assert session.plate is first.plate
-    assert session.messages[-1].severity is Severity.ERROR
+    assert session.page.messages[-1].severity is Severity.ERROR
 
 
 class Stubborn(AbstractChore):
@@ -143,13 +143,13 @@ def test_a_chore_that_is_no_longer_needed_is_cancelled(first):
     run = Worker(first, chores=(Stubborn,))
     try:
         run.submit(SelectTarget(1))
-        while not run.session.chore:
+        while not run.session.page.chore:
             threading.Event().wait(0.005)
         session = after(run, SelectTarget(0))
         assert session.selected == 9  # it ended and was put in, as its `finish` did not object
         session = after(run, SelectTarget(5))
         assert run.journal[-1].ending is Ending.FAILED
-        assert "failed" in session.messages[-1].text
+        assert "failed" in session.page.messages[-1].text
         failures = len(run.journal)
         run.cancel()
         assert run.wait(60.0)
@@ -171,7 +171,7 @@ def test_the_page_says_what_plate_score_says(first):
 def test_a_changed_plate_is_judged_over_the_poses_of_the_one_that_was_loaded(run, first):
     """As `plate compare` with the loaded plate does: turning a target moves no pose that matters."""
     session = after(run, SetRegion(LOW, HIGH, 0.1))
-    loaded = replace(first.first_plate, region=session.plate.region)
+    loaded = replace(first.history.first_plate, region=session.plate.region)
     np.testing.assert_array_equal(session.region_q, plate_region_poses(first.robot, loaded))
 
 

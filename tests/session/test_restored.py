@@ -90,7 +90,7 @@ def restored(killed):
 
 def test_a_missing_plug_in_is_named_with_the_numbers_then_and_now(killed, restored):
     then = lines(killed)[3]["numbers"]["diagnosis"]["after"]["held_out"]["position_mm"]["mean"]
-    now = restored.session.diagnosis.after.held_out.position_mm.mean
+    now = restored.session.results.diagnosis.after.held_out.position_mm.mean
     found = {d.name: d for d in restored.differences if d.step == 3}
     worst = found["diagnosis.after.held_out.position_mm.mean"]
     assert (worst.then, worst.now) == (then, pytest.approx(now))
@@ -103,7 +103,7 @@ def test_it_goes_on_in_a_new_recording_and_the_old_one_stays(killed, restored, t
     before = {path.name: path.read_bytes() for path in killed.glob("*.jsonl")}
     begun = go_on(restored, root=tmp_path)
     assert begun.folder.parent == tmp_path
-    told = [m.text for m in begun.session.messages if m.severity is Severity.WARNING]
+    told = [m.text for m in begun.session.page.messages if m.severity is Severity.WARNING]
     assert told == [begun.trouble]
     assert restored.warning in begun.trouble
     run(begun, SelectTarget(5)).close()
@@ -122,7 +122,7 @@ def test_it_goes_on_in_a_new_recording_and_the_old_one_stays(killed, restored, t
 def test_without_a_recording_it_is_told_all_the_same(restored):
     begun = go_on_unrecorded(restored)
     assert begun.folder is None
-    told = [m.text for m in begun.session.messages if m.severity is Severity.WARNING]
+    told = [m.text for m in begun.session.page.messages if m.severity is Severity.WARNING]
     assert told == [restored.warning] == [begun.trouble]
 
 
@@ -167,17 +167,17 @@ def test_a_command_of_an_extra_that_is_not_installed_is_named_and_left_out(plain
     recording = plain(1, lambda line: line.update(command="WeighGears", title="Weigh the gears"))
     assert recording.entries[0].command == UnknownCommand("WeighGears", "Weigh the gears")
     found = restore(plain(2, lambda line: line.update(ending="refused")))
-    assert found.session.loaded is None
+    assert found.session.measurements.loaded is None
     assert {d.step for d in found.differences} == {1}
     assert "WeighGears" in found.warning
-    assert any("WeighGears" in message.text for message in found.session.messages)
+    assert any("WeighGears" in message.text for message in found.session.page.messages)
 
 
 def test_the_same_numbers_go_on_in_the_same_folder(plain):
     recording = plain(2, lambda line: None)
     begun = go_on(restore(recording))
     assert (begun.folder, begun.trouble) == (recording.folder, "")
-    assert not [m for m in begun.session.messages if m.severity is Severity.WARNING]
+    assert not [m for m in begun.session.page.messages if m.severity is Severity.WARNING]
     begun.keepers[0].close()
 
 

@@ -21,8 +21,8 @@ from workbench.session.state import Severity
 def test_what_can_not_be_diagnosed_is_said(do):
     for commands in ((Diagnose(),), (MeasureVirtualArm(5), Diagnose()), (AddEffects(),), (TakeNextPoses(),)):
         session = do(*commands)
-        assert session.diagnosis is None
-        assert session.messages[-1].severity is Severity.ERROR
+        assert session.results.diagnosis is None
+        assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_clustering_gives_equal_indices_in_different_cubes(do):
@@ -35,19 +35,19 @@ def test_clustering_gives_equal_indices_in_different_cubes(do):
     assert len(set(cells.tolist())) == 10
     assert solid_clear(session.robot, session.plate, q).all()
     assert [state.obstacle for state in session.states] == [""] * 10
-    assert do(ClusterTargets(1)).messages[-1].severity is Severity.ERROR
+    assert do(ClusterTargets(1)).page.messages[-1].severity is Severity.ERROR
 
 
 def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, first, monkeypatch):
     quick = partial(optimise_plate, request=DesignRequest(places=150, starts=1))
     monkeypatch.setattr("workbench.plate.design.optimise_plate", quick)
     worker.submit(ImprovePlate())
-    while worker.session.job is None or not worker.session.job.text:
+    while worker.session.page.job is None or not worker.session.page.job.text:
         threading.Event().wait(0.01)
     worker.cancel()
     assert worker.wait(60.0)
     assert worker.session.plate is first.plate
-    assert "cancelled" in worker.session.messages[-1].text
+    assert "cancelled" in worker.session.page.messages[-1].text
     locked = range(2, 10)
     kept = do(*(LockTarget(i, True) for i in locked), ImprovePlate())
     assert kept.score.position < first.score.position

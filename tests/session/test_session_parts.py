@@ -2,8 +2,11 @@
 
 from dataclasses import dataclass, replace
 
-from workbench.session.commands.data import with_data
-from workbench.session.state import AbstractPart, Group
+from workbench.plate.plate_toml import plate_text
+from workbench.session.commands.arm import LoadModel
+from workbench.session.commands.data import MeasureVirtualArm, with_data
+from workbench.session.commands.identify import HoldParameter, Identify
+from workbench.session.state import AbstractPart, Measurements, Results
 
 
 @dataclass(frozen=True)
@@ -32,10 +35,25 @@ def test_what_goes_with_the_measurements_leaves_with_them(first):
     assert session.part(OfPlate) == OfPlate(2)
 
 
-def test_fields_are_kept_and_dropped_with_their_group(first):
-    changed = replace(first, levelled=True, left_out=frozenset({1}), fit="opt2", row=3, is_dark=True)
+def test_other_measurements_drop_what_was_found_and_keep_the_page(first):
+    changed = replace(
+        first,
+        measurements=Measurements(levelled=True, left_out=frozenset({1})),
+        results=Results(fit="opt2", row=3),
+        page=replace(first.page, is_dark=True),
+        choices=replace(first.choices, fixed=frozenset({"a"})),
+    )
     fresh = with_data(changed, None)
-    assert (fresh.levelled, fresh.left_out, fresh.fit, fresh.row) == (False, frozenset(), "", 0)
-    assert fresh.is_dark
-    taken = first.taking(changed, Group.MEASUREMENTS, Group.PAGE)
-    assert (taken.levelled, taken.is_dark, taken.fit, taken.row) == (True, True, "", 0)
+    assert (fresh.measurements.levelled, fresh.measurements.left_out) == (False, frozenset())
+    assert (fresh.results.fit, fresh.results.row) == ("", 0)
+    assert fresh.page is changed.page
+    assert fresh.choices is changed.choices
+
+
+def test_another_plate_keeps_what_was_measured_and_found(first, do):
+    measured = do(MeasureVirtualArm(5, more=20), HoldParameter("joint2.alpha", True), Identify(("opt2",)))
+    session = do(LoadModel("plate.toml", plate_text(first.plate).encode()))
+    for record in ("measurements", "results", "choices"):
+        assert getattr(session, record) is getattr(measured, record)
+    assert session.history.past[-1].plate is session.plate
+    assert session.page.message_count > measured.page.message_count

@@ -40,7 +40,7 @@ def test_with_a_session_of_their_own_nothing_happens_any_more(name, kind, tmp_pa
         for command in (LeaveRowsOut((3,)), Diagnose()):
             worker.submit(command)
         assert worker.wait(120.0)
-        found = worker.session.diagnosis
+        found = worker.session.results.diagnosis
         (event,) = found.events
         assert isinstance(event, kind)
         assert list(new_frames(found)) == [event.row]
@@ -49,31 +49,31 @@ def test_with_a_session_of_their_own_nothing_happens_any_more(name, kind, tmp_pa
             worker.submit(command)
         assert worker.wait(120.0)
         after = worker.session
-        data = after.loaded.dataset
+        data = after.measurements.loaded.dataset
         assert np.array_equal(data.session == data.session[-1], data.row >= event.row)
-        assert after.diagnosis.effects == ()
-        assert not len(after.diagnosis.outliers)
-        assert after.diagnosis.noise.position == pytest.approx(found.noise.position, rel=0.1)
+        assert after.results.diagnosis.effects == ()
+        assert not len(after.results.diagnosis.outliers)
+        assert after.results.diagnosis.noise.position == pytest.approx(found.noise.position, rel=0.1)
         between = {row for row, _ in found.excluded} - {3}
-        assert after.left_out == {3} | between
+        assert after.measurements.left_out == {3} | between
         assert all(min(truth.row, event.row) <= row < event.row for row in between)
         again = replay(first, worker.journal)
-        assert np.array_equal(again.loaded.dataset.session, data.session)
-        assert again.diagnosis.message == after.diagnosis.message
+        assert np.array_equal(again.measurements.loaded.dataset.session, data.session)
+        assert again.results.diagnosis.message == after.results.diagnosis.message
         for command in (Undo(), Redo(), Undo()):
             worker.submit(command)
         assert worker.wait(60.0)
-        assert worker.session.diagnosis is found
-        assert worker.session.loaded.dataset.session is None
-        assert worker.session.left_out == {3}
+        assert worker.session.results.diagnosis is found
+        assert worker.session.measurements.loaded.dataset.session is None
+        assert worker.session.measurements.left_out == {3}
     finally:
         worker.close()
 
 
 def test_a_joint_has_no_frame_of_its_own(tmp_path):
     session = done(loaded("zero", tmp_path)[0], Diagnose())
-    assert session.diagnosis.events
-    assert not new_frames(session.diagnosis)
+    assert session.results.diagnosis.events
+    assert not new_frames(session.results.diagnosis)
 
 
 def test_a_known_base_is_said_not_to_become_a_sessions_own(tmp_path):
@@ -81,13 +81,15 @@ def test_a_known_base_is_said_not_to_become_a_sessions_own(tmp_path):
     base = replace(session.robot.base, free=Freedom.FIXED)
     session = replace(session, robot=replace(session.robot, base=base))
     with pytest.raises(DataError, match=r"\[base\]"):
-        MakeSession(session.diagnosis.events[0].row).check(session)
+        MakeSession(session.results.diagnosis.events[0].row).check(session)
 
 
 def test_checking_rows_of_a_virtual_arm_are_of_the_last_session(first):
     session = done(first, MeasureVirtualArm(3), MakeSession(4))
-    assert set(session.loaded.checks.session) == {session.loaded.dataset.session[-1]}
-    assert dict(session.loaded.facts)["Sessions"] == "before row 4, from row 4"
+    assert set(session.measurements.loaded.checks.session) == {
+        session.measurements.loaded.dataset.session[-1]
+    }
+    assert dict(session.measurements.loaded.facts)["Sessions"] == "before row 4, from row 4"
 
 
 def test_rows_that_are_sessions_already_are_refused(first):

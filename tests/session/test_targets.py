@@ -53,7 +53,7 @@ def test_a_drag_moves_the_target_and_the_arm_follows(do, first):
     assert session.score.indices["O2"] != first.score.indices["O2"]
     session = do(DropTarget(client=7))
     assert session.drag is None
-    assert len(session.done) == 1
+    assert len(session.history.done) == 1
     session = do(Undo())
     assert session.plate is first.plate
     assert session.score.indices == first.score.indices
@@ -68,16 +68,16 @@ def test_nobody_else_moves_a_held_target(do):
     assert after.drag == held.drag
     typed = do(MoveTarget(0, (0.4, 0.3, 0.25), RPY))
     assert typed.plate is held.plate
-    assert typed.messages[-1].severity is Severity.ERROR
+    assert typed.page.messages[-1].severity is Severity.ERROR
     refused = do(Undo())
     assert refused.plate is held.plate
-    assert refused.messages[-1].severity is Severity.ERROR
+    assert refused.page.messages[-1].severity is Severity.ERROR
     assert do(SelectTarget(4)).selected == 0
     assert do(DropTarget(client=1)).drag is None
 
 
 def test_a_grab_without_a_move_is_no_step(do):
-    assert do(GrabTarget(0, client=1), DropTarget(client=1)).done == ()
+    assert do(GrabTarget(0, client=1), DropTarget(client=1)).history.done == ()
 
 
 def test_out_of_reach_has_a_reason_and_does_not_count(do, first):
@@ -117,14 +117,14 @@ def test_nonsense_is_refused_and_the_session_stands(worker, do, first, command):
     assert session.plate is first.plate
     assert session.selected == 0
     assert session.noise == first.noise
-    assert session.messages[-1].severity is Severity.ERROR
+    assert session.page.messages[-1].severity is Severity.ERROR
     assert worker.journal[-1].ending is Ending.REFUSED
 
 
 def test_noise_scales_the_prediction_of_now_and_then(do, first):
     session = do(SetNoise(2 * first.noise.position, 2 * first.noise.rotation))
     assert session.score.position == pytest.approx(2 * first.score.position)
-    assert session.first_score.position == pytest.approx(session.score.position)
+    assert session.history.first_score.position == pytest.approx(session.score.position)
 
 
 def test_reset_can_be_undone(do, first):
@@ -132,12 +132,12 @@ def test_reset_can_be_undone(do, first):
     assert do(ResetTargets()).plate is first.plate
     assert do(Undo()).plate is moved.plate
     news = do(ResetTargets(), ResetTargets())
-    assert news.messages[-1].severity is Severity.INFO
+    assert news.page.messages[-1].severity is Severity.INFO
 
 
 def test_nothing_to_undo_is_news_not_an_error(do):
-    assert do(Undo()).messages[-1].severity is Severity.INFO
-    assert do(Redo()).messages[-1].severity is Severity.INFO
+    assert do(Undo()).page.messages[-1].severity is Severity.INFO
+    assert do(Redo()).page.messages[-1].severity is Severity.INFO
 
 
 def test_selecting_goes_back_to_the_targets(do):

@@ -53,7 +53,7 @@ def test_what_a_task_began_from_is_kept(first, worker, do):
     live = do(GrabTarget(2, 1), *places[:3], Noted(), *places[3:6], DropTarget(1))
     kinds = [type(e.command) for e in worker.journal]
     assert kinds == [GrabTarget, MoveTarget, Noted, MoveTarget, DropTarget]
-    said = [m.text for m in replay(first, worker.journal).messages]
+    said = [m.text for m in replay(first, worker.journal).page.messages]
     assert said == [f"{list(places[2].xyz)}"]
     assert live.plate.targets[2].xyz.tolist() == list(places[5].xyz)
 

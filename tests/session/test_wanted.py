@@ -24,8 +24,9 @@ from workbench.session.guide import Tone, guide
 from workbench.session.journal.folder import begin
 from workbench.session.journal.reader import read_recording
 from workbench.session.judgement import arm_judgement, plate_judgement
+from workbench.session.score import PlateTrial
 from workbench.session.start import default_circle
-from workbench.session.state import PlateTrial, Severity, UndoStep
+from workbench.session.state import Severity, UndoStep
 from workbench.views.page.first_view import first_view
 from workbench.views.page.html import INKS
 from workbench.views.page.panels.fit import _requirement
@@ -34,12 +35,12 @@ from workbench.views.page.scene.scene import _has_other_rows
 
 
 def test_only_aria_begins_with_what_its_paper_asks(first, do):
-    assert first.wanted.text == "1 mm per axis and 0.66°"
+    assert first.choices.wanted.text == "1 mm per axis and 0.66°"
     ur5 = load_robot("ur5")
-    assert start(ur5, default_circle(ur5)).wanted is None
-    assert do(SetWanted(3e-4)).wanted == Wanted(position=3e-4)
-    assert do(SetWanted(None)).wanted is None
-    assert do(SetWanted(-1.0)).messages[-1].severity is Severity.ERROR
+    assert start(ur5, default_circle(ur5)).choices.wanted is None
+    assert do(SetWanted(3e-4)).choices.wanted == Wanted(position=3e-4)
+    assert do(SetWanted(None)).choices.wanted is None
+    assert do(SetWanted(-1.0)).page.messages[-1].severity is Severity.ERROR
 
 
 @pytest.mark.parametrize("name", ["panda", "iiwa14", "wam", "ur5"])
@@ -70,7 +71,9 @@ def test_the_guide_and_the_panel_judge_a_predicted_error_alike(first, position, 
     An rms over poses can't show that every pose keeps it: nothing is called good before it was tried.
     """
     score = replace(first.score, position=1e-3 * position, rotation=float(np.deg2rad(degrees)))
-    session = replace(first, done=(UndoStep(first.plate, first.states),), score=score)
+    session = replace(
+        first, score=score, history=replace(first.history, done=(UndoStep(first.plate, first.states),))
+    )
     judged, step = plate_judgement(session), guide(session)
     assert judged.tone is step.tone is (Tone.PLAIN if good else Tone.CAREFUL)
     assert "1 mm per axis and 0.66°" in judged.text
@@ -84,7 +87,12 @@ def test_the_yield_judges_the_plate_once_it_is_known(first, share, tone, positio
     """Green within the wanted 0.15 mm stood beside a yield of 13.5 %."""
     score = replace(first.score, position=1e-3 * position)
     trial = trial_of(first, share)
-    session = replace(first, done=(UndoStep(first.plate, first.states),), score=score, trial=trial)
+    session = replace(
+        first,
+        score=score,
+        trial=trial,
+        history=replace(first.history, done=(UndoStep(first.plate, first.states),)),
+    )
     judged, step = plate_judgement(session), guide(session)
     assert judged.tone is step.tone is tone
     assert judged.text in step.sentence
@@ -104,15 +112,18 @@ def test_strip_and_panel_judge_the_arm_by_its_held_out_rows(do, worst):
     assert judged.text in step.sentence
     assert judged.text in _requirement(session)
     assert "40 held-out" in judged.text
-    assert judge(session.identification, session.wanted).verdict == judged.text
+    assert judge(session.results.identification, session.choices.wanted).verdict == judged.text
     assert arm_judgement(do(SetWanted(None))) is None
 
 
 def test_rows_that_were_fitted_call_no_arm_good(do):
     session = do(MeasureVirtualArm(3), Identify(("opt2",)), SetWanted(1.0))
-    found = session.identification
+    found = session.results.identification
     fitted = replace(found, held_out_rows=found.held_out_rows[:0], held_out_data=found.data.take(slice(0)))
-    assert arm_judgement(replace(session, identification=fitted)).tone is Tone.PLAIN
+    assert (
+        arm_judgement(replace(session, results=replace(session.results, identification=fitted))).tone
+        is Tone.PLAIN
+    )
 
 
 def test_the_region_of_a_file_is_where_its_rows_are(first, tmp_path):
@@ -124,8 +135,8 @@ def test_the_region_of_a_file_is_where_its_rows_are(first, tmp_path):
     assert worker.wait(60.0)
     session = worker.session
     worker.close()
-    assert session.plate.region.contains(session.comparison.measured).all()
-    assert session.plate is session.first_plate
+    assert session.plate.region.contains(session.results.comparison.measured).all()
+    assert session.plate is session.history.first_plate
 
 
 def test_the_region_of_a_given_plate_stays(first, tmp_path):
@@ -138,8 +149,8 @@ def test_the_region_of_a_given_plate_stays(first, tmp_path):
     given = done(session, LoadModel("mine.toml", write_plate(first.plate, tmp_path / "p.toml").read_bytes()))
     assert given.is_plate_given
     assert given.plate.region.min.tolist() == first.plate.region.min.tolist()
-    assert given.loaded is session.loaded
-    assert given.comparison is session.comparison
+    assert given.measurements.loaded is session.measurements.loaded
+    assert given.results.comparison is session.results.comparison
     assert not np.allclose(first_view(given)[1], first_view(session)[1])
     assert np.allclose(first_view(done(given, ForgetData()))[1], first_view(first)[1])
     assert _has_other_rows(session, done(session, ForgetData()))
@@ -154,18 +165,20 @@ def test_a_recording_knows_that_its_plate_was_given(first, tmp_path):
 
 
 def test_the_plate_is_judged_by_what_is_wanted(first):
-    moved = replace(first, done=(UndoStep(first.plate, first.states),))
-    strict = replace(moved, wanted=Wanted(position=1e-4))
+    moved = replace(first, history=replace(first.history, done=(UndoStep(first.plate, first.states),)))
+    strict = replace(moved, choices=replace(moved.choices, wanted=Wanted(position=1e-4)))
     assert guide(strict).tone is Tone.CAREFUL
     assert guide(strict).next.command.title == "Improve this plate"
-    assert "Good enough?" in guide(replace(moved, wanted=None)).sentence
+    assert "Good enough?" in guide(replace(moved, choices=replace(moved.choices, wanted=None))).sentence
     tried = replace(moved, trial=trial_of(first, 0.97))
     assert guide(tried).tone is Tone.GOOD
     assert guide(tried).next.save is fixture_zip  # in view, without scrolling
-    assert replace(tried, wanted=None).tried is None
+    assert replace(tried, choices=replace(tried.choices, wanted=None)).tried is None
 
 
 def trial_of(session, share):
     """A trial of the session's plate with this share of good arms."""
     errors = np.full(session.plate.region.cubes, np.nan)
-    return PlateTrial(session.plate, session.noise, session.wanted, 200, share, 0, 1e-4, errors, "tried")
+    return PlateTrial(
+        session.plate, session.noise, session.choices.wanted, 200, share, 0, 1e-4, errors, "tried"
+    )

@@ -69,14 +69,14 @@ def test_a_bug_is_a_message_and_the_session_stands(worker, do, first, caplog):
         session = do(Broken(), SelectTarget(3))
     assert session.selected == 3
     assert session.plate is first.plate
-    assert "unchanged" in session.messages[-1].text
+    assert "unchanged" in session.page.messages[-1].text
     assert [e.ending for e in worker.journal] == [Ending.FAILED, Ending.DONE]
     assert "Broken failed" in caplog.text
 
 
 def test_a_step_has_one_thread_of_linear_algebra(do):
     """Beside a page that is drawn, a drag's step takes 75 ms of processor with two threads, with one 27."""
-    assert do(Counted()).messages[-1].text == "{1}"
+    assert do(Counted()).page.messages[-1].text == "{1}"
 
 
 def test_waiting_drags_give_way_to_the_newest(worker, view, first):
@@ -95,7 +95,7 @@ def test_waiting_drags_give_way_to_the_newest(worker, view, first):
 
 def test_views_see_snapshots_in_order_and_are_closed(worker, view, do):
     do(*(SelectTarget(i) for i in range(10)))
-    revisions = [s.revision for s in view.drawn]
+    revisions = [s.page.revision for s in view.drawn]
     assert revisions == sorted(revisions)
     assert view.drawn[-1] is worker.session
     worker.close()
@@ -135,30 +135,34 @@ def test_other_commands_go_on_beside_a_task(worker, view, first):
     worker.submit(Slow(go))
     worker.submit(SelectTarget(4))
     for _ in range(6000):
-        if worker.session.selected == 4 and worker.session.job and worker.session.job.fraction == 0.5:
+        if (
+            worker.session.selected == 4
+            and worker.session.page.job
+            and worker.session.page.job.fraction == 0.5
+        ):
             break
         threading.Event().wait(0.01)
     assert worker.session.selected == 4
-    assert worker.session.job.text == "half way"
+    assert worker.session.page.job.text == "half way"
     worker.submit(Slow(go))
     go.set()
     assert worker.wait(60.0)
-    texts = [m.text for m in worker.session.messages]
+    texts = [m.text for m in worker.session.page.messages]
     assert any("still running" in t for t in texts)
     assert "selected 0 then, 4 now" in texts
-    assert worker.session.job is None
+    assert worker.session.page.job is None
     endings = {(e.command.title, e.ending) for e in worker.journal}
     assert ("Slow work", Ending.REFUSED) in endings
-    assert replay(first, worker.journal).messages[-1].text == "selected 0 then, 4 now"
+    assert replay(first, worker.journal).page.messages[-1].text == "selected 0 then, 4 now"
 
 
 def test_cancel_leaves_the_session_as_it_was(worker, first):
     worker.submit(Slow(threading.Event()))
-    while worker.session.job is None:
+    while worker.session.page.job is None:
         threading.Event().wait(0.005)
     worker.cancel()
     assert worker.wait(60.0)
-    assert worker.session.job is None
+    assert worker.session.page.job is None
     assert worker.session.plate is first.plate
     assert worker.journal[-1].ending is Ending.CANCELLED
 
@@ -167,8 +171,8 @@ def test_a_failing_task_is_a_message(worker, do):
     go = threading.Event()
     go.set()
     session = do(Slow(go, fails=True))
-    assert session.job is None
-    assert session.messages[-1].severity is Severity.ERROR
+    assert session.page.job is None
+    assert session.page.messages[-1].severity is Severity.ERROR
 
 
 def test_two_threads_at_once(worker):
@@ -183,16 +187,16 @@ def test_two_threads_at_once(worker):
         thread.join()
     assert worker.wait(60.0)
     assert len(worker.journal) == 100
-    assert worker.session.revision == 100 - sum(e.ending is not Ending.DONE for e in worker.journal)
+    assert worker.session.page.revision == 100 - sum(e.ending is not Ending.DONE for e in worker.journal)
 
 
 def test_news_goes_when_the_user_goes_on_errors_stay(do):
     session = do(Tell("careful"), Tell("by the way", Severity.INFO), SelectTarget(1))
-    assert [m.text for m in session.messages] == ["careful"]
-    assert do(Dismiss()).messages == ()
+    assert [m.text for m in session.page.messages] == ["careful"]
+    assert do(Dismiss()).page.messages == ()
 
 
 def test_what_every_page_says_as_it_connects_is_no_step(worker, do):
     for is_dark in (True, False, True):
-        assert do(FollowSystem(is_dark)).is_dark is is_dark
+        assert do(FollowSystem(is_dark)).page.is_dark is is_dark
     assert worker.journal == ()

@@ -9,7 +9,8 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
-from workbench.session.state import CubeView, Drag, Field, Focus, PlateTrial, UndoStep
+from workbench.session.score import PlateTrial
+from workbench.session.state import CubeView, Drag, Field, Focus, Measurements, UndoStep
 from workbench.views.drawables.plate import plate, plate_before
 from workbench.views.drawables.scene_contents import in_motion, on_page
 from workbench.views.drawables.sink import AbstractSink, Item, is_same
@@ -46,11 +47,10 @@ def session():
 
 def test_a_plate_that_was_given_is_drawn_beside_measured_rows(session):
     """As `wb.show(robot, data, plate)` shows them; a plate that nobody gave stays out of the way."""
-    looking = {"loaded": SimpleNamespace(virtual=False), "focus": Focus.ROW}
+    rows = Measurements(loaded=SimpleNamespace(virtual=False))
     for is_given in (True, False):
-        shown = {
-            item.path: item.shown for item in plate(replace(session, is_plate_given=is_given, **looking))
-        }
+        given = replace(session, is_plate_given=is_given, measurements=rows, focus=Focus.ROW)
+        shown = {item.path: item.shown for item in plate(given)}
         assert shown["plate/solid"] is shown["plate/targets/1"] is is_given
     assert all(item.shown for item in plate(session))
 
@@ -67,7 +67,7 @@ def test_only_what_has_changed_is_made(session):
     sink.draw(on_page(session))
     assert {"arm/nominal", "plate/solid", "plate/targets/10/number", "region/outline"} <= set(sink.made)
     sink.made.clear()
-    sink.draw(on_page(replace(session, revision=session.revision + 1)))
+    sink.draw(on_page(replace(session, page=replace(session.page, revision=session.page.revision + 1))))
     assert sink.made == []
     then = moved(session, 3, 0.01)
     sink.draw(on_page(then))
@@ -124,9 +124,14 @@ def test_every_item_is_made_from_its_inputs(session):
 
 def test_no_target_of_the_last_plate_haunts_another_arm(session):
     """Blocks of the plate before a move are shadows; those of the plate of another robot would be ghosts."""
-    stepped = replace(moved(session, 0, 0.05), done=(UndoStep(session.plate, session.states),))
+    stepped = replace(
+        moved(session, 0, 0.05),
+        history=replace(session.history, done=(UndoStep(session.plate, session.states),)),
+    )
     assert [item.path for item in plate_before(stepped)] == ["plate/before/1"]
-    opened = replace(stepped, done=(UndoStep(session.plate, session.states, session),))
+    opened = replace(
+        stepped, history=replace(stepped.history, done=(UndoStep(session.plate, session.states, session),))
+    )
     assert list(plate_before(opened)) == []
 
 

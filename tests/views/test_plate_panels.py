@@ -59,7 +59,7 @@ def test_every_bar_says_what_is_lost_without_its_target(first):
 )
 def test_an_index_that_rises_with_the_error_is_explained_beside_it(first, own, error, words):
     """The index is of one target alone; the error is of all of them."""
-    at_first, now = first.first_score, first.score
+    at_first, now = first.history.first_score, first.score
     per_target = np.array(at_first.per_target)
     per_target[3] *= own
     now = replace(now, per_target=per_target, position=error * at_first.position)
@@ -91,22 +91,24 @@ def test_a_target_that_nothing_replaces_is_marked(first):
 )
 def test_an_error_is_judged_against_the_wanted_one_and_the_instrument(first, position, wanted, expected):
     score = replace(first.score, position=position)
-    session = replace(first, score=score, wanted=wanted and Wanted(position=wanted))
+    session = replace(
+        first, score=score, choices=replace(first.choices, wanted=wanted and Wanted(position=wanted))
+    )
     words = judgement(score, 1e-4, plate_judgement(session))
     assert expected in words
     assert bool(words) is bool(expected)
 
 
 def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):
-    assert len(moved.past) == len(moved.history) == 3
-    words = plot(moved.history, 0)
+    assert len(moved.history.past) == len(moved.history.scores) == 3
+    words = plot(moved.history.scores, 0)
     assert words.count("<circle") == 4  # the best one twice
-    best = 1e3 * min(score.position for score in moved.history)
+    best = 1e3 * min(score.position for score in moved.history.scores)
     assert f"{best:.3f}" in words
     assert "step 1" in words
     back = GoBackTo(0).apply(moved)
     assert back.plate is first.plate
-    assert len(back.history) == len(back.past) == 4
+    assert len(back.history.scores) == len(back.history.past) == 4
     assert Undo().apply(back).plate is moved.plate
 
 

@@ -58,9 +58,9 @@ def values(session: Session) -> CubeValues | None:
     field, cubes = session.cube_view.field, session.cubes
     region = session.plate.region
     if field is Field.MEASURED:
-        if session.comparison is None:
+        if session.results.comparison is None:
             return None
-        return _scaled(measured_errors(session, session.comparison))
+        return _scaled(measured_errors(session, session.results.comparison))
     if field is Field.YIELD:
         trial = session.trial
         return None if trial is None or trial.plate.region is not region else _scaled(trial.errors)
@@ -73,7 +73,7 @@ def values(session: Session) -> CubeValues | None:
     linearisation = session.score.linearisation
     if linearisation is None:
         return CubeValues(np.where(cubes.reached > 0, np.inf, np.nan), 0.0, 1.0)
-    return _predicted(cubes, linearisation, session.first_score.linearisation)
+    return _predicted(cubes, linearisation, session.history.first_score.linearisation)
 
 
 def are_shown(session: Session) -> bool:

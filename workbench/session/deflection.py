@@ -39,7 +39,7 @@ class Bending:
 
 def bending_robot(session: Session) -> Robot | None:
     """The arm whose deflection is drawn: the shown fit, or else the opened one; None without effects."""
-    for robot in (session.calibrated, session.robot):
+    for robot in (session.results.calibrated, session.robot):
         if robot is not None and robot.effects:
             return driven_by_pose(robot)
     return None

@@ -35,15 +35,16 @@ def plate_toml(session: Session) -> File:
 
 def measurements_csv(session: Session) -> File:
     """The loaded or virtually measured rows."""
-    if session.loaded is None:
+    if (loaded := session.measurements.loaded) is None:
         raise DataError("there are no measurements to save; load a file or measure a virtual arm first")
-    content = writer.measurements_csv(session.loaded.dataset, prismatic=sliding_numbers(session.robot))
-    return f"{stem_of(Path(session.loaded.name).stem)}.csv", content.encode()
+    content = writer.measurements_csv(loaded.dataset, prismatic=sliding_numbers(session.robot))
+    return f"{stem_of(Path(loaded.name).stem)}.csv", content.encode()
 
 
 def columns_toml(session: Session) -> File:
     """What every column of the file is, for the next file of this kind."""
-    file = session.unread or (None if session.loaded is None else session.loaded.file)
+    measured = session.measurements
+    file = measured.unread or (None if measured.loaded is None else measured.loaded.file)
     if file is None:
         raise DataError("no file was read; load measurements first")
     return f"{stem_of(Path(file.name).stem)}-columns.toml", mapping_text(file.preview).encode()
@@ -51,7 +52,7 @@ def columns_toml(session: Session) -> File:
 
 def next_poses_csv(session: Session) -> File:
     """Joint positions of the poses to measure next, with what each of them would tell."""
-    found = session.diagnosis
+    found = session.results.diagnosis
     if found is None or not len(found.measure_next):
         raise DataError("no diagnosis suggests poses; press Diagnose first")
     shown = shown_joints(session.robot, np.asarray(found.measure_next)).round(4)
@@ -82,7 +83,7 @@ def calibrated_urdf(session: Session) -> File:
 
 def captured_csv(session: Session) -> File:
     """The poses that were kept while jogging."""
-    if not session.captured:
+    if not session.choices.captured:
         raise DataError("no poses have been kept; press Keep this pose first")
     return f"{stem_of(session.robot.name)}-poses.csv", captured_table(session).encode()
 
@@ -92,7 +93,7 @@ def report_zip(session: Session) -> File:
     from workbench.identification.report.html_report import write_report
 
     found = _identified(session)
-    content = _packed(lambda folder: write_report(found, folder, wanted=session.wanted), "report")
+    content = _packed(lambda folder: write_report(found, folder, wanted=session.choices.wanted), "report")
     return f"{stem_of(session.robot.name)}-report.zip", content
 
 
@@ -109,16 +110,16 @@ def fixture_zip(session: Session) -> File:
 
 
 def _identified(session: Session) -> Identification:
-    if session.identification is None:
+    if session.results.identification is None:
         raise DataError("nothing has been identified yet; press Identify first")
-    return session.identification
+    return session.results.identification
 
 
 def _calibrated(session: Session) -> Robot:
     found = _identified(session)
     if found.identifiability is not None and found.identifiability.refused:
         raise DataError(f"there is no calibrated arm to save: {found.identifiability.refused}")
-    return found.runs[session.fit].calibrated
+    return found.runs[session.results.fit].calibrated
 
 
 def _packed(write: Callable[[Path], object], name: str) -> bytes:
@@ -164,8 +165,8 @@ class CapturedPoses:
 
 def captured(session: Session) -> CapturedPoses:
     """The kept poses as the present models have them."""
-    q = np.array(session.captured).reshape(-1, session.robot.dof)
-    calibrated = None if session.calibrated is None else _in_base(session.calibrated, q)
+    q = np.array(session.choices.captured).reshape(-1, session.robot.dof)
+    calibrated = None if session.results.calibrated is None else _in_base(session.results.calibrated, q)
     return CapturedPoses(q, _in_base(session.robot, q), calibrated)
 
 

@@ -85,8 +85,9 @@ POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
 
 def guide(session: Session) -> GuideStep:
     """The state of this session; where it advises to save the arm, the tone is no better than the verdict."""
-    step, file = _levelled(_guide(session), session.levelled), session.unread
-    if session.loaded is not None and session.job is None and file is not None and file.match is not None:
+    measured, file = session.measurements, session.measurements.unread
+    step = _levelled(_guide(session), measured.levelled)
+    if measured.loaded is not None and session.is_idle and file is not None and file.match is not None:
         step = replace(step, other=_change_to(file.match))
     judged = arm_judgement(session) if step.next == TAKE else None
     if judged is None:
@@ -107,15 +108,16 @@ def _levelled(step: GuideStep, levelled: bool) -> GuideStep:
 
 
 def _guide(session: Session) -> GuideStep:
-    if session.caption:
-        return GuideStep(session.caption, figure=_figure(session))
-    if session.job is not None:
-        return GuideStep(f"{session.job.title} … Meanwhile you can go on working.")
+    if session.page.caption:
+        return GuideStep(session.page.caption, figure=_figure(session))
+    if session.page.job is not None:
+        return GuideStep(f"{session.page.job.title} … Meanwhile you can go on working.")
     if session.drag is not None:
         return GuideStep(f"Release to keep this position; {_predicted(session)}.")
     if session.measuring is not None:
         return _measuring(session.measuring)
-    if session.source is not None and session.source.is_followed and session.focus is Focus.JOG:
+    source, file, loaded = session.choices.source, session.measurements.unread, session.measurements.loaded
+    if source is not None and source.is_followed and session.focus is Focus.JOG:
         return GuideStep("The arm follows the real one. Store its rows target by target.", next=LOAD)
     if session.focus is Focus.TRACK:
         return GuideStep(
@@ -123,23 +125,22 @@ def _guide(session: Session) -> GuideStep:
         )
     if concluded := next((part.conclusion for part in session.parts.values() if part.conclusion), ""):
         return GuideStep(concluded, Tone.GOOD, LOAD)
-    file = session.unread
-    if session.loaded is None and file is not None and file.match is not None and file.match.rival:
+    if loaded is None and file is not None and file.match is not None and file.match.rival:
         return _foreign(file.match)
-    if session.loaded is None or _takes_next_poses(session):
+    if loaded is None or _takes_next_poses(session):
         return _design(session)
-    if session.identification is None and session.diagnosis is None:
-        rows = len(session.loaded.dataset)
-        if session.loaded.match is not None and session.loaded.is_foreign:
-            return _foreign(session.loaded.match)
-        return GuideStep(f"{rows} rows of {session.loaded.name} are loaded.", next=FIT, other=LOAD)
-    if session.accepted:
-        left, tone = _rest(session.diagnosis)
+    results, found = session.results, session.results.diagnosis
+    if results.identification is None and found is None:
+        if loaded.match is not None and loaded.is_foreign:
+            return _foreign(loaded.match)
+        return GuideStep(f"{len(loaded.dataset)} rows of {loaded.name} are loaded.", next=FIT, other=LOAD)
+    if results.accepted:
+        left, tone = _rest(found)
         return GuideStep(f"{stages_in_words(session)} mm. {left}.", tone, TAKE, COMPARE)
-    if session.diagnosis is not None:
-        return _diagnosed(session, session.diagnosis)
-    assert session.identification is not None
-    return _identified(session, session.identification)
+    if found is not None:
+        return _diagnosed(session, found)
+    assert results.identification is not None
+    return _identified(session, results.identification)
 
 
 def _rest(found: Diagnosis | None) -> tuple[str, Tone]:
@@ -208,15 +209,15 @@ class StageErrors:
 
 def stages(session: Session) -> tuple[StageErrors, ...]:
     """Errors of the nominal arm, with its geometry, with what was found: what there is, on the same rows."""
-    found, diagnosis = session.identification, session.diagnosis
+    found, diagnosis = session.results.identification, session.results.diagnosis
     if found is None:
         return ()
     out = [StageErrors.of("nominal", found.nominal, found.nominal_rows)]
-    if session.accepted and diagnosis is not None:
+    if session.results.accepted and diagnosis is not None:
         out.append(StageErrors.of("geometry", diagnosis.before, diagnosis.before_rows))
     has_cause = diagnosis is None or bool(diagnosis.causes)
-    title = "geometry" if not session.accepted else "causes" if has_cause else "residual map"
-    run = found.runs[session.fit]
+    title = "geometry" if not session.results.accepted else "causes" if has_cause else "residual map"
+    run = found.runs[session.results.fit]
     return (*out, StageErrors.of(title, run, (run.train_rows, run.held_out_rows)))
 
 
@@ -233,22 +234,20 @@ def noise_length(found: Identification) -> float:
 
 def share_of_noise(session: Session, found: Identification) -> float:
     """How many times the instrument's noise is left on average; NaN where that is unknown."""
-    left, noise = judged(found.runs[session.fit]).position_mm.mean, noise_length(found)
+    left, noise = judged(found.runs[session.results.fit]).position_mm.mean, noise_length(found)
     return left / noise if noise > 0.0 else float("nan")
 
 
 def _figure(session: Session) -> str:
     """Errors stage by stage, or what is predicted before there are any [mm]."""
-    found = session.diagnosis
-    if session.identification is not None and found is not None and found.effects and not session.accepted:
-        errors = (
-            judged(e).position_mm.mean for e in (session.identification.nominal, found.before, found.after)
-        )
+    fitted, found = session.results.identification, session.results.diagnosis
+    if fitted is not None and found is not None and found.effects and not session.results.accepted:
+        errors = (judged(e).position_mm.mean for e in (fitted.nominal, found.before, found.after))
         return f"{' → '.join(map(significant, errors))} mm"
-    if session.identification is not None:
+    if fitted is not None:
         return f"{stages_in_words(session)} mm"
     predicted = 1e3 * session.score.position
-    is_plate = session.loaded is None and np.isfinite(predicted)
+    is_plate = session.measurements.loaded is None and np.isfinite(predicted)
     return f"{predicted:.3f} mm rms predicted" if is_plate else ""
 
 
@@ -261,10 +260,10 @@ def _design(session: Session) -> GuideStep:
         words = f"{count - len(bad)} of {count} targets can be measured; target {first + 1} {why}."
         fix = Action(f"Show target {first + 1}", Tab.PLATE, SelectTarget(first))
         return GuideStep(words, Tone.BAD, fix, LOAD)
-    improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(seed=len(session.history)))
+    improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(seed=len(session.history.scores)))
     if _takes_next_poses(session):
         return GuideStep("The poses to measure next are on the plate; measure there.", next=LOAD, other=FIT)
-    if not session.done:
+    if not session.history.done:
         words = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
         return GuideStep(f"{words}. Or let the program place all targets.", next=improve, other=LOAD)
     words = capital(_predicted(session))
@@ -290,7 +289,7 @@ def _trial() -> Action | None:
 
 
 def _predicted(session: Session) -> str:
-    now, first = (1e3 * score.position for score in (session.score, session.first_score))
+    now, first = (1e3 * score.position for score in (session.score, session.history.first_score))
     if not np.isfinite(now):
         return "the predicted error has not been computed yet"
     began = f", {first:.3g} mm at first" if np.isfinite(first) and f"{first:.3g}" != f"{now:.3g}" else ""
@@ -299,9 +298,9 @@ def _predicted(session: Session) -> str:
 
 def _takes_next_poses(session: Session) -> bool:
     """Whether poses of the diagnosis stand on the plate, and the plate is looked at."""
-    if session.diagnosis is None or session.focus is not Focus.TARGET:
+    if session.results.diagnosis is None or session.focus is not Focus.TARGET:
         return False
-    wanted = [np.asarray(q) for q in session.diagnosis.measure_next]
+    wanted = [np.asarray(q) for q in session.results.diagnosis.measure_next]
     return any(
         target.q is not None and any(np.array_equal(target.q, q) for q in wanted)
         for target in session.plate.targets
@@ -309,7 +308,7 @@ def _takes_next_poses(session: Session) -> bool:
 
 
 def _identified(session: Session, found: Identification) -> GuideStep:
-    run = found.runs[session.fit]
+    run = found.runs[session.results.fit]
     left = judged(run).position_mm.mean
     if doubts := found.doubts(run):
         words = f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}"

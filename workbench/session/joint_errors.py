@@ -47,7 +47,7 @@ def along_joints(
 
 def shown_effect(session: Session) -> AbstractEffect | None:
     """The effect whose law is shown: the chosen one, or the strongest cause; None where there is none."""
-    found, wanted = session.diagnosis, session.overlay.law
+    found, wanted = session.results.diagnosis, session.choices.overlay.law
     if found is None or wanted == NO_LAW:
         return None
     known = {effect.label: effect for effect in candidates(found)}

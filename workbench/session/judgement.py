@@ -46,7 +46,7 @@ def plate_judgement(session: Session) -> Judgement | None:
 
     A predicted rms over poses can show that they don't, but not that they do at every pose.
     """
-    wanted, score, found = session.wanted, session.score, session.tried
+    wanted, score, found = session.choices.wanted, session.score, session.tried
     if wanted is None or np.isnan(score.position):
         return None
     if found is not None:
@@ -61,10 +61,10 @@ def plate_judgement(session: Session) -> Judgement | None:
 
 def arm_judgement(session: Session) -> Judgement | None:
     """Whether the arm of the shown fit keeps the wanted error; None where nothing is to judge."""
-    found, wanted = session.identification, session.wanted
+    found, wanted = session.results.identification, session.choices.wanted
     if found is None or wanted is None:
         return None
-    judged = _judged(found, session.fit, wanted)
+    judged = _judged(found, session.results.fit, wanted)
     if not judged.check.judged.any():
         return None
     passed = Tone.GOOD if judged.held_out else Tone.PLAIN

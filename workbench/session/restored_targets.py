@@ -34,14 +34,14 @@ def recall_targets(session: Session, numbers: Mapping[str, Any]) -> Session:
 
 def with_full_scores(session: Session) -> Session:
     """The session with all that is shown of its present score, and the branches of its target."""
-    now, best = session.score, session.best_score
+    now, best = session.score, session.history.best_score
     if now.linearisation is None:
         now = score_of(session, UndoStep(session.plate, session.states))
     if best is session.score:
         best = now
-    elif best is not None and best.linearisation is None and session.best is not None:
-        best = score_of(session, session.best)
-    return with_branches(replace(session, score=now, best_score=best))
+    elif best is not None and best.linearisation is None and session.history.best is not None:
+        best = score_of(session, session.history.best)
+    return with_branches(replace(session, score=now, history=replace(session.history, best_score=best)))
 
 
 def recalled_state(numbers: Mapping[str, Any]) -> TargetState:

@@ -4,6 +4,7 @@ Errors are predicted for poses of the region about the orientations of the plate
 plate the same number as `plate score` says, of a changed one that of `plate compare` with it.
 """
 
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -13,6 +14,7 @@ from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
+from workbench.data.accuracy_requirement import Wanted
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.free_constants import identified_names, visible, visible_basis, visible_weight
 from workbench.plate.observability import INDICES, O, evaluate
@@ -103,3 +105,30 @@ def draw_region(robot: Robot, plate: Plate) -> Float[np.ndarray, "poses n"]:
         return plate_region_poses(robot, plate)
     except DataError:
         return frozen(np.zeros((0, robot.dof)))
+
+
+@dataclass(frozen=True, eq=False)
+class PlateTrial:
+    """A plate tried on a production of virtual arms.
+
+    Args:
+        plate: The plate as it was then.
+        noise: The instrument of that time.
+        wanted: What every arm had to keep.
+        arms: How many were tried.
+        share: Of them kept it everywhere.
+        unreached: Arms that could not reach every target.
+        position: Mean over the arms of their root mean square position errors [m].
+        errors: Root mean square position error in each cube of the region; NaN where none was judged [m].
+        text: All that in one sentence.
+    """
+
+    plate: Plate
+    noise: Noise
+    wanted: Wanted | None
+    arms: int
+    share: float
+    unreached: int
+    position: float
+    errors: Float[np.ndarray, " cubes"]
+    text: str

@@ -27,7 +27,7 @@ from workbench.plate.plate_toml import load_plate
 from workbench.plate.readings import usual_sigma
 from workbench.session.reach import branches_to, solve_all_targets
 from workbench.session.score import draw_region, score
-from workbench.session.state import Session
+from workbench.session.state import Choices, PlateHistory, Session
 from workbench.session.target_state import TargetState
 from workbench.session.target_steps import commit_step
 
@@ -65,16 +65,14 @@ def start(
         Session(
             robot=robot,
             plate=plate,
-            first_plate=plate,
-            first_states=states,
             states=states,
             score=first,
-            first_score=first,
             region_q=region_q,
             is_plate_given=is_given,
             sampled=plate.region if is_quick else None,
             noise=noise,
-            wanted=default_requirement(robot.name),
+            history=PlateHistory(first_plate=plate, first_states=states, first_score=first),
+            choices=Choices(wanted=default_requirement(robot.name)),
         )
     )
 
@@ -94,7 +92,7 @@ def default_plate(robot: Robot) -> Plate:
 
 def is_default_plate(session: Session) -> bool:
     """Whether the plate is still the one that the arm began on."""
-    if session.is_plate_given or session.plate is not session.first_plate:
+    if session.is_plate_given or session.plate is not session.history.first_plate:
         return False
     return session.plate.name == CIRCLE or (session.robot.name == ARIA and session.plate.name == TABLE_2_NAME)
 

@@ -4,12 +4,10 @@ Nothing here computes. Parts that a command does not touch stay the same objects
 what it has to draw anew.
 """
 
-import dataclasses
-from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields, replace
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from functools import cache
-from typing import Any, ClassVar, TypeVar
+from typing import ClassVar, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -28,6 +26,7 @@ from workbench.plate.region import Region
 from workbench.session.comparison import Comparison, Overlay
 from workbench.session.loaded_measurements import Loaded, MeasurementFile, Measuring
 from workbench.session.planned_trajectory import Play, Track
+from workbench.session.score import PlateTrial
 from workbench.session.target_state import Score, TargetState
 
 UNDO_STEPS = 200
@@ -119,33 +118,6 @@ class Message:
     refused: str = ""
 
 
-@dataclass(frozen=True, eq=False)
-class PlateTrial:
-    """A plate tried on a production of virtual arms.
-
-    Args:
-        plate: The plate as it was then.
-        noise: The instrument of that time.
-        wanted: What every arm had to keep.
-        arms: How many were tried.
-        share: Of them kept it everywhere.
-        unreached: Arms that could not reach every target.
-        position: Mean over the arms of their root mean square position errors [m].
-        errors: Root mean square position error in each cube of the region; NaN where none was judged [m].
-        text: All that in one sentence.
-    """
-
-    plate: Plate
-    noise: Noise
-    wanted: Wanted | None
-    arms: int
-    share: float
-    unreached: int
-    position: float
-    errors: Float[np.ndarray, " cubes"]
-    text: str
-
-
 @dataclass(frozen=True)
 class Drag:
     """Which browser is dragging which target; nobody else can move that target meanwhile."""
@@ -224,21 +196,6 @@ class Source:
     is_followed: bool = True
 
 
-class Group(StrEnum):
-    """What a field of the session goes with: both are kept, or dropped, together."""
-
-    ARM = "arm"
-    """What the user wants of this arm, whatever is measured."""
-    MEASUREMENTS = "measurements"
-    RESULTS = "results"
-    """What was found from the measurements."""
-    PAGE = "page"
-    """What stays with another arm."""
-
-
-ARM, MEASUREMENTS, RESULTS, PAGE = ({"group": group} for group in Group)
-
-
 class AbstractPart:
     """What an extra keeps in the session: a frozen record, one of its type."""
 
@@ -252,118 +209,167 @@ Part = TypeVar("Part", bound=AbstractPart)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Session:
-    """The complete state at one moment.
+class PlateHistory:
+    """What the plate was before: to undo, to compare with, and to go back to.
 
     Args:
-        plate: Fixture with its targets as they stand now.
-        first_plate: The fixture as it was loaded, to go back to.
+        first_plate: The fixture as it was loaded.
         first_states: How the arm stood at its targets.
-        is_plate_given: Whether the plate is the user's: it and its region then stay.
-        states: How the arm stands at every target.
-        score: What the targets would tell about the robot.
-        first_score: The score of the fixture as it was loaded, to compare with.
-        region_q: Joint positions of poses in the region, for the predicted error [rad or m].
-        sampled: The region that `region_q` was drawn from; another one than the plate's: work is under way.
-        cubes: What is known of the cubes of the region, once worked out.
-        cube_view: How they are shown.
-        branches: All branches within limits that reach the selected target.
-        branches_of: The target that they belong to.
-        focus: What the arm stands at.
+        first_score: Its score.
         done: Steps that undo goes back to, oldest first.
         undone: Steps that redo goes forward to, nearest last.
-        history: Scores after every step, oldest first.
+        scores: After every step, oldest first.
         past: The plates that had these scores.
         best: The plate with the least predicted error so far.
         best_score: Its score.
-        jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
-        captured: Joint positions that were kept [rad or m].
-        play: How far it is played.
-        wanted: Errors that the user wants the calibrated arm to keep; None: nothing is judged.
-        fixed: Parameters that are not identified, though the robot would have them free.
+    """
+
+    first_plate: Plate
+    first_states: tuple[TargetState, ...]
+    first_score: Score
+    done: tuple[UndoStep, ...] = ()
+    undone: tuple[UndoStep, ...] = ()
+    scores: tuple[Score, ...] = ()
+    past: tuple[UndoStep, ...] = ()
+    best: UndoStep | None = None
+    best_score: Score | None = None
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Measurements:
+    """What was measured, and what the user says of it.
+
+    Args:
+        unread: A file whose columns can't be read as they are understood, until another one is.
         levelled: Whether the z axis of the measuring frame is vertical, as the user says.
         left_out: Measured rows that the user keeps out, counted as in the data.
-        unread: A file whose columns can't be read as they are understood, until another one is.
-        measuring: The guided measurement under way, if any.
-        source: The live source, if there is one.
+    """
+
+    loaded: Loaded | None = None
+    unread: MeasurementFile | None = None
+    levelled: bool = False
+    left_out: frozenset[int] = frozenset()
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Results:
+    """What was found from the measurements.
+
+    Args:
         accepted: Effects that were added to the model, as the diagnosis found them.
         fit: Name of the algorithm whose robot is shown.
         comparison: Measured against predicted, row by row, once there are measurements.
         row: Measured row that is looked at.
+    """
+
+    identification: Identification | None = None
+    diagnosis: Diagnosis | None = None
+    accepted: tuple[AbstractEffect, ...] = ()
+    fit: str = ""
+    comparison: Comparison | None = None
+    row: int = 0
+
+    @property
+    def run(self) -> Run | None:
+        return None if self.identification is None else self.identification.runs[self.fit]
+
+    @property
+    def calibrated(self) -> Robot | None:
+        return None if self.run is None else self.run.calibrated
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Choices:
+    """What the user wants of this arm, whatever is measured and on whatever plate.
+
+    Args:
+        wanted: Errors that the calibrated arm has to keep; None: nothing is judged.
+        fixed: Parameters that are not identified, though the robot would have them free.
+        captured: Joint positions that were kept [rad or m].
+        source: The live source, if there is one.
         overlay: What is laid over the scene.
+    """
+
+    wanted: Wanted | None = None
+    fixed: frozenset[str] = frozenset()
+    captured: tuple[tuple[float, ...], ...] = ()
+    source: Source | None = None
+    overlay: Overlay = field(default_factory=Overlay)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PageState:
+    """What stays with another arm: how the page looks, what is under way, and messages.
+
+    Args:
+        units: What coordinates are shown and typed in.
+        is_dark_chosen: Whether that was said by hand; else they are as their system is.
+        opened: The tab that the program opened last, if any.
         caption: What the demo says at present; empty if none plays.
         is_paused: Whether the demo waits.
-        opened: The tab that the program opened last, if any.
-        is_dark_chosen: Whether that was said by hand; else they are as their system is.
-        units: What coordinates are shown and typed in.
         chore: What is being worked out by the way; empty if nothing.
+    """
+
+    units: Units = Units.MILLIMETRES
+    is_dark: bool = False
+    is_dark_chosen: bool = False
+    opened: Opened | None = None
+    caption: str = ""
+    is_paused: bool = False
+    job: RunningJob | None = None
+    chore: str = ""
+    messages: tuple[Message, ...] = ()
+    message_count: int = 0
+    revision: int = 0
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Session:
+    """The complete state at one moment: the arm on a plate, and records that outlast another plate or arm.
+
+    Args:
+        plate: Fixture with its targets as they stand now.
+        is_plate_given: Whether the plate is the user's: it and its region then stay.
+        states: How the arm stands at every target.
+        score: What the targets would tell about the robot.
+        region_q: Joint positions of poses in the region, for the predicted error [rad or m].
+        sampled: The region that `region_q` was drawn from; another one than the plate's: work is under way.
+        cubes: What is known of the cubes of the region, once worked out.
+        branches: All branches within limits that reach the selected target.
+        branches_of: The target that they belong to.
+        focus: What the arm stands at.
+        jogged: Joint positions of the jogged arm [rad or m]; None: it was not jogged.
+        play: How far the trajectory is played.
+        measuring: The guided measurement under way, if any.
         parts: What extras keep, by type; see `part`.
     """
 
     robot: Robot
     plate: Plate
-    first_plate: Plate
-    first_states: tuple[TargetState, ...]
+    is_plate_given: bool = False
     states: tuple[TargetState, ...]
     score: Score
-    first_score: Score
+    noise: Noise = field(default_factory=Noise)
     region_q: Float[np.ndarray, "poses n"]
-    is_plate_given: bool = False
     sampled: Region | None = None
     cubes: CubeMap | None = None
     cube_view: CubeView = FIRST_VIEW
     branches: tuple[Branch, ...] = ()
     branches_of: Target | None = None
-    noise: Noise = field(default_factory=Noise)
     selected: int = 0
     focus: Focus = Focus.TARGET
     drag: Drag | None = None
-    done: tuple[UndoStep, ...] = ()
-    undone: tuple[UndoStep, ...] = ()
-    history: tuple[Score, ...] = ()
-    past: tuple[UndoStep, ...] = ()
-    best: UndoStep | None = None
-    best_score: Score | None = None
     trial: PlateTrial | None = None
     jogged: Float[np.ndarray, " n"] | None = None
-    captured: tuple[tuple[float, ...], ...] = field(default=(), metadata=ARM)
     track: Track | None = None
     play: Play = field(default_factory=Play)
-    wanted: Wanted | None = field(default=None, metadata=ARM)
-    fixed: frozenset[str] = field(default=frozenset(), metadata=ARM)
-    levelled: bool = field(default=False, metadata=MEASUREMENTS)
-    left_out: frozenset[int] = field(default=frozenset(), metadata=MEASUREMENTS)
-    loaded: Loaded | None = field(default=None, metadata=MEASUREMENTS)
-    unread: MeasurementFile | None = field(default=None, metadata=MEASUREMENTS)
     measuring: Measuring | None = None
-    source: Source | None = field(default=None, metadata=ARM)
-    identification: Identification | None = field(default=None, metadata=RESULTS)
-    diagnosis: Diagnosis | None = field(default=None, metadata=RESULTS)
-    accepted: tuple[AbstractEffect, ...] = field(default=(), metadata=RESULTS)
-    fit: str = field(default="", metadata=RESULTS)
-    comparison: Comparison | None = field(default=None, metadata=RESULTS)
-    row: int = field(default=0, metadata=RESULTS)
-    overlay: Overlay = field(default_factory=Overlay, metadata=ARM)
-    caption: str = ""
-    is_paused: bool = False
-    opened: Opened | None = None
-    is_dark: bool = field(default=False, metadata=PAGE)
-    is_dark_chosen: bool = field(default=False, metadata=PAGE)
-    units: Units = field(default=Units.MILLIMETRES, metadata=PAGE)
-    job: RunningJob | None = field(default=None, metadata=PAGE)
-    chore: str = ""
-    messages: tuple[Message, ...] = ()
-    message_count: int = field(default=0, metadata=PAGE)
-    revision: int = field(default=0, metadata=PAGE)
+    history: PlateHistory
+    measurements: Measurements = field(default_factory=Measurements)
+    results: Results = field(default_factory=Results)
+    choices: Choices = field(default_factory=Choices)
+    page: PageState = field(default_factory=PageState)
     parts: Mapping[type[AbstractPart], AbstractPart] = field(default_factory=dict)
-
-    def without(self, *groups: Group) -> "Session":
-        """The session with the fields of these groups as they are in the beginning."""
-        return replace(self, **{f.name: _first(f) for f in _fields(groups)})
-
-    def taking(self, other: "Session", *groups: Group) -> "Session":
-        """The session with the fields of these groups as another one has them."""
-        return replace(self, **{f.name: getattr(other, f.name) for f in _fields(groups)})
 
     def part(self, kind: type[Part]) -> Part | None:
         """What an extra keeps under this type; None if nothing."""
@@ -383,33 +389,26 @@ class Session:
         return self if len(kept) == len(self.parts) else replace(self, parts=kept)
 
     @property
-    def run(self) -> Run | None:
-        return None if self.identification is None else self.identification.runs[self.fit]
-
-    @property
-    def calibrated(self) -> Robot | None:
-        return None if self.run is None else self.run.calibrated
-
-    @property
     def tried(self) -> PlateTrial | None:
         """The trial of the current plate, if there was one."""
-        trial, now = self.trial, (self.plate, self.noise, self.wanted)
+        trial, now = self.trial, (self.plate, self.noise, self.choices.wanted)
         return trial if trial is not None and (trial.plate, trial.noise, trial.wanted) == now else None
 
     @property
     def shows_plate(self) -> bool:
         """Whether the plate is in the scene: not while rows are looked at, unless it is the user's."""
-        is_seen = self.loaded is None or self.loaded.virtual or self.focus is not Focus.ROW
+        loaded = self.measurements.loaded
+        is_seen = loaded is None or loaded.virtual or self.focus is not Focus.ROW
         return is_seen or self.is_plate_given
 
     @property
     def is_idle(self) -> bool:
-        return self.job is None
+        return self.page.job is None
 
     @property
     def is_playing(self) -> bool:
         """Whether the arm moves along the trajectory now: until anything else takes it or begins."""
-        return self.is_track_active and not self.play.is_pausing and self.job is None
+        return self.is_track_active and not self.play.is_pausing and self.page.job is None
 
     @property
     def is_track_active(self) -> bool:
@@ -421,28 +420,20 @@ class Session:
             raise OptionError(f"target must be 1 to {len(self.plate)}, got {number + 1}")
 
     def tell(self, severity: Severity, text: str, *, refused: str = "") -> "Session":
-        message = Message(self.message_count + 1, severity, text, refused)
-        return replace(
-            self, messages=(*self.messages, message)[-MESSAGES:], message_count=self.message_count + 1
-        )
+        number = self.page.message_count + 1
+        messages = (*self.page.messages, Message(number, severity, text, refused))[-MESSAGES:]
+        return replace(self, page=replace(self.page, messages=messages, message_count=number))
 
     def without_refusals(self, kind: str) -> "Session":
         """The session without refusals of this kind of command: another one of it was taken."""
-        kept = tuple(m for m in self.messages if not m.refused or m.refused != kind)
-        return self if len(kept) == len(self.messages) else replace(self, messages=kept)
+        return self._with_messages(m for m in self.page.messages if not m.refused or m.refused != kind)
 
     def without_info_messages(self) -> "Session":
         """The session without messages that only inform; the user has gone on."""
         passing = (Severity.LOG, Severity.INFO)
-        if all(m.severity not in passing for m in self.messages):
-            return self
-        return replace(self, messages=tuple(m for m in self.messages if m.severity not in passing))
+        return self._with_messages(m for m in self.page.messages if m.severity not in passing)
 
-
-@cache
-def _fields(groups: tuple[Group, ...]) -> tuple[dataclasses.Field, ...]:
-    return tuple(f for f in fields(Session) if f.metadata.get("group") in groups)
-
-
-def _first(of: dataclasses.Field) -> Any:
-    return of.default if of.default_factory is MISSING else of.default_factory()
+    def _with_messages(self, messages: Iterable[Message]) -> "Session":
+        kept = tuple(messages)
+        same = len(kept) == len(self.page.messages)
+        return self if same else replace(self, page=replace(self.page, messages=kept))

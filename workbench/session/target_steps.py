@@ -35,10 +35,10 @@ def check_unlocked(session: Session, number: int) -> None:
         raise OptionError(f"target {number + 1} is locked; unlock it to move it")
 
 
-def begin_step(session: Session) -> Session:
-    """Make the current session the one that undo restores."""
-    step = UndoStep(session.plate, session.states)
-    return replace(session, done=(*session.done, step)[-UNDO_STEPS:], undone=())
+def begin_step(session: Session, whole: Session | None = None) -> Session:
+    """Make the current targets, or the whole session, what undo restores."""
+    done = (*session.history.done, UndoStep(session.plate, session.states, whole))[-UNDO_STEPS:]
+    return replace(session, history=replace(session.history, done=done, undone=()))
 
 
 def with_targets(
@@ -76,13 +76,13 @@ def commit_step(session: Session) -> Session:
 
 def with_history(session: Session) -> Session:
     """The session with its score in the history, and as the best one if it is."""
-    step = UndoStep(session.plate, session.states)
-    told = replace(session.score, linearisation=None)  # its matrices are ten times the rest
-    history, past = (*session.history, told), (*session.past, step)
-    session = replace(session, history=history[-UNDO_STEPS:], past=past[-UNDO_STEPS:])
-    if session.best_score is None or is_better(session.score, session.best_score):
-        session = replace(session, best=step, best_score=session.score)
-    return session
+    history, step = session.history, UndoStep(session.plate, session.states)
+    small = replace(session.score, linearisation=None)  # its matrices are ten times the rest
+    scores, past = (*history.scores, small)[-UNDO_STEPS:], (*history.past, step)[-UNDO_STEPS:]
+    history = replace(history, scores=scores, past=past)
+    if history.best_score is None or is_better(session.score, history.best_score):
+        history = replace(history, best=step, best_score=session.score)
+    return replace(session, history=history)
 
 
 def with_branches(session: Session, number: int | None = None) -> Session:
@@ -107,13 +107,11 @@ def score_of(session: Session, step: UndoStep) -> Score:
 
 def rescore(session: Session) -> Session:
     """The session after what the scores mean has changed: now, first and best are compared alike."""
-    best = UndoStep(session.plate, session.states)
-    now, first = (
-        score_of(session, best),
-        score_of(session, UndoStep(session.first_plate, session.first_states)),
-    )
-    session = replace(session, score=now, first_score=first, best=best, best_score=now)
-    return with_history(replace(session, history=(), past=()))
+    history = session.history
+    first = score_of(session, UndoStep(history.first_plate, history.first_states))
+    now = score_of(session, UndoStep(session.plate, session.states))
+    history = replace(history, first_score=first, scores=(), past=(), best=None, best_score=None)
+    return with_history(replace(session, score=now, history=history))
 
 
 def is_better(score: Score, than: Score) -> bool:

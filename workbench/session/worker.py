@@ -176,7 +176,7 @@ class Worker:
                 item()
             self._look_for_chores()
             if self._session is not before:
-                self._session = replace(self._session, revision=before.revision + 1)
+                self._show(revision=before.page.revision + 1)
                 self._draw(self._views)
 
     def _carry_out(self, command: AbstractCommand) -> None:
@@ -189,7 +189,7 @@ class Worker:
             assert isinstance(command, AbstractChange)
             before = self._session
             after = command.apply(before)
-            is_read = after.message_count == before.message_count and not command.is_automatic
+            is_read = after.page.message_count == before.page.message_count and not command.is_automatic
             after = after.without_refusals(type(command).__name__)
             self._session = after.without_info_messages() if is_read else after
             if command.is_kept:
@@ -216,9 +216,8 @@ class Worker:
             return
         self._task = task
         self._cancel.clear()
-        self._session = replace(
-            self._session.without_refusals(type(task).__name__), job=RunningJob(task.title)
-        )
+        self._session = self._session.without_refusals(type(task).__name__)
+        self._show(job=RunningJob(task.title))
         self._start(task, basis, self._cancel)
 
     def _look_for_chores(self) -> None:
@@ -229,7 +228,7 @@ class Worker:
                 self._chore_cancel.set()
         elif needed is not None and needed != self._failed:
             self._chore, self._chore_cancel = needed, threading.Event()
-            self._session = replace(self._session, chore=needed.title)
+            self._show(chore=needed.title)
             self._start(needed, len(self._journal), self._chore_cancel)
 
     def _start(self, task: AbstractTask, basis: int, cancel: threading.Event) -> None:
@@ -263,11 +262,12 @@ class Worker:
             self._queue.append(work)
             self._changed.notify_all()
 
+    def _show(self, **page: Any) -> None:
+        self._session = replace(self._session, page=replace(self._session.page, **page))
+
     def _show_progress(self, fraction: float, text: str) -> None:
-        if self._session.job is not None:
-            self._session = replace(
-                self._session, job=replace(self._session.job, fraction=fraction, text=text)
-            )
+        if (job := self._session.page.job) is not None:
+            self._show(job=replace(job, fraction=fraction, text=text))
 
     def _end(
         self, task: AbstractTask, basis: int, seconds: float, result: Any, failure: Exception | None
@@ -276,10 +276,10 @@ class Worker:
         is_chore = isinstance(task, AbstractChore)
         if is_chore:
             self._chore, self._failed = None, None
-            self._session = replace(self._session, chore="")
+            self._show(chore="")
         else:
             self._task = None
-            self._session = replace(self._session, job=None)
+            self._show(job=None)
         try:
             if failure is not None:
                 raise failure

@@ -38,13 +38,13 @@ def test_a_folder_is_chosen_identified_and_saved(app, look, aria, tmp_path):
     screen.tab("Measure")
     screen.page.locator('[data-testid="folder"] input').set_input_files(folder)
     screen.wait_text("camera_0", "image 0")
-    session = screen.until(lambda s: s.loaded is not None and s.job is None)
-    assert session.loaded.name == "knocked"
+    session = screen.until(lambda s: s.measurements.loaded is not None and s.page.job is None)
+    assert session.measurements.loaded.name == "knocked"
     expect(screen.page.locator('[data-testid="picture"] image')).to_have_count(1)
     screen.wait_node("/camera/target", np.zeros(3))
     screen.shoot("pictures-loaded")
     screen.press("Identify the geometry")
-    screen.until(lambda s: s.identification is not None and s.job is None, timeout=120.0)
+    screen.until(lambda s: s.results.identification is not None and s.page.job is None, timeout=120.0)
     screen.tab("Measure")
     screen.wait_text("gate", "Identified: joint zeros")
     screen.wait_node("/camera/target", np.zeros(3))
@@ -76,14 +76,14 @@ def test_an_archive_of_the_folder_is_chosen_with_the_button(app, look, aria, tmp
     for path, said in ((packed, "6 pictures read from shots"), (broken, "is no ZIP or tar archive; pack")):
         screen.give("… or an archive of it (ZIP)", path)
         screen.page.get_by_text(said).first.wait_for()
-    session = screen.until(lambda s: s.job is None)
-    assert session.loaded.name == "shots"
-    assert len(session.loaded.dataset) == 6
+    session = screen.until(lambda s: s.page.job is None)
+    assert session.measurements.loaded.name == "shots"
+    assert len(session.measurements.loaded.dataset) == 6
     screen.wait_text("camera_0", "image 0")
     expect(screen.page.locator('[data-testid="picture"] image')).to_have_count(1)
     screen.page.locator('[data-testid="thumbnails"] a').nth(2).click()
     screen.wait_text("camera_0", "image 2")
-    assert screen.until(lambda s: s.row == 2).focus is Focus.ROW
+    assert screen.until(lambda s: s.results.row == 2).focus is Focus.ROW
     screen.shoot("pictures-archive")
     the_board_and_the_files_of_its_pictures_are_saved(screen, tmp_path)
 

@@ -65,8 +65,8 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
         worker.submit(LoadPictures("shots.tar", packed(folder)))
         assert worker.wait(60.0)
         first = worker.session
-        assert first.loaded is not None
-        assert dict(first.loaded.facts)["Pictures"] == "18 of 18 show the target"
+        assert first.measurements.loaded is not None
+        assert dict(first.measurements.loaded.facts)["Pictures"] == "18 of 18 show the target"
         assert first.focus is Focus.ROW
         (guess,) = camera_views(first)
         assert np.linalg.norm(guess.pose[:3, 3] - shots.camera[0][:3, 3]) < 0.05
@@ -76,24 +76,30 @@ def test_a_folder_to_a_calibrated_urdf_and_again_by_its_journal(folder, hobby, t
         session = worker.session
     finally:
         worker.close()
-    assert "pictures can't be diagnosed" in session.messages[-1].text
-    identifiability = session.identification.identifiability
+    assert "pictures can't be diagnosed" in session.page.messages[-1].text
+    identifiability = session.results.identification.identifiability
     assert identifiability.step.name == "joint zeros"
     (view,) = camera_views(session)
     assert np.linalg.norm(view.pose[:3, 3] - shots.camera[0][:3, 3]) < 0.005
     off = np.linalg.norm(view.measured - view.predicted, axis=1)
     assert np.nanmax(off) < 2.0
-    assert coverage(session.loaded.dataset, 0).sum() == len(shots.rows)
+    assert coverage(session.measurements.loaded.dataset, 0).sum() == len(shots.rows)
     half = np.sqrt(np.linalg.eigvalsh(tool_covariance(session)))
     assert 1e-6 < half[-1] < 1e-3
     paths = {item.path for item in on_page(session)}
     assert {"camera/c0", "camera/target", "camera/ellipsoid"} <= paths
     assert b"<robot" in calibrated_urdf(session)[1]
-    assert "joint zeros" in _identified(session.identification)
+    assert "joint zeros" in _identified(session.results.identification)
     assert "% of the picture used" in _camera(session, 0, view)
     again = restore(read_recording(tmp_path / "kept")).session
-    assert again.loaded.dataset.source == session.loaded.dataset.source == session.loaded.name
-    assert again.identification.best.fit.x == pytest.approx(session.identification.best.fit.x, rel=1e-9)
+    assert (
+        again.measurements.loaded.dataset.source
+        == session.measurements.loaded.dataset.source
+        == session.measurements.loaded.name
+    )
+    assert again.results.identification.best.fit.x == pytest.approx(
+        session.results.identification.best.fit.x, rel=1e-9
+    )
 
 
 def test_what_was_refused_is_not_saved(folder, first, hobby, shots):
@@ -102,7 +108,7 @@ def test_what_was_refused_is_not_saved(folder, first, hobby, shots):
     run = wb.identify(hobby, read_folder(folder), algorithms=("opt2",), held_out=0.0)
     assert run.identifiability.refused
     with pytest.raises(DataError, match="no calibrated arm to save"):
-        calibrated_urdf(replace(first, identification=run, fit="opt2"))
+        calibrated_urdf(replace(first, results=replace(first.results, identification=run, fit="opt2")))
 
 
 @pytest.mark.parametrize(
@@ -120,10 +126,10 @@ def test_what_was_refused_is_not_saved(folder, first, hobby, shots):
 def test_what_a_folder_lacks_is_said_in_one_sentence(folder, do, spoil, said):
     spoil(folder)
     session = do(LoadPictures("shots.tar", packed(folder)))
-    assert session.loaded is None
-    assert session.messages[-1].severity is Severity.ERROR
-    assert said in session.messages[-1].text
-    assert "/tmp" not in session.messages[-1].text
+    assert session.measurements.loaded is None
+    assert session.page.messages[-1].severity is Severity.ERROR
+    assert said in session.page.messages[-1].text
+    assert "/tmp" not in session.page.messages[-1].text
 
 
 def test_archives_that_are_none_or_reach_outside(do, folder, tmp_path):

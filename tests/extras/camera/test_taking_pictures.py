@@ -36,7 +36,7 @@ def shots(aria, tmp_path_factory):
 def until(worker, holds):
     end = time.monotonic() + 60.0
     while not holds(worker.session):
-        assert time.monotonic() < end, worker.session.messages
+        assert time.monotonic() < end, worker.session.page.messages
         time.sleep(0.02)
     return worker.session
 
@@ -64,11 +64,11 @@ def test_a_watched_folder(first, shots, tmp_path):
         session = until(worker, lambda s: len(s.part(Capture).kept) == 4)
         assert "% of the picture used" in _shown(session.part(Capture))
         worker.submit(UseShots())
-        session = until(worker, lambda s: s.loaded is not None)
+        session = until(worker, lambda s: s.measurements.loaded is not None)
     finally:
         worker.close()
     assert session.part(Capture) is None
-    assert len(session.loaded.dataset) == 4
+    assert len(session.measurements.loaded.dataset) == 4
     assert len(session.part(Previews).by_image) == 4
 
 
@@ -94,7 +94,7 @@ def test_a_recording_of_pictures_that_are_being_taken_opens_again(aria, shots, t
     assert worker.wait(60.0)
     worker.close()
     again = restore(read_recording(tmp_path / "kept")).session.part(Capture)
-    assert (again.source, again.kept) == ("here", (shot,))
+    assert (again.choices.source, again.kept) == ("here", (shot,))
     assert again.rig.cameras[0].size == read_rig(shots / "camera.toml", shots / "target.toml").cameras[0].size
 
 
@@ -102,17 +102,19 @@ def test_a_device(first, shots, tmp_path):
     """A sequence of pictures that OpenCV opens like a camera: each pose is kept once, when it is still."""
     for frame, k in enumerate((0, 0, 0, 1, 1, 2, 2, 3, 3)):
         shutil.copy(shots / f"{k}.png", tmp_path / f"{frame}.png")
-    live = replace(first, source=Source("arm"), jogged=np.full(6, 0.1))
+    live = replace(first, jogged=np.full(6, 0.1), choices=replace(first.choices, source=Source("arm")))
     worker = Worker(live)
     worker.add_view(PictureWatcher(worker, pause=0.005))
     try:
         files = (shots / "camera.toml").read_bytes(), (shots / "target.toml").read_bytes()
         worker.submit(BeginShooting(f"device:{tmp_path / '%d.png'}", *files))
-        session = until(worker, lambda s: any("gives no pictures any more" in m.text for m in s.messages))
+        session = until(
+            worker, lambda s: any("gives no pictures any more" in m.text for m in s.page.messages)
+        )
         assert [shot.name for shot in session.part(Capture).kept] == ["2.png", "5.png", "7.png", "9.png"]
         assert session.part(Capture).kept[0].q == (0.1,) * 6
         worker.submit(EndShooting())
         worker.submit(BeginShooting(f"device:{tmp_path / 'none.avi'}", *files))
-        until(worker, lambda s: "can't be opened" in s.messages[-1].text)
+        until(worker, lambda s: "can't be opened" in s.page.messages[-1].text)
     finally:
         worker.close()

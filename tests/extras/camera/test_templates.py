@@ -57,10 +57,10 @@ def test_pictures_and_joints_alone_lead_to_the_zeros(aria, first, tmp_path):
     command = LoadPictures("shots.zip", content, Board(5, 7, 0.030))
     assert decode("LoadPictures", *_written(command)) == command
     session = command.finish(session, command.compute(session))
-    assert any("lens is identified" in note for note in session.loaded.notes)
-    shown = thumbnails(session.loaded.dataset, session.part(Previews))
+    assert any("lens is identified" in note for note in session.measurements.loaded.notes)
+    shown = thumbnails(session.measurements.loaded.dataset, session.part(Previews))
     assert len({picture.image for picture in shown}) == 16
-    found = identify(aria, session.loaded.dataset)
+    found = identify(aria, session.measurements.loaded.dataset)
     assert isinstance(found.identifiability, Identifiability)
     assert found.identifiability.title == "joint zeros"
     moved = found.best.fit.calibrated.values(("joint3.theta", "joint5.theta"))
@@ -96,8 +96,8 @@ def test_poses_of_the_tool_in_place_of_joints_give_camera_and_board_alone(first,
     result = command.compute(first)
     session = command.finish(first, result)
     alone = session.part(CameraAlone)
-    assert session.loaded is None
-    assert "16 pictures of pics" in session.messages[-1].text
+    assert session.measurements.loaded is None
+    assert "16 pictures of pics" in session.page.messages[-1].text
     assert len(thumbnails(alone.data, alone.previews)) == 16
     assert alone.found.best.train.own.rms < 1.3
     shown = _identified(alone.found, is_alone=True)

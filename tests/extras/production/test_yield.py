@@ -376,10 +376,10 @@ def test_virtual_arms_read_what_the_targets_are(monkeypatch, aria, plate, soluti
 def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
     refused = do(TryPlate(0))
     assert refused.trial is None
-    assert refused.messages[-1].severity is Severity.ERROR
+    assert refused.page.messages[-1].severity is Severity.ERROR
 
     worker.submit(TryPlate(4000))
-    while worker.session.job is None or not worker.session.job.text:
+    while worker.session.page.job is None or not worker.session.page.job.text:
         threading.Event().wait(0.01)
     worker.cancel()
     assert worker.wait(120.0)
@@ -392,7 +392,7 @@ def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
     assert (20 * tried.share).is_integer()
     assert f"{100 * tried.share:.1f} % of 20 virtual arms" in tried.text
     assert tried.text.endswith("the seat position matters most")
-    assert session.messages[-1].text == tried.text
+    assert session.page.messages[-1].text == tried.text
 
     session = do(ShowCubes(CubeView(field=Field.YIELD)))
     assert np.array_equal(values(session).numbers, tried.errors, equal_nan=True)
@@ -405,7 +405,7 @@ def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
 
 def test_a_plate_with_a_blocked_target_is_not_tried(do):
     refused = do(SelectTarget(2), ChooseBranch(2, DOWN), TryPlate(20))
-    assert "target 3 is blocked" in refused.messages[-1].text
+    assert "target 3 is blocked" in refused.page.messages[-1].text
 
 
 def test_a_plate_with_a_target_out_of_reach_is_not_tried(aria, plate):
@@ -415,12 +415,12 @@ def test_a_plate_with_a_target_out_of_reach_is_not_tried(aria, plate):
 
 
 def test_the_guide_suggests_a_trial_only_where_an_error_is_wanted(first):
-    moved = replace(first, done=(UndoStep(first.plate, first.states),))
+    moved = replace(first, history=replace(first.history, done=(UndoStep(first.plate, first.states),)))
     step = guide(moved)
     assert "not yet tried against the required 1 mm per axis" in step.sentence
     assert (step.next.command, step.next.tab, step.other.label) == (TryPlate(), Tab.PLATE, "Measure")
     with pytest.raises(OptionError, match="Wanted"):
-        TryPlate(20).check(replace(moved, wanted=None))
+        TryPlate(20).check(replace(moved, choices=replace(moved.choices, wanted=None)))
 
 
 def yield_of(good, arms):

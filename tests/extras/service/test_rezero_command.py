@@ -29,13 +29,13 @@ def file(first, tmp_path_factory) -> bytes:
 
 def test_the_joint_that_moved_is_found_and_saved(worker, do, first, file, tmp_path):
     session = do(FindZeros())
-    assert session.messages[-1].severity is Severity.ERROR
+    assert session.page.messages[-1].severity is Severity.ERROR
     session = do(LoadData("knock.csv", file), FindZeros((9,)))
-    assert "replaced joints must be 1–6" in session.messages[-1].text
+    assert "replaced joints must be 1–6" in session.page.messages[-1].text
     session = do(FindZeros())
     assert zeros_of(session).verdict is RezeroVerdict.MOVED
     assert [s.joint for s in zeros_of(session).moved] == [2]
-    assert "joint 3 by 0.49" in session.messages[-1].text
+    assert "joint 3 by 0.49" in session.page.messages[-1].text
     name, content = rezeroed_toml(session)
     (tmp_path / name).write_bytes(content)
     saved = read_toml(tmp_path / name).values(("joint3.theta",))

@@ -50,8 +50,10 @@ class Show(AbstractChange):
     wanted: Session
 
     def apply(self, session: Session) -> Session:
-        opened = None if self.wanted.opened is None else Opened(self.wanted.opened.tab)
-        return replace(self.wanted, opened=opened, revision=session.revision)
+        opened = None if self.wanted.page.opened is None else Opened(self.wanted.page.opened.tab)
+        return replace(
+            self.wanted, page=replace(self.wanted.page, opened=opened, revision=session.page.revision)
+        )
 
 
 def walked(app: App) -> dict[str, Session]:
@@ -80,7 +82,9 @@ def shoot(browser: Browser, app: App, states: dict[str, Session], folder: Path) 
         page = opened(browser, app, size)
         for name, state in states.items():
             for shade, is_dark in (("", False), ("-dark", True)):
-                app.worker.submit(Show(replace(state, is_dark=is_dark, is_dark_chosen=True)))
+                app.worker.submit(
+                    Show(replace(state, page=replace(state.page, is_dark=is_dark, is_dark_chosen=True)))
+                )
                 page.wait_for_timeout(SETTLED)
                 page.screenshot(path=folder / f"{name}-{size[0]}{shade}.png")
         page.close()

@@ -142,7 +142,7 @@ def test_drag_changes_numbers_and_arm(app, look, tmp_path):
 
 def step_back(screen, page):
     """Go back to the plate of the first step by a click on its point."""
-    first = screen.app.worker.session.past[0].plate
+    first = screen.app.worker.session.history.past[0].plate
     page.locator('[data-testid="history"] a circle').first.dispatch_event("click")
     screen.until(lambda session: session.plate is first)
     screen.press("Undo")
@@ -195,7 +195,7 @@ def test_file_identify_overlay_save(app, look, tmp_path):
     screen.wait_text("result", "held-out poses")
     screen.shoot("identified")
     assert "joint2.alpha" in screen.text("parameters")
-    found = app.worker.session.identification
+    found = app.worker.session.results.identification
     assert found.runs["opt2"].held_out.position_mm.mean < 0.05 * found.nominal.held_out.position_mm.mean
     plots_can_be_read(screen)
     screen.tab("Calibrate")
@@ -242,7 +242,7 @@ def errors_are_mapped_where_the_rows_are(screen):
     ends = [screen.page.get_by_label(f"{end} [mm]", exact=True) for end in ("From", "To")]
     low, high = (np.array(end.evaluate_all("all => all.map(one => +one.value)")) for end in ends)
     assert len(low) == len(high) == 3
-    measured = 1e3 * screen.app.worker.session.comparison.measured
+    measured = 1e3 * screen.app.worker.session.results.comparison.measured
     assert (low <= measured.min(0) + 1.0).all()
     assert (high >= measured.max(0) - 1.0).all()
 
@@ -251,18 +251,18 @@ def residuals_are_where_they_are(screen):
     """All rows are in the picture, have one scale of colours in mm, and answer to a click."""
     screen.wait_text("residuals", "Nominal × ")
     assert "mm" in screen.text("colour-bar")
-    rows = screen.app.worker.session.comparison
+    rows = screen.app.worker.session.results.comparison
     places = np.array([screen.pixel(place) for place in rows.measured])
     box = screen.page.locator("canvas").first.bounding_box()
     assert (places > [box["x"], box["y"]]).all()
     assert (places < [box["x"] + box["width"], box["y"] + box["height"]]).all()
     screen.page.get_by_role("link", name="nominal").click()
-    screen.until(lambda session: session.overlay.stage is ModelStage.NOMINAL)
+    screen.until(lambda session: session.choices.overlay.stage is ModelStage.NOMINAL)
     apart = np.linalg.norm(places[:, None] - places, axis=2) + 1e9 * np.eye(len(places))
     free = np.where(places[:, 0] > 400, apart.min(1), 0.0)  # beside the window with the scale
     row = int(free.argmax())
     screen.page.mouse.click(*places[row])
-    screen.until(lambda session: session.row == row)
+    screen.until(lambda session: session.results.row == row)
     screen.wait_text("row-errors", f"Data row {rows.number[row]} ")
     screen.shoot("residuals")
 
@@ -280,7 +280,7 @@ def test_bad_file_is_a_message_and_all_stays(app, look):
     screen.shoot("message")
     after = app.worker.session
     assert after.plate is before.plate
-    assert after.loaded is None
+    assert after.measurements.loaded is None
     screen.press("Dismiss")
     screen.page.wait_for_selector('[data-testid="message"]', state="detached")
 
@@ -295,8 +295,8 @@ def test_virtual_arm_from_the_page(app, look):
     screen.wait_text("result", "40 held-out poses")
     screen.shoot("virtual")
     session = app.worker.session
-    found = session.identification
-    assert session.loaded.actual.effects  # there is something to find
+    found = session.results.identification
+    assert session.measurements.loaded.actual.effects  # there is something to find
     assert found.runs["opt2"].held_out.position_mm.mean < found.nominal.held_out.position_mm.mean
     screen.wait_text("hint", "something is not geometry")
 

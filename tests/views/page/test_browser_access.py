@@ -46,7 +46,7 @@ def test_every_control_has_a_name_and_all_words_can_be_read(app, look, is_dark):
     """WCAG AA: a contrast of 4.5, also of what is off; nothing below 12 px."""
     screen = look()
     app.worker.submit(SetDark(is_dark))
-    screen.until(lambda session: session.is_dark is is_dark)
+    screen.until(lambda session: session.page.is_dark is is_dark)
     sky = "rgb({}, {}, {})".format(*(SKY_DARK if is_dark else SKY))
     canvas = "sky => getComputedStyle(document.querySelector('canvas[data-engine]')).backgroundColor === sky"
     screen.page.wait_for_function(canvas, arg=sky)

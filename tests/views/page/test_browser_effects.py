@@ -38,8 +38,10 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path, driver):
     screen.wait_text("verdict", "now part of the model", timeout=120_000)
     screen.shoot(f"added-{name}")
     session = app.worker.session
-    assert [effect.name for effect in session.accepted] == [name]
-    expected = evaluate(session.identification.runs[session.fit].judged, read_measurements(path))
+    assert [effect.name for effect in session.results.accepted] == [name]
+    expected = evaluate(
+        session.results.identification.runs[session.results.fit].judged, read_measurements(path)
+    )
     errors = dict(zip(expected.row_numbers.tolist(), expected.rows.position.tolist(), strict=True))
     screen.tab("Calibrate")
     assert screen.text("result").split()[0] == nominal
@@ -49,11 +51,11 @@ def test_what_was_found_is_added_and_compared(app, look, tmp_path, driver):
         slider.focus()
         slider.press(key)
         screen.wait_text("row", f"Pose {place} of {len(errors)}")
-        row = int(session.comparison.number[place - 1])
+        row = int(session.results.comparison.number[place - 1])
         shown = screen.text("row").split("Calibrated")[1].split()[0]
         assert f"data row {row} " in screen.text("row")
         assert shown == as_shown(1e3 * errors[row])
-    compared = 1e3 * session.comparison.errors[:, 1]
+    compared = 1e3 * session.results.comparison.errors[:, 1]
     assert compared.mean() == pytest.approx(expected.errors.position_mm.mean, rel=1e-9)
     assert compared.max() == pytest.approx(expected.errors.position_mm.max, rel=1e-9)
     screen.shoot(f"compared-{name}")
@@ -67,17 +69,19 @@ def test_a_click_on_a_row_of_the_chart_and_playing_put_the_arm_there(app, look):
     assert app.worker.wait(120.0)
     screen.tab("Calibrate")
     dots = screen.page.locator('[data-testid="row-chart"] a')
-    expect(dots).to_have_count(len(app.worker.session.comparison))
+    expect(dots).to_have_count(len(app.worker.session.results.comparison))
     dots.nth(7).locator("circle").dispatch_event("click")
-    session = screen.until(lambda session: session.row > 0)
-    number = int(np.sort(session.comparison.number)[7])
-    assert session.comparison.number[session.row] == number
+    session = screen.until(lambda session: session.results.row > 0)
+    number = int(np.sort(session.results.comparison.number)[7])
+    assert session.results.comparison.number[session.results.row] == number
     screen.wait_text("row-errors", f"Data row {number}")
     screen.press("Play the rows")
-    session = screen.until(lambda session: session.comparison.number[session.row] > number + 2)
+    session = screen.until(
+        lambda session: session.results.comparison.number[session.results.row] > number + 2
+    )
     screen.press("Play the rows")
     screen.page.wait_for_timeout(700)
-    stopped = app.worker.session.row
+    stopped = app.worker.session.results.row
     screen.page.wait_for_timeout(900)
-    assert app.worker.session.row == stopped
+    assert app.worker.session.results.row == stopped
     assert [type(entry.command) for entry in app.worker.journal][-1] is ShowRow

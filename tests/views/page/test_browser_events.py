@@ -28,11 +28,11 @@ def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_pat
     expect(screen.page.get_by_role("button", name=SPLIT, exact=True)).to_be_hidden()
     screen.page.get_by_text("Options", exact=True).click()
     screen.page.get_by_label("Levelled", exact=True).check()
-    screen.until(lambda session: session.levelled)
+    screen.until(lambda session: session.measurements.levelled)
     screen.press("Diagnose")
     screen.wait_text("event-1", "slipped", timeout=120_000)
-    (event,) = app.worker.session.diagnosis.events
-    assert app.worker.session.diagnosis.final_fit.problem.frames.levelled
+    (event,) = app.worker.session.results.diagnosis.events
+    assert app.worker.session.results.diagnosis.final_fit.problem.frames.levelled
     screen.wait_text("row-chart", event.mark)
     expect(screen.page.locator('[data-testid="event-line"]')).to_have_count(1)
     assert event.mark in screen.text("events")
@@ -40,15 +40,18 @@ def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_pat
         screen.page.wait_for_function(DRAWN, arg=f"/event/{part}/1")
     screen.shoot("event")
     screen.press(SPLIT)
-    session = screen.until(lambda session: session.diagnosis is None)
-    assert session.loaded.dataset.sessions == (f"before row {event.row}", f"from row {event.row}")
+    session = screen.until(lambda session: session.results.diagnosis is None)
+    assert session.measurements.loaded.dataset.sessions == (
+        f"before row {event.row}",
+        f"from row {event.row}",
+    )
     screen.press("Diagnose")
     screen.wait_text("verdict", "No effect found", timeout=120_000)
     expect(screen.page.get_by_role("button", name=SPLIT, exact=True)).to_be_hidden()
     expect(screen.page.locator('[data-testid="event-line"]')).to_have_count(0)
     screen.tab("Plate")
     screen.press("Undo")
-    session = screen.until(lambda session: session.loaded.dataset.session is None)
-    assert session.diagnosis.events == (event,)
+    session = screen.until(lambda session: session.measurements.loaded.dataset.session is None)
+    assert session.results.diagnosis.events == (event,)
     screen.tab("Calibrate")
     screen.wait_text("event-1", "slipped")

@@ -32,11 +32,11 @@ def test_rows_of_another_arm_are_refused_and_undo_brings_an_arm_back(app, look, 
     screen.tab("Measure")
     screen.give("Load measurements", write_measurements(rows, tmp_path / "rows.csv"))
     screen.wait_text("hint", "these rows are not ARIA's; UR5 (CB3) fits to")
-    aria = screen.until(lambda session: session.loaded is not None)
+    aria = screen.until(lambda session: session.measurements.loaded is not None)
     screen.tab("Calibrate")
     screen.press("Identify")
     screen.page.wait_for_selector('[data-testid="message"][data-severity="error"]')
-    assert app.worker.session.identification is None
+    assert app.worker.session.results.identification is None
     screen.tab("Robot")
     screen.choose("Robot", "katana450")
     screen.press("Change to this robot")
@@ -48,14 +48,16 @@ def test_rows_of_another_arm_are_refused_and_undo_brings_an_arm_back(app, look, 
     screen.wait_text("question", "will be removed")
     screen.press("Cancel")
     screen.page.wait_for_selector('[data-testid="question"]', state="detached")
-    assert app.worker.session.loaded is aria.loaded
+    assert app.worker.session.measurements.loaded is aria.measurements.loaded
     screen.press("Change to UR5 (CB3)")
-    screen.until(lambda session: session.robot.name == "UR5 (CB3)" and len(session.loaded.dataset) == 40)
+    screen.until(
+        lambda session: session.robot.name == "UR5 (CB3)" and len(session.measurements.loaded.dataset) == 40
+    )
     screen.wait_text("hint", "40 rows of rows.csv are loaded")
     screen.tab("Plate")
     screen.press("Undo")
     back = screen.until(lambda session: session.robot is aria.robot)
-    assert back.loaded is aria.loaded
+    assert back.measurements.loaded is aria.measurements.loaded
     assert back.plate is aria.plate
 
 
@@ -85,20 +87,20 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     (tmp_path / "log.csv").write_text("\n".join(rows))
     screen.tab("Measure")
     screen.give("Load measurements", tmp_path / "log.csv")
-    screen.until(lambda session: session.unread is not None)
+    screen.until(lambda session: session.measurements.unread is not None)
     screen.page.locator('[data-testid="columns"]', has_text="hall").wait_for()
     screen.shoot("columns-doubtful")
     for column, meaning in (("A1", "q1[deg]"), ("X", "x[mm]")):
         screen.choose("Column", column)
         screen.choose("is", meaning)
         screen.page.locator('[data-testid="columns"]', has_text=meaning).wait_for()
-    session = screen.until(lambda session: session.loaded is not None)
-    np.testing.assert_allclose(session.loaded.dataset.q, q, atol=1e-6)
-    np.testing.assert_allclose(session.loaded.dataset.position, 1e-3 * place, atol=1e-7)
+    session = screen.until(lambda session: session.measurements.loaded is not None)
+    np.testing.assert_allclose(session.measurements.loaded.dataset.q, q, atol=1e-6)
+    np.testing.assert_allclose(session.measurements.loaded.dataset.position, 1e-3 * place, atol=1e-7)
     screen.shoot("columns-mended")
     choice = read_mapping(saved(screen, "Save this choice (TOML)", tmp_path / "choice.toml"))
     again = preview(tmp_path / "log.csv", columns=choice.columns)
-    assert np.array_equal(again.dataset.q, session.loaded.dataset.q)
+    assert np.array_equal(again.dataset.q, session.measurements.loaded.dataset.q)
 
 
 def test_a_file_that_is_too_large_is_refused_before_it_is_sent(app, look, tmp_path):

@@ -16,7 +16,7 @@ def test_cubes_are_coloured_clicked_and_move_a_target_and_a_corner_is_dragged(ap
     screen.page.mouse.move(*(at - 0.02 * metre), steps=4)
     screen.until(lambda session: session.drag is not None)
     screen.page.mouse.up()
-    first = screen.until(lambda session: session.drag is None).past[0].plate
+    first = screen.until(lambda session: session.drag is None).history.past[0].plate
     screen.tab("Plate")
     screen.press("Undo")
     screen.until(lambda session: session.plate is first)

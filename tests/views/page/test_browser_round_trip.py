@@ -39,8 +39,8 @@ def test_a_real_arm_from_its_file_to_files_that_are_right(app, chromium, shared_
                     press(label)
                 download.value.save_as(paths[label.lower()])
             shown = page.locator('[data-testid="file-errors"]:visible').first.inner_text()
-            found = app.worker.session.identification
-            run = found.runs[app.worker.session.fit]
+            found = app.worker.session.results.identification
+            run = found.runs[app.worker.session.results.fit]
             again = None if run.judged is None else run.fit.problem.data.row
             return Saved(**paths, shown=shown, held_out=found.held_out_data.row, refitted=again)
 

@@ -35,7 +35,7 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
     screen = look()
     screen.page.evaluate(SEEN)
     app.play_demo(0.06)
-    screen.until(lambda session: session.caption.startswith("Found: "), timeout=400.0)
+    screen.until(lambda session: session.page.caption.startswith("Found: "), timeout=400.0)
     app.worker.submit(SteerDemo(Steer.PAUSE))  # or else a page that is late would never show it
     screen.page.wait_for_function(f"() => {FIGURE}.split('→').length === 3", timeout=60_000)
     app.worker.submit(SteerDemo(Steer.ON))
@@ -47,17 +47,17 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
     screen.page.get_by_role("button", name="A robot and measurements", exact=True).wait_for()
     app.demo.join(10.0)
     assert app.demo.is_finished
-    session = screen.until(lambda session: not session.caption and session.overlay.points)
-    assert session.overlay.law == ""
+    session = screen.until(lambda session: not session.page.caption and session.choices.overlay.points)
+    assert session.choices.overlay.law == ""
     screen.press("Look around")
     captions = [e.command.text for e in app.worker.journal if isinstance(e.command, SetCaption)]
     assert max(map(len, captions)) < 150  # three lines that are read while they stand
     session = app.worker.session
-    assert session.loaded.actual is None  # rows of a real arm
-    assert ("joint-compliance", (1, 2)) in {(e.name, tuple(e.joints)) for e in session.accepted}
+    assert session.measurements.loaded.actual is None  # rows of a real arm
+    assert ("joint-compliance", (1, 2)) in {(e.name, tuple(e.joints)) for e in session.results.accepted}
     assert session.robot.name.startswith("UR10")
-    found = session.diagnosis
-    after = session.identification.runs["opt2"].held_out.position_mm.mean
+    found = session.results.diagnosis
+    after = session.results.identification.runs["opt2"].held_out.position_mm.mean
     assert after < 0.7 * found.before.held_out.position_mm.mean
     screen.tab("Calibrate")
     screen.wait_text("verdict", "part of the model")
@@ -75,7 +75,7 @@ def the_last_picture_is_the_bare_arm_with_its_three_numbers(screen):
     assert numbers["height"] > 30.0
     first, second, third = (float(n) for n in screen.text("figure-now").removesuffix(" mm").split(" → "))
     assert third < 0.5 * second < 0.5 * first < 1.0  # as on a real UR10: 0.74, 0.37, 0.07 mm
-    session = screen.until(lambda session: not session.overlay.points)
+    session = screen.until(lambda session: not session.choices.overlay.points)
     seen = {item.path for item in on_page(session) if item.shown}
     assert {path for path in seen if path.startswith("arm/")} == {"arm/nominal"}
     assert not any(path.startswith(("measured", "errors", "row")) for path in seen)
@@ -90,11 +90,11 @@ def suggested_poses_that_are_blocked_become_no_targets(screen, found):
     blocked = place(session.robot, named, session.states[2].q).q
     assert hits(session.robot, session.plate, [2], blocked[None])[0]
     told = replace(found, measure_next=np.stack([blocked, free]), next_reasons=found.next_reasons[:2])
-    screen.show(replace(session, diagnosis=told, accepted=()))
+    screen.show(replace(session, results=replace(session.results, diagnosis=told, accepted=())))
     screen.press("Make the next poses targets")
     before, number = len(session.plate), len(told.measure_next)
     words = f"of {number} suggested poses"
-    session = screen.until(lambda now: any(words in message.text for message in now.messages))
+    session = screen.until(lambda now: any(words in message.text for message in now.page.messages))
     added = len(session.plate) - before
     assert added == 1
     assert [state.obstacle for state in session.states if not state.measurable] == []
@@ -111,7 +111,7 @@ def test_touching_anything_ends_the_demo(app, look):
     slow.join(20.0)
     assert not slow.is_finished
     app.worker.wait()
-    assert app.worker.session.caption == ""
+    assert app.worker.session.page.caption == ""
     before = app.worker.session.plate
     app.worker.submit(SelectTarget(3))
     app.worker.wait()

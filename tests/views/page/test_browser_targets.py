@@ -25,7 +25,7 @@ def test_targets_are_edited_with_buttons_tables_and_keys(app, look):
     strip = page.get_by_role("button", name="Cancel", exact=True)
     assert 0.0 < strip.bounding_box()["y"] < page.viewport_size["height"] - 30
     strip.click()
-    screen.until(lambda session: session.job is None)
+    screen.until(lambda session: session.page.job is None)
     page.get_by_text("Branch of the arm", exact=True).click()
     screen.press("Undo")
     screen.press("Undo")

@@ -39,9 +39,11 @@ def film(session, monkeypatch):
 
         worker.listen(pause)
         begun.append(Demo(worker, pace=0.05))
-        until(lambda: worker.session.caption == paused_at)  # where it stays, as it waits from its beginning
+        until(
+            lambda: worker.session.page.caption == paused_at
+        )  # where it stays, as it waits from its beginning
         worker.submit(SteerDemo(Steer.PAUSE))
-        until(lambda: worker.session.is_paused)
+        until(lambda: worker.session.page.is_paused)
         return begun[0], worker
 
     yield play
@@ -66,29 +68,29 @@ def until(holds, timeout: float = 60.0) -> None:
 def test_it_waits_and_goes_back(film):
     playing, worker = film("two")
     time.sleep(0.5)  # longer than the scene
-    assert worker.session.caption == "two"
+    assert worker.session.page.caption == "two"
     worker.submit(SteerDemo(Steer.BACK))
     until(lambda: playing.is_finished)
     assert captions(worker) == ["one", "two", "one", "two", "three"]
-    assert not worker.session.is_paused
+    assert not worker.session.page.is_paused
 
 
 def test_anything_else_ends_it_even_where_it_waits(film):
     playing, worker = film("one")
     worker.submit(SelectTarget(5))
     playing.join(60.0)
-    until(lambda: worker.session.caption == "")
+    until(lambda: worker.session.page.caption == "")
     assert not playing.is_finished
 
 
 def test_the_tabs_follow_and_the_number_is_beside_the_caption(film):
     playing, worker = film("two")
-    until(lambda: worker.session.opened.tab is Tab.MEASURE)
+    until(lambda: worker.session.page.opened.tab is Tab.MEASURE)
     assert guide(worker.session).figure == f"{1e3 * worker.session.score.position:.3f} mm rms predicted"
     worker.submit(SteerDemo(Steer.ON))
     until(lambda: playing.is_finished)
     worker.wait()
-    assert worker.session.opened.tab is Tab.PLATE
+    assert worker.session.page.opened.tab is Tab.PLATE
 
 
 def test_every_scene_that_finds_something_is_shown_where_it_is_found(session):
@@ -101,7 +103,7 @@ def test_every_scene_that_finds_something_is_shown_where_it_is_found(session):
 
 
 def test_the_last_picture_stands_until_something_is_done_and_what_it_hid_comes_back(session, monkeypatch):
-    bare = replace(session.overlay, **demo.BARE)
+    bare = replace(session.choices.overlay, **demo.BARE)
     monkeypatch.setattr(
         demo, "story", lambda now: iter((DemoScene("the end", (SetOverlay(bare),), seconds=0.1),))
     )
@@ -109,13 +111,13 @@ def test_the_last_picture_stands_until_something_is_done_and_what_it_hid_comes_b
     playing = Demo(worker, pace=0.05)
     until(lambda: playing.is_finished)
     time.sleep(0.3)
-    assert (worker.session.caption, worker.session.overlay) == ("the end", bare)
+    assert (worker.session.page.caption, worker.session.choices.overlay) == ("the end", bare)
     worker.submit(FollowSystem(is_dark=True))  # as a page does that comes
     time.sleep(0.3)
-    assert worker.session.caption == "the end"
+    assert worker.session.page.caption == "the end"
     worker.submit(SelectTarget(5))
     playing.join(60.0)
-    until(lambda: worker.session.caption == "")
+    until(lambda: worker.session.page.caption == "")
     worker.wait()
-    assert worker.session.overlay == session.overlay
+    assert worker.session.choices.overlay == session.choices.overlay
     worker.close()

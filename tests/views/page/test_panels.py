@@ -250,12 +250,14 @@ def test_the_card_opens_again_beside_a_file_of_another_arm_and_closes_at_the_nex
     """It closed at once while such a file was there: its button seemed dead."""
     match = ArmMatch(robot="ARIA", error=np.inf, outside=0.0, rival="panda", is_foreign=True, joints=(7, 6))
     file, sent = MeasurementFile("seven.csv", b"", Preview(path="seven.csv"), match=match), []
-    session = replace(app.worker.session, unread=file)
+    session = replace(app.worker.session, measurements=replace(app.worker.session.measurements, unread=file))
     card = StartCard(SimpleNamespace(session=session, submit=sent.append), lambda: None)
     card._open(app.server.gui)
-    card.show(replace(session, message_count=session.message_count + 1))
+    card.show(replace(session, page=replace(session.page, message_count=session.page.message_count + 1)))
     assert not sent
-    card.show(replace(session, unread=replace(file, name="eight.csv")))
+    card.show(
+        replace(session, measurements=replace(session.measurements, unread=replace(file, name="eight.csv")))
+    )
     assert [command.tab for command in sent] == [Tab.CALIBRATE]
 
 
@@ -326,7 +328,7 @@ def _waited(app):
 
 def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
     def write_report(found, folder, *, wanted):
-        assert (found, wanted) == (session.identification, session.wanted)
+        assert (found, wanted) == (session.results.identification, session.choices.wanted)
         folder.mkdir()
         (folder / "report.html").write_text("")
 
@@ -343,8 +345,8 @@ def test_exports_are_files_that_can_be_read_again(app, tmp_path, monkeypatch):
         made[make] = tmp_path / name
     assert len(read_plate(made[plate_toml])) == 10
     assert len(read_measurements(made[measurements_csv], joints=6)) == 10
-    q = session.comparison.q[:5]
-    wanted = tool_poses(session.identification.runs["opt2"].calibrated, Motion(q))
+    q = session.results.comparison.q[:5]
+    wanted = tool_poses(session.results.identification.runs["opt2"].calibrated, Motion(q))
     for path in (made[calibrated_toml], made[calibrated_urdf]):
         assert np.abs(tool_poses(load_robot(path), Motion(q)) - wanted).max() < 1e-9
     assert zipfile.ZipFile(made[report_zip]).namelist() == ["report/report.html"]
@@ -369,7 +371,7 @@ def test_the_plate_to_make_is_packed_with_all_that_is_made_of_it(app, monkeypatc
 def test_a_few_poses_tell_whether_the_robot_as_opened_still_holds(app):
     app.worker.submit(MeasureVirtualArm(2))
     assert app.worker.wait(60.0)
-    rows = app.worker.session.comparison
+    rows = app.worker.session.results.comparison
     mean = 1e3 * np.linalg.norm(rows.measured - rows.nominal[:, :3, 3], axis=1).mean()
     readout = next(p for p in app.view._panels if isinstance(p, ComparePanel))._readout.content
     assert f"{html.number(mean)} mm" in readout
@@ -425,7 +427,7 @@ def test_a_refused_entry_goes_back_and_typed_poses_stay(app):
     targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
     targets.send(targets._typed)
     assert app.worker.wait(60.0)
-    assert app.worker.session.messages[-1].severity is Severity.ERROR
+    assert app.worker.session.page.messages[-1].severity is Severity.ERROR
     assert place.value == before
     assert table.value == "1 2 3"
 
@@ -455,7 +457,7 @@ def test_a_panel_that_raises_stops_no_other_and_is_told_of_once(app, monkeypatch
         app.worker.submit(SetNoise(position, 1e-3))
         assert app.worker.wait()
     assert control(app, "Noise [mm]").value == 0.3
-    told = [m for m in app.worker.session.messages if "humidity" in m.text]
+    told = [m for m in app.worker.session.page.messages if "humidity" in m.text]
     assert [m.severity for m in told] == [Severity.ERROR]
     assert "HistoryPanel" in told[0].text
     assert len([record for record in caplog.records if record.exc_info]) == 1
@@ -470,7 +472,7 @@ def test_a_scene_that_raises_stops_no_panel(app, monkeypatch):
     app.worker.submit(SetNoise(4e-4, 1e-3))
     assert app.worker.wait()
     assert control(app, "Noise [mm]").value == 0.4
-    assert any("no light" in message.text for message in app.worker.session.messages)
+    assert any("no light" in message.text for message in app.worker.session.page.messages)
 
 
 def test_an_algorithm_that_was_registered_later_is_shown_like_the_others(app):
@@ -487,7 +489,7 @@ def test_an_algorithm_that_was_registered_later_is_shown_like_the_others(app):
             assert app.worker.wait(60.0)
         app.worker.submit(ShowFit("late"))
         assert app.worker.wait(60.0)
-        assert app.worker.session.fit == "late"
+        assert app.worker.session.results.fit == "late"
         assert tuple(control(app, "Shown fit").options) == ("LATE", "OPT2")
         assert control(app, "Shown fit").value == "LATE"
     finally:
@@ -579,7 +581,9 @@ def test_a_note_for_the_recording_alone_is_not_on_the_page_and_ends_what_only_in
     ):
         header.show(session)
         assert shown in header._message.content
-    header.show(replace(told, messages=told.messages[1:]).tell(Severity.LOG, "three"))
+    header.show(
+        replace(told, page=replace(told.page, messages=told.page.messages[1:])).tell(Severity.LOG, "three")
+    )
     assert not header._message.visible
 
 
@@ -590,7 +594,7 @@ def test_the_map_of_the_plate_is_worked_out_once_the_page_is_made(monkeypatch):
     class Noting(BrowserView):
         def __init__(self, server, worker, **options):
             super().__init__(server, worker, **options)
-            known.append((worker.session.chore, worker.session.cubes))
+            known.append((worker.session.page.chore, worker.session.cubes))
 
     monkeypatch.setattr(page_app, "BrowserView", Noting)
     running = page_app.App(load_robot("aria"), load_plate("table2"))

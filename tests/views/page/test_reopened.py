@@ -9,11 +9,11 @@ from workbench.views.page.app import App
 
 def test_a_source_of_then_is_said_to_have_ended(app):
     begun = unrecorded_session(app.worker.session.robot, app.worker.session.plate)
-    session = replace(begun.session, source=Source("localhost:5000"))
+    session = replace(begun.session, choices=replace(begun.session.choices, source=Source("localhost:5000")))
     again = App(session.robot, session.plate, begun=replace(begun, session=session))
     try:
         assert again.worker.wait(60.0)
-        assert not again.worker.session.source.is_open
-        assert "localhost:5000 has ended" in again.worker.session.messages[-1].text
+        assert not again.worker.session.choices.source.is_open
+        assert "localhost:5000 has ended" in again.worker.session.page.messages[-1].text
     finally:
         again.close()

@@ -53,7 +53,7 @@ def diagnosed(sample):
 
 
 def test_a_diagnosis_is_told_in_pictures_and_numbers(draw, sample, diagnosed):
-    found = replace(sample.first, diagnosis=diagnosed)
+    found = replace(sample.first, results=replace(sample.first.results, diagnosis=diagnosed))
     pictures = draw(
         (None, sample.first), (Diagnose(), found), (SelectTarget(1), found), (SelectTarget(2), sample.first)
     )
@@ -68,7 +68,10 @@ def test_a_diagnosis_is_told_in_pictures_and_numbers(draw, sample, diagnosed):
 
 
 def test_the_report_tells_a_diagnosis(sample, replayed, diagnosed, tmp_path):
-    last = replace(replayed, session=replace(replayed.session, diagnosis=diagnosed))
+    last = replace(
+        replayed,
+        session=replace(replayed.session, results=replace(replayed.session.results, diagnosis=diagnosed)),
+    )
     page = write_page(sample, last, tmp_path / "page.html").read_text()
     assert f"What the model lacks: {diagnosed.verdict}" in page
     assert "joint-compliance, joint 2" in page

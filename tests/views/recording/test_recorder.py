@@ -113,24 +113,31 @@ def test_a_restored_session_is_the_replayed_one(sample, replayed):
     restored, again = restore(sample).session, replayed.session
     pairs = [*compare(numbers_of(restored, SUBJECTS), numbers_of(again, SUBJECTS))]
     assert max(pair.size for pair in pairs) <= ROUNDING
-    a, b = restored.identification.runs["opt2"].fit, again.identification.runs["opt2"].fit
+    a, b = restored.results.identification.runs["opt2"].fit, again.results.identification.runs["opt2"].fit
     assert a.x == pytest.approx(b.x, rel=1e-9)
 
 
 def same_targets(restored, again):
     """Places, postures, scores, and what can be gone back to, to the last digit."""
     assert numbers_of(restored, SUBJECTS) == numbers_of(again, SUBJECTS)
-    for a, b in zip((*restored.done, restored.best), (*again.done, again.best), strict=True):
+    for a, b in zip(
+        (*restored.history.done, restored.history.best),
+        (*again.history.done, again.history.best),
+        strict=True,
+    ):
         assert [s.q.tolist() for s in a.states] == [s.q.tolist() for s in b.states]
         assert [t.xyz.tolist() for t in a.plate.targets] == [t.xyz.tolist() for t in b.plate.targets]
-    assert [(s.position, s.indices) for s in restored.history] == [
-        (s.position, s.indices) for s in again.history
+    assert [(s.position, s.indices) for s in restored.history.scores] == [
+        (s.position, s.indices) for s in again.history.scores
     ]
     if again.drag is None:  # in the middle of a drag those of its beginning are shown
         assert [(w.name, w.q.tolist()) for w in restored.branches] == [
             (w.name, w.q.tolist()) for w in again.branches
         ]
-    assert (restored.score.worst, restored.best_score.worst) == (again.score.worst, again.best_score.worst)
+    assert (restored.score.worst, restored.history.best_score.worst) == (
+        again.score.worst,
+        again.history.best_score.worst,
+    )
     assert restored.drag == again.drag
 
 
@@ -214,16 +221,18 @@ def test_two_sessions_side_by_side(call, copy, reader):
 def test_what_has_moved_is_named(replayed):
     """One joint's offset is moved by hand in the result; nothing else is called moved."""
     session = replayed.session
-    run = session.identification.runs["opt2"]
+    run = session.results.identification.runs["opt2"]
     name = compare_sessions(["then", "now"], [session, session]).moves[3].name
     k = [p.name for p in run.fit.parameters].index(name)
     x = run.fit.x.copy()
     x[k] += 10.0 * run.fit.std[k]
     found = replace(
-        session.identification,
-        runs={**session.identification.runs, "opt2": replace(run, fit=replace(run.fit, x=x))},
+        session.results.identification,
+        runs={**session.results.identification.runs, "opt2": replace(run, fit=replace(run.fit, x=x))},
     )
-    compared = compare_sessions(["then", "now"], [session, replace(session, identification=found)])
+    compared = compare_sessions(
+        ["then", "now"], [session, replace(session, results=replace(session.results, identification=found))]
+    )
     assert [move.name for move in compared.moved] == [name]
     expected = 10.0 * run.fit.std[k] / np.hypot(*compared.moved[0].stds)
     assert compared.moved[0].ratios[1] == pytest.approx(expected, rel=1e-6)
@@ -241,7 +250,7 @@ def test_parameters_of_different_arms_are_not_compared(replayed):
     assert "7 joints" in compared.sentence
     assert compared.json()["other_arms"]
     assert compare_sessions(["then", "now"], [session, session]).others == ()
-    robot = session.calibrated  # opened again as it was calibrated
+    robot = session.results.calibrated  # opened again as it was calibrated
     assert compare_sessions(["then", "now"], [session, replace(session, robot=robot)]).others == ()
 
 
@@ -284,12 +293,12 @@ def test_a_full_disk_stops_no_recorder(sample, tmp_path):
             worker.submit(SelectTarget(k))
             worker.wait()
         started = time.monotonic()
-        while not worker.session.messages and time.monotonic() - started < 60.0:
+        while not worker.session.page.messages and time.monotonic() - started < 60.0:
             time.sleep(0.05)
         worker.close()
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    assert [m.text for m in worker.session.messages if "session.rrd can't be written" in m.text]
+    assert [m.text for m in worker.session.page.messages if "session.rrd can't be written" in m.text]
     assert worker.session.selected == 9
 
 

@@ -55,7 +55,7 @@ def test_the_numbers_are_the_session_s(pictures, sample, replayed):
         assert pictures.values(f"/index/{name}", "Scalars:scalars")[-1][1][0] == pytest.approx(
             value, rel=1e-12
         )
-    found = session.identification
+    found = session.results.identification
     seen = [v[0] for _, v in pictures.values("/error/calibrated_mm", "Scalars:scalars")]
     assert found.runs["opt2"].held_out.position_mm.mean in [pytest.approx(v, rel=1e-12) for v in seen]
 
@@ -86,7 +86,7 @@ def test_an_earlier_version_s_session_opens():
 
 
 def test_the_arm_stands_at_every_measured_row(pictures, replayed):
-    rows = replayed.session.comparison
+    rows = replayed.session.results.comparison
     places = pictures.values("/world/arm/nominal/body6", "Transform3D:translation", ROW)
     assert sorted({row for row, _ in places}) == list(range(len(rows)))
     scene = (

@@ -67,12 +67,12 @@ class CameraView:
 
 def camera_views(session: Session) -> tuple[CameraView, ...]:
     """What every camera sees now; none without pictures."""
-    loaded = session.loaded
+    loaded = session.measurements.loaded
     if loaded is None or not isinstance(loaded.dataset.readings, PictureReadings):
         return ()
     data, readings = loaded.dataset, loaded.dataset.readings
     rig, previews = readings.rig, session.part(Previews)
-    fit = None if session.run is None else session.run.fit
+    fit = None if session.results.run is None else session.results.run.fit
     robot = session.robot if fit is None else fit.calibrated
     values = _values(robot, data, fit)
     row = _row(session, data)
@@ -118,7 +118,7 @@ def tool_covariance(session: Session) -> Float[np.ndarray, "3 3"] | None:
 
     What a base and a tool frame could do as well is aside: the camera takes it.
     """
-    found, run = session.identification, session.run
+    found, run = session.results.identification, session.results.run
     if found is None or run is None or found.identifiability is None or found.identifiability.refused:
         return None
     fit = run.fit
@@ -160,9 +160,9 @@ def _placed(values: Mapping[str, float], owner: str) -> Matrix4:
 
 
 def _row(session: Session, data: Dataset) -> int | None:
-    if session.focus is not Focus.ROW or session.comparison is None:
+    if session.focus is not Focus.ROW or session.results.comparison is None:
         return None
-    found = np.flatnonzero(data.row == session.comparison.number[session.row])
+    found = np.flatnonzero(data.row == session.results.comparison.number[session.results.row])
     return int(found[0]) if len(found) else None
 
 

@@ -91,7 +91,8 @@ class PictureWatcher(AbstractView):
 
     def _joints(self, capture: Capture, name: str) -> tuple[float, ...] | None:
         session = self._worker.session
-        if session.source is not None and session.source.is_open and session.jogged is not None:
+        source = session.choices.source
+        if source is not None and source.is_open and session.jogged is not None:
             return tuple(session.jogged.tolist())
         return None if capture.source.startswith(DEVICE) else table_joints(Path(capture.source), name)
 

@@ -73,7 +73,7 @@ class CamerasPanel(AbstractPanel):
 
     tab, order = Tab.MEASURE, 30
     door = ("Pictures of a board", viser.Icon.CAMERA, None)
-    depends = ("comparison", "row", "focus", "identification", "fit", "loaded", _alone)
+    depends = ("results", "focus", "measurements.loaded", _alone)
 
     def build(self, gui: viser.GuiApi) -> None:
         board = Board()
@@ -120,11 +120,11 @@ class CamerasPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         views, alone = camera_views(session), _alone(session)
-        result = session.identification if alone is None else alone.found
+        result = session.results.identification if alone is None else alone.found
         if alone is not None:
             self._thumbs.content = self._thumbnails(alone.data, alone.previews)
-        elif views and session.loaded is not None:
-            self._thumbs.content = self._thumbnails(session.loaded.dataset, session.part(Previews))
+        elif views and (loaded := session.measurements.loaded) is not None:
+            self._thumbs.content = self._thumbnails(loaded.dataset, session.part(Previews))
         else:
             self._thumbs.content = ""
         self._seen.content = "".join(_camera(session, c, view) for c, view in enumerate(views))
@@ -150,30 +150,30 @@ class CamerasPanel(AbstractPanel):
 
     def _look_at(self, image: str) -> None:
         session = self._worker.session
-        if session.loaded is None or session.comparison is None:
+        if session.measurements.loaded is None or session.results.comparison is None:
             return
-        data = session.loaded.dataset
+        data = session.measurements.loaded.dataset
         number = data.row[PictureReadings.of(data).image == image]
-        place = np.flatnonzero(np.isin(session.comparison.number, number))
+        place = np.flatnonzero(np.isin(session.results.comparison.number, number))
         if len(place):
             self._worker.submit(ShowRow(int(place[0])))
 
 
 def _camera(session: Session, number_of: int, view: CameraView) -> str:
     """What one camera sees, with its words and its coverage."""
-    assert session.loaded is not None, "a camera has pictures"
+    assert session.measurements.loaded is not None, "a camera has pictures"
     off = np.linalg.norm(view.measured - view.predicted, axis=1)
     found = int(np.isfinite(off).sum())
     head = f"{view.name}: image {view.image}" if view.image else f"{view.name}: what it would see here"
     inside = ((view.predicted >= 0.0) & (view.predicted < np.array(view.size))).all(axis=1)
     words = f"{found} corners" if view.image else f"{int(inside.sum())} corners in view"
-    if found and session.identification is not None:
+    if found and session.results.identification is not None:
         words += f", {number(float(np.sqrt((off[np.isfinite(off)] ** 2).mean())))} px off the model"
     return block(
         f'<div style="display:flex;justify-content:space-between"><b>{text(head)}</b>'
         f"<span>{text(words)}</span></div>"
         + picture_of(view)
-        + covered(coverage(session.loaded.dataset, number_of)),
+        + covered(coverage(session.measurements.loaded.dataset, number_of)),
         testid=f"camera_{number_of}",
         style="margin:4px 0 8px",
     )
@@ -239,7 +239,7 @@ def _cells(cells: np.ndarray) -> str:
 def camera_json(session: Session) -> tuple[str, bytes]:
     """What was found of cameras, target and arm, as `identify --json` writes it."""
     alone = _alone(session)
-    found = session.identification if alone is None else alone.found
+    found = session.results.identification if alone is None else alone.found
     if found is None:
         raise DataError("camera and target are not identified yet")
     return "camera.json", json.dumps(identification_json(found), indent=1).encode()

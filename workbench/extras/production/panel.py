@@ -38,7 +38,7 @@ class YieldPanel(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        self._try.disabled = session.job is not None
+        self._try.disabled = session.page.job is not None
         self._result.visible = session.trial is not None
         self._result.content = result(session)
 
@@ -80,10 +80,10 @@ class TradeoffPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         choices = choices_of(session)
-        self._weigh.disabled = session.job is not None
+        self._weigh.disabled = session.page.job is not None
         for i, row in enumerate(self._rows):
             row.visible = i < len(choices)
-            row.disabled = session.job is not None
+            row.disabled = session.page.job is not None
             if i < len(choices):
                 row.label = row_words(i, choices[i])
 

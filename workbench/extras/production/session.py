@@ -14,7 +14,8 @@ from workbench.plate.readings import usual_sigma
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.plate import AbstractPlateTrial
 from workbench.session.commands.target_placement import place_plate
-from workbench.session.state import AbstractPart, PlateTrial, Session, Severity
+from workbench.session.score import PlateTrial
+from workbench.session.state import AbstractPart, Session, Severity
 from workbench.session.target_steps import check_free
 
 
@@ -52,7 +53,7 @@ class TryPlate(AbstractPlateTrial):
     def check(self, session: Session) -> None:
         if not 1 <= self.arms <= MAX_ARMS:
             raise OptionError(f"the number of virtual arms must be 1 to {MAX_ARMS}, got {self.arms}")
-        if session.wanted is None:
+        if session.choices.wanted is None:
             raise OptionError(
                 "no required error is set to test the arms against; set 'Required error [mm]' first"
             )
@@ -68,7 +69,7 @@ class TryPlate(AbstractPlateTrial):
             plate.with_joints(q, tuple(state.branch or AUTO for state in session.states)),
             arms=self.arms,
             sigma=(noise.position, noise.rotation),
-            wanted=session.wanted,
+            wanted=session.choices.wanted,
             seed=self.seed,
         )
         errors = np.full(plate.region.cubes, np.nan)
@@ -76,7 +77,7 @@ class TryPlate(AbstractPlateTrial):
         return PlateTrial(
             plate=plate,
             noise=noise,
-            wanted=session.wanted,
+            wanted=session.choices.wanted,
             arms=found.arms,
             share=found.share,
             unreached=int((~found.reached).sum()),

@@ -21,7 +21,7 @@ from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.data import LoadData, matched_to_arm, safe_name, with_data
 from workbench.session.loaded_measurements import MeasurementFile
 from workbench.session.start import default_plate, is_default_plate, start
-from workbench.session.state import Focus, Group, Session, Severity, UndoStep
+from workbench.session.state import Focus, Session, Severity, UndoStep
 from workbench.session.target_steps import instrument_for
 
 LARGEST_MODEL = 2 * 1024 * 1024
@@ -48,7 +48,7 @@ class ChooseRobot(AbstractTask[Session]):
         if (
             self.keep
             and self._unread(session) is None
-            and (session.loaded is None or session.loaded.read is None)
+            and (session.measurements.loaded is None or session.measurements.loaded.read is None)
         ):
             raise OptionError("there are no measurements of a file to keep")
 
@@ -59,14 +59,15 @@ class ChooseRobot(AbstractTask[Session]):
             begun = start_with(robot, session)
             again = LoadData(file.name, file.content, file.mapping)
             return again.finish(begun, again.compute(begun))
-        loaded = matched_to_arm(robot, session.loaded) if self.keep and session.loaded is not None else None
+        kept = session.measurements.loaded if self.keep else None
+        loaded = None if kept is None else matched_to_arm(robot, kept)
         begun = start_with(robot, session)
         return begun if loaded is None else with_data(begun, loaded)
 
     def _unread(self, session: Session) -> MeasurementFile | None:
         """The file that was given last and is this robot's, though the session's robot can't read it."""
-        file = session.unread
-        if file is None or session.loaded is None:
+        file = session.measurements.unread
+        if file is None or session.measurements.loaded is None:
             return file
         return file if file.match is not None and file.match.rival == self.name else None
 
@@ -109,9 +110,12 @@ class LoadModel(AbstractTask[Session]):
                 noise = instrument_for(session, plate)
                 given = start(session.robot, plate, is_given=True, noise=noise)
                 # measurements of the same arm, and what was found from them, stay
-                measured = session.with_parts(of_measurements=True)
                 return replace(
-                    given.taking(measured, Group.ARM, Group.MEASUREMENTS, Group.RESULTS), parts=measured.parts
+                    given,
+                    choices=session.choices,
+                    measurements=session.measurements,
+                    results=session.results,
+                    parts=session.with_parts(of_measurements=True).parts,
                 )
             robot = _robot_that_gives(path, self.poses) if self.poses else load_robot(path)
             source = robot.urdf
@@ -126,10 +130,9 @@ class LoadModel(AbstractTask[Session]):
 
     def finish(self, session: Session, result: Session) -> Session:
         opened = _in_the_page(session, result)
-        has_meshes = result.robot.urdf is not None and b"<mesh" in self.content
-        return (
-            opened.tell(Severity.INFO, f"{opened.messages[-1].text}; {NO_MESHES}") if has_meshes else opened
-        )
+        if result.robot.urdf is None or b"<mesh" not in self.content:
+            return opened
+        return opened.tell(Severity.INFO, f"{opened.page.messages[-1].text}; {NO_MESHES}")
 
 
 NO_MESHES = (
@@ -158,7 +161,7 @@ class Jog(AbstractChange):
                 raise OptionError(f"joint {i + 1} must be {low:.4g} to {high:.4g}, got {value:.4g}")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, jogged=frozen(np.array(self.q)), focus=Focus.JOG)
+        return replace(session, focus=Focus.JOG, jogged=frozen(np.array(self.q)))
 
 
 class JogTo(AbstractChange):
@@ -182,7 +185,7 @@ class JogTo(AbstractChange):
     def apply(self, session: Session) -> Session:
         pose = se3.pose(se3.rpy_to_matrix(np.array(self.rpy)), np.array(self.xyz))
         found = follow(session.robot, session.robot.base.pose @ pose, drawn_joints(session))
-        session = replace(session, jogged=found.q, focus=Focus.JOG)
+        session = replace(session, focus=Focus.JOG, jogged=found.q)
         if found.converged:
             return session
         return session.tell(
@@ -194,8 +197,8 @@ class JogTo(AbstractChange):
 
 def drawn_joints(session: Session) -> np.ndarray:
     """Joint positions of the arm as it is drawn [rad or m]."""
-    if session.focus is Focus.ROW and session.comparison is not None:
-        return session.comparison.q[session.row]
+    if session.focus is Focus.ROW and session.results.comparison is not None:
+        return session.results.comparison.q[session.results.row]
     if session.focus is Focus.JOG and session.jogged is not None:
         return session.jogged
     if session.focus is Focus.TRACK and session.track is not None:
@@ -227,8 +230,9 @@ def start_with(robot: Robot, session: Session) -> Session:
 
 def _in_the_page(session: Session, begun: Session) -> Session:
     begun = replace(
-        begun.taking(session.without_refusals(LoadData.__name__), Group.PAGE),
-        done=(UndoStep(session.plate, session.states, session),),
+        begun,
+        page=replace(session.page, messages=begun.page.messages),
+        history=replace(begun.history, done=(UndoStep(session.plate, session.states, session),)),
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
     words = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
@@ -252,11 +256,12 @@ class CapturePose(AbstractChange):
     title = "Keep the pose"
 
     def check(self, session: Session) -> None:
-        if len(session.captured) >= MAX_CAPTURED:
+        if len(session.choices.captured) >= MAX_CAPTURED:
             raise OptionError(f"at most {MAX_CAPTURED} poses can be kept; save them, then clear the list")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, captured=(*session.captured, tuple(drawn_joints(session).tolist())))
+        captured = (*session.choices.captured, tuple(drawn_joints(session).tolist()))
+        return replace(session, choices=replace(session.choices, captured=captured))
 
 
 class ForgetPoses(AbstractChange):
@@ -266,8 +271,8 @@ class ForgetPoses(AbstractChange):
     key = "forget poses"
 
     def check(self, session: Session) -> None:
-        if not session.captured:
+        if not session.choices.captured:
             raise OptionError("no poses have been kept")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, captured=())
+        return replace(session, choices=replace(session.choices, captured=()))

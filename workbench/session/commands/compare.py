@@ -27,7 +27,7 @@ MIN_EXAGGERATION, MAX_EXAGGERATION = 1.0, 5000.0
 
 
 def with_fit(session: Session, algorithm: str) -> Session:
-    return with_comparison(replace(session, fit=algorithm))
+    return with_comparison(replace(session, results=replace(session.results, fit=algorithm)))
 
 
 def with_comparison(session: Session) -> Session:
@@ -35,22 +35,24 @@ def with_comparison(session: Session) -> Session:
 
     What was identified or diagnosed stays even if its rows can't be compared; a message then tells why.
     """
-    if session.loaded is None:
-        return replace(session, comparison=None)
+    loaded = session.measurements.loaded
+    plain = replace(session, results=replace(session.results, comparison=None))
+    if loaded is None:
+        return plain
     try:
-        return replace(session, comparison=_comparison(session, session.loaded))
+        return replace(session, results=replace(session.results, comparison=_comparison(session, loaded)))
     except Exception as error:
-        if session.identification is None and session.diagnosis is None:
+        if session.results.identification is None and session.results.diagnosis is None:
             raise
         log.warning("the rows could not be compared", exc_info=error)
         text = f"the result is kept, but measured and predicted positions can't be compared: {error}"
-        return replace(session, comparison=None).tell(Severity.WARNING, text)
+        return plain.tell(Severity.WARNING, text)
 
 
 def _comparison(session: Session, loaded: Loaded) -> Comparison:
-    found, nominal, shown = session.identification, session.robot, None
+    found, nominal, shown = session.results.identification, session.robot, None
     if found is not None:
-        run = found.runs[session.fit]
+        run = found.runs[session.results.fit]
         nominal, shown = found.aligned, run.as_measured
     models = _models(session, shown)
     robots = [robot for robot in (nominal, shown, *models.values()) if robot is not None]
@@ -62,7 +64,7 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
         checks = _directed(found.held_out_data, held_out)
     if found is None or not len(found.held_out_rows):
         checks = numbered_after(fitted, checks)
-    events = () if session.diagnosis is None else session.diagnosis.events
+    events = () if session.results.diagnosis is None else session.results.diagnosis.events
     rows = compare(fitted, checks, nominal, shown, models, events)
     apart = np.isin(loaded.dataset.row, list(_set_apart(session)))
     return replace(rows, set_apart=places_in_base(nominal, loaded.dataset.take(apart)))
@@ -70,7 +72,7 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
 
 def _set_apart(session: Session) -> set[int]:
     """Numbers of the rows that no arm explains."""
-    found, diagnosis = session.identification, session.diagnosis
+    found, diagnosis = session.results.identification, session.results.diagnosis
     rows: set[int] = set()
     if found is not None:
         rows |= {outlier.row for outlier in found.outliers} | set(found.suspects)
@@ -96,14 +98,14 @@ def _directed(rows: Dataset, whole: Dataset | None) -> Dataset:
 
 def _models(session: Session, shown: Robot | None) -> dict[ModelStage, Robot]:
     """Arms by what they have of the actual one; none of them saw the held-out rows."""
-    models, diagnosis = {}, session.diagnosis
+    models, diagnosis = {}, session.results.diagnosis
     if diagnosis is not None:
         models = {ModelStage.NOMINAL: diagnosis.aligned, ModelStage.GEOMETRY: diagnosis.before_fit.calibrated}
         if diagnosis.effects:
             models[ModelStage.CAUSES] = diagnosis.after_fit.calibrated
-    if session.identification is not None and shown is not None:
-        models[ModelStage.NOMINAL] = session.identification.aligned
-        if session.accepted:
+    if session.results.identification is not None and shown is not None:
+        models[ModelStage.NOMINAL] = session.results.identification.aligned
+        if session.results.accepted:
             models[ModelStage.CAUSES] = shown
         else:  # one number for one stage: the diagnosis has fitted the geometry for itself
             models.setdefault(ModelStage.GEOMETRY, shown)
@@ -120,7 +122,7 @@ class ShowFit(AbstractChange):
     title = computed(lambda self: f"Show the fit of {self.algorithm.upper()}")
 
     def check(self, session: Session) -> None:
-        fits = {} if session.identification is None else session.identification.runs
+        fits = {} if session.results.identification is None else session.results.identification.runs
         if self.algorithm not in fits:
             known = ", ".join(name.upper() for name in fits) or "none yet"
             raise OptionError(f"no fit by {self.algorithm.upper()} (available: {known})")
@@ -139,13 +141,13 @@ class ShowRow(AbstractChange):
     title = computed(lambda self: f"Show measured pose {self.row + 1}")
 
     def check(self, session: Session) -> None:
-        rows = 0 if session.comparison is None else len(session.comparison)
+        rows = 0 if session.results.comparison is None else len(session.results.comparison)
         if not 0 <= self.row < rows:
             have = f"must be 1 to {rows}" if rows else "no measurements are loaded"
             raise OptionError(f"no measured pose {self.row + 1}: {have}")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, row=self.row, focus=Focus.ROW)
+        return replace(session, focus=Focus.ROW, results=replace(session.results, row=self.row))
 
 
 class SetOverlay(AbstractChange):
@@ -168,7 +170,7 @@ class SetOverlay(AbstractChange):
                 raise OptionError(f"the exaggeration of {what} must be {limits}, got {times:g}")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, overlay=self.overlay)
+        return replace(session, choices=replace(session.choices, overlay=self.overlay))
 
 
 class SetDark(AbstractChange):
@@ -181,7 +183,7 @@ class SetDark(AbstractChange):
     title = computed(lambda self: "Dark pages" if self.is_dark else "Light pages")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, is_dark=self.is_dark, is_dark_chosen=True)
+        return replace(session, page=replace(session.page, is_dark=self.is_dark, is_dark_chosen=True))
 
 
 class FollowSystem(AbstractChange):
@@ -194,7 +196,9 @@ class FollowSystem(AbstractChange):
     is_dark: bool
 
     def apply(self, session: Session) -> Session:
-        return session if session.is_dark_chosen else replace(session, is_dark=self.is_dark)
+        if session.page.is_dark_chosen:
+            return session
+        return replace(session, page=replace(session.page, is_dark=self.is_dark))
 
 
 class SetUnits(AbstractChange):
@@ -207,4 +211,4 @@ class SetUnits(AbstractChange):
     title = computed(lambda self: f"Coordinates in {self.units}")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, units=self.units)
+        return replace(session, page=replace(session.page, units=self.units))

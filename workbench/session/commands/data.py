@@ -34,7 +34,7 @@ from workbench.session.commands.compare import with_comparison
 from workbench.session.comparison import Comparison
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.reach import follow_target
-from workbench.session.state import Field, Focus, Group, Session, Severity
+from workbench.session.state import Field, Focus, Measurements, Results, Session, Severity
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
@@ -134,7 +134,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
 
     def finish(self, session: Session, result: Loaded | MeasurementFile) -> Session:
         if isinstance(result, MeasurementFile):
-            session = replace(session, unread=result)
+            session = replace(session, measurements=replace(session.measurements, unread=result))
             if result.match is not None and result.match.rival:
                 return self._told(session, Severity.WARNING, f"{result.name}: {result.match.text}")
             return self._told(session, Severity.ERROR, _on_page(result.preview.problems[0], HERE))
@@ -221,7 +221,7 @@ class ForgetData(AbstractChange):
     key = "forget"
 
     def check(self, session: Session) -> None:
-        if session.loaded is None:
+        if session.measurements.loaded is None:
             raise DataError("there are no measurements to remove")
 
     def apply(self, session: Session) -> Session:
@@ -258,14 +258,14 @@ def matched_to_arm(robot: Robot, loaded: Loaded) -> Loaded:
 
 def measurements(session: Session) -> Loaded:
     """The loaded measurements; refused if there are none."""
-    if session.loaded is None:
+    if session.measurements.loaded is None:
         raise DataError("there are no measurements yet; load a file or measure a virtual arm first")
-    return session.loaded
+    return session.measurements.loaded
 
 
 def check_unchanged(session: Session, loaded: Loaded, what: str) -> None:
     """Refuse a result of measurements that are no longer there; `what`: to do instead."""
-    if session.loaded is not loaded:
+    if session.measurements.loaded is not loaded:
         raise DataError(f"the measurements have changed since; {what} again")
 
 
@@ -323,28 +323,30 @@ def with_data(session: Session, loaded: Loaded | None) -> Session:
     """The session with other measurements, or none; results from the old ones are dropped."""
     view = session.cube_view
     session = replace(
-        session.with_parts(of_measurements=False).without(Group.MEASUREMENTS, Group.RESULTS),
-        loaded=loaded,
+        session.with_parts(of_measurements=False),
+        measurements=Measurements(loaded=loaded),
+        results=Results(),
         focus=Focus.TARGET if loaded is None or loaded.virtual else Focus.ROW,
         cube_view=replace(view, field=Field.NONE) if view.field is Field.MEASURED else view,
     )
     session = with_comparison(session)
-    if session.comparison is None or loaded is None or loaded.virtual:
+    if session.results.comparison is None or loaded is None or loaded.virtual:
         return session
-    return _around_rows(session, session.comparison)
+    return _around_rows(session, session.results.comparison)
 
 
 def _around_rows(session: Session, rows: Comparison) -> Session:
     """The session with the box of the rows for its region, where that was nobody's choice."""
-    is_chosen = session.is_plate_given or session.plate.region is not session.first_plate.region
+    is_chosen = session.is_plate_given or session.plate.region is not session.history.first_plate.region
     if is_chosen or len(rows.nominal) < FEW:
         return session
     places = (se3.inverse(session.robot.base.pose) @ rows.nominal)[:, :3, 3]
     low, high = (np.round(end, 3) for end in (places.min(0) - MARGIN, places.max(0) + MARGIN))
     region = Region(min=low, max=high, cube=round(float((high - low).max()) / ACROSS, 3))
     plate = replace(session.plate, region=region)
-    first = plate if session.plate is session.first_plate else replace(session.first_plate, region=region)
-    return replace(session, plate=plate, first_plate=first)
+    first = session.history.first_plate
+    first = plate if session.plate is first else replace(first, region=region)
+    return replace(session, plate=plate, history=replace(session.history, first_plate=first))
 
 
 def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:

@@ -50,11 +50,11 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
     levelled: bool = False
 
     def check(self, session: Session) -> None:
-        check_same_arm(session, anyway=self.anyway or session.identification is not None)
+        check_same_arm(session, anyway=self.anyway or session.results.identification is not None)
         dataset = measurements(session).dataset
         if (own := preparation_of(dataset)) is not None:
             raise DataError(own.undiagnosed)
-        rows = len(dataset) - len(session.left_out)
+        rows = len(dataset) - len(session.measurements.left_out)
         if rows < MIN_ROWS:
             raise DataError(
                 f"a diagnosis needs at least {MIN_ROWS} rows, got {rows} "
@@ -69,8 +69,8 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             session.robot,
             loaded.dataset,
             held_out=self.held_out if loaded.checks is None else loaded.checks,
-            free=tuple(n for n in session.robot.default_free if n not in session.fixed),
-            exclude=dict.fromkeys(sorted(session.left_out), "left out by hand"),
+            free=tuple(n for n in session.robot.default_free if n not in session.choices.fixed),
+            exclude=dict.fromkeys(sorted(session.measurements.left_out), "left out by hand"),
             levelled=self.levelled,
             seed=self.seed,
             measurable=_on_the_plate(session) if loaded.virtual else None,
@@ -80,7 +80,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
     def finish(self, session: Session, result: tuple[Loaded, Diagnosis]) -> Session:
         loaded, found = result
         check_unchanged(session, loaded, "diagnose")
-        session = with_comparison(replace(session, diagnosis=found))
+        session = with_comparison(replace(session, results=replace(session.results, diagnosis=found)))
         return session.tell(Severity.LOG, found.message)
 
 
@@ -102,7 +102,8 @@ class AddEffects(AbstractTask[Added]):
 
     def finish(self, session: Session, result: Added) -> Session:
         found, fits = result
-        return Identify().finish(replace(session, accepted=tuple(a.effect for a in found.effects)), fits)
+        accepted = tuple(a.effect for a in found.effects)
+        return Identify().finish(replace(session, results=replace(session.results, accepted=accepted)), fits)
 
 
 class TakeNextPoses(AbstractChange):
@@ -145,6 +146,6 @@ def _on_the_plate(session: Session) -> "Measurable":
 
 
 def _found(session: Session) -> "Diagnosis":
-    if session.diagnosis is None:
+    if session.results.diagnosis is None:
         raise DataError("no diagnosis yet; press Diagnose first")
-    return session.diagnosis
+    return session.results.diagnosis

@@ -180,15 +180,15 @@ class DropTarget(AbstractChange):
             return session
         index = session.drag.target
         session = replace(session, drag=None)
-        if session.done[-1].plate is session.plate:
-            return replace(session, done=session.done[:-1])
+        if session.history.done[-1].plate is session.plate:
+            return replace(session, history=replace(session.history, done=session.history.done[:-1]))
         session = with_branches(session, index)
         state = with_branch_name(session.plate.targets[index], session.states[index], session.branches)
         return commit_step(replace(session, states=with_item(session.states, index, state)))
 
     def recalled(self, session: Session, numbers: Mapping[str, Any]) -> Session:
         drag = session.drag
-        if drag is None or drag.client != self.client or session.done[-1].plate is session.plate:
+        if drag is None or drag.client != self.client or session.history.done[-1].plate is session.plate:
             return self.apply(session)
         return with_history(recall_targets(replace(session, drag=None), numbers))
 

@@ -170,4 +170,4 @@ class MixBranches(AbstractTargetStep):
     title = "Choose the best mix of branches"
 
     def apply(self, session: Session) -> Session:
-        return place_plate(session, session.plate, seed=len(session.history))
+        return place_plate(session, session.plate, seed=len(session.history.scores))

@@ -44,22 +44,22 @@ class Identify(AbstractTask[IdentifiedRows]):
         if not self.algorithms or set(self.algorithms) - set(ALGORITHMS):
             titles = ", ".join(algorithm.title for algorithm in ALGORITHMS.values())
             raise OptionError(f"choose at least one algorithm of {titles}")
-        if not set(session.robot.default_free) - session.fixed:
+        if not set(session.robot.default_free) - session.choices.fixed:
             raise OptionError("no parameter is free; tick at least one under Free parameters")
         if not 0.0 <= self.held_out < 1.0:
             raise OptionError(f"the held-out share must be 0 to 99 %, got {self.held_out:.0%}")
 
     def compute(self, session: Session) -> IdentifiedRows:
         loaded = measurements(session)
-        robot, added = session.robot, session.accepted
+        robot, added = session.robot, session.results.accepted
         found = identify(
             robot.with_effects(*robot.effects, *added) if added else robot,
             loaded.dataset,
             algorithms=self.algorithms,
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             frames=self.frames,
-            free=tuple(n for n in session.robot.default_free if n not in session.fixed),
-            exclude=dict.fromkeys(sorted(session.left_out), "left out by hand"),
+            free=tuple(n for n in session.robot.default_free if n not in session.choices.fixed),
+            exclude=dict.fromkeys(sorted(session.measurements.left_out), "left out by hand"),
             effects=tuple(name for effect in added for name in effect.names),
             levelled=self.levelled,
             seed=self.seed,
@@ -70,12 +70,17 @@ class Identify(AbstractTask[IdentifiedRows]):
         loaded, found = result
         check_unchanged(session, loaded, "identify")
         fit = found.best.fit.algorithm
-        session = replace(session, identification=found, row=0, focus=Focus.ROW, unread=None)
+        session = replace(
+            session,
+            focus=Focus.ROW,
+            results=replace(session.results, identification=found, row=0),
+            measurements=replace(session.measurements, unread=None),
+        )
         session = with_fit(session, fit)
-        if session.comparison is not None:
-            before, after = map(exaggeration_for, session.comparison.errors.T)
-            overlay = replace(session.overlay, exaggeration=before, exaggeration_after=after)
-            session = replace(session, overlay=overlay)
+        if session.results.comparison is not None:
+            before, after = map(exaggeration_for, session.results.comparison.errors.T)
+            overlay = replace(session.choices.overlay, exaggeration=before, exaggeration_after=after)
+            session = replace(session, choices=replace(session.choices, overlay=overlay))
         return session.tell(Severity.LOG, _summary(found, fit))
 
 
@@ -114,7 +119,7 @@ class SetWanted(AbstractChange):
         return Wanted(position=self.position, rotation=self.rotation, per_axis=self.per_axis)
 
     def apply(self, session: Session) -> Session:
-        return replace(session, wanted=self.wanted())
+        return replace(session, choices=replace(session.choices, wanted=self.wanted()))
 
 
 class SetLevelled(AbstractChange):
@@ -127,7 +132,7 @@ class SetLevelled(AbstractChange):
     title = computed(lambda self: f"The instrument is {'' if self.levelled else 'not '}levelled")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, levelled=self.levelled)
+        return replace(session, measurements=replace(session.measurements, levelled=self.levelled))
 
 
 class LeaveRowsOut(AbstractChange):
@@ -151,7 +156,7 @@ class LeaveRowsOut(AbstractChange):
             raise OptionError("at least one row must be kept")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, left_out=frozenset(self.rows))
+        return replace(session, measurements=replace(session.measurements, left_out=frozenset(self.rows)))
 
 
 class HoldParameter(AbstractChange):
@@ -174,5 +179,6 @@ class HoldParameter(AbstractChange):
             raise OptionError(f"{session.robot.name} has no free parameter '{self.name}'")
 
     def apply(self, session: Session) -> Session:
-        names = {self.name}
-        return replace(session, fixed=session.fixed | names if self.held else session.fixed - names)
+        fixed = session.choices.fixed - {self.name}
+        fixed = fixed | {self.name} if self.held else fixed
+        return replace(session, choices=replace(session.choices, fixed=fixed))

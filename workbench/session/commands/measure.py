@@ -145,11 +145,11 @@ class TakeSample(AbstractChange):
             for taken in (*self.before, self):
                 acquisition.update(taken._sample())
             session = replace(session, measuring=replace(session.measuring, acquisition=acquisition))
-        elif session.source is None or not session.source.is_followed:
+        elif session.choices.source is None or not session.choices.source.is_followed:
             return session
         if session.drag is not None:
             return session
-        return replace(session, jogged=frozen(np.array(self.q)), focus=Focus.JOG)
+        return replace(session, focus=Focus.JOG, jogged=frozen(np.array(self.q)))
 
     def merged_with(self, previous: AbstractCommand, session: Session) -> "TakeSample | None":
         """Only the last place of the arm counts, and in a measurement what standstill is judged by."""
@@ -265,7 +265,7 @@ class EndMeasuring(AbstractChange):
         _measurement(session)
 
     def apply(self, session: Session) -> Session:
-        return replace(session, measuring=None, focus=Focus.TARGET)
+        return replace(session, focus=Focus.TARGET, measuring=None)
 
 
 def _check_not_measuring(session: Session) -> None:
@@ -320,9 +320,9 @@ class TellSource(AbstractChange):
     title = computed(lambda self: f"Live source {self.name}: {'connected' if self.is_open else 'ended'}")
 
     def apply(self, session: Session) -> Session:
-        is_followed = session.source is None or session.source.is_followed
+        is_followed = session.choices.source is None or session.choices.source.is_followed
         source = Source(self.name, self.is_open, self.silence, is_followed)
-        session = replace(session, source=source)
+        session = replace(session, choices=replace(session.choices, source=source))
         if session.measuring is not None and session.measuring.virtual is None and self.silence:
             acquisition = session.measuring.acquisition.copy()
             acquisition.silence = self.silence
@@ -347,8 +347,9 @@ class FollowSource(AbstractChange):
     title = computed(lambda self: f"{'Follow' if self.is_followed else 'Stop following'} the real arm")
 
     def apply(self, session: Session) -> Session:
-        session = replace(session, source=replace(_source(session), is_followed=self.is_followed))
-        return session if self.is_followed else replace(session, focus=Focus.TARGET)
+        source = replace(_source(session), is_followed=self.is_followed)
+        focus = session.focus if self.is_followed else Focus.TARGET
+        return replace(session, focus=focus, choices=replace(session.choices, source=source))
 
 
 class MeasureLive(AbstractChange):
@@ -368,6 +369,6 @@ class MeasureLive(AbstractChange):
 
 
 def _source(session: Session) -> Source:
-    if session.source is None:
+    if session.choices.source is None:
         raise OptionError("no arm is connected; start the page with workbench serve --source HOST:PORT")
-    return session.source
+    return session.choices.source

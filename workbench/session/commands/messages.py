@@ -26,7 +26,7 @@ class Dismiss(AbstractChange):
     key = "dismiss"
 
     def apply(self, session: Session) -> Session:
-        return replace(session, messages=())
+        return replace(session, page=replace(session.page, messages=()))
 
 
 class SetCaption(AbstractChange):
@@ -37,7 +37,7 @@ class SetCaption(AbstractChange):
     text: str
 
     def apply(self, session: Session) -> Session:
-        return replace(session, caption=self.text, is_paused=False)
+        return replace(session, page=replace(session.page, caption=self.text, is_paused=False))
 
 
 class Steer(StrEnum):
@@ -56,7 +56,7 @@ class SteerDemo(AbstractChange):
     title = computed(lambda self: f"{self.how} (demo)")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, is_paused=self.how is Steer.PAUSE)
+        return replace(session, page=replace(session.page, is_paused=self.how is Steer.PAUSE))
 
 
 class OpenTab(AbstractChange):
@@ -70,4 +70,4 @@ class OpenTab(AbstractChange):
     title = computed(lambda self: f"Open {self.tab}")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, opened=Opened(self.tab))
+        return replace(session, page=replace(session.page, opened=Opened(self.tab)))

@@ -10,7 +10,8 @@ from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import Plate, Target
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.target_placement import place_targets
-from workbench.session.state import PlateTrial, Session, Severity
+from workbench.session.score import PlateTrial
+from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free, is_better, rescore
 
 

@@ -14,7 +14,8 @@ from workbench.diagnosis.result import Diagnosis
 from workbench.session.command import AbstractChange, computed
 from workbench.session.commands.data import measurements, with_data
 from workbench.session.loaded_measurements import Loaded
-from workbench.session.state import UNDO_STEPS, Session, Severity, UndoStep
+from workbench.session.state import Session, Severity
+from workbench.session.target_steps import begin_step
 
 SPLIT = "Make the rows after it a session"
 
@@ -32,7 +33,7 @@ class MakeSession(AbstractChange):
 
     def check(self, session: Session) -> None:
         split(measurements(session), self.row)
-        for event in () if session.diagnosis is None else session.diagnosis.events:
+        for event in () if session.results.diagnosis is None else session.results.diagnosis.events:
             what = {FrameStep: "base", ToolStep: "tool"}.get(type(event))
             if event.row == self.row and what and getattr(session.robot, what).free is Freedom.FIXED:
                 raise DataError(
@@ -41,16 +42,11 @@ class MakeSession(AbstractChange):
                 )
 
     def apply(self, session: Session) -> Session:
-        loaded, found = split(measurements(session), self.row), session.diagnosis
+        loaded, found = split(measurements(session), self.row), session.results.diagnosis
         undecided = [row for row, why in (() if found is None else found.excluded) if why == UNDECIDED]
-        step = UndoStep(session.plate, session.states, session)
-        after = replace(
-            with_data(session, loaded),
-            levelled=session.levelled,
-            left_out=session.left_out.union(undecided),
-            done=(*session.done, step)[-UNDO_STEPS:],
-            undone=(),
-        )
+        after = with_data(begin_step(session, session), loaded)
+        left_out = session.measurements.left_out.union(undecided)
+        after = replace(after, measurements=replace(session.measurements, loaded=loaded, left_out=left_out))
         words = f"the rows from row {self.row} on are a session of their own; diagnose again"
         if undecided:
             words += (
@@ -68,9 +64,9 @@ def new_frames(found: Diagnosis) -> dict[int, str]:
 
 def splittable(session: Session) -> dict[int, str]:
     """Steps of base or tool, found in the present rows, which share a session with rows before them."""
-    if session.diagnosis is None or session.loaded is None:
+    if session.results.diagnosis is None or session.measurements.loaded is None:
         return {}
-    steps = new_frames(session.diagnosis)
+    steps = new_frames(session.results.diagnosis)
     return {row: words for row, words in steps.items() if _is_taken(MakeSession(row), session)}
 
 

@@ -53,7 +53,7 @@ KATANA = 1e-3 * np.array(
 
 def deviating_robot(session: Session) -> Robot | None:
     """The arm that deviates from the nominal one: the shown fit, or the opened arm with its own effects."""
-    return session.calibrated or bending_robot(session)
+    return session.results.calibrated or bending_robot(session)
 
 
 def curves(session: Session) -> Mapping[str, Curve]:
@@ -196,7 +196,7 @@ class PlayTrack(AbstractChange):
     def check(self, session: Session) -> None:
         _planned(session)
         check_free(session)
-        if session.job is not None:
+        if session.page.job is not None:
             raise OptionError("a computation is running; wait for it or cancel it, then play")
         if session.measuring is not None:
             raise OptionError("the arm is being measured; use its rows or stop measuring first")

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from workbench.base.errors import OptionError
 from workbench.session.command import AbstractChange, computed
-from workbench.session.state import Group, Session, Severity, UndoStep
+from workbench.session.state import Session, Severity, UndoStep
 from workbench.session.target_steps import (
     AbstractTargetStep,
     begin_step,
@@ -21,14 +21,15 @@ class Undo(AbstractTargetStep):
     title = "Undo"
 
     def apply(self, session: Session) -> Session:
-        if not session.done:
+        if not session.history.done:
             return session.tell(Severity.INFO, "nothing to undo")
-        step = session.done[-1]
+        *done, step = session.history.done
+        now = UndoStep(session.plate, session.states)
         if step.session is not None:
-            whole = replace(step.session, undone=(UndoStep(session.plate, session.states, session),))
-            return _restored(session, whole)
-        undone = (*session.undone, UndoStep(session.plate, session.states))
-        return go_to_step(replace(session, done=session.done[:-1], undone=undone), step)
+            return _restored(session, step.session, (replace(now, session=session),))
+        undone = (*session.history.undone, now)
+        history = replace(session.history, done=tuple(done), undone=undone)
+        return go_to_step(replace(session, history=history), step)
 
 
 class Redo(AbstractTargetStep):
@@ -37,13 +38,14 @@ class Redo(AbstractTargetStep):
     title = "Redo"
 
     def apply(self, session: Session) -> Session:
-        if not session.undone:
+        if not session.history.undone:
             return session.tell(Severity.INFO, "nothing to redo")
-        step = session.undone[-1]
+        *undone, step = session.history.undone
         if step.session is not None:
-            return _restored(session, step.session)
-        done = (*session.done, UndoStep(session.plate, session.states))
-        return go_to_step(replace(session, undone=session.undone[:-1], done=done), step)
+            return _restored(session, step.session, step.session.history.undone)
+        done = (*session.history.done, UndoStep(session.plate, session.states))
+        history = replace(session.history, undone=tuple(undone), done=done)
+        return go_to_step(replace(session, history=history), step)
 
 
 class ResetTargets(AbstractTargetStep):
@@ -52,10 +54,10 @@ class ResetTargets(AbstractTargetStep):
     title = "Reset the targets"
 
     def apply(self, session: Session) -> Session:
-        first = session.first_plate
+        first = session.history.first_plate
         if session.plate is first:
             return session.tell(Severity.INFO, f"the targets are already as in '{first.name}'")
-        return go_to_step(begin_step(session), UndoStep(first, session.first_states))
+        return go_to_step(begin_step(session), UndoStep(first, session.history.first_states))
 
 
 class RestoreBest(AbstractTargetStep):
@@ -64,9 +66,9 @@ class RestoreBest(AbstractTargetStep):
     title = "Back to the best plate so far"
 
     def apply(self, session: Session) -> Session:
-        if session.best is None or session.best.plate is session.plate:
+        if session.history.best is None or session.history.best.plate is session.plate:
             return session.tell(Severity.INFO, "this is the best plate so far")
-        return go_to_step(begin_step(session), session.best)
+        return go_to_step(begin_step(session), session.history.best)
 
 
 class GoBackTo(AbstractChange):
@@ -82,27 +84,26 @@ class GoBackTo(AbstractChange):
 
     def check(self, session: Session) -> None:
         check_free(session)
-        if not 0 <= self.step < len(session.past):
-            raise OptionError(f"step must be 1 to {len(session.past)}, got {self.step + 1}")
+        if not 0 <= self.step < len(session.history.past):
+            raise OptionError(f"step must be 1 to {len(session.history.past)}, got {self.step + 1}")
 
     def apply(self, session: Session) -> Session:
-        step = session.past[self.step]
+        step = session.history.past[self.step]
         if step.plate is session.plate:
             return session.tell(Severity.INFO, "the plate is as it was then")
         return go_to_step(begin_step(session), step)
 
 
-def _restored(now: Session, whole: Session) -> Session:
+def _restored(now: Session, whole: Session, undone: tuple[UndoStep, ...]) -> Session:
     """Another robot with all that was measured and found, in the present page."""
-    session = replace(
-        whole.taking(now, Group.PAGE),
-        messages=now.messages,
-        chore=now.chore,
-        source=now.source,
-        opened=now.opened,
+    history, choices = (
+        replace(whole.history, undone=undone),
+        replace(whole.choices, source=now.choices.source),
     )
-    loaded = "" if whole.loaded is None else f", {whole.loaded.name} with what was found from it"
-    return session.tell(Severity.INFO, f"back on {whole.robot.name}, plate '{whole.plate.name}'{loaded}")
+    session = replace(whole, page=now.page, choices=choices, history=history)
+    loaded = whole.measurements.loaded
+    rows = "" if loaded is None else f", {loaded.name} with what was found from it"
+    return session.tell(Severity.INFO, f"back on {whole.robot.name}, plate '{whole.plate.name}'{rows}")
 
 
 def go_to_step(session: Session, step: UndoStep) -> Session:

@@ -139,22 +139,24 @@ SUBJECTS: Registry[Subject] = Registry(
     Subject("targets", lambda s: (s.plate, s.states), _targets),
     Subject("score", lambda s: (s.score,), _score),
     Subject("noise", lambda s: (s.noise,), lambda n: {"position": n.position, "rotation": n.rotation}),
-    Subject("data", lambda s: (s.loaded,), _data),
+    Subject("data", lambda s: (s.measurements.loaded,), _data),
     Subject(
         "measuring",
         lambda s: (None if s.measuring is None else s.measuring.acquisition.capture,),
         lambda c: {"target": c.target.name, "rows": len(c.targets) - c.remaining},
     ),
-    Subject("identification", lambda s: (s.identification,), _identification),
-    Subject("diagnosis", lambda s: (s.diagnosis,), _diagnosis),
-    Subject("accepted", lambda s: (s.accepted,), _accepted),
+    Subject("identification", lambda s: (s.results.identification,), _identification),
+    Subject("diagnosis", lambda s: (s.results.diagnosis,), _diagnosis),
+    Subject("accepted", lambda s: (s.results.accepted,), _accepted),
     Subject(
-        "best", lambda s: (s.best_score,), lambda b: {"position_rms": b.position, "rotation_rms": b.rotation}
+        "best",
+        lambda s: (s.history.best_score,),
+        lambda b: {"position_rms": b.position, "rotation_rms": b.rotation},
     ),
-    Subject("fit", lambda s: (s.fit,), lambda fit: fit),
+    Subject("fit", lambda s: (s.results.fit,), lambda fit: fit),
     Subject(
         "comparison",
-        lambda s: (s.comparison,),
+        lambda s: (s.results.comparison,),
         lambda c: {"rows": len(c), "nominal": c.errors[:, 0], "calibrated": c.errors[:, 1]},
     ),
     Subject(
@@ -165,7 +167,7 @@ SUBJECTS: Registry[Subject] = Registry(
     Subject("track", lambda s: (s.track,), _track),
     Subject(
         "shown",
-        lambda s: (s.selected, s.focus, s.row),
+        lambda s: (s.selected, s.focus, s.results.row),
         lambda selected, focus, row: {"selected": selected, "focus": str(focus), "row": row},
     ),
     group="workbench.journal_numbers",

@@ -32,18 +32,18 @@ SAME_POSTURE = 1e-6
 
 def arms(session: Session) -> Iterator[Item]:
     """The nominal arm in its current posture, and the calibrated one as a shell around it."""
-    q, overlay = drawn_joints(session), session.overlay
+    q, overlay = drawn_joints(session), session.choices.overlay
     is_shown = overlay.nominal or session.focus is not Focus.ROW
     yield nominal_arm_at(session.robot, q, is_shown=is_shown)
-    if session.calibrated is not None and session.identification is not None:
+    if session.results.calibrated is not None and session.results.identification is not None:
         is_shown = overlay.calibrated and session.focus in (Focus.ROW, Focus.JOG)
-        inputs = session.calibrated, q, session.identification.aligned
+        inputs = session.results.calibrated, q, session.results.identification.aligned
         yield Item("arm/calibrated", calibrated_arm, inputs, shown=is_shown)
 
 
 def bent_arm(session: Session) -> Iterator[Item]:
     """The arm deflected by its effects, labelled with its exaggeration, over the rigid one."""
-    robot, overlay = bending_robot(session), session.overlay
+    robot, overlay = bending_robot(session), session.choices.overlay
     if robot is not None:
         inputs = robot, drawn_joints(session), overlay.bending
         yield Item("arm/bent", _bent, inputs, shown=overlay.bent)
@@ -65,7 +65,7 @@ def branches(session: Session) -> Iterator[Item]:
     is_shown = (
         session.focus is Focus.TARGET
         and session.drag is None
-        and session.overlay.ghosts
+        and session.choices.overlay.ghosts
         and session.cube_view.field is Field.NONE
         and session.branches_of is session.plate.targets[session.selected]
     )

@@ -29,8 +29,8 @@ THICK = 3.0
 
 def happened(session: Session) -> Iterator[Item]:
     """An arrow by which the base or the tool stepped, and what it was."""
-    found, focus = session.diagnosis, session.focus
-    is_shown = session.overlay.points and focus in (Focus.ROW, Focus.JOG)
+    found, focus = session.results.diagnosis, session.focus
+    is_shown = session.choices.overlay.points and focus in (Focus.ROW, Focus.JOG)
     if found is None:
         return
     for k, event in enumerate(found.events):

@@ -33,11 +33,11 @@ EARLIER = 0.5
 
 def measured(session: Session) -> Iterator[Item]:
     """A round point at every fitted place, a square one where held out; arrows to where arms expect it."""
-    rows, overlay = session.comparison, session.overlay
+    rows, overlay = session.results.comparison, session.choices.overlay
     if rows is None:
         return
     is_shown = overlay.points and session.focus is not Focus.TRACK
-    inputs = rows, rows.nearest_stage(overlay.stage), session.left_out
+    inputs = rows, rows.nearest_stage(overlay.stage), session.measurements.left_out
     for path, *which in (
         ("measured", False, False),
         ("measured/before", False, True),
@@ -61,13 +61,13 @@ def measured(session: Session) -> Iterator[Item]:
 
 def selected_row_marks(session: Session) -> Iterator[Item]:
     """Measured orientations, and the position of the selected row."""
-    rows = session.comparison
+    rows = session.results.comparison
     if rows is None:
         return
-    is_shown = session.overlay.frames and session.focus is not Focus.TRACK
+    is_shown = session.choices.overlay.frames and session.focus is not Focus.TRACK
     yield Item("row/frames", _axes, (rows,), shown=is_shown)
-    is_marked = session.focus is Focus.ROW and session.overlay.points
-    place = rows.measured[session.row] if is_marked else None
+    is_marked = session.focus is Focus.ROW and session.choices.overlay.points
+    place = rows.measured[session.results.row] if is_marked else None
     if place is not None and np.isfinite(place).all():
         yield Item("row/mark", mark, (0.012, place, 0.75))
 

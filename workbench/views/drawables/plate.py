@@ -30,9 +30,10 @@ def plate_before(session: Session) -> Iterator[Item]:
 
     None after another robot or plate was opened, whose last step was on another plate.
     """
-    if not session.done or session.focus is not Focus.TARGET or session.done[-1].session is not None:
+    done = session.history.done
+    if not done or session.focus is not Focus.TARGET or done[-1].session is not None:
         return
-    before, now = session.done[-1].plate, session.plate.targets
+    before, now = done[-1].plate, session.plate.targets
     for i, target in enumerate(before.targets):
         if i >= len(now) or (now[i] is not target and not np.allclose(now[i].pose, target.pose)):
             yield Item(f"plate/before/{i + 1}", _ghost, (target, before.pose))

@@ -35,7 +35,8 @@ def region(session: Session) -> Iterator[Item]:
     yield Item("region/outline", _outline, (cuboid,), shown=is_seen)
     if view.field is not Field.NONE:
         score = session.score if view.field is Field.PREDICTED else None
-        inputs = view, cuboid, session.cubes, session.comparison, session.trial, score, session.first_plate
+        seen = (session.cubes, session.results.comparison, session.trial, score)
+        inputs = (view, cuboid, *seen, session.history.first_plate)
         is_dragged = session.drag is not None
         cubes = partial(_cubes, session)
         yield Item("region/cubes", cubes, inputs, shown=are_shown(session), can_wait=is_dragged)

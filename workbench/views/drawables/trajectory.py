@@ -35,13 +35,13 @@ def arm_on_trajectory(session: Session) -> Iterator[Item]:
         return
     is_shown = session.focus is Focus.TRACK
     if planned.actual is not None:
-        is_seen = is_shown and session.overlay.calibrated
+        is_seen = is_shown and session.choices.overlay.calibrated
         yield Item("track/arm", deviating_arm, (planned.actual, planned.at(at)), shown=is_seen)
     place = np.array([np.interp(at, planned.time, c) for c in planned.wanted.T])
     yield Item("track/mark", mark, (0.008, place), shown=is_shown)
     row, begin = np.interp(at, planned.time, np.arange(len(planned.time))), 0
     for i, end in enumerate(piece_ends(len(planned.time) - 1).tolist()):
-        inputs = planned, session.overlay.exaggeration, begin, end
+        inputs = planned, session.choices.overlay.exaggeration, begin, end
         yield Item(f"track/trail/{i}", _trail, inputs, shown=is_shown and end <= row + 1e-9)
         begin = end
 

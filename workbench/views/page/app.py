@@ -67,7 +67,7 @@ class App:
             self.worker.add_view(watcher(self.worker))
         if source is not None:
             self.worker.add_view(LiveSource(self.worker, source[1], name=source[0]))
-        elif (left := begun.session.source) is not None and left.is_open:  # of a session that goes on
+        elif (left := begun.session.choices.source) is not None and left.is_open:  # of a session that goes on
             self.worker.submit(TellSource(left.name, is_open=False))
         if data is not None:
             self.worker.submit(load_command(*data))

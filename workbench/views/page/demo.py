@@ -156,7 +156,7 @@ class Demo:
             self._worker.submit(command)
 
     def _with_all_over_it(self) -> SetOverlay:
-        return SetOverlay(replace(self._worker.session.overlay, **FULL))
+        return SetOverlay(replace(self._worker.session.choices.overlay, **FULL))
 
 
 def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
@@ -202,7 +202,7 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         waits=False,
     )
     yield DemoScene("", seconds=0.0, tab=Tab.CALIBRATE)
-    found = session().diagnosis
+    found = session().results.diagnosis
     if found is not None and found.effects:
         causes = " and ".join(cause.label for cause in found.causes) or "no cause with a name"
         rest = "" if found.residual_map is None else "; a residual map predicts the rest"
@@ -213,7 +213,9 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
             seconds=7.0,
             tab=Tab.CALIBRATE,
         )
-    yield DemoScene(END, (SetOverlay(replace(session().overlay, **BARE)),), seconds=1.0, tab=Tab.CALIBRATE)
+    yield DemoScene(
+        END, (SetOverlay(replace(session().choices.overlay, **BARE)),), seconds=1.0, tab=Tab.CALIBRATE
+    )
 
 
 def measured_rows() -> bytes:

@@ -64,7 +64,7 @@ class BrowserView(AbstractView):
             self._scene = Scene(server, worker, session, drawn=drawn)
         server.flush()  # a page draws the arm while the panels are made
         with server.atomic(), icons_at_once():
-            self._opened = session.opened
+            self._opened = session.page.opened
             self._card = StartCard(worker, show_demo, is_open=asks)
             told = PageSignals(server)
             self._panels, self._tabs = _build_panels(server, worker, link, self._card, told)
@@ -97,9 +97,9 @@ class BrowserView(AbstractView):
             self._tabs.show(not is_measuring)
             if not is_measuring:  # a page may have forgotten which one was open
                 self._tabs.open(Tab.MEASURE)
-        if session.opened is not None and session.opened is not self._opened:
-            self._tabs.open(session.opened.tab)
-        self._opened = session.opened
+        if session.page.opened is not None and session.page.opened is not self._opened:
+            self._tabs.open(session.page.opened.tab)
+        self._opened = session.page.opened
 
     def _update(self, panel: AbstractPanel, session: Session) -> bool:
         """Show a panel; one that raises is told of once, and the others are shown all the same."""
@@ -119,7 +119,7 @@ class BrowserView(AbstractView):
             return None
 
     def _follow(self, is_dark: bool) -> None:
-        if is_dark is not self._worker.session.is_dark:
+        if is_dark is not self._worker.session.page.is_dark:
             self._worker.submit(FollowSystem(is_dark))
 
     def close(self) -> None:
@@ -141,7 +141,7 @@ def _build_panels(
         if tab is not None:
             add_commands(gui, tab, {k: c for k, c in controls(gui).items() if k not in before}, tabs.open_on)
 
-    opened = worker.session.opened
+    opened = worker.session.page.opened
     with gui.add_folder("Next"):
         for kind in STRIP:
             make(kind(worker))

@@ -169,7 +169,7 @@ def compare_sessions(names: Sequence[str], sessions: Sequence[Session]) -> Compa
     every = dict.fromkeys(name for found in numbers for name in found)
     figures = tuple(Figure(name, tuple(found.get(name, math.nan) for found in numbers)) for name in every)
     others = tuple(_others(names, sessions))
-    fits = [s.run.fit for s in sessions if s.run is not None]
+    fits = [s.results.run.fit for s in sessions if s.results.run is not None]
     moves = _moves(fits) if len(fits) == len(sessions) and not others else ()
     return ComparedSessions(tuple(names), figures, moves, others=others)
 
@@ -192,8 +192,9 @@ def _figures(session: Session) -> Iterator[tuple[str, float]]:
         yield f"index {name}", float(value)
     yield "predicted error [mm]", 1e3 * score.position
     yield "predicted error [°]", math.degrees(score.rotation)
-    if session.identification is not None and session.run is not None:
-        for words, errors in (("before", session.identification.nominal), ("after", session.run)):
+    found, run = session.results.identification, session.results.run
+    if found is not None and run is not None:
+        for words, errors in (("before", found.nominal), ("after", run)):
             yield f"mean error {words} [mm]", judged(errors).position_mm.mean
             yield f"greatest error {words} [mm]", judged(errors).position_mm.max
 

@@ -47,7 +47,7 @@ class Drawing:
 
     def draw(self, moment: Moment) -> None:
         session = moment.session
-        rows, before, self._rows = session.comparison, self._rows, session.comparison
+        rows, before, self._rows = session.results.comparison, self._rows, session.results.comparison
         if rows is not None and rows is not before and len(rows):
             self._canvas.at_rows()
             self._try("rows", draw_rows, self._canvas, session, rows)
@@ -81,8 +81,8 @@ def draw_rows(canvas: Canvas, session: Session, rows: Comparison) -> None:
     """The timeline of the measured rows: the scene as it was when they came, the arms at every row."""
     q = rows.q[:MAX_ROWS]
     arms = {"nominal": (nominal_arm(session.robot, q[0]), body_frames(session.robot, q))}
-    if session.calibrated is not None and session.identification is not None:
-        robot, aligned = session.calibrated, session.identification.aligned
+    if session.results.calibrated is not None and session.results.identification is not None:
+        robot, aligned = session.results.calibrated, session.results.identification.aligned
         at = beside_nominal(robot, aligned) @ body_frames(robot, q)
         arms["calibrated"] = (calibrated_arm(robot, q[0], aligned), at)
     around = (item for subject in (plate, region, measured) for item in subject(session))
@@ -118,19 +118,19 @@ def sheets(session: Session) -> Iterator[Item]:
     """The last identification and diagnosis, and index O of each target alone (ARIA eq. 17)."""
     yield from tables(session)
     yield Item("target/index_O", _bars, (np.nan_to_num(session.score.per_target),))
-    if session.identification is not None:
-        found = (session.identification,)
+    if session.results.identification is not None:
+        found = (session.results.identification,)
         yield _picture("figure/before_after", lambda f: before_after(f, order_of_measuring(f)), found)
         yield _picture("figure/corrections", lambda f: corrections(f.best), found)
-    if session.diagnosis is not None:
-        yield Item("diagnosis/words", lambda d: markdown(diagnosis_markdown(d)), (session.diagnosis,))
-        yield _picture("diagnosis/ranking", ranking, (session.diagnosis,))
+    if session.results.diagnosis is not None:
+        yield Item("diagnosis/words", lambda d: markdown(diagnosis_markdown(d)), (session.results.diagnosis,))
+        yield _picture("diagnosis/ranking", ranking, (session.results.diagnosis,))
 
 
 def tables(session: Session) -> Iterator[Item]:
     """How to read the recording, and the parameters of the shown fit."""
     yield Item("about", markdown, (about(session),))
-    inputs = session.identification, session.fit
+    inputs = session.results.identification, session.results.fit
     yield Item("parameters", lambda found, fit: markdown(parameters_markdown(found, fit)), inputs)
 
 

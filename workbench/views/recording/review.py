@@ -242,7 +242,7 @@ def moments(recording: Recording) -> Iterator[Moment]:
     for step, (line, session) in enumerate(zip(recording.lines, again, strict=True), start=1):
         said = session
         for text in line.says:
-            if all(m.text != text for m in said.messages):
+            if all(m.text != text for m in said.page.messages):
                 said = said.tell(Severity.INFO, text)
         yield Moment(step, line.entry.at, said, line.entry)
 

@@ -48,7 +48,7 @@ def with_predicted(words: str, error: float | None) -> str:
 
 def about(session: Session) -> str:
     """Robot, plate, measurements, and a legend of the recording, as markdown."""
-    loaded, noise = session.loaded, session.noise
+    loaded, noise = session.measurements.loaded, session.noise
     measured = "none yet" if loaded is None else f"{loaded.name}, {len(loaded.dataset)} rows"
     lines = [
         f"**{session.robot.name}:** {session.robot.dof} joints, convention {session.robot.convention}.",
@@ -65,18 +65,18 @@ def about(session: Session) -> str:
         "measured: coloured by their error once there is a fit"
         + _scale_words(session)
         + ". **Arrows** lead from measured to",
-        f"predicted positions: grey nominal, {session.overlay.exaggeration:g} times too long, orange",
-        f"calibrated, {session.overlay.exaggeration_after:g} times.",
+        f"predicted positions: grey nominal, {session.choices.overlay.exaggeration:g} times too long, orange",
+        f"calibrated, {session.choices.overlay.exaggeration_after:g} times.",
     ]
     return "\n".join(lines)
 
 
 def _scale_words(session: Session) -> str:
     """What the colours of the measured points mean."""
-    rows = session.comparison
+    rows = session.results.comparison
     if rows is None or not rows.stages:
         return ""
-    scale, stage = error_scale(rows), rows.nearest_stage(session.overlay.stage)
+    scale, stage = error_scale(rows), rows.nearest_stage(session.choices.overlay.stage)
     return f", {stage}: light green up to {1e3 * scale.low:.3g} mm, violet from {1e3 * scale.high:.3g} mm"
 
 

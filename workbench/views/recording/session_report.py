@@ -30,7 +30,7 @@ PREDICTED = (("predicted error, rms [mm]", 1e3), ("predicted rotation error, rms
 def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
     """Write the report of a recorded session, the file whole or not at all."""
     first, last = recording.first, replayed.session
-    found, run = last.identification, last.run
+    found, run = last.results.identification, last.results.run
     text = page_template("session.html", package="workbench.views.recording").render(
         robot=last.robot.name,
         began=recording.header.get("began", "")[:16].replace("T", " "),
@@ -40,9 +40,9 @@ def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
         facts=_facts(recording, last),
         scores=list(_scores(first.score, last.score)),
         moved=list(_moved(first, last)),
-        diagnosis=last.diagnosis,
-        model_errors=[] if last.diagnosis is None else list(model_errors(last.diagnosis)),
-        remarks=[] if last.diagnosis is None else list(remarks(last.diagnosis)),
+        diagnosis=last.results.diagnosis,
+        model_errors=[] if last.results.diagnosis is None else list(model_errors(last.results.diagnosis)),
+        remarks=[] if last.results.diagnosis is None else list(remarks(last.results.diagnosis)),
         drawings=list(_drawings(last)),
         fit="" if run is None else run.fit.title,
         parameters=[] if run is None else list(parameter_rows(run.fit)),
@@ -52,7 +52,7 @@ def write_page(recording: Recording, replayed: Replayed, path: Path) -> Path:
 
 
 def _facts(recording: Recording, session: Session) -> list[tuple[str, str]]:
-    loaded, branched = session.loaded, recording.header.get("branched")
+    loaded, branched = session.measurements.loaded, recording.header.get("branched")
     minutes, seconds = divmod(round(recording.seconds), 60)
     facts = [
         ("Recording", recording.folder.name),
@@ -87,14 +87,14 @@ def _place(xyz: np.ndarray) -> str:
 
 
 def _drawings(session: Session) -> Iterator[DrawnFigure]:
-    found = session.identification
+    found = session.results.identification
     if found is not None:
         rows = before_after(found, order_of_measuring(found))
         yield DrawnFigure("before-after", "Before and after, row by row", "", svg(rows, "before-after"))
         figure = corrections(found.best)
         if figure is not None:
             yield DrawnFigure("corrections", "Corrections of the arm", "", svg(figure, "corrections"))
-    figure = None if session.diagnosis is None else ranking(session.diagnosis)
+    figure = None if session.results.diagnosis is None else ranking(session.results.diagnosis)
     if figure is not None:
         yield DrawnFigure("ranking", "What each effect would add", "", svg(figure, "ranking"))
 

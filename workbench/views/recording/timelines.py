@@ -51,12 +51,12 @@ class Log(AbstractTimeline):
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         if moment.entry is None:
-            self._told = moment.session.message_count
+            self._told = moment.session.page.message_count
             words = "The session begins" if moment.step == 0 else "The session goes on"
             canvas.log("log", rr.TextLog(words, level="INFO"))
             return
-        says = [m.text for m in moment.session.messages if m.number > self._told]
-        self._told = moment.session.message_count
+        says = [m.text for m in moment.session.page.messages if m.number > self._told]
+        self._told = moment.session.page.message_count
         place = isinstance(moment.entry.command, MoveTarget) and moment.entry.ending is Ending.DONE
         if place and not says:
             return
@@ -74,8 +74,8 @@ class Trails(AbstractTimeline):
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         session = moment.session
-        if session.first_plate is not self._plate or len(self._trails) != len(session.plate):
-            self._plate, self._drawn = session.first_plate, {}
+        if session.history.first_plate is not self._plate or len(self._trails) != len(session.plate):
+            self._plate, self._drawn = session.history.first_plate, {}
             self._trails = [[] for _ in session.plate.targets]
             canvas.clear("world/plate/trails")
         is_drag = moment.entry is not None and isinstance(moment.entry.command, MoveTarget | DropTarget)
@@ -146,18 +146,19 @@ class RowErrorTimeline(AbstractTimeline):
         self._drawn: set[str] = set()
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
-        session = moment.session
-        if session.identification is not None and session.identification is not self._identification:
-            self._identification = session.identification
+        results = moment.session.results
+        if results.identification is not None and results.identification is not self._identification:
+            self._identification = results.identification
             self._count += 1
-        rows = session.comparison
-        group = f"{self._count}_{session.fit}"
+        rows = results.comparison
+        group = f"{self._count}_{results.fit}"
         if rows is None or rows.calibrated is None or group in self._drawn:
             return
         self._drawn.add(group)
         for values, (name, colour) in zip(1e3 * rows.errors.T, ARMS.items(), strict=True):
             path = f"row_error/{name}_mm/{group}"
-            canvas.log(path, rr.SeriesLines(names=f"{session.fit}: {name} mm", colors=colour), static=True)
+            lines = rr.SeriesLines(names=f"{results.fit}: {name} mm", colors=colour)
+            canvas.log(path, lines, static=True)
             canvas.rows(path, rr.Scalars.columns(scalars=values), len(rows))
 
 
@@ -198,19 +199,17 @@ def _score(score: Score) -> Iterator[tuple[str, float]]:
 
 
 def _errors(session: Session) -> Iterator[tuple[str, float]]:
-    if session.identification is None or session.run is None:
+    found, run = session.results.identification, session.results.run
+    if found is None or run is None:
         return
-    for name, errors in (
-        ("nominal", judged(session.identification.nominal)),
-        ("calibrated", judged(session.run)),
-    ):
+    for name, errors in (("nominal", judged(found.nominal)), ("calibrated", judged(run))):
         yield f"error/{name}_mm", errors.position_mm.mean
         if errors.orientation_deg is not None:
             yield f"error/{name}_deg", errors.orientation_deg.mean
 
 
 def _diagnosed(session: Session) -> Iterator[tuple[str, float]]:
-    found = session.diagnosis
+    found = session.results.diagnosis
     if found is not None:
         yield "error/diagnosed_geometry_mm", judged(found.before).position_mm.mean
         yield "error/diagnosed_effects_mm", judged(found.after).position_mm.mean

@@ -40,7 +40,7 @@ class RezeroPanel(AbstractPanel):
 
     tab, order = Tab.CALIBRATE, 50
     door = ("An arm that was knocked", viser.Icon.TOOL, FindZeros)
-    depends = (zeros_of, "loaded", "is_idle")
+    depends = (zeros_of, "measurements.loaded", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Joint zeros after a knock", expand_by_default=False):
@@ -62,7 +62,7 @@ class RezeroPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         found = zeros_of(session)
-        self._start.disabled = session.loaded is None or session.job is not None
+        self._start.disabled = session.measurements.loaded is None or session.page.job is not None
         self._save.visible = found is not None and not found.doubts
         self._card.content = (
             "" if found is None else block(_card(found), testid="rezero", style="margin:4px 0 8px")

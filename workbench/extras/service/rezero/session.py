@@ -36,7 +36,7 @@ class FindZeros(AbstractTask[tuple[Loaded, Rezero]]):
     replaced: tuple[int, ...] = ()
 
     def check(self, session: Session) -> None:
-        if session.loaded is None:
+        if session.measurements.loaded is None:
             raise DataError("there are no measurements yet; load a few poses measured after the knock")
         for joint in self.replaced:
             if not 1 <= joint <= session.robot.dof:
@@ -46,7 +46,7 @@ class FindZeros(AbstractTask[tuple[Loaded, Rezero]]):
         from workbench.extras.service.rezero.moved_joints import rezero
 
         loaded = measurements(session)
-        left_out = dict.fromkeys(sorted(session.left_out), "left out by hand")
+        left_out = dict.fromkeys(sorted(session.measurements.left_out), "left out by hand")
         return loaded, rezero(session.robot, loaded.dataset, replaced=self.replaced, exclude=left_out)
 
     def finish(self, session: Session, result: tuple[Loaded, Rezero]) -> Session:

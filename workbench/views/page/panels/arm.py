@@ -55,14 +55,14 @@ class ArmPanel(AbstractPanel):
 
     def _lost(self) -> str:
         """What another robot puts away; empty if nothing."""
-        loaded = self._worker.session.loaded
+        loaded = self._worker.session.measurements.loaded
         if loaded is None:
             return ""
-        fit = "" if self._worker.session.identification is None else " and the results based on them"
+        fit = "" if self._worker.session.results.identification is None else " and the results based on them"
         return f"The measurements ({loaded.name}){fit} will be removed; Undo restores them."
 
     def show(self, session: Session) -> None:
-        self._change.disabled = session.job is not None
+        self._change.disabled = session.page.job is not None
         self._facts.content = block(facts(session.robot), testid="arm", style="margin:6px 0")
 
 

@@ -83,9 +83,9 @@ class ColumnsPanel(AbstractPanel):
 
 def file_of(session: Session) -> MeasurementFile | None:
     """The file whose columns are in question."""
-    if session.unread is not None:
-        return session.unread
-    return None if session.loaded is None else session.loaded.file
+    if session.measurements.unread is not None:
+        return session.measurements.unread
+    return None if session.measurements.loaded is None else session.measurements.loaded.file
 
 
 def listing(file: MeasurementFile) -> str:

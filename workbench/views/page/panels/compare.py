@@ -42,7 +42,7 @@ class ComparePanel(AbstractPanel):
     """Scrubber, switches, errors at the pose."""
 
     tab, order = Tab.COMPARE, 10
-    depends = ("comparison", "overlay", "row", "loaded", "left_out", "identification", "track")
+    depends = ("results", "choices.overlay", "measurements", "track")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._row = gui.add_slider(
@@ -56,7 +56,7 @@ class ComparePanel(AbstractPanel):
             hint="Exclude this row from the next identification, because its measurement went wrong.",
         )
         self.sends(self._leave, self._leave_out)
-        overlay = self._worker.session.overlay
+        overlay = self._worker.session.choices.overlay
         with gui.add_folder("Shown in the scene"):
             self._switches = {
                 name: gui.add_checkbox(label, getattr(overlay, name), hint=hint)
@@ -77,57 +77,58 @@ class ComparePanel(AbstractPanel):
         self._look.on_click(self._look_at_all)
 
     def show(self, session: Session) -> None:
-        comparison, overlay = session.comparison, session.overlay
+        comparison, overlay = session.results.comparison, session.choices.overlay
         for part in (self._row, self._readout, self._leave, self._look):
             part.visible = comparison is not None
         if comparison is not None:
             if self._row.value > len(comparison):
                 set_value(self._row, 1)
             self._row.max = max(len(comparison), 2)
-            set_value(self._row, session.row + 1)
+            set_value(self._row, session.results.row + 1)
         for name, box in self._switches.items():
             set_value(box, getattr(overlay, name))
         for name, control in zip(FACTORS, (self._times, self._times_after), strict=True):
             set_value(control, getattr(overlay, name))
-        is_fitted = session.identification is not None
+        is_fitted = session.results.identification is not None
         for name, box in self._switches.items():
             box.visible = name == "ghosts" or is_fitted or (comparison is not None and name in OF_ROWS)
         self._times.visible = is_fitted or session.track is not None
         self._times_after.visible = is_fitted
         self._readout.content = _readout(session)
-        fitted = comparison is not None and not comparison.held_out[session.row]
-        can_leave = fitted and session.loaded is not None
+        fitted = comparison is not None and not comparison.held_out[session.results.row]
+        can_leave = fitted and session.measurements.loaded is not None
         self._leave.disabled = not can_leave
-        number = int(comparison.number[session.row]) if comparison is not None and can_leave else -1
-        set_value(self._leave, number in session.left_out)
+        number = int(comparison.number[session.results.row]) if comparison is not None and can_leave else -1
+        set_value(self._leave, number in session.measurements.left_out)
 
     def _look_at_all(self, event: viser.GuiEvent) -> None:
         session = self._worker.session
-        if event.client is not None and session.comparison is not None:
-            aim(event.client, *view_of_rows(session.robot, session.comparison))
+        if event.client is not None and session.results.comparison is not None:
+            aim(event.client, *view_of_rows(session.robot, session.results.comparison))
 
     def _leave_out(self) -> LeaveRowsOut | None:
         session = self._worker.session
-        if session.comparison is None:
+        if session.results.comparison is None:
             return None
-        number = {int(session.comparison.number[session.row])}
-        rows = session.left_out | number if self._leave.value else session.left_out - number
+        number = {int(session.results.comparison.number[session.results.row])}
+        left_out = session.measurements.left_out
+        rows = left_out | number if self._leave.value else left_out - number
         return LeaveRowsOut(tuple(sorted(rows)))
 
     def _set(self) -> SetOverlay:
         switches = {name: bool(box.value) for name, box in self._switches.items()}
         factors = map(float, (self._times.value, self._times_after.value))
         chosen: dict[str, Any] = switches | dict(zip(FACTORS, factors, strict=True))
-        return SetOverlay(replace(self._worker.session.overlay, **chosen))
+        return SetOverlay(replace(self._worker.session.choices.overlay, **chosen))
 
 
 def _readout(session: Session) -> str:
-    comparison, row = session.comparison, session.row
+    comparison, row = session.results.comparison, session.results.row
     if comparison is None:
         return ""
     kind = "held out" if comparison.held_out[row] else "fitted"
     head = f"Pose {row + 1} of {len(comparison)} · data row {int(comparison.number[row])}"
-    if session.identification is None:
+    if session.results.identification is None:
         return block(f"{head}{_as_opened(comparison, row)}", testid="row", style="margin:6px 0")
     before, after = comparison.errors[row]
     if np.isnan(before):

@@ -28,7 +28,7 @@ class DataPanel(AbstractPanel):
     """Two sources of measurements, and how they were interpreted."""
 
     tab, order = Tab.MEASURE, 10
-    depends = ("loaded", "unread")
+    depends = ("measurements.loaded", "measurements.unread")
     _arms = 0
     """Virtual arms so far, each with other errors."""
 
@@ -68,8 +68,8 @@ class DataPanel(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        self._preview.content = _preview(session.loaded, session.unread)
-        self._forget.visible = session.loaded is not None
+        self._preview.content = _preview(session.measurements.loaded, session.measurements.unread)
+        self._forget.visible = session.measurements.loaded is not None
 
     def _virtual(self) -> MeasureVirtualArm:
         self._arms += 1

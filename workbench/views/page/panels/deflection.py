@@ -22,10 +22,14 @@ class BendingPanel(AbstractPanel):
     """A switch, a factor, and one line per joint, where the model bends."""
 
     tab, order = Tab.COMPARE, 30
-    depends = (bending_robot, "overlay", lambda session: bending_robot(session) and drawn_joints(session))
+    depends = (
+        bending_robot,
+        "choices.overlay",
+        lambda session: bending_robot(session) and drawn_joints(session),
+    )
 
     def build(self, gui: viser.GuiApi) -> None:
-        overlay = self._worker.session.overlay
+        overlay = self._worker.session.choices.overlay
         self._folder = gui.add_folder("Bending under load", visible=False)
         with self._folder:
             self._bent = gui.add_checkbox(
@@ -45,17 +49,17 @@ class BendingPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         robot, q = bending_robot(session), drawn_joints(session)
-        set_value(self._bent, session.overlay.bent)
-        set_value(self._times, int(session.overlay.bending))
+        set_value(self._bent, session.choices.overlay.bent)
+        set_value(self._times, int(session.choices.overlay.bending))
         self._folder.visible = robot is not None
         if robot is None:
             return
-        content = _joints(robot, bend(robot, q)) + _drawn(robot, q, session.overlay.bending)
+        content = _joints(robot, bend(robot, q)) + _drawn(robot, q, session.choices.overlay.bending)
         self._table.content = block(content, testid="bending", style="margin:4px 0")
 
     def _set(self) -> SetOverlay:
         bent, times = bool(self._bent.value), float(self._times.value)
-        return SetOverlay(replace(self._worker.session.overlay, bent=bent, bending=times))
+        return SetOverlay(replace(self._worker.session.choices.overlay, bent=bent, bending=times))
 
 
 def _drawn(robot: Robot, q: np.ndarray, wanted: float) -> str:

@@ -67,7 +67,7 @@ class DiagnosePanel(AbstractPanel):
     """What was found, and where to measure next."""
 
     tab, order = Tab.CALIBRATE, 20
-    depends = ("diagnosis", "accepted", "loaded", "is_idle")
+    depends = ("results.diagnosis", "results.accepted", "measurements.loaded", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._verdict = gui.add_html("", visible=False)
@@ -89,7 +89,7 @@ class DiagnosePanel(AbstractPanel):
                 self.send(TakeNextPoses)
 
     def show(self, session: Session) -> None:
-        found = session.diagnosis
+        found = session.results.diagnosis
         self._verdict.visible = self._details.visible = found is not None
         self._next.visible = found is not None and len(found.measure_next) > 0
         self._events.show(session)
@@ -100,7 +100,7 @@ class DiagnosePanel(AbstractPanel):
 
 def _verdict(found: Diagnosis, session: Session) -> str:
     """In two words, the size of each cause, and why; the strip has the sentence, and its colour."""
-    added = "; now part of the model" if session.accepted else ""
+    added = "; now part of the model" if session.results.accepted else ""
     head = heading(f"{capital(found.verdict_words)}{added}. Sizes at the tool [mm]")
     return block(f"{head}{budget_bars(found)}{_why(found)}", testid="verdict")
 

@@ -41,7 +41,7 @@ class LookPanel(AbstractPanel):
     """Appearance of the page, and help."""
 
     tab, order = Tab.ROBOT, 90
-    depends = ("is_dark", "units")
+    depends = ("page.is_dark", "page.units")
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
@@ -67,12 +67,12 @@ class LookPanel(AbstractPanel):
         self._keys(gui)
 
     def show(self, session: Session) -> None:
-        set_value(self._dark, session.is_dark)
-        set_value(self._units, str(session.units))
-        if session.is_dark is not self._is_dark:
-            self._is_dark = session.is_dark
+        set_value(self._dark, session.page.is_dark)
+        set_value(self._units, str(session.page.units))
+        if session.page.is_dark is not self._is_dark:
+            self._is_dark = session.page.is_dark
             self._gui.configure_theme(
-                show_logo=False, show_share_button=False, brand_color=BRAND, dark_mode=session.is_dark
+                show_logo=False, show_share_button=False, brand_color=BRAND, dark_mode=session.page.is_dark
             )
 
     def _keys(self, gui: viser.GuiApi) -> None:

@@ -41,11 +41,11 @@ class ArmFiles:
 
     def show(self, session: Session) -> None:
         """The errors of the files as they would be saved now; they are evaluated once a fit."""
-        found = session.identification
+        found = session.results.identification
         self._errors.visible = self._formats.visible = found is not None
-        if found is not None and (self._shown[0] is not found or self._shown[1] != session.fit):
-            self._shown = found, session.fit
-            self._errors.content = _errors(found, session.fit)
+        if found is not None and (self._shown[0] is not found or self._shown[1] != session.results.fit):
+            self._shown = found, session.results.fit
+            self._errors.content = _errors(found, session.results.fit)
 
 
 def _errors(found: Identification, shown: str) -> str:
@@ -62,7 +62,7 @@ class FilesPanel(AbstractPanel):
     """The calibrated arm once there is one, and a button per file."""
 
     tab, order = Tab.EXPORT, 10
-    depends = ("loaded", "identification", "fit")
+    depends = ("measurements.loaded", "results.identification", "results.fit")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Calibrated arm"):
@@ -82,15 +82,15 @@ class FilesPanel(AbstractPanel):
         picture.on_click(self._picture)
 
     def show(self, session: Session) -> None:
-        self._rows.disabled = session.loaded is None
-        self._nothing.visible = session.identification is None
+        self._rows.disabled = session.measurements.loaded is None
+        self._nothing.visible = session.results.identification is None
         self._arm.show(session)
 
     def _picture(self, event: viser.GuiEvent) -> None:
         if event.client is None:
             return
         height, width = PICTURE
-        sky = np.array(SKY_DARK if self._worker.session.is_dark else SKY)
+        sky = np.array(SKY_DARK if self._worker.session.page.is_dark else SKY)
         pixels = event.client.get_render(height, width, transport_format="png", timeout=30.0)
         share = pixels[..., 3:] / 255.0
         scene = np.round(pixels[..., :3] * share + sky * (1.0 - share)).astype(np.uint8)

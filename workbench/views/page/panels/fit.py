@@ -64,13 +64,13 @@ class FitPanel(AbstractPanel):
 
     tab, order = Tab.CALIBRATE, 10
     depends = (
-        "identification",
-        "fit",
-        "loaded",
-        "wanted",
-        "levelled",
-        "left_out",
-        "fixed",
+        "results.identification",
+        "results.fit",
+        "measurements.loaded",
+        "choices.wanted",
+        "measurements.levelled",
+        "measurements.left_out",
+        "choices.fixed",
         "robot",
         "is_idle",
     )
@@ -127,21 +127,21 @@ class FitPanel(AbstractPanel):
         self._free = gui.add_folder("Free parameters", expand_by_default=False)
 
     def show(self, session: Session) -> None:
-        self._steps.visible = session.loaded is not None
-        found = session.identification
+        self._steps.visible = session.measurements.loaded is not None
+        found = session.results.identification
         self._wanted.show(session)
         self._files.show(session)
-        set_value(self._levelled, session.levelled)
-        self._rows.disabled = session.loaded is None
-        set_value(self._rows, ", ".join(map(str, sorted(session.left_out))))
+        set_value(self._levelled, session.measurements.levelled)
+        self._rows.disabled = session.measurements.loaded is None
+        set_value(self._rows, ", ".join(map(str, sorted(session.measurements.left_out))))
         if session.robot is not self._robot:
             self._robot = session.robot
             self._rebuild(session.robot)
         for name, box in self._boxes.items():
-            set_value(box, name not in session.fixed)
+            set_value(box, name not in session.choices.fixed)
         for part in (self._requirement, self._warnings):
             part.visible = found is not None
-        ready = note(EMPTY_NOTE if session.loaded is None else READY, "result", margin="6px 0")
+        ready = note(EMPTY_NOTE if session.measurements.loaded is None else READY, "result", margin="6px 0")
         self._card.content = ready if found is None else result_card(session)
         if found is not None:
             self._requirement.content = _requirement(session)
@@ -163,18 +163,18 @@ class FitPanel(AbstractPanel):
     def _identify(self) -> Identify:
         algorithms = tuple(name for name, box in self._chosen.items() if box.value)
         share = 0.01 * float(self._held_out.value)
-        levelled = self._worker.session.levelled
+        levelled = self._worker.session.measurements.levelled
         return Identify(algorithms, share, FRAMES[self._frames.value], levelled=levelled)
 
     def _diagnose(self) -> Diagnose:
-        return Diagnose(levelled=self._worker.session.levelled)
+        return Diagnose(levelled=self._worker.session.measurements.levelled)
 
 
 class FitDetailsPanel(AbstractPanel):
     """Algorithms side by side, errors axis by axis, and every parameter; folded."""
 
     tab, order = Tab.CALIBRATE, 40
-    depends = ("identification", "fit")
+    depends = ("results.identification", "results.fit")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._folder = gui.add_folder("Details", expand_by_default=False, visible=False)
@@ -202,24 +202,24 @@ class FitDetailsPanel(AbstractPanel):
         self._remarks = gui.add_html("")
 
     def show(self, session: Session) -> None:
-        found = session.identification
+        found = session.results.identification
         self._folder.visible = found is not None
         if found is not None:
-            self._errors.content = _errors(found, session.fit)
+            self._errors.content = _errors(found, session.results.fit)
             self._fit.options = [_titles()[name] for name in found.runs]
-            set_value(self._fit, _titles()[session.fit])
+            set_value(self._fit, _titles()[session.results.fit])
             self._draw_figure()
-            self._parameters.content = _parameters(found, session.fit)
+            self._parameters.content = _parameters(found, session.results.fit)
             self._remarks.content = block(_remarks(found), testid="remarks", style="margin-bottom:10px")
 
     def _draw_figure(self) -> None:
         """Draw the errors of the shown fit, unless they are drawn: every message comes by here."""
         session, rotation = self._worker.session, self._errors_of.value == ORIENTATION
-        found = session.identification
-        if found is None or self._drawn_figure == (found, rotation, session.fit):
+        found = session.results.identification
+        if found is None or self._drawn_figure == (found, rotation, session.results.fit):
             return
-        self._drawn_figure = found, rotation, session.fit
-        drawing = error_figure(found, session.fit, rotation=rotation) or "Not measured."
+        self._drawn_figure = found, rotation, session.results.fit
+        drawing = error_figure(found, session.results.fit, rotation=rotation) or "Not measured."
         self._figure.content = block(drawing, style="margin:4px 0 8px")
 
 

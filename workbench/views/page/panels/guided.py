@@ -31,7 +31,7 @@ class GuidedPanel(AbstractPanel):
     """A connected real arm or a virtual one moves from target to target; rows are stored by hand."""
 
     tab, order = Tab.MEASURE, 50
-    depends = ("measuring", "source")
+    depends = ("measuring", "choices.source")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Guided, target by target"):
@@ -57,7 +57,7 @@ class GuidedPanel(AbstractPanel):
             )
 
     def show(self, session: Session) -> None:
-        source = session.source
+        source = session.choices.source
         self._source.content = _source(source)
         self._follow.visible = self._live.visible = source is not None
         if source is not None:
@@ -68,7 +68,7 @@ class GuidedPanel(AbstractPanel):
 class MeasuringPanel(AbstractPanel):
     """A mode of its own in place of the tabs: the target, how far the arm is from it, and Store."""
 
-    depends = ("measuring", "source")
+    depends = ("measuring", "choices.source")
     _seen: int | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
@@ -143,7 +143,8 @@ class MeasuringPanel(AbstractPanel):
         if not status.place.is_known:
             self._offer(measuring, status)
         self._again.disabled = self._use.disabled = not acquisition.rows
-        where = "" if measuring.virtual is not None or session.source is None else _source(session.source)
+        source = session.choices.source
+        where = "" if measuring.virtual is not None or source is None else _source(source)
         self._status.content = where + _status(status, measuring)
 
     def _hear_space(self, is_heard: bool) -> None:

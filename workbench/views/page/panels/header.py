@@ -28,7 +28,7 @@ class HeaderVerdict(AbstractPanel):
     """The state of the session, and two buttons for the next step."""
 
     keeps_typed = True
-    depends = (guide, "caption")
+    depends = (guide, "page.caption")
 
     def __init__(self, worker: Worker):
         super().__init__(worker)
@@ -41,7 +41,7 @@ class HeaderVerdict(AbstractPanel):
 
     def show(self, session: Session) -> None:
         before, self._step = self._step, guide(session)
-        shown = replace(self._step, sentence=PLAYING, figure="") if session.caption else self._step
+        shown = replace(self._step, sentence=PLAYING, figure="") if session.page.caption else self._step
         self._sentence.content = _verdict(shown)
         pairs = ((self._next, before.next, self._step.next), (self._other, before.other, self._step.other))
         for made, old, action in pairs:
@@ -68,7 +68,16 @@ class HeaderVerdict(AbstractPanel):
 class Header(AbstractPanel):
     """Below the verdict: the last message, and the long work under way."""
 
-    depends = ("robot", "plate.name", "caption", "is_paused", "messages", "chore", "job", guide)
+    depends = (
+        "robot",
+        "plate.name",
+        "page.caption",
+        "page.is_paused",
+        "page.messages",
+        "page.chore",
+        "page.job",
+        guide,
+    )
 
     def build(self, gui: viser.GuiApi) -> None:
         self._back = self.button(
@@ -80,7 +89,7 @@ class Header(AbstractPanel):
         )
         self._pause = self.button(
             Steer.PAUSE,
-            lambda: SteerDemo(Steer.ON if self._worker.session.is_paused else Steer.PAUSE),
+            lambda: SteerDemo(Steer.ON if self._worker.session.page.is_paused else Steer.PAUSE),
             viser.Icon.PLAYER_PAUSE,
             "Pause the demo here, or continue.",
             visible=False,
@@ -108,18 +117,18 @@ class Header(AbstractPanel):
     def show(self, session: Session) -> None:
         self._gui.set_panel_label(f"{session.robot.name} · {session.plate.name}")
         for button in (self._back, self._pause, self._stop):
-            button.visible = bool(session.caption)
-        self._pause.label = Steer.ON if session.is_paused else Steer.PAUSE
-        newest = _newest(session.messages)
+            button.visible = bool(session.page.caption)
+        self._pause.label = Steer.ON if session.page.is_paused else Steer.PAUSE
+        newest = _newest(session.page.messages)
         told = guide(session).sentence.rstrip(".").lower()
         if newest is not None and newest.severity is not Severity.ERROR and told in newest.text.lower():
             newest = None  # the strip says it; a refusal is said all the same
         self._message.content = "" if newest is None else _message(newest)
         self._message.visible = newest is not None
         self._dismiss.visible = newest is not None and newest.severity is not Severity.INFO
-        self._chore.content = block(f"{text(session.chore)} …", testid="chore", style=f"color:{MUTED}")
-        self._chore.visible = bool(session.chore)
-        job = session.job
+        self._chore.content = block(f"{text(session.page.chore)} …", testid="chore", style=f"color:{MUTED}")
+        self._chore.visible = bool(session.page.chore)
+        job = session.page.job
         for part in (self._work, self._bar, self._cancel):
             part.visible = job is not None
         if job is not None:
@@ -168,7 +177,7 @@ class CaptionPanel(AbstractPanel):
     """Large words where one looks, and a link that does `leave`; the scene behind can be turned."""
 
     keeps_typed = True
-    depends = (guide, "caption")
+    depends = (guide, "page.caption")
 
     def __init__(self, worker: Worker, leave: Callable[[], None]):
         super().__init__(worker)
@@ -179,7 +188,7 @@ class CaptionPanel(AbstractPanel):
         self._address = self.link("with-my-robot", self._leave)
 
     def show(self, session: Session) -> None:
-        self._html.content = caption(session, self._address) if session.caption else ""
+        self._html.content = caption(session, self._address) if session.page.caption else ""
 
 
 def caption(session: Session, address: str) -> str:
@@ -187,5 +196,5 @@ def caption(session: Session, address: str) -> str:
     figure = guide(session).figure
     number = f'<div data-testid="figure-now" class="figure">{text(figure)}</div>' if figure else ""
     way_out = f'<a href="{text(address)}">{WITH_MY_ROBOT}</a>' if address else ""
-    words = f'<div data-testid="caption">{text(session.caption)}</div>'
+    words = f'<div data-testid="caption">{text(session.page.caption)}</div>'
     return f"<div {CAPTION}>{number}{words}{way_out}</div>"

@@ -22,15 +22,15 @@ class HistoryPanel(AbstractPanel):
     """A small plot; the best step is marked, and a click on any of them puts the plate back to it."""
 
     tab, order = Tab.PLATE, 60
-    depends = ("history",)
+    depends = ("history.scores",)
 
     def build(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html("")
 
     def show(self, session: Session) -> None:
-        first = max(len(session.history) - SHOWN, 0)
-        scores = session.history[first:]
-        is_shown, steps = len(scores) > 1, range(first, len(session.history))
+        first = max(len(session.history.scores) - SHOWN, 0)
+        scores = session.history.scores[first:]
+        is_shown, steps = len(scores) > 1, range(first, len(session.history.scores))
         links = [self.link(f"step-{k}", partial(self.send, partial(GoBackTo, k))) for k in steps]
         self._html.content = block(plot(scores, first, links), testid="history") if is_shown else ""
 

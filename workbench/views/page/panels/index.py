@@ -29,7 +29,7 @@ class IndexPanel(AbstractPanel):
 
     tab, order = Tab.PLATE, 20
     pause = 0.0
-    depends = ("score", "first_score", "states", "selected", "noise", "wanted", "tried")
+    depends = ("score", "history.first_score", "states", "selected", "noise", "choices.wanted", "tried")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html("")
@@ -52,14 +52,14 @@ class DetailsPanel(AbstractPanel):
     """What a calibration on these targets would determine, in a specialist's words; folded."""
 
     tab, order = Tab.PLATE, 92
-    depends = ("score", "first_score")
+    depends = ("score", "history.first_score")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Details of the plate", expand_by_default=False):
             self._html = gui.add_html("")
 
     def show(self, session: Session) -> None:
-        now, first = session.score, session.first_score
+        now, first = session.score, session.history.first_score
         index = change(now.indices[INDEX], first.indices[INDEX], larger_is_better=True)
         content = (
             f'<div title="{text(INDICES[INDEX].meaning)} — {text(INDICES[INDEX].source)}">'
@@ -100,7 +100,7 @@ def _measurable(session: Session) -> str:
 
 
 def _predicted(session: Session) -> str:
-    now, first, noise = session.score, session.first_score, session.noise
+    now, first, noise = session.score, session.history.first_score, session.noise
     if np.isnan(now.position):
         return f'<div style="color:{MUTED}">The arm does not reach the region.</div>'
     if np.isinf(now.position):
@@ -152,7 +152,7 @@ def worth(session: Session) -> str:
 
 def alone_or_together(session: Session) -> str:
     """Why index and error of the selected target moved the same way since the beginning, where they did."""
-    now, first, i = session.score, session.first_score, session.selected
+    now, first, i = session.score, session.history.first_score, session.selected
     if i >= len(first.per_target):
         return ""
     own = now.per_target[i] / first.per_target[i] - 1.0
@@ -213,7 +213,7 @@ class WantedPanel(AbstractPanel):
     """Input of the required error, in every tab that uses it."""
 
     tab, order = Tab.PLATE, 30
-    depends = ("wanted",)
+    depends = ("choices.wanted",)
 
     def build(self, gui: viser.GuiApi) -> None:
         self._fields = [self.number(label, 0.0, (0.0, 1000.0, 0.01), hint) for label, hint in FIELDS]
@@ -222,7 +222,7 @@ class WantedPanel(AbstractPanel):
         self._unjudged = gui.add_html("", visible=False)
 
     def show(self, session: Session) -> None:
-        wanted = session.wanted
+        wanted = session.choices.wanted
         set_value(self._fields[0], 0.0 if wanted is None else 1e3 * wanted.position)
         angle = 0.0 if wanted is None or wanted.rotation is None else wanted.rotation
         set_value(self._fields[1], round(float(np.rad2deg(angle)), 3))
@@ -232,7 +232,7 @@ class WantedPanel(AbstractPanel):
 
     def _want(self) -> SetWanted:
         position, rotation = (float(field.value) for field in self._fields)
-        before = self._worker.session.wanted
+        before = self._worker.session.choices.wanted
         return SetWanted(
             1e-3 * position if position > 0.0 else None,
             float(np.deg2rad(rotation)) if rotation > 0.0 else None,

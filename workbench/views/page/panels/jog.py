@@ -77,7 +77,7 @@ class ToolPanel(AbstractPanel):
     tab, order = Tab.ROBOT, 40
     pause = AFTERWARDS
     keeps_typed = True
-    depends = ("robot", drawn_joints, "units")
+    depends = ("robot", drawn_joints, "page.units")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Tool"):
@@ -100,8 +100,8 @@ class ToolPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         tool = tool_poses(session.robot, Motion(drawn_joints(session)[None]))[0]
         tool = se3.inverse(session.robot.base.pose) @ tool
-        self._xyz.show(tool[:3, 3], session.units)
-        self._rpy.show(se3.matrix_to_rpy(tool[:3, :3]), session.units)
+        self._xyz.show(tool[:3, 3], session.page.units)
+        self._rpy.show(se3.matrix_to_rpy(tool[:3, :3]), session.page.units)
 
 
 LISTED = 12
@@ -112,7 +112,7 @@ class CapturedPanel(AbstractPanel):
     """A button that keeps, a table, a file."""
 
     tab, order = Tab.ROBOT, 50
-    depends = ("captured", "identification", "fit", "robot")
+    depends = ("choices.captured", "results.identification", "results.fit", "robot")
 
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Kept poses"):
@@ -136,7 +136,7 @@ class CapturedPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         self._table.content = _content(captured(session))
         for button in (self._file, self._forget):
-            button.visible = bool(session.captured)
+            button.visible = bool(session.choices.captured)
 
 
 def _content(poses: CapturedPoses) -> str:

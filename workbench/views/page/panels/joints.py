@@ -29,7 +29,7 @@ class JointsPanel(AbstractPanel):
     """A plot a joint, and whose law lies over the points."""
 
     tab, order = Tab.CALIBRATE, 30
-    depends = ("comparison", "diagnosis", "overlay.law")
+    depends = ("results.comparison", "results.diagnosis", "choices.overlay.law")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._folder = gui.add_folder("Errors along each joint", expand_by_default=False, visible=False)
@@ -45,7 +45,7 @@ class JointsPanel(AbstractPanel):
             self._html = gui.add_html("")
 
     def show(self, session: Session) -> None:
-        rows, found, effect = session.comparison, session.diagnosis, shown_effect(session)
+        rows, found, effect = session.results.comparison, session.results.diagnosis, shown_effect(session)
         self._folder.visible = rows is not None and bool(rows.stages)
         self._law.visible = found is not None
         labels = () if found is None else tuple(e.label for e in candidates(found))
@@ -54,12 +54,12 @@ class JointsPanel(AbstractPanel):
             self._html.content = block(joint_plots(session, rows), testid="joints", style="margin:2px 0 8px")
 
     def _choose(self) -> SetOverlay:
-        return SetOverlay(replace(self._worker.session.overlay, law=str(self._law.value)))
+        return SetOverlay(replace(self._worker.session.choices.overlay, law=str(self._law.value)))
 
 
 def joint_plots(session: Session, rows: Comparison) -> str:
     """All plots and their legend."""
-    robot, effect, found = session.robot.with_effects(), shown_effect(session), session.diagnosis
+    robot, effect, found = session.robot.with_effects(), shown_effect(session), session.results.diagnosis
     left = -1e3 * along_joints(robot, rows.q, rows.residuals)
     law = None if effect is None or found is None else law_along_joints(found, effect.label)
     top, inks = _top(left, rows), _inks(rows)

@@ -49,16 +49,16 @@ class LegendPanel(AbstractPanel):
         "cube_view",
         "cubes",
         "trial",
-        "chore",
+        "page.chore",
         "plate",
         "states",
-        "comparison",
-        "diagnosis",
-        "overlay",
+        "results.comparison",
+        "results.diagnosis",
+        "choices.overlay",
         "focus",
-        "row",
-        "left_out",
-        "identification",
+        "results.row",
+        "measurements.left_out",
+        "results.identification",
         bending_robot,
     )
 
@@ -73,7 +73,7 @@ class LegendPanel(AbstractPanel):
         }
 
     def _colour_by(self, stage: ModelStage) -> SetOverlay:
-        return SetOverlay(replace(self._worker.session.overlay, stage=stage))
+        return SetOverlay(replace(self._worker.session.choices.overlay, stage=stage))
 
     def show(self, session: Session) -> None:
         rows = coloured_rows(session)
@@ -85,7 +85,8 @@ class LegendPanel(AbstractPanel):
 
 def coloured_rows(session: Session) -> Comparison | None:
     """The rows whose errors colour points in the scene."""
-    rows, is_seen = session.comparison, session.overlay.points and session.focus is not Focus.TRACK
+    rows = session.results.comparison
+    is_seen = session.choices.overlay.points and session.focus is not Focus.TRACK
     return rows if rows is not None and rows.stages and is_seen else None
 
 
@@ -95,7 +96,7 @@ def cubes_scale(session: Session) -> str:
         return ""
     field, numbers = session.cube_view.field, values(session)
     if numbers is None:
-        return f'<div style="color:{MUTED}">{TITLES[field]} …</div>' if session.chore else ""
+        return f'<div style="color:{MUTED}">{TITLES[field]} …</div>' if session.page.chore else ""
     return f'<div title="Grey: no value.">{TITLES[field]}</div>{scale_bar(field, numbers)}'
 
 
@@ -113,13 +114,13 @@ def scale_bar(field: Field, numbers: CubeValues) -> str:
 
 def things(session: Session, *, is_alone: bool = False) -> str:
     """Colours of what stands and moves in the scene; in a narrow window only where there is nothing else."""
-    overlay, focus = session.overlay, session.focus
+    overlay, focus = session.choices.overlay, session.focus
     marks: list[tuple[str, tuple[int, int, int]]] = []
     if session.shows_plate:
         marks += [("target", REACHED), ("selected", SELECTED)]
         marks += [("out of reach", OUT_OF_REACH)] if any(not s.reached for s in session.states) else []
         marks += [("blocked", BLOCKED)] if any(s.reached and s.hit for s in session.states) else []
-    if session.calibrated is not None and overlay.calibrated and focus is not Focus.TARGET:
+    if session.results.calibrated is not None and overlay.calibrated and focus is not Focus.TARGET:
         marks += [("nominal arm", JOINT), ("calibrated arm", CALIBRATED)]
     if bending_robot(session) is not None and overlay.bent:
         marks.append(("deflected arm", BENT))
@@ -138,14 +139,14 @@ def _mark(words: str, colour: tuple[int, int, int]) -> str:
 
 def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) -> str:
     """Errors of the measured points, their colours and their arrows."""
-    overlay, focus = session.overlay, session.focus
+    overlay, focus = session.choices.overlay, session.focus
     parts = (
         stage_means(rows, overlay.stage, links),
         colour_bar(error_scale(rows)),
-        marks(rows, is_left_out=bool(session.left_out)),
-        "" if session.diagnosis is None else events(session.diagnosis.events, rows),
+        marks(rows, is_left_out=bool(session.measurements.left_out)),
+        "" if session.results.diagnosis is None else events(session.results.diagnosis.events, rows),
         arrow_factors(rows, overlay) if focus in (Focus.ROW, Focus.JOG) else "",
-        row_errors(rows, session.row) if focus is Focus.ROW else "",
+        row_errors(rows, session.results.row) if focus is Focus.ROW else "",
     )
     return f'<div data-testid="residuals">{"".join(parts)}</div>'
 

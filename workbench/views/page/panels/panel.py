@@ -102,7 +102,7 @@ class AbstractPanel(ABC):
         if session.drag is not None and time.monotonic() - self._drawn < self.pause:
             return self.pause < AFTERWARDS
         finders = (attrgetter(part) if isinstance(part, str) else part for part in self.depends)
-        parts = (0 if self.keeps_typed else session.message_count, *(find(session) for find in finders))
+        parts = (0 if self.keeps_typed else session.page.message_count, *(find(session) for find in finders))
         if len(parts) != len(self._parts) or not all(map(is_same, parts, self._parts)):
             self._parts, self._drawn = parts, time.monotonic()
             self.show(session)
@@ -213,7 +213,7 @@ class AbstractPanel(ABC):
 
     def save(self, event: viser.GuiEvent, make: Callable[[Session], File]) -> None:
         """Download a file; errors are shown on the page instead of being lost in viser's thread pool."""
-        found, run = self._worker.session.identification, self._worker.session.run
+        found, run = self._worker.session.results.identification, self._worker.session.results.run
         doubts = () if found is None or run is None else found.doubts(run)
         if doubts and make in (calibrated_toml, calibrated_urdf):
             question = f"Implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN} Save the arm all the same?"

@@ -33,7 +33,16 @@ class RegionPanel(AbstractPanel):
     """Cuboid and cubes."""
 
     tab, order = Tab.PLATE, 70
-    depends = ("cube_view", "plate.region", "units", "chore", "cubes", "comparison", "trial", "score")
+    depends = (
+        "cube_view",
+        "plate.region",
+        "page.units",
+        "page.chore",
+        "cubes",
+        "results.comparison",
+        "trial",
+        "score",
+    )
 
     def build(self, gui: viser.GuiApi) -> None:
         self._field = gui.add_dropdown("Cubes show", list(FIELDS), hint=MEANINGS)
@@ -64,8 +73,8 @@ class RegionPanel(AbstractPanel):
         self._cut.disabled = view.field is Field.NONE
         self._picked.content = picked(session, numbers)
         self._move.visible = view.picked is not None and view.field is not Field.NONE
-        self._least.show(region.min, session.units)
-        self._greatest.show(region.max, session.units)
+        self._least.show(region.min, session.page.units)
+        self._greatest.show(region.max, session.page.units)
         set_value(self._cube, round(1e3 * region.cube))
         set_value(self._corners, view.corners)
 

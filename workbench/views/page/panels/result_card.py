@@ -18,7 +18,7 @@ MIN_DRAWN_ERROR = 1e-3
 
 def result_card(session: Session) -> str:
     """The card in HTML; empty before there is a result."""
-    found = session.identification
+    found = session.results.identification
     if found is None:
         return ""
     done = stages(session)

@@ -25,7 +25,7 @@ class RowErrorsPanel(AbstractPanel):
     """A chart, and a button that goes through its rows."""
 
     tab, order = Tab.CALIBRATE, 25
-    depends = ("comparison", "row", "left_out")
+    depends = ("results.comparison", "results.row", "measurements.left_out")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html("", visible=False)
@@ -39,22 +39,22 @@ class RowErrorsPanel(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        rows = session.comparison
+        rows = session.results.comparison
         is_shown = rows is not None and len(rows.stages) > 1
         self._html.visible = self._play.visible = is_shown
         if rows is None or not is_shown:
             return
         links = {k: self.link(f"row-{k}", partial(self.send, partial(ShowRow, k))) for k in shown(rows)}
-        found, excluded = session.diagnosis, set(session.left_out)
+        found, excluded = session.results.diagnosis, set(session.measurements.left_out)
         if found is not None:
             excluded |= {number for number, _ in found.excluded}
         happened = () if found is None else found.events
-        drawing = chart(rows, session.row, links, excluded, happened)
+        drawing = chart(rows, session.results.row, links, excluded, happened)
         self._html.content = block(drawing, testid="row-chart")
 
     def _next(self) -> ShowRow | None:
         """The row that was measured after the one that is shown."""
-        rows, row = self._worker.session.comparison, self._worker.session.row
+        rows, row = self._worker.session.results.comparison, self._worker.session.results.row
         if rows is None:
             return None
         later = np.flatnonzero(rows.number > rows.number[row])

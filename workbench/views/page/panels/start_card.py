@@ -34,7 +34,7 @@ ALONE = "Choose the robot: you get a plate with ten targets in front of it, to b
 class StartCard(AbstractPanel):
     """A modal over the page, there at first if `is_open`; `show_demo` begins the demo."""
 
-    depends = ("robot", "loaded", "unread", "is_idle")
+    depends = ("robot", "measurements.loaded", "measurements.unread", "is_idle")
 
     def __init__(self, worker: Worker, show_demo: Callable[[], None], *, is_open: bool = True):
         super().__init__(worker)
@@ -67,8 +67,8 @@ class StartCard(AbstractPanel):
         if self._modal is not None:
             self._modal.close()
         icon, self._gui = viser.Icon, gui
-        before = self._worker.session
-        self._before, self._told = (before.loaded, before.unread), before.message_count
+        before = self._worker.session.measurements
+        self._before, self._told = (before.loaded, before.unread), self._worker.session.page.message_count
         self._begins, self._ends_at, self._designs = None, Tab.PLATE, False
         self._modal = gui.add_modal("What do you have?")
         with self._modal:
@@ -123,18 +123,18 @@ class StartCard(AbstractPanel):
         if self._modal is None:
             return
         loaded, unread = self._before
-        is_read = session.loaded not in (None, loaded)
-        file = None if session.unread is unread else session.unread
+        is_read = session.measurements.loaded not in (None, loaded)
+        file = None if session.measurements.unread is unread else session.measurements.unread
         rival = "" if file is None or file.match is None else file.match.rival  # the strip offers that arm
         if is_read or rival or session.measuring is not None:
             self._leave(Tab.CALIBRATE)
             if is_read and self._begins is not None:
                 self._worker.submit(self._begins())
             return
-        said = (m for m in reversed(session.messages) if m.number > self._told)
+        said = (m for m in reversed(session.page.messages) if m.number > self._told)
         newest, bad = next(said, None), (Severity.WARNING, Severity.ERROR)
         wrong = newest.text if newest is not None and newest.severity in bad else ""
-        working = f"{session.job.title} …" if session.job is not None else ""
+        working = f"{session.page.job.title} …" if session.page.job is not None else ""
         self._words.content = self._said(session, wrong, working)
 
     def _said(self, session: Session, wrong: str, working: str) -> str:
@@ -191,7 +191,7 @@ class StartCard(AbstractPanel):
         """Close it; with a robot alone, have its plate designed."""
         self._leave(self._ends_at)
         if self._designs:
-            self._worker.submit(ImprovePlate(seed=len(self._worker.session.history)))
+            self._worker.submit(ImprovePlate(seed=len(self._worker.session.history.scores)))
 
     def _demo(self) -> None:
         self._leave(Tab.PLATE)

@@ -21,7 +21,7 @@ class ImprovePanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         self._improve = self.button(
             ImprovePlate.title,
-            lambda: ImprovePlate(seed=len(self._worker.session.history)),
+            lambda: ImprovePlate(seed=len(self._worker.session.history.scores)),
             viser.Icon.SPARKLES,
             "Let the program place all targets but the locked ones for the least predicted error in the "
             "region, reachable and free of collisions. Cancel stops it, Undo restores the old plate.",
@@ -29,7 +29,7 @@ class ImprovePanel(AbstractPanel):
         )
 
     def show(self, session: Session) -> None:
-        self._improve.disabled = session.job is not None
+        self._improve.disabled = session.page.job is not None
 
 
 class PatternPanel(AbstractPanel):

@@ -26,7 +26,7 @@ class TargetsPanel(AbstractPanel):
     """Place and state of the selected target."""
 
     tab, order = Tab.PLATE, 10
-    depends = ("plate", "selected", "states", "drag", "units", "shows_plate")
+    depends = ("plate", "selected", "states", "drag", "page.units", "shows_plate")
 
     def build(self, gui: viser.GuiApi) -> None:
         self._choice = gui.add_dropdown(
@@ -62,8 +62,8 @@ class TargetsPanel(AbstractPanel):
         i = session.selected
         target, state = session.plate.targets[i], session.states[i]
         set_options(self._choice, [str(k + 1) for k in range(len(session.plate))], str(i + 1))
-        self._xyz.show(target.xyz, session.units)
-        self._rpy.show(target.rpy, session.units)
+        self._xyz.show(target.xyz, session.page.units)
+        self._rpy.show(target.rpy, session.page.units)
         set_value(self._locked, target.locked)
         is_hidden = not session.shows_plate
         self._show_plate.visible = is_hidden

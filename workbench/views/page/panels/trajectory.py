@@ -55,7 +55,7 @@ class TrackPanel(AbstractPanel):
         deviating_robot,
         "is_idle",
         "measuring",
-        "overlay",
+        "choices.overlay",
         "robot",
         "plate.region",
     )
@@ -148,17 +148,17 @@ class TrackPanel(AbstractPanel):
         self._time.visible = is_there
         if track is not None:
             self.place(session.play.at / track.duration)
-        self._plan.disabled = session.job is not None
+        self._plan.disabled = session.page.job is not None
         self._corrected.disabled = deviating_robot(session) is None
         if self._corrected.disabled:
             set_value(self._corrected, False)
         self._pace.visible = is_there
         self._play.visible = is_there and not session.is_playing
-        self._play.disabled = session.job is not None or session.measuring is not None
+        self._play.disabled = session.page.job is not None or session.measuring is not None
         self._pause.visible = session.is_playing
         self._leave.visible = is_there and session.focus is Focus.TRACK
         set_value(self._pace, round(session.play.pace, 1))
-        times = session.overlay.exaggeration
+        times = session.choices.overlay.exaggeration
         self._result.content = note(EMPTY_NOTE, "track") if track is None else result(track, times)
 
     def _path(self) -> PlanTrack:

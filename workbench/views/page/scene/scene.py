@@ -65,13 +65,14 @@ class Scene:
         """Draw what has changed in this snapshot."""
         with self._lock:
             before, self._session = self._session, session
-            is_other = session.robot is not before.robot or session.first_plate is not before.first_plate
+            first, former = session.history.first_plate, before.history.first_plate
+            is_other = session.robot is not before.robot or first is not former
             if is_other:
                 self._server.scene.reset()
                 self._build(session, FirstPicture(self._server, session.robot))
             if is_other or _has_other_rows(before, session):
                 self._look(session)
-            self._ground.show(session.is_dark)
+            self._ground.show(session.page.is_dark)
             self._sink.is_behind = False
             self._sink.draw(on_page(_at(session, self._player.follow(session))))
             self._corners.show(session)
@@ -113,9 +114,11 @@ class Scene:
 
 def _has_other_rows(before: Session, now: Session) -> bool:
     """Whether measurements have come or gone, or lie elsewhere because the base is known now."""
-    if now.loaded is not before.loaded:
+    loaded = now.measurements.loaded
+    if loaded is not before.measurements.loaded:
         return True
-    return now.loaded is not None and (before.identification is None) > (now.identification is None)
+    was, here = (s.results.identification is not None for s in (before, now))
+    return loaded is not None and here and not was
 
 
 def _at(session: Session, time: float) -> Session:
