@@ -17,6 +17,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from workbench.base.entrance import speak_to_page
 from workbench.base.errors import WorkbenchError
 from workbench.base.progress import Cancelled, running
 from workbench.base.threads import one_thread
@@ -156,6 +157,7 @@ class Worker:
 
     @one_thread()
     def _run(self) -> None:
+        speak_to_page()
         self._look_for_chores()
         while True:
             with self._changed:
@@ -237,6 +239,7 @@ class Worker:
         threading.Thread(target=self._compute, args=arguments, name="workbench-task", daemon=True).start()
 
     def _compute(self, task: AbstractTask, session: Session, basis: int, cancel: threading.Event) -> None:
+        speak_to_page()
         begin, last = time.monotonic(), 0.0
         is_chore = isinstance(task, AbstractChore)
 

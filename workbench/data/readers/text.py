@@ -5,6 +5,7 @@ import re
 from collections import Counter
 from pathlib import Path
 
+from workbench.base.entrance import remedy
 from workbench.base.errors import FileError
 from workbench.data.readers.file_kind import TABLE
 from workbench.data.readers.table import NUMBER, Grid, Separator
@@ -91,12 +92,14 @@ def refuse_other_text(text: str, path: Path) -> None:
     start = text.lstrip()[:4000]
     found = None
     if start.startswith("<"):
-        urdf = "this is a robot description (URDF): give it as --robot"
+        elsewhere = remedy("give it as --robot", page="open it in the Robot tab")
+        urdf = f"this is a robot description (URDF): {elsewhere}"
         found = urdf if "<robot" in start else "this is an XML or HTML file"
     elif start.startswith(("{", "[{")) and ":" in start:
         found = "this is JSON, not a table"
     elif _is_toml(text, path):
-        found = "this is a TOML file, a robot or a plate: give it as --robot or --plate"
+        elsewhere = remedy("give it as --robot or --plate", page="open it in the Robot tab")
+        found = f"this is a TOML file, a robot or a plate: {elsewhere}"
     elif min(start, default=" ") < "\t":
         found = "this is a binary file of an unknown kind"
     if found is not None:

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.base import se3
+from workbench.base.entrance import remedy
 from workbench.base.errors import DataError, FileError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
@@ -107,9 +108,7 @@ def read_pixels(
         fields = read_fields(source, layout="plain")
         rows, beside = PixelRows.of(fields), beside or _one_a_picture(fields)
     if beside is None:
-        raise DataError(
-            f"{rows.source}: pictures need the joints at which they were taken; give --joints TABLE"
-        )
+        raise DataError(f"{rows.source}: pictures need the joints at which they were taken; {_give_joints()}")
     return pixel_data(rows, rig, beside, dof=dof)
 
 
@@ -241,10 +240,15 @@ def _whole(fields: Fields, key: str) -> Int[np.ndarray, " rows"]:
     return np.array(found, int)
 
 
+def _give_joints() -> str:
+    table = "put a table of them, with a column 'image', beside the pictures"
+    return remedy("give --joints TABLE", page=table)
+
+
 def _one_a_picture(fields: Fields) -> Fields:
     """The joints that stand in the rows of the pixels, one row a picture."""
     if not fields.numbers(r"q(\d+)") and "x" not in fields.values:
-        raise FileError("has no joints: add q1[rad] …, or give --joints TABLE", path=fields.source)
+        raise FileError(f"has no joints: add q1[rad] …, or {_give_joints()}", path=fields.source)
     names = np.array(plain_names(fields.values["image"]))
     _, first, back = np.unique(names, return_index=True, return_inverse=True)
     for key, values in fields.values.items():

@@ -144,7 +144,7 @@ def _uncalibrated(robot: Robot) -> tuple[str, ...]:
     known = f"{1e3 * NOMINAL['m']:g} mm and {np.rad2deg(NOMINAL['rad']):.2g}°"
     return (
         f"no calibration stands in the file of '{robot.name}', so its lengths and angles count as known to "
-        f"{known} (1 σ); give the file that identify saved, --prior or --tolerance",
+        f"{known} (1 σ); give the file that identify saved as the robot, or a prior or a tolerance",
     )
 
 

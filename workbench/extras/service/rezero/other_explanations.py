@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from workbench.arm.robot import Robot
+from workbench.base.entrance import remedy
 from workbench.base.progress import progress
 from workbench.extras.service.rezero.f_test import Optimum
 from workbench.extras.service.rezero.last_calibration import LastCalibration, link_constants
@@ -116,7 +117,10 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_Cause]:
         number = int(problem.data.row[row])
         yield _Cause(
             f"row {number} does not fit the others",
-            f"measure it again, or leave it out with --exclude {number}",
+            "measure it again, or "
+            + remedy(
+                f"leave it out with --exclude {number}", page=f"exclude row {number} in the Compare tab"
+            ),
             less,
             problem.count - less.count,
         )
@@ -144,8 +148,11 @@ def _other_joint(
     _, joint, links, fit = max(found, key=lambda entry: entry[0])
     cause = _Cause(
         f"joint {joint + 1} and the links next to it are not as calibrated",
-        f"if it was replaced, run this again with --replaced {joint + 1}; "
-        "else calibrate again with 'workbench identify'",
+        "if it was replaced, "
+        + remedy(
+            f"run this again with --replaced {joint + 1}; else calibrate again with 'workbench identify'",
+            page=f"name joint {joint + 1} as replaced and find the zeros again; else calibrate again",
+        ),
         fit.problem,
         len(links),
         tuple(links),
