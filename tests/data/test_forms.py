@@ -230,13 +230,13 @@ def test_the_caller_renames_columns(read):
     data = read(text, columns="q1[deg]=a,q2[deg]=b,x[mm]=x,y[mm]=y,z[mm]=z")
     np.testing.assert_allclose(np.degrees(data.q[0]), [90, 45])
     assert data.position[0].tolist() == [0.001, 0.002, 0.003]
-    assert any("'a' as q1[deg]" in note for note in data.notes)
+    assert any("'a' is read as q1[deg]" in note for note in data.notes)
 
 
 def test_the_caller_names_columns_in_order_and_leaves_some_out(read):
     data = read("first second words 1\n7 90 1 2 3\n", columns="-,q1[deg],x[m],y[m],z[m]")
     np.testing.assert_allclose(np.degrees(data.q[0]), [90])
-    assert any("named by the caller" in note for note in data.notes)
+    assert any("named -, q1[deg]" in note for note in data.notes)
 
 
 def test_everything_else(read):

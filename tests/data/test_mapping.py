@@ -58,3 +58,34 @@ def test_bad_mappings_are_refused(text, words, tmp_path):
     (tmp_path / "m.toml").write_text(text)
     with pytest.raises(WorkbenchError, match=words):
         read_mapping(tmp_path / "m.toml")
+
+
+NAMES = ("turn", "shoulder_joint", "elbow")
+
+
+@pytest.mark.parametrize(
+    "header", ["turn[deg],shoulder[deg],elbow[deg]", "Turn [deg],Shoulder-Joint [deg],elbow[deg]"]
+)
+def test_columns_called_as_the_robots_joints_are_those_joints(header, tmp_path):
+    (tmp_path / "a.csv").write_text(f"x[mm],{header},y[mm],z[mm]\n1,90,45,30,2,3\n4,-90,10,20,5,6\n")
+    data = wb.read_measurements(tmp_path / "a.csv", joints=NAMES)
+    np.testing.assert_allclose(np.rad2deg(data.q), [[90, 45, 30], [-90, 10, 20]])
+    np.testing.assert_allclose(data.position, 1e-3 * np.array([[1, 2, 3], [4, 5, 6]]))
+    shown = preview(tmp_path / "a.csv", joints=NAMES).columns
+    assert [c.heading for c in shown[1:4]] == header.split(",")
+    assert [c.key for c in shown[1:4]] == ["q1", "q2", "q3"]
+
+
+@pytest.mark.parametrize(
+    "header", ["turn[deg],elbow[deg],wrist[deg]", "turn[deg],turn[deg],elbow[deg]", "q1[deg],q2[deg],q3[deg]"]
+)
+def test_other_names_than_the_robots_are_read_as_they_are(header, tmp_path):
+    (tmp_path / "a.csv").write_text(f"{header},x[mm],y[mm],z[mm]\n90,45,30,1,2,3\n")
+    with_names, without = (preview(tmp_path / "a.csv", joints=joints) for joints in (NAMES, 3))
+    assert [c.key for c in with_names.columns] == [c.key for c in without.columns]
+
+
+def test_angles_beyond_a_turn_are_offered_as_degrees(tmp_path):
+    (tmp_path / "a.csv").write_text("q1,q2,x[mm],y[mm],z[mm]\n1.2,90,1,2,3\n0.3,−170,1,2,3\n")
+    said = " ".join(preview(tmp_path / "a.csv").problems)
+    assert "'q1[deg]'" in said

@@ -165,3 +165,26 @@ def test_a_row_that_no_arm_explains_is_red_in_the_scene(do, seed, tmp_path):
     assert {outlier.row for outlier in found.outliers} | set(found.suspects) == {17}
     assert session.results.comparison.set_apart == pytest.approx(position[[17]], abs=1e-6)
     assert (17 in session.results.comparison.number) == bool(found.suspects)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"q1[rad]": "q2[rad]", "q2[rad]": "q1[rad]"},
+        {f"q{k}[rad]": f"q{k}[deg]" for k in range(1, 7)},
+        {"x[m]": "z[m]", "z[m]": "x[m]"},
+    ],
+)
+def test_headings_that_are_wrong_are_corrected_by_one_click(do, ur5_file, wrong):
+    """The file's own rows come back, whatever stood above them."""
+    do(ChooseRobot("ur5"))
+    right = do(LoadData("rows.csv", ur5_file)).measurements.loaded.dataset
+    head, rest = ur5_file.decode().split("\n", 1)
+    assert set(wrong) <= set(head.split(","))
+    head = ",".join(wrong.get(name, name) for name in head.split(","))
+    session = do(LoadData("rows.csv", f"{head}\n{rest}".encode()))
+    assert session.measurements.loaded.is_foreign
+    corrected = do(guide(session).next.command)
+    assert not corrected.measurements.loaded.is_foreign
+    np.testing.assert_allclose(corrected.measurements.loaded.dataset.q, right.q, atol=1e-12)
+    np.testing.assert_allclose(corrected.measurements.loaded.dataset.position, right.position, atol=1e-12)

@@ -197,6 +197,15 @@ class Robot:
         """Number of joint coordinates."""
         return len(self.moving)
 
+    @property
+    def joint_names(self) -> tuple[str, ...]:
+        """Names of the moving joints as the robot's file has them, else joint1, joint2, …"""
+        own = (f"joint{i + 1}" for i in range(self.dof))
+        if self.urdf is None:
+            return tuple(own)
+        entries = zip(self.urdf.joints, self.joints, strict=True)
+        return tuple(name for name, joint in entries if joint.kind is not JointKind.FIXED)
+
     @cached_property
     def limits(self) -> Float[np.ndarray, "n 2"]:
         """Least and greatest coordinate of every moving joint [rad or m]."""

@@ -79,7 +79,7 @@ def _poses(source: str, path: Path, tip: str | None):
     from workbench.arm.own_robot.readings import Typed
     from workbench.base import se3
 
-    data = wb.read_measurements(path, joints=readings_of(source, tip=tip)[0].robot.dof)
+    data = wb.read_measurements(path, joints=readings_of(source, tip=tip)[0].robot.joint_names)
     if data.position is None or data.rotation is None:
         raise OptionError(f"{path}: full poses are needed, position and orientation")
     return Typed(data.q, se3.pose(data.rotation, data.position))

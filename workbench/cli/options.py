@@ -97,7 +97,7 @@ class FileOptions:
         stored = ColumnMapping() if self.mapping is None else read_mapping(self.mapping)
         return wb.read_measurements(
             path,
-            joints=arm.dof,
+            joints=arm.joint_names,
             base=arm.base.pose,
             columns=self.columns or stored.columns,
             sheet=self.sheet or stored.sheet,

@@ -42,7 +42,7 @@ def _dataset(value: Any, given: Given) -> Any:
     robot = next((found for found in given.values() if isinstance(found, Robot)), None)
     if robot is None:
         return read_measurements(value)
-    return read_measurements(value, joints=robot.dof, base=robot.base.pose)
+    return read_measurements(value, joints=robot.joint_names, base=robot.base.pose)
 
 
 def _trajectory(value: Any, given: Given) -> Any:

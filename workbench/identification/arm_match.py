@@ -7,7 +7,8 @@ fits them. Joints whose zero is elsewhere do the same to an arm's own rows; wher
 it, they are its own. So they are where a mistake in the file explains the misfit, such as joints exchanged.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -64,6 +65,8 @@ class ArmMatch:
         rival_name: What that arm is called.
         rival_error: What it leaves [m].
         mistake: What was mistaken in the file, where that alone explains the rows; empty if nothing.
+        headings: What the file's columns are without it, as `with_headings_corrected` takes them; empty: no
+            heading mends it.
         mistake_error: What is left of them without it [m].
         is_foreign: Whether these are clearly not the arm's rows, or not as they stand in the file.
         joints: Joints of the rows and of the arm, where they differ.
@@ -77,6 +80,7 @@ class ArmMatch:
     rival_error: float = np.nan
     mistake: str = ""
     mistake_error: float = np.nan
+    headings: Mapping[str, str] = field(default_factory=dict)
     is_foreign: bool = False
     joints: tuple[int, int] = (0, 0)
 
@@ -131,7 +135,13 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
     reading = explained(_bare(robot), seen, error, maximum=SOME * robot.reach)
     if reading is not None and not reading.error > found.rival_error:
         found = replace(found, rival="", rival_name="", rival_error=np.nan)
-        return replace(found, mistake=reading.text, mistake_error=reading.error, is_foreign=True)
+        return replace(
+            found,
+            mistake=reading.text,
+            mistake_error=reading.error,
+            headings=reading.headings,
+            is_foreign=True,
+        )
     much = error > MUCH * robot.reach or (outside > OUTSIDE and error > 0.5 * MUCH * robot.reach)
     return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(at, seen, error)))
 

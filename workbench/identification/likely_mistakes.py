@@ -4,8 +4,8 @@ Each reading that takes one such mistake back is aligned with the arm by closed 
 are refined. A mistake is named only if it explains the rows far better than anything else.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 
 import numpy as np
@@ -39,6 +39,7 @@ class CorrectedRows:
         text: The mistake.
         rows: The rows with it taken back.
         inverted: Joints that it inverts.
+        headings: What the columns are without it, by what they are called; empty where no heading tells it.
         shrunk: How many times it shrinks the points, or the motion of the arm, and with them the error.
         error: What is left of the rows [m].
     """
@@ -46,6 +47,7 @@ class CorrectedRows:
     text: str
     rows: Dataset
     inverted: frozenset[int] = frozenset()
+    headings: Mapping[str, str] = field(default_factory=dict)
     shrunk: float = 1.0
     error: float = np.inf
 
@@ -72,7 +74,8 @@ def explained(robot: Robot, seen: Dataset, error: float, *, maximum: float) -> C
     likely = [r for r in alike if not any(_is_part(other, r) for other in alike)]
     if not 0 < len(likely) <= MAX_LIKELY:
         return None
-    return replace(likely[0], text=", or ".join(r.text for r in likely))
+    headings = likely[0].headings if len(likely) == 1 else {}
+    return replace(likely[0], text=", or ".join(r.text for r in likely), headings=headings)
 
 
 def _is_part(one: CorrectedRows, other: CorrectedRows) -> bool:
@@ -108,32 +111,41 @@ def _joints_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRow
         if slides[i] == slides[j]:
             order = np.arange(n)
             order[[i, j]] = j, i
-            yield CorrectedRows(f"q{i + 1} and q{j + 1} look exchanged", replace(seen, q=seen.q[:, order]))
+            yield _in_order(f"q{i + 1} and q{j + 1} look exchanged", seen, order)
     for order, words in ((np.arange(n)[::-1], "reversed"), (np.roll(np.arange(n), 1), "shifted by one"),
                          (np.roll(np.arange(n), -1), "shifted by one")):  # fmt: skip
         if n > 2 and (slides[order] == slides).all():
-            yield CorrectedRows(f"the order of the joints looks {words}", replace(seen, q=seen.q[:, order]))
+            yield _in_order(f"the order of the joints looks {words}", seen, order)
     for joints in (*combinations(range(n), 1), *combinations(range(n), 2)):
         signs = np.where(np.isin(np.arange(n), joints), -1.0, 1.0)
         names = " and ".join(f"q{k + 1}" for k in joints)
         words = f"{names} {'seems' if len(joints) == 1 else 'seem'} to have the opposite sign"
         yield CorrectedRows(words, replace(seen, q=seen.q * signs), frozenset(joints))
     degree = np.pi / 180.0
-    turning = ((degree, "the joints look like degrees labelled rad"),
-               (1.0 / degree, "the joints look like rad labelled degrees"))  # fmt: skip
-    lengths = [(factor, f"the joints that slide look like {words}") for words, factor in _units()]
-    for scaled, guesses in ((~slides, turning), (slides, lengths)):
-        for factor, words in guesses if scaled.any() else ():
+    turning = (("deg", "degrees labelled rad", degree), ("rad", "rad labelled degrees", 1.0 / degree))
+    for scaled, who, guesses in (
+        (~slides, "the joints", turning),
+        (slides, "the joints that slide", tuple(_units())),
+    ):
+        for unit, words, factor in guesses if scaled.any() else ():
             q = seen.q * np.where(scaled, factor, 1.0)
-            yield CorrectedRows(words, replace(seen, q=q), shrunk=max(1.0, 1.0 / factor))
+            headings = {f"q{k + 1}": f"q{k + 1}[{unit}]" for k in np.flatnonzero(scaled)}
+            text, shrunk = f"{who} look like {words}", max(1.0, 1.0 / factor)
+            yield CorrectedRows(text, replace(seen, q=q), headings=headings, shrunk=shrunk)
+
+
+def _in_order(text: str, seen: Dataset, order: np.ndarray) -> CorrectedRows:
+    headings = {f"q{was + 1}": f"q{k + 1}" for k, was in enumerate(order) if was != k}
+    return CorrectedRows(text, replace(seen, q=seen.q[:, order]), headings=headings)
 
 
 def _points_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRows]:
     points = np.asarray(seen.position)
-    for words, factor in _units():
+    for unit, words, factor in _units():
         yield CorrectedRows(
             f"the positions look like {words}",
             replace(seen, position=points * factor),
+            headings={axis: f"{axis}[{unit}]" for axis in "xyz"},
             shrunk=max(1.0, 1.0 / factor),
         )
     if seen.rotation is None:
@@ -146,13 +158,14 @@ def _points_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRow
     for i, j in combinations(range(3), 2):
         order = np.arange(3)
         order[[i, j]] = j, i
-        words = f"{'xyz'[i]} and {'xyz'[j]} look exchanged"
-        yield CorrectedRows(words, replace(seen, position=points[:, order]))
+        one, other = "xyz"[i], "xyz"[j]
+        rows, headings = replace(seen, position=points[:, order]), {one: other, other: one}
+        yield CorrectedRows(f"{one} and {other} look exchanged", rows, headings=headings)
 
 
-def _units() -> Iterator[tuple[str, float]]:
-    """Pairs of units that may be confused: words, and the factor that takes it back."""
+def _units() -> Iterator[tuple[str, str, float]]:
+    """Pairs of units that may be confused: the right one, words, and the factor that takes it back."""
     for own, size in LENGTHS.items():
         for label, taken in LENGTHS.items():
             if own != label:
-                yield f"{own} labelled {label}", size / taken
+                yield own.replace("inch", "in"), f"{own} labelled {label}", size / taken

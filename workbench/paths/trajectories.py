@@ -152,7 +152,7 @@ def taught_circle(robot: Robot, q: Float[np.ndarray, "points n"]) -> Circle:
 
 def read_taught(path: Path, robot: Robot) -> Float[np.ndarray, "points n"]:
     """Joint positions of taught points."""
-    q = read_trajectory(path, joints=robot.dof).q
+    q = read_trajectory(path, joints=robot.joint_names).q
     if q is None:
         raise DataError(f"{path}: taught points need joints (q1[rad] …)")
     return q

@@ -11,6 +11,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.wording import capital
+from workbench.data.readers.layouts import PLAIN
+from workbench.data.readers.mapping import with_headings_corrected
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.arm_match import ArmMatch
 from workbench.identification.result import LOOK_AGAIN, Identification, Run, Validation, judged
@@ -18,6 +20,7 @@ from workbench.identification.row_errors import RowErrors
 from workbench.report.numbers import significant
 from workbench.session.command import AbstractCommand, kinds
 from workbench.session.commands.arm import ChooseRobot
+from workbench.session.commands.data import LoadData
 from workbench.session.commands.diagnose import MIN_ROWS, AddEffects, Diagnose, TakeNextPoses
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
@@ -26,7 +29,7 @@ from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
 from workbench.session.export import File, fixture_zip
 from workbench.session.judgement import Tone, arm_judgement, plate_judgement
-from workbench.session.loaded_measurements import Measuring
+from workbench.session.loaded_measurements import MeasurementFile, Measuring
 from workbench.session.state import Focus, Session, Tab
 
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
@@ -132,7 +135,7 @@ def _guide(session: Session) -> GuideStep:
     results, found = session.results, session.results.diagnosis
     if results.identification is None and found is None:
         if loaded.match is not None and loaded.is_foreign:
-            return _foreign(loaded.match)
+            return _foreign(loaded.match, loaded.file)
         return GuideStep(f"{len(loaded.dataset)} rows of {loaded.name} are loaded.", next=FIT, other=LOAD)
     if results.accepted:
         left, tone = _rest(found)
@@ -170,12 +173,16 @@ def _measuring(measuring: Measuring) -> GuideStep:
     return GuideStep(f"{words}; {stored} of {len(measuring.numbers)} stored.", next=done)
 
 
-def _foreign(match: ArmMatch) -> GuideStep:
-    """Rows of another arm: change to that one, if it is known."""
+def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> GuideStep:
+    """Rows of another arm, or of a file with wrong headings: what is to be changed, if it is known."""
     anyway = OTHER_ARM
     if match.joints[0] == match.joints[1]:
         anyway = Action("Identify all the same", Tab.CALIBRATE, Identify(anyway=True))
-    return GuideStep(f"{capital(match.text)}.", Tone.BAD, _change_to(match), anyway)
+    change = _change_to(match)
+    if match.headings and file is not None and file.preview.layout == PLAIN:
+        mapping = with_headings_corrected(file.preview, match.headings).encode()
+        change = Action("Read it corrected", Tab.MEASURE, LoadData(file.name, file.content, mapping))
+    return GuideStep(f"{capital(match.text)}.", Tone.BAD, change, anyway)
 
 
 def _change_to(match: ArmMatch) -> Action:

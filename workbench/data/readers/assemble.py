@@ -20,6 +20,7 @@ from workbench.base.wording import plural
 from workbench.data.columns import known_columns
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import repeated_rows
+from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import Fields, in_base
 from workbench.data.readers.headings import column_of
 from workbench.data.readers.orientation import read_orientation
@@ -38,7 +39,7 @@ Mask = Bool[np.ndarray, " rows"]
 def assemble(
     fields: Fields,
     *,
-    joints: int | None,
+    joints: Joints,
     base: Matrix4 | None = None,
     beside: Mapping[str, np.ndarray] | None = None,
 ) -> Dataset:
@@ -46,7 +47,7 @@ def assemble(
 
     Args:
         fields: Columns in SI.
-        joints: Number of joints that the robot has; None: as many as the file names.
+        joints: Number of joints that the robot has, or their names; None: as many as the file names.
         base: Pose of the robot's base in the measuring frame, for poses that are in the robot's base.
         beside: What was observed otherwise, one number or more a row by its name, NaN where a row has none.
     """
@@ -108,19 +109,25 @@ def _measured(fields: Fields, position, rotation, base: Matrix4 | None):
     )
 
 
-def joint_columns(fields: Fields, joints: int | None) -> Float[np.ndarray, "rows n"]:
+def joint_columns(fields: Fields, joints: Joints) -> Float[np.ndarray, "rows n"]:
     """Joint positions [rad or m] from q1 … qN."""
     numbers = fields.numbers(r"q(\d+)")
+    wanted = joints if isinstance(joints, int | None) else len(joints)
     if not numbers:
         raise DataError(f"{fields.source}: there are no joint columns: add q1[rad], q2[rad], …")
     lacking = next((i for i, number in enumerate(numbers, start=1) if number != i), None)
     if lacking is not None:
-        raise FileError(f"joint columns go to q{numbers[-1]} but q{lacking} is missing", path=fields.source)
-    if joints is not None and len(numbers) != joints:
+        last = fields.headings.get(f"q{numbers[-1]}", f"q{numbers[-1]}")
+        raise FileError(
+            f"column '{last}' is joint {numbers[-1]}, but joint {lacking} has no column: name the joints "
+            "q1, q2, … or as the robot's file does",
+            path=fields.source,
+        )
+    if wanted is not None and len(numbers) != wanted:
         raise ShapeError(
             f"{fields.source}: the file has {plural(len(numbers), 'joint column')} (q1 … q{numbers[-1]}), "
-            f"the robot {plural(joints, 'joint')}: choose the robot that was measured",
-            expected=joints,
+            f"the robot {plural(wanted, 'joint')}: choose the robot that was measured",
+            expected=wanted,
             found=len(numbers),
         )
     return np.stack([fields.values[f"q{i}"] for i in numbers], axis=1)

@@ -1,16 +1,17 @@
 """The meaning of each column of a table, and problems that prevent its use."""
 
+import math
 import re
 from collections import Counter
 from dataclasses import dataclass, replace
 
 from workbench.base.columns import Per
 from workbench.base.errors import FileError, UnitError, WorkbenchError
-from workbench.base.units import EXAMPLES, REMARKS, Conversion, conversion, parse_heading
+from workbench.base.units import EXAMPLES, REMARKS, Conversion, Quantity, conversion, parse_heading
 from workbench.base.wording import listed, span
 from workbench.data.columns import known_columns
 from workbench.data.readers.headings import is_commanded, meaning, quantities_of, split_ending
-from workbench.data.readers.table import Table
+from workbench.data.readers.table import NUMBER, Table
 
 _JOINT = re.compile(r"q\d+")
 _NUMBER = quantities_of("qw")[0]
@@ -78,7 +79,9 @@ def _with_unit(column: TableColumn, table: Table, unit: str | None) -> TableColu
             return replace(
                 column, remark=f"'{column.heading}' holds dates, read as seconds from the first row"
             )
-        first = wanted.split(" or ")[0]
+        offered = wanted.split(" or ")
+        turns = "deg" in offered and _beyond_a_turn(table, quantities)
+        first = "deg" if turns else offered[0]
         message = (
             f"{where}: the unit is missing: write '{column.heading}[{first}]' in the header "
             f"({wanted}, as it is), or say columns='{column.key}[{first}]={column.heading}' (--columns)"
@@ -184,3 +187,12 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     if twice:
         notes.append(f"among them {listed(twice)} more than once")
     return tuple(dict.fromkeys(notes))
+
+
+def _beyond_a_turn(table: Table, quantities: tuple[Quantity, ...]) -> bool:
+    """Whether the columns of a kind hold angles that are too large for radians."""
+    found = (meaning(parse_heading(heading).name) for heading in table.headings)
+    kind = [known is not None and quantities_of(known.key) == quantities for known in found]
+    cells = (cell for column, own in zip(table.columns, kind, strict=True) if own for cell in column)
+    numbers = (cell.replace(",", ".") for cell in cells if NUMBER.fullmatch(cell))
+    return any(abs(float(number.replace("\u2212", "-"))) > 2.0 * math.pi for number in numbers)

@@ -15,6 +15,7 @@ doubt) that one row is. The two sides may stand the other way round: Q[column]=q
 """
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from workbench.base.errors import OptionError
@@ -37,6 +38,8 @@ SAME_GROUPS = {
     "xyzw": "quat_xyzw",
     "rotation": "matrix",
 }
+Joints = int | Sequence[str] | None
+"""Number of joints of a robot, or their names in order; None: not known."""
 _ORIENTATIONS = {"row": "row", "rows": "row", "column": "column", "columns": "column", "col": "column"}
 _ITEM = re.compile(r"(?P<name>[^\[\]]*)(?:\[(?P<inner>[^\[\]]*)\])?")
 _DOTS = ("…", "...", "..")

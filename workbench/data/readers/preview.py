@@ -10,7 +10,7 @@ from workbench.base.types import Matrix4
 from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.columns import TableColumn, decisions, interpret_columns, problems
-from workbench.data.readers.columns_option import Naming
+from workbench.data.readers.columns_option import Joints, Naming
 from workbench.data.readers.fields import Fields, convert
 from workbench.data.readers.headings import quantities_of
 from workbench.data.readers.read import read_by_layout
@@ -68,7 +68,7 @@ def preview(
     path: Path | str,
     *,
     columns: str | Naming | None = None,
-    joints: int | None = None,
+    joints: Joints = None,
     layout: str | None = None,
     sheet: str | None = None,
     base: Matrix4 | None = None,
@@ -76,7 +76,7 @@ def preview(
     """What `read_measurements` would make of a file; problems are listed, never raised."""
     path = Path(path)
     try:
-        fields, name, table = read_by_layout(path, columns=columns, layout=layout, sheet=sheet)
+        fields, name, table = read_by_layout(path, columns=columns, layout=layout, sheet=sheet, joints=joints)
     except WorkbenchError as error:
         return Preview(path=str(path), problems=(str(error),))
     if fields is None:
@@ -85,7 +85,7 @@ def preview(
     return _of_fields(path, fields, () if table is None else _left_out(table), joints, base, name)
 
 
-def _of_table(path: Path, table: Table, joints: int | None, base: Matrix4 | None) -> Preview:
+def _of_table(path: Path, table: Table, joints: Joints, base: Matrix4 | None) -> Preview:
     """Preview of a plain table: as much as can be said even if it can't be read."""
     understood = interpret_columns(table)
     shown = tuple(_shown(column, table) for column in understood)
@@ -113,7 +113,7 @@ def _of_fields(
     path: Path,
     fields: Fields,
     shown: tuple[PreviewColumn, ...],
-    joints: int | None,
+    joints: Joints,
     base: Matrix4 | None,
     layout: str,
 ) -> Preview:

@@ -14,12 +14,12 @@ from workbench.base.wording import listed
 from workbench.data.dataset import Dataset
 from workbench.data.readers import layouts
 from workbench.data.readers.assemble import assemble
-from workbench.data.readers.columns_option import Naming, headings_in_order, parse_columns
+from workbench.data.readers.columns_option import Joints, Naming, headings_in_order, parse_columns
 from workbench.data.readers.fields import Fields, fields_of
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
 from workbench.data.readers.joint_tables import join
 from workbench.data.readers.layouts.layout import AbstractFileLayout, AbstractTableLayout
-from workbench.data.readers.table import Grid, Table, with_headings, with_names, with_pairs
+from workbench.data.readers.table import Grid, Table, with_headings, with_joint_names, with_names, with_pairs
 from workbench.data.readers.text import read_text
 from workbench.data.readers.workbooks import read_excel, read_frame, read_matlab, read_parquet
 
@@ -28,7 +28,7 @@ def read_measurements(
     source: Any,
     *,
     columns: str | Naming | None = None,
-    joints: int | None = None,
+    joints: Joints = None,
     layout: str | None = None,
     sheet: str | None = None,
     base: Matrix4 | None = None,
@@ -41,7 +41,8 @@ def read_measurements(
         source: CSV, TSV, text, xlsx, parquet or MATLAB v5 file; a folder, for a layout that takes one; or a
             pandas or polars frame whose columns have headings like those of a file (`q1[deg]`, `x[mm]` …).
         columns: What the columns are, for files whose headings do not say; see `naming`.
-        joints: Number of joints of the robot; None: as many as the file names.
+        joints: Number of joints of the robot, or their names in order, by which its columns may be
+            called; None: as many as the file names.
         layout: Name of the file's layout; None: recognised by its headings.
         sheet: Sheet of a workbook; None: the one with headings that are known.
         base: Pose of the robot's base in the measuring frame, for files whose column `pose_frame` says that
@@ -58,19 +59,24 @@ def read_measurements(
         OptionError: An option does not fit the file.
         MissingExtraError: An optional library is needed.
     """
-    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet)
+    fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
     if joint_table is not None:
         if "q1" in fields.values:
             raise OptionError(f"{fields.source} has joints of its own; leave out the table of joints")
-        fields = join(fields, read_fields(joint_table, columns=joint_columns))
+        fields = join(fields, read_fields(joint_table, columns=joint_columns, joints=joints))
     return assemble(fields, joints=joints, base=base)
 
 
 def read_fields(
-    source: Any, *, columns: str | Naming | None = None, layout: str | None = None, sheet: str | None = None
+    source: Any,
+    *,
+    columns: str | Naming | None = None,
+    layout: str | None = None,
+    sheet: str | None = None,
+    joints: Joints = None,
 ) -> Fields:
     """All columns of a file in SI, whatever they are; options and errors as `read_measurements`."""
-    found, _, table = read_by_layout(source, columns=columns, layout=layout, sheet=sheet)
+    found, _, table = read_by_layout(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
     if found is None:
         assert table is not None, "what has no layout of its own is a table"
         return fields_of(table)
@@ -78,14 +84,14 @@ def read_fields(
 
 
 def read_by_layout(
-    source: Any, *, columns: str | Naming | None, layout: str | None, sheet: str | None
+    source: Any, *, columns: str | Naming | None, layout: str | None, sheet: str | None, joints: Joints = None
 ) -> tuple[Fields | None, str, Table | None]:
     """A source by its layout: the columns in SI, the layout's name, and the table if it is one.
 
     A plain table is left as it is: no columns, and no name.
     """
     if not isinstance(source, str | PathLike):
-        table = _named(read_frame(source), naming_of(columns))
+        table = _named(read_frame(source), naming_of(columns), joints)
     else:
         path = Path(source)
         if layout not in (None, layouts.PLAIN, *layouts.LAYOUTS):
@@ -93,7 +99,7 @@ def read_by_layout(
             raise OptionError(f"there is no layout '{layout}': there are {known}")
         if (whole := _file_layout(path, layout)) is not None:
             return whole.read(path, naming_of(columns)), whole.name, None
-        table = read_table(path, columns=columns, sheet=sheet)
+        table = read_table(path, columns=columns, sheet=sheet, joints=joints)
     special = _table_layout(table, columns, layout)
     return (None, "", table) if special is None else (special.read(table), special.name, table)
 
@@ -136,7 +142,9 @@ def _table_layout(
     return None
 
 
-def read_table(path: Path, *, columns: str | Naming | None, sheet: str | None) -> Table:
+def read_table(
+    path: Path, *, columns: str | Naming | None, sheet: str | None, joints: Joints = None
+) -> Table:
     """The file as named columns of text."""
     data = read_bytes(path)
     kind = kind_of(data, path)
@@ -152,15 +160,19 @@ def read_table(path: Path, *, columns: str | Naming | None, sheet: str | None) -
     else:
         grid = read_text(data, path)
     _refuse_transform(grid)
-    return _named(grid, naming)
+    return _named(grid, naming, joints)
 
 
-def _named(grid: Grid, naming: Naming | None) -> Table:
-    if naming is None:
-        return with_headings(grid)
-    if naming.items:
+def _named(grid: Grid, naming: Naming | None, joints: Joints) -> Table:
+    if naming is not None and naming.items:
         return with_names(grid, headings_in_order(naming, len(grid.rows[-1])))
-    table = with_headings(with_pairs(grid, naming))
+    if naming is not None:
+        renamed = with_pairs(grid, naming)
+    else:
+        renamed = grid if isinstance(joints, int | None) else with_joint_names(grid, joints)
+    table = with_headings(renamed)
+    if renamed is grid:
+        return table
     if table.heading_line not in grid.lines:
         return table
     return replace(table, own=tuple(grid.rows[grid.lines.index(table.heading_line)]))

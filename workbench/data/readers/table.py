@@ -1,6 +1,7 @@
 """Cells of a file and the table they make: which row holds headings, which units, where the data begin."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
@@ -8,7 +9,7 @@ from workbench.base.errors import FileError, OptionError
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import NamedUnit, Naming, Pair
-from workbench.data.readers.headings import is_known, meaning
+from workbench.data.readers.headings import is_known, meaning, normalised
 
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?|[-+]?(nan|inf)", re.IGNORECASE)
 
@@ -103,8 +104,8 @@ def with_headings(grid: Grid) -> Table:
         return named
     if start == 0:
         raise grid.error(
-            f"the file has no header: name its {len(grid.rows[0])} columns, e.g. "
-            "columns='q1[deg],…,x[mm],y[mm],z[mm]' (--columns); '-' leaves one out",
+            f"the file has no header: write the names of its {len(grid.rows[0])} columns above the numbers, "
+            "such as q1[deg],…,x[mm],y[mm],z[mm], or say them with columns='q1[deg],…,-,x[mm]' (--columns)",
             0,
         )
     head = max(range(start), key=lambda i: (_known(grid.rows[i]), i))
@@ -122,9 +123,9 @@ def with_headings(grid: Grid) -> Table:
 def with_names(grid: Grid, names: tuple[str, ...]) -> Table:
     """The table with column names that the caller gives; heading rows of the file are skipped."""
     start = _first_data_row(grid.rows)
-    notes: tuple[str, ...] = (f"the columns are named by the caller: {', '.join(names)}",)
+    notes: tuple[str, ...] = (f"the columns are named {', '.join(names)}, as was asked",)
     if start:
-        notes += (f"{start} row(s) above the data are skipped, as the caller names the columns",)
+        notes += (f"{start} row(s) above the data are skipped, as the columns were named",)
     return _table(grid, start, names, ("",) * len(names), None, notes)
 
 
@@ -262,8 +263,30 @@ def with_pairs(grid: Grid, naming: Naming) -> Grid:
             raise _no_column(rows, pair, grid.source)
         i, j, name, item = found[0]
         _rename(rows[i], j, item)
-        notes += (f"the caller reads '{name}' as {item.heading()}",)
+        notes += (f"column '{name}' is read as {item.heading()}",)
     return replace(grid, rows=rows + grid.rows[end:], notes=notes)
+
+
+def with_joint_names(grid: Grid, names: Sequence[str]) -> Grid:
+    """The grid with joints called as the robot's file does renamed to q1, q2, …, if it has them all."""
+    for i, row in enumerate(grid.rows[: _first_data_row(grid.rows)]):
+        places = {_joint_name(parse_heading(cell).name): j for j, cell in enumerate(row) if cell}
+        found = [places.get(_joint_name(name)) for name in names]
+        numbers = [j for j in found if j is not None]
+        if len(set(numbers)) < len(names):
+            continue
+        renamed = list(row)
+        for k, j in enumerate(numbers, start=1):
+            renamed[j] = NamedUnit(f"q{k}", parse_heading(row[j]).unit).heading()
+        note = f"{listed([row[j] for j in numbers])} are the robot's joints, by their names in its file"
+        rows = [*grid.rows[:i], renamed, *grid.rows[i + 1 :]]
+        return grid if renamed == row else replace(grid, rows=rows, notes=(*grid.notes, note))
+    return grid
+
+
+def _joint_name(name: str) -> str:
+    """A joint's name as it is compared: 'shoulder' and 'shoulder_joint' are one."""
+    return normalised(name).removesuffix("_joint")
 
 
 def _no_column(rows: list[list[str]], pair: Pair, source: str) -> OptionError:
@@ -294,10 +317,10 @@ def _mapped(rows: list[list[str]], naming: Naming, source: str) -> tuple[str, ..
             item = places[i, j].right[0] if (i, j) in places else None
             if item is not None and item.name != "-":
                 row[j] = NamedUnit(item.name, own if item.unit is None else item.unit).heading()
-                notes += (f"the caller reads '{cell}' as {row[j]}",) if row[j] != cell else ()
+                notes += (f"column '{cell}' is read as {row[j]}",) if row[j] != cell else ()
             elif cell and (item is not None or (meaning(name) is not None and meaning(name) in taken)):
                 row[j] = f"{cell} (not used)"
-                notes += (f"the caller leaves out '{cell}'",) if item is not None else ()
+                notes += (f"column '{cell}' is left out",) if item is not None else ()
     return notes
 
 
@@ -306,7 +329,7 @@ def _left_out(rows: list[list[str]], name: str) -> tuple[str, ...]:
     found = [(i, j) for i, row in enumerate(rows) for j in _places(row, name)]
     for i, j in found:
         rows[i][j] = f"{rows[i][j]} (not used)"
-    return (f"the caller leaves out '{name}'",) if found else ()
+    return (f"column '{name}' is left out",) if found else ()
 
 
 def _places(row: list[str], name: str) -> list[int]:

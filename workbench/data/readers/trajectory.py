@@ -11,6 +11,7 @@ from workbench.base.columns import row_drivers
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.data.readers.assemble import joint_columns, joint_units
+from workbench.data.readers.columns_option import Joints
 from workbench.data.readers.fields import BASE, in_base
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
@@ -42,7 +43,7 @@ class Trajectory:
 
 
 def read_trajectory(
-    path: Path | str, *, columns: str | None = None, joints: int | None = None, sheet: str | None = None
+    path: Path | str, *, columns: str | None = None, joints: Joints = None, sheet: str | None = None
 ) -> Trajectory:
     """Joints and poses of a file, without gaps; options as `read_measurements`.
 
@@ -50,7 +51,7 @@ def read_trajectory(
         WorkbenchError: As `read_measurements`; a blank cell is an error here.
         DataError: There are neither joints nor positions, or time does not increase.
     """
-    fields = read_fields(path, columns=columns, sheet=sheet, layout="plain")
+    fields = read_fields(path, columns=columns, sheet=sheet, layout="plain", joints=joints)
     for key, values in fields.values.items():
         if values.dtype.kind == "f" and (blank := np.isnan(values)).any():
             raise fields.error("the cell is blank: a trajectory has no gaps", int(np.argmax(blank)), key)

@@ -202,7 +202,7 @@ def _read(readings: Path | Dataset | Sequence[str], robot: Robot) -> PendantRead
         return read_readings(readings, robot)
     except FileError as error:  # a log or bag
         try:
-            return readings_of(read_measurements(readings, joints=robot.dof))
+            return readings_of(read_measurements(readings, joints=robot.joint_names))
         except FileError:
             raise error from None
 

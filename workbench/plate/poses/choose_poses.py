@@ -57,7 +57,7 @@ def choose_poses(
     """
     if method not in tuple(Method):
         raise OptionError(f"there is no method '{method}'; choose from {', '.join(Method)}")
-    rows = None if candidates is None else read_trajectory(candidates, joints=robot.dof).q
+    rows = None if candidates is None else read_trajectory(candidates, joints=robot.joint_names).q
     if candidates is not None and rows is None:
         raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")
     if rows is not None and len(rows) < number:

@@ -2,6 +2,7 @@
 
 import re
 import tempfile
+from collections.abc import Sequence
 from dataclasses import field, replace
 from pathlib import Path
 
@@ -88,7 +89,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             path = Path(folder) / safe_name(self.name)
             path.write_bytes(self.content)
             try:
-                understood = self._understood(path, session.robot, session.robot.dof)
+                understood = self._understood(path, session.robot, session.robot.joint_names)
                 file = MeasurementFile(path.name, self.content, understood, self.mapping)
                 if understood.dataset is None and understood.columns and understood.layout == "plain":
                     return replace(file, match=self._other_arm(path, session.robot, understood))
@@ -112,7 +113,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
         rows = self._understood(path, robot, None).dataset
         return None if rows is None else arm_match(robot, rows)
 
-    def _understood(self, path: Path, robot: Robot, joints: int | None) -> Preview:
+    def _understood(self, path: Path, robot: Robot, joints: Sequence[str] | None) -> Preview:
         from workbench.data.readers import preview
         from workbench.data.readers.mapping import ColumnMapping, read_mapping
 
@@ -365,7 +366,8 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
 
 
 def _on_page(problem: str, remedy: str) -> str:
-    return f"{problem.replace(OPTION, '')}; {remedy}"
+    said = re.sub(rf", or say [^;]*{re.escape(OPTION)}", "", problem)
+    return said if said != problem and remedy == ELSEWHERE else f"{said.replace(OPTION, '')}; {remedy}"
 
 
 def too_large(name: str, size: int, most: int) -> str:

@@ -74,7 +74,7 @@ def read_touches(source: Path | Dataset, robot: Robot) -> Touches:
         names = fields.values.get("contact", fields.values.get("point"))
         kept, rows = np.isfinite(q).all(1), np.arange(len(q))
         if "exclude" in fields.values:
-            kept = kept & read_measurements(source, joints=robot.dof).included
+            kept = kept & read_measurements(source, joints=robot.joint_names).included
     if not kept.any():
         raise DataError(f"{where}: there is no touch; give joint positions (q1[deg] …), one touch a line")
     refuse_joint_quantities(units, robot, where)

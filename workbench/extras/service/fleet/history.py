@@ -140,7 +140,7 @@ def _calibrated(path: Path, robot: Robot | None) -> Robot:
         return load_robot(path)
     if robot is None:
         raise OptionError(f"{path}: measurements need the nominal robot (--robot)")
-    data = read_measurements(path, joints=robot.dof, base=robot.base.pose)
+    data = read_measurements(path, joints=robot.joint_names, base=robot.base.pose)
     return identify(robot, data, algorithms=("opt2",), held_out=0.0).robot
 
 
