@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
 
 MAX_JOINTS = 50
 """Joints that move beyond this number are refused: what is computed from them would never end."""
+FROM_ROWS, FROM_URDF = "workbench.arm.robot_toml:robot_from_rows", "workbench.arm.urdf:read_urdf"
+SAVE, PREDICT = "workbench.arm.built_in_arms:save_robot", "workbench.arm.kinematics.forward:tool_poses"
+"""Functions that make, write and move robots and so import this file; named as entry points name theirs."""
 
 
 @dataclass(frozen=True)
@@ -117,22 +121,16 @@ class Robot:
         Raises:
             FileError, RobotError: the table describes no robot; the message names the entry.
         """
-        from workbench.arm.robot_toml import robot_from_rows
-
-        return robot_from_rows(table, convention, name=name, limits=limits)
+        return resolve_name(FROM_ROWS)(table, convention, name=name, limits=limits)
 
     @classmethod
     def from_urdf(cls, path: Path | str, *, tip: str | None = None) -> "Robot":
         """The longest chain of a URDF, or the one that ends in the link `tip`."""
-        from workbench.arm.urdf import read_urdf
-
-        return read_urdf(path, tip=tip)
+        return resolve_name(FROM_URDF)(path, tip=tip)
 
     def save(self, path: Path | str) -> Path:
         """Write the robot as the ending says: `.toml`, or `.urdf` for its geometry, best without effects."""
-        from workbench.arm.built_in_arms import save_robot
-
-        return save_robot(self, path)
+        return resolve_name(SAVE)(self, path)
 
     def __repr__(self) -> str:
         words = f"{self.dof} joints, {self.convention}, {len(self.default_free)} constants to identify"
@@ -315,9 +313,7 @@ class Robot:
             ShapeError: another number of joint positions than the robot has joints.
             DataError: an effect lacks what drives it, such as a temperature.
         """
-        from workbench.arm.kinematics.forward import tool_poses
-
-        return tool_poses(self, at)
+        return resolve_name(PREDICT)(self, at)
 
     def _check_effects(self, own: set[str]) -> None:
         """Refuse effects that the arm can't carry, and names that stand for two things."""

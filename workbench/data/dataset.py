@@ -7,6 +7,7 @@ that a file does not have are None; single values that a row lacks are NaN (numb
 from collections.abc import Collection, Mapping
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
+from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -174,9 +175,7 @@ class Dataset:
         Args:
             prismatic: Joints, counted from 0, whose positions are lengths [m].
         """
-        from workbench.data.writer import columns_of
-
-        return data_frame(columns_of(self, prismatic))
+        return data_frame(resolve_name("workbench.data.writer:columns_of")(self, prismatic))
 
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Dataset":
         """The chosen rows, by index or mask, in the order given."""

@@ -6,7 +6,8 @@ import pytest
 
 from workbench.base.errors import DataError, FileError
 from workbench.extras.camera.camera import INTRINSICS, project, read_cameras, write_cameras
-from workbench.extras.camera.pixel_table import PixelRows, read_pixels
+from workbench.extras.camera.pixel_rows import PixelRows
+from workbench.extras.camera.pixel_table import read_pixels
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import Charuco, charuco_target, read_target, read_targets, write_target
 

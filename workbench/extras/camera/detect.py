@@ -30,7 +30,7 @@ from workbench.extras.camera.picture_files import (
     read_picture,
     readable,
 )
-from workbench.extras.camera.pixel_table import PixelRows
+from workbench.extras.camera.pixel_rows import PixelRows
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import PictureTarget, prints_of
 

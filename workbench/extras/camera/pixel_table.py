@@ -7,12 +7,11 @@ turns that reach these poses: camera and target can be found, of the arm nothing
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path, PurePath
 
 import numpy as np
-from jaxtyping import Float, Int
 
 from workbench.base import se3
 from workbench.base.entrance import remedy
@@ -20,13 +19,15 @@ from workbench.base.errors import DataError, FileError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
 from workbench.base.wording import listed, plural
-from workbench.data.dataset import Dataset, Labels
+from workbench.data.dataset import Dataset
 from workbench.data.readers.assemble import assemble
 from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import PIXEL_LABELS
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
+from workbench.extras.camera.detect import find_corners
 from workbench.extras.camera.lens import assumed_of_corners, assumed_of_folder, with_lenses
+from workbench.extras.camera.pixel_rows import PixelRows
 from workbench.extras.camera.resection import with_corners
 from workbench.extras.camera.rig import Rig
 
@@ -34,47 +35,6 @@ STRANGE = 0.02
 """Share of corners with unknown names from which on the target is called the wrong one."""
 SAME_JOINTS = 1e-6
 """Joints of the rows of one picture may differ by this [rad or m]."""
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class PixelRows:
-    """Corners found in pictures, one a row.
-
-    Args:
-        image: Name of the picture.
-        camera: Name of the camera; "" where there is one only.
-        id: Of the tag, or of the board's corner.
-        corner: Number of the tag's corner; 0 where an id has one point.
-        uv: Where it is in the picture [px].
-        pictures: All that were looked at, in their order; none: those that show corners.
-        source: Where they came from, for messages.
-        notes: Each decision that was taken on the way, in one sentence.
-    """
-
-    image: Labels
-    camera: Labels
-    id: Int[np.ndarray, " n"]
-    corner: Int[np.ndarray, " n"]
-    uv: Float[np.ndarray, "n 2"]
-    pictures: tuple[str, ...] = ()
-    source: str = "pictures"
-    notes: tuple[str, ...] = ()
-
-    @classmethod
-    def of(cls, fields: Fields) -> "PixelRows":
-        if missing := [key for key in ("image", "id", "u", "v") if key not in fields.values]:
-            heading = {"u": "u[px]", "v": "v[px]"}.get(missing[0], missing[0])
-            raise FileError(f"a table of pixels needs the column '{heading}'", path=fields.source)
-        blank = np.full(fields.rows, "")
-        return cls(
-            image=fields.values["image"],
-            camera=fields.values.get("camera", blank),
-            id=_whole(fields, "id"),
-            corner=_whole(fields, "corner") if "corner" in fields.values else np.zeros(fields.rows, int),
-            uv=np.stack([fields.values["u"], fields.values["v"]], axis=1),
-            source=fields.source,
-            notes=fields.notes,
-        )
 
 
 def read_pixels(
@@ -98,8 +58,6 @@ def read_pixels(
     """
     beside = None if joints is None else read_fields(joints)
     if not isinstance(source, PixelRows) and Path(source).is_dir():
-        from workbench.extras.camera.detect import find_corners  # which makes such rows
-
         rig = assumed_of_folder(rig, Path(source))
         source = find_corners(Path(source), rig)
     if isinstance(source, PixelRows):
@@ -226,18 +184,6 @@ def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str
         [f"{plural(int(lost.sum()), 'corner')} of unknown ids {unknown[:8]} are left out"] if unknown else []
     )
     return place, np.array([cameras[name] for name in rows.camera.tolist()], int), notes
-
-
-def _whole(fields: Fields, key: str) -> Int[np.ndarray, " rows"]:
-    found = []
-    for row, text in enumerate(fields.values[key].tolist()):
-        try:
-            found.append(np.int64(text.removesuffix(".0") or 0))
-        except (ValueError, OverflowError):
-            raise fields.error(
-                f"'{text[:40]}' is not a whole number of at most 18 digits", row, key
-            ) from None
-    return np.array(found, int)
 
 
 def _give_joints() -> str:
