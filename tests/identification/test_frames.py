@@ -143,6 +143,7 @@ def test_tool_rotation_is_not_offered_to_points():
     assert choice.freedom.tool == FRAME_PARTS[:3]
 
 
+@pytest.mark.data
 @pytest.mark.parametrize(
     ("file", "robot", "size"),
     [("ur10_rotvec_missing_outlier.csv", "ur10", 2.0), ("ur5_plain.xlsx", "ur5", 2.0)],

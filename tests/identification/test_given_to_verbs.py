@@ -80,13 +80,7 @@ def test_the_rest_is_refused_by_name(robot, data, options, name):
 
 
 def test_every_verb_has_the_same_door(csv):
-    assert wb.verify("aria", str(csv), wanted="0.5mm").wanted == wb.Wanted(position=5e-4)
-    assert wb.verify(ARM, ROWS, wanted=5e-4).wanted == wb.Wanted(position=5e-4)
-    assert wb.verify(ARM, ROWS, wanted="0.5mm,0.1deg").wanted.rotation == pytest.approx(np.deg2rad(0.1))
-    assert wb.verify(ARM, ROWS, wanted=wb.Requirement()).wanted == wb.Requirement().wanted
     assert wb.evaluate("aria", csv).errors == wb.evaluate(ARM, wb.read_measurements(csv)).errors
-    zeros = wb.rezero("aria", csv, replaced=2, exclude=[3], noise=(1e-4, 1e-4))
-    assert zeros.excluded == ((3, "by hand"),)
     path = csv.with_name("path.csv")
     np.savetxt(
         path,
@@ -105,7 +99,6 @@ def test_every_verb_has_the_same_door(csv):
 @pytest.mark.parametrize(
     ("call", "name"),
     [
-        (lambda: wb.verify(ARM, ROWS, wanted="large"), "wanted"),
         (lambda: wb.evaluate(ROWS, ARM), "robot"),
         (lambda: wb.evaluate(ARM, ROWS, fit_frames="yes"), "fit_frames"),
         (lambda: wb.score(ARM, 3), "plate"),

@@ -181,6 +181,17 @@ def test_keys_of_poses_tell_them_apart():
 # -- verdict and certificate ----------------------------------------------------------------------
 
 
+def test_it_takes_what_a_notebook_has_at_hand(arm, tmp_path):
+    calibrated, _, fresh = arm
+    csv = wb.write_measurements(fresh, tmp_path / "fresh.csv")
+    assert wb.verify("aria", str(csv), wanted="0.5mm").wanted == Wanted(position=5e-4)
+    assert wb.verify(calibrated, fresh, wanted=5e-4).wanted == Wanted(position=5e-4)
+    assert wb.verify(calibrated, fresh, wanted="1mm,0.1deg").wanted.rotation == pytest.approx(np.deg2rad(0.1))
+    assert wb.verify(calibrated, fresh, wanted=wb.Requirement()).wanted == wb.Requirement().wanted
+    zeros = wb.rezero("aria", csv, replaced=2, exclude=[3], noise=(1e-4, 1e-4))
+    assert zeros.excluded == ((3, "by hand"),)
+
+
 def test_pass_and_fail(arm):
     calibrated, _, fresh = arm
     worst = float(wb.evaluate(calibrated, fresh).rows.position.max())
@@ -193,8 +204,9 @@ def test_pass_and_fail(arm):
     turned = wb.verify(calibrated, fresh, wanted=Wanted(position=1.0, rotation=1e-6))
     assert not turned.passed
     assert "70 different poses" in failed.warnings[0]  # fewer than 100
-    with pytest.raises(OptionError, match="must be positive"):
-        wb.verify(calibrated, fresh, wanted=0.0)
+    for wanted in (0.0, "large"):
+        with pytest.raises(OptionError, match="wanted"):
+            wb.verify(calibrated, fresh, wanted=wanted)
     assert "Passed" in passed._repr_html_()
     assert passed.plot()._repr_png_().startswith(b"\x89PNG")
 
