@@ -77,6 +77,25 @@ def test_where_nothing_happened_no_event_is_named(name):
     assert not found["false"], found["message"]
 
 
+@pytest.mark.parametrize(("order", "doubted"), [("chance", False), ("raster", False), ("elsewhere", True)])
+def test_a_step_is_doubted_where_postures_change_for_good_at_its_row(order, doubted):
+    """The last eight postures of a Panda were far from all others: joint 1 was said to have stepped there."""
+    rng = np.random.default_rng(0)
+    q = rng.uniform(-1.0, 1.0, (120, 6))
+    if order == "raster":
+        q = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    if order == "elsewhere":
+        q[112:, :2] += 2.0
+    step = EFFECTS["zero-step"]((0,), row=112)
+    assert (step.doubt(Motion(q, row=np.arange(len(q)))) is not None) is doubted
+
+
+def test_an_event_that_postures_may_explain_is_not_taken(monkeypatch):
+    made = make(CASES["zero"], 1, "three-parallel")
+    monkeypatch.setattr(EFFECTS["zero-step"], "doubt", lambda self, motion: "postures differ")
+    assert not [e for e in diagnose(made.robot, made.data, held_out=0.2).events if e.name == "zero-step"]
+
+
 def test_an_event_says_row_time_and_size(slipped):
     made, found = slipped
     (cause,) = found.causes

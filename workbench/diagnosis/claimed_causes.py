@@ -16,8 +16,9 @@ What every part of the rows prefers stays probable; what other rows might leave 
 
 However large the odds, a cause is no more than probable
 
-- while what it leaves is smooth over postures, or in the order of the rows, by a third of what it explains:
-  another law may then do what this one does, and rows that share an error count as more than they tell;
+- while what it leaves is smooth over postures, or in the order of the rows, by a third of what it explains,
+  or a residual map of its joint predicts as much: another law may then do what this one does, and rows that
+  share an error count as more than they tell;
 - where the rows can't tell what drives it from what else differs between them (`AbstractEffect.doubt`).
 
 A cause that is certain names the joints of which a coefficient exceeds four standard errors, and no others.
@@ -107,7 +108,7 @@ MARGINAL = 100.0
 STRAINED = 1.5
 """… or more than so many times what all effects explain together, as if the geometry were linear so far."""
 SMOOTH = 1.0 / 3.0
-"""Part of what a cause explains that may be smooth in what is left, for it to be certain."""
+"""Part of what a certain cause explains that may be smooth in what is left, or in a map of its joint."""
 LOOK_ALIKES = 3
 """Look-alikes that are listed."""
 
@@ -247,32 +248,41 @@ def find_causes(
     left = float(np.sqrt(after.sum() / count))
     minimum = max(PART_OF_NOISE * _noise(left, known, floor), PART_OF_REST * left)
     found, steady = [], leads(searched)
+    claimed: list[tuple[Model, tuple[AbstractEffect, ...], np.ndarray, float]] = []
+    nameless = np.zeros(arm.dof)
     groups = _groups(searched.found.model)
     without = validated_without(searched.grams, searched.found.model, groups)
     for group, fall in zip(groups, without - after, strict=True):
         effects = tuple(sized[t.candidate.names] for t in group)
         size = float(np.sqrt(max(fall.sum(), 0.0) / count))
-        if not group[0].candidate.effect.is_event:  # those decide which arm is saved: always named
-            claimed = group[0].candidate
-            is_map = claimed.effect.is_nameless or (claimed.shrunk and claimed.effect.maps_joint)
-            if is_map or size < minimum or fall.mean() <= standard_error(fall):
-                continue
-            found_sizes = [(n, s) for e in effects for n, s in zip(e.names, e.coefficients, strict=True)]
-            if all(abs(s) < SURE * std[n] for n, s in found_sizes):
-                continue
-            if _is_masked_by_scatter(effects, maximum, scatter):
-                continue
+        first = group[0].candidate
+        found_sizes = [(n, s) for e in effects for n, s in zip(e.names, e.coefficients, strict=True)]
+        if not first.effect.is_event and (  # events decide which arm is saved: always named
+            first.effect.is_nameless
+            or (first.shrunk and first.effect.maps_joint)
+            or size < minimum
+            or fall.mean() <= standard_error(fall)
+            or all(abs(s) < SURE * std[n] for n, s in found_sizes)
+            or _is_masked_by_scatter(effects, maximum, scatter)
+        ):
+            mine = sorted({j for e in effects for j in e.joints})
+            nameless[mine] = np.hypot(nameless[mine], size)
+        else:
+            claimed.append((group, effects, fall, size))
+    for group, effects, fall, size in claimed:
+        whole = together(effects)
+        open_part = max([smooth, *([] if whole.is_event else nameless[list(whole.joints)])])
         odds, rivals, survive = _against_rivals(searched, group)
         odds = min(odds, _odds(steady.get(group[0].candidate.names, np.inf)))
         explained = 1e3 * float(np.sqrt(3.0)) * known.position * size
         is_strained = explained > STRAINED * together_mm
         sizes = clearness(effects, std)
         unclear = [j for j, z in sizes.items() if z < CLEAR]
-        doubt = together(effects).doubt(motion)
+        doubt = whole.doubt(motion)
         if (
             is_strained
             or fall.mean() - standard_error(fall) < minimum**2 * count / len(fall)
-            or smooth > SMOOTH * size
+            or open_part > SMOOTH * size
             or len(unclear) == len(sizes)
             or doubt is not None
         ):
@@ -283,7 +293,7 @@ def find_causes(
             if not kept.holds or len(unclear) == len(sizes):
                 odds = min(odds, MARGINAL)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
-        words = sentence_of(together(effects), unsure, std, arm, motion)
+        words = sentence_of(whole, unsure, std, arm, motion)
         if doubt is not None:
             words = f"{words}; {doubt}"
         found.append(
@@ -308,14 +318,16 @@ def _noise(left: float, known: Noise, floor: Noise | None) -> float:
 
 
 def odds_of_events(searched: Searched) -> dict[Candidate, float]:
-    """The odds of every event in the model; 0 of one that explains too little."""
+    """The odds of every event in the model; 0 of one that explains too little, or may be its postures."""
     grams, model = searched.grams, searched.found.model
+    motion = Motion.of(searched.stage.fitted.problem.data)
     events = [t for t in model if t.candidate.effect.is_event]
     after, steady = validated(grams, model).sum() if events else 0.0, leads(searched)
     out = {}
     for term in events:
         odds, names = 0.0, term.candidate.names
-        if validated(grams, drop(model, [term])).sum() >= (1.0 + PART) * after:
+        matters = validated(grams, drop(model, [term])).sum() >= (1.0 + PART) * after
+        if matters and term.candidate.effect.doubt(motion) is None:
             odds = min(_against_rivals(searched, (term,))[0], _odds(steady.get(names, np.inf)))
         out[term.candidate] = odds
     return out

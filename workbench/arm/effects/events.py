@@ -14,6 +14,7 @@ from typing import ClassVar, final
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.spatial import cKDTree
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import Insertion, driven_names, turns
@@ -29,6 +30,9 @@ OVER = 3.0
 """Time constants after which an arm counts as warm."""
 NEVER = 2**62
 """Row of an event that never happened: all rows lie before it."""
+MIXED = 0.5
+"""Share of the rows on the shorter side of a step whose nearest posture is one of the other side, per share
+in an order of chance, below which postures differ too: unless one across is as near as others are."""
 EXAMPLE = 30
 """Rows before an event that a virtual arm is given."""
 
@@ -184,6 +188,20 @@ class AbstractStep(AbstractEvent):
         order = np.argsort(clock, kind="stable")
         is_after = clock[order] >= self.moment
         return motion.row[order][~is_after], motion.row[order][is_after]
+
+    def doubt(self, motion):
+        """Where postures change for good as well, these may be what differs."""
+        after = self.is_over(motion)
+        fewer = after if 2 * after.sum() <= len(after) else ~after
+        if not fewer.any() or self.clock(motion) is None:
+            return None
+        place = motion.q / np.maximum(np.ptp(motion.q, axis=0), 1e-9)
+        apart, nearest = (found[:, 1] for found in cKDTree(place).query(place, k=2))
+        mixed = (fewer[nearest] != fewer)[fewer].mean() * len(fewer) / (~fewer).sum()
+        across = cKDTree(place[fewer]).query(place[~fewer])[0].min()
+        if mixed >= MIXED or across <= np.median(apart):
+            return None
+        return "no posture before is like one afterwards, so that these may be what differs"
 
     def remedy(self, motion):
         before, after = self._sides(motion)
