@@ -8,6 +8,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml
+from workbench.base import se3
 from workbench.data.readers.mapping import mapping_text, read_mapping, with_column
 from workbench.data.readers.preview import preview
 from workbench.data.simulation.instruments import instrument_named
@@ -32,6 +33,19 @@ def file(tmp_path_factory) -> bytes:
     q = rng.uniform(*np.clip(robot.limits, -2.5, 2.5).T, (50, 6))
     rows = simulate(actual, Motion(q), instrument=instrument_named("tracker-6d"), rng=rng)
     return write_measurements(rows, tmp_path_factory.mktemp("data") / "a.csv").read_bytes()
+
+
+def test_before_a_fit_rows_of_a_tracker_elsewhere_lie_where_the_arm_reached_them(do, tmp_path):
+    """Its frame stands 5 m away and turned; nobody has identified the base yet."""
+    robot, rng = load_robot("aria"), np.random.default_rng(9)
+    actual, q = virtual_arm(robot, rng=rng, length=1e-3, angle=0.01), rng.uniform(-1.2, 1.2, (30, 6))
+    there = se3.pose(se3.rotvec_to_matrix(np.array([0.3, -0.2, 1.9])), np.array([4.0, -3.0, 1.0]))
+    places = se3.apply(there, tool_poses(actual, Motion(q))[:, :3, 3])
+    lines = [",".join([*(f"q{k}[rad]" for k in range(1, 7)), "x[m]", "y[m]", "z[m]"])]
+    lines += [",".join(map(repr, row)) for row in np.hstack([q, places]).tolist()]
+    rows = do(LoadData("far.csv", "\n".join(lines).encode())).results.comparison
+    assert rows.calibrated is None
+    assert rows.errors[:, 0].max() < 0.03
 
 
 def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):

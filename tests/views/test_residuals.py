@@ -56,10 +56,14 @@ def comparison(stages=3) -> Comparison:
     )
 
 
-def drawn(rows, **kwargs):
+def drawn(rows, *, overlay=None, focus=Focus.ROW, left_out=frozenset(), row=0):
     """What the page shows of the rows, by path."""
-    usual = {"overlay": Overlay(), "focus": Focus.ROW, "left_out": frozenset(), "row": 0}
-    session = SimpleNamespace(comparison=rows, **usual | kwargs)
+    session = SimpleNamespace(
+        results=SimpleNamespace(comparison=rows, row=row),
+        choices=SimpleNamespace(overlay=overlay or Overlay()),
+        measurements=SimpleNamespace(left_out=left_out),
+        focus=focus,
+    )
     items = [*measured(session), *selected_row_marks(session)]
     return {item.path: item.make(*item.inputs) for item in items if item.shown}
 

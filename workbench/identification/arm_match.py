@@ -9,6 +9,7 @@ it, they are its own. So they are where a mistake in the file explains the misfi
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -122,10 +123,9 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
     if data.joints != robot.dof:
         return _with_other_joints(robot, data)
     outside = _outside(robot, data)
-    seen = _some(data)
-    if seen is None:
+    if (aligned_to := _aligned_to_some(robot, data)) is None:
         return ArmMatch(robot=robot.name, error=np.nan, outside=outside)
-    at = aligned(_bare(robot), seen)
+    at, seen = aligned_to
     error = median_error(at, seen)
     found = ArmMatch(robot=robot.name, error=error, outside=outside)
     if error < min(some, MISREAD) * robot.reach:
@@ -144,6 +144,19 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
         )
     much = error > MUCH * robot.reach or (outside > OUTSIDE and error > 0.5 * MUCH * robot.reach)
     return replace(found, is_foreign=bool(found.rival) or (much and not _other_zeros(at, seen, error)))
+
+
+def placed(robot: Robot, data: Dataset) -> Robot:
+    """The nominal arm on the base, and with the tool, that fit its rows best; as it is where too few tell."""
+    found = _aligned_to_some(robot, data) if data.joints == robot.dof else None
+    return robot if found is None else replace(robot, base=found[0].base, tool=found[0].tool, sessions=())
+
+
+@lru_cache(maxsize=4)
+def _aligned_to_some(robot: Robot, data: Dataset) -> tuple[Robot, Dataset] | None:
+    """The nominal arm, without effects, where rows fit it best, and these; None where too few tell."""
+    seen = _some(data)
+    return None if seen is None else (aligned(_bare(robot), seen), seen)
 
 
 def require_same_arm(calibrated: Robot, nominal: Robot) -> None:

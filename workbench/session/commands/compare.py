@@ -10,6 +10,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_drivers
+from workbench.identification.arm_match import placed
 from workbench.session.command import AbstractChange, computed
 from workbench.session.comparison import (
     Comparison,
@@ -50,7 +51,8 @@ def with_comparison(session: Session) -> Session:
 
 
 def _comparison(session: Session, loaded: Loaded) -> Comparison:
-    found, nominal, shown = session.results.identification, session.robot, None
+    found, shown = session.results.identification, None
+    nominal = session.robot if loaded.virtual else placed(session.robot, loaded.dataset)
     if found is not None:
         run = found.runs[session.results.fit]
         nominal, shown = found.aligned, run.as_measured
