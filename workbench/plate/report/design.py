@@ -58,7 +58,8 @@ def _design_words(design: PlateDesign) -> list[str]:
 
 
 def design_json(design: PlateDesign) -> Json:
-    finite = np.isfinite(design.start_cost)
+    targets, count = design.plate.targets, len(design.plate)
+    clearance, margin = (v if len(v) else np.full(count, np.nan) for v in (design.clearance, design.limit_margin))
     return {
         "schema": DESIGN,
         "plate": design.plate.name,
@@ -66,27 +67,23 @@ def design_json(design: PlateDesign) -> Json:
         "holds": design.assumptions,
         "predicted": {
             "position_rms_mm": 1e3 * design.cost,
-            "orientation_rms_deg": float(np.rad2deg(design.rotation))
-            if np.isfinite(design.rotation)
-            else None,
-            "given_position_rms_mm": 1e3 * design.start_cost if finite else None,
+            "orientation_rms_deg": np.rad2deg(design.rotation),
+            "given_position_rms_mm": 1e3 * design.start_cost,
             "given_keeps_constraints": design.start_kept,
         },
         "shapes": design.plate_shapes,
-        "spacing_mm": 1e3 * design.spacing if np.isfinite(design.spacing) else None,
+        "spacing_mm": 1e3 * design.spacing,
         "targets": [
             {
-                "xyz": target.xyz.tolist(),
-                "rpy": target.rpy.tolist(),
+                "xyz": target.xyz,
+                "rpy": target.rpy,
                 "branch": target.branch,
-                "q": None if target.q is None else target.q.tolist(),
-                "clearance_mm": 1e3 * float(design.clearance[i]) if len(design.clearance) else None,
-                "limit_margin_deg": float(np.rad2deg(design.limit_margin[i]))
-                if len(design.limit_margin)
-                else None,
+                "q": target.q,
+                "clearance_mm": 1e3 * clearance[i],
+                "limit_margin_deg": np.rad2deg(margin[i]),
             }
-            for i, target in enumerate(design.plate.targets)
+            for i, target in enumerate(targets)
         ],
-        "history_mm": [1e3 * cost for cost in design.history],
+        "history_mm": 1e3 * np.array(design.history),
         "notes": list(design.notes),
     }
