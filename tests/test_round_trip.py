@@ -23,7 +23,7 @@ from tests.session.direct_commands import done
 from workbench.arm.robot_toml import robot_text
 from workbench.cli.exit_status import UNUSABLE
 from workbench.exports import FORMS, Job, export_robot
-from workbench.identification.file_errors import file_errors, file_words, refitted_errors
+from workbench.identification.file_errors import file_errors, file_text, refitted_errors
 from workbench.identification.result import Identification
 from workbench.plate.plate_toml import load_plate
 from workbench.session import start
@@ -125,7 +125,7 @@ def saved_in_python(measured: Measured, diagnosed: bool) -> trip.Saved:
     found = result.identification() if diagnosed else result
     files = [Path(result.robot.save(folder / f"arm.{kind}")) for kind in ("toml", "urdf")]
     to_the_last_digit(found, *files, measured.rows)
-    return trip.Saved(*files, file_words(found, found.best), found.held_out_data.row, refitted_rows(found))
+    return trip.Saved(*files, file_text(found, found.best), found.held_out_data.row, refitted_rows(found))
 
 
 def refitted_rows(found: Identification) -> np.ndarray | None:
@@ -181,7 +181,7 @@ def on_the_page(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> tr
         paths.append(folder / f"arm.{kind}")
         paths[-1].write_bytes(make(session)[1])
     found = session.results.identification
-    words = file_words(found, found.runs[session.results.fit])
+    words = file_text(found, found.runs[session.results.fit])
     return trip.Saved(*paths, words, found.held_out_data.row, refitted_rows(found))
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from workbench.arm.joint_units import joint_words, shown_joints, shown_units, sliding_numbers
+from workbench.arm.joint_units import joint_text, shown_joints, shown_units, sliding_numbers
 from workbench.arm.robot import Robot
 
 TABLE = [{"type": "revolute"}, {"type": "prismatic"}]
@@ -14,4 +14,4 @@ def test_angles_are_degrees_and_lengths_millimetres():
     np.testing.assert_allclose(shown_joints(arm, q), [[-30.0, 250.0], [0.0, -1.0]], atol=1e-12)
     assert shown_units(arm) == ("°", " mm")
     assert sliding_numbers(arm) == [1]
-    assert joint_words(arm, q[0]) == "−30.0°, 250.0 mm"
+    assert joint_text(arm, q[0]) == "−30.0°, 250.0 mm"

@@ -194,13 +194,13 @@ def test_a_screen_has_one_standard_error_for_one_size(diagnosed):
 def test_what_has_no_certain_cause_is_not_called_explained(diagnosed):
     """The verdict of the schema tells of noise alone; words and colours for people follow the confidence."""
     assert diagnosed.is_good
-    assert diagnosed.verdict_words == "explained"
+    assert diagnosed.verdict_text == "explained"
     for doubtful in (
         replace(diagnosed, causes=()),
         replace(diagnosed, causes=tuple(replace(c, odds=5.0) for c in diagnosed.causes)),
     ):
         assert not doubtful.is_good
-        assert "explained" not in doubtful.verdict_words
+        assert "explained" not in doubtful.verdict_text
         assert diagnosis_json(doubtful)["verdict"] == "explained"
 
 

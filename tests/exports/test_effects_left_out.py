@@ -7,7 +7,7 @@ import pytest
 
 import workbench as wb
 from tests.exports import readers
-from workbench.identification.file_errors import file_errors, file_words
+from workbench.identification.file_errors import file_errors, file_text
 
 
 @pytest.fixture(scope="module")
@@ -48,7 +48,7 @@ def test_a_urdf_after_a_diagnosis_is_as_good_as_geometry_alone(diagnosed, tmp_pa
     shown = file_errors(found, found.best)
     assert shown["URDF"].position_mm.mean == pytest.approx(missed.mean(), rel=0.05)
     assert shown["TOML"].position_mm.mean == diagnosed.after.held_out.position_mm.mean
-    words = file_words(found, found.best)
+    words = file_text(found, found.best)
     assert words.index("URDF") < words.index("TOML")
 
 

@@ -19,7 +19,7 @@ from tests.exports import readers
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import robot_text
-from workbench.arm.usable import off_nominal, unobserved_words, usable_arm
+from workbench.arm.usable import off_nominal, unobserved_text, usable_arm
 from workbench.base.errors import OptionError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
@@ -213,7 +213,7 @@ def test_how_far_the_flange_is_from_nominal_is_that_of_the_file(cell):
     assert np.rad2deg(off_nominal(used, nominal, poses).rotation) == pytest.approx(
         turned_in_file(table), abs=1e-4
     )
-    said = [*unobserved_words(arm), *usable_arm(arm).notes, *usable_arm(arm, effects=False).notes]
+    said = [*unobserved_text(arm), *usable_arm(arm).notes, *usable_arm(arm, effects=False).notes]
     sizes = [float(re.search(r"([\d.e-]+)°", words)[1]) for words in said]
     assert sizes == pytest.approx([own, *2 * [turned_in_file(table)]], rel=0.06)
 

@@ -68,8 +68,8 @@ def test_what_the_cubes_really_measure_is_said(aria, found):
     said = " ".join(text.get().split())
     assert "cells of 91.67 × 100 × 100 mm (cubes of 100 mm do not fill the region)" in said
     assert "O is equal in all poses" in said
-    assert found.region.cube_words in said
-    assert replace(found.region, cube=0.05).cube_words == "cubes of 50 mm"
+    assert found.region.cube_text in said
+    assert replace(found.region, cube=0.05).cube_text == "cubes of 50 mm"
 
 
 def test_equal_o_alone_may_have_rank_six(aria, found):

@@ -32,7 +32,7 @@ def clustering_claims(found: Clustering, robot: Robot, plate: Plate) -> tuple[Fi
             "§4.2", "poses with the same O in different cubes", "10",
             f"{len(set(best.cubes.tolist()))}, O {between(best.o.min(), best.o.max(), '.4f')}",
             len(set(best.cubes.tolist())) == 10 and best.difference <= 0.01,
-            f"{found.region.cube_words} in the region of the plate",
+            f"{found.region.cube_text} in the region of the plate",
         ),
         judged(
             "§4.2", "same O suffices", "(implied)",

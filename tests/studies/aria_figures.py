@@ -29,7 +29,7 @@ def all_pictures(found: AriaReproduction) -> tuple[Picture, ...]:
     """Every picture, in the order of the paper."""
     wanted: list[tuple[str, str, str, Callable[[], Figure]]] = [
         ("fig5", "Fig. 5: workspace clustering",
-         f"The region in {found.clustering.region.cube_words}; coloured: where the ten poses of equal O "
+         f"The region in {found.clustering.region.cube_text}; coloured: where the ten poses of equal O "
          "lie, from above and from the front.",
          lambda: _clusters(found)),
         ("fig6a", "Fig. 6a: arbitrary choice",

@@ -56,8 +56,8 @@ def combinations(
 
 def _combination(parameters: list[Parameter], weights: np.ndarray) -> Combination:
     ordered = sorted(zip(parameters, weights, strict=True), key=lambda pair: pair[0].is_geometry)
-    words = [p.text for p, _ in ordered]
-    text = " with ".join(words) if len(words) > 1 else f"{words[0]} alone (no row shows it)"
-    if len(words) > 3:
-        text = f"{words[0]} with a combination of {', '.join(words[1:-1])} and {words[-1]}"
+    parts = [p.text for p, _ in ordered]
+    text = " with ".join(parts) if len(parts) > 1 else f"{parts[0]} alone (no row shows it)"
+    if len(parts) > 3:
+        text = f"{parts[0]} with a combination of {', '.join(parts[1:-1])} and {parts[-1]}"
     return Combination(tuple(p.name for p, _ in ordered), tuple(float(w) for _, w in ordered), text)

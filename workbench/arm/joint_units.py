@@ -52,7 +52,7 @@ def shown_units(robot: Robot) -> tuple[str, ...]:
     return tuple(" mm" if slides else "°" for slides in sliding(robot))
 
 
-def joint_words(robot: Robot, q: Float[np.ndarray, " n"]) -> str:
+def joint_text(robot: Robot, q: Float[np.ndarray, " n"]) -> str:
     """`−12.5°, 30.0°, 250.0 mm`."""
     shown = shown_joints(robot, q).round(1) + 0.0
     parts = (f"{v:.1f}{unit}" for v, unit in zip(shown, shown_units(robot), strict=True))

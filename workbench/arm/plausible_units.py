@@ -38,11 +38,11 @@ def with_plausible_units(robot: Robot) -> Robot:
     if far <= FAR:
         return robot
     unit, size = min(UNITS.items(), key=lambda u: abs(np.log(far * u[1] / USUAL)))
-    words = f"its tool is up to {far:.4g} m from its base, which in {unit} would be {far * size:.3g} m"
+    text = f"its tool is up to {far:.4g} m from its base, which in {unit} would be {far * size:.3g} m"
     if far <= FARTHEST:
-        return replace(robot, notes=(*robot.notes, f"{words}: check that its lengths are in m"))
+        return replace(robot, notes=(*robot.notes, f"{text}: check that its lengths are in m"))
     name, value = max(_lengths(robot), key=lambda length: abs(length[1]))
-    raise RobotError(f"{words}; give lengths in m, such as {name} = {value * size:.6g} instead of {value:g}")
+    raise RobotError(f"{text}; give lengths in m, such as {name} = {value * size:.6g} instead of {value:g}")
 
 
 def is_whole_degrees(value: float) -> bool:

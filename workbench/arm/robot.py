@@ -133,10 +133,10 @@ class Robot:
         return resolve_name(SAVE)(self, path)
 
     def __repr__(self) -> str:
-        words = f"{self.dof} joints, {self.convention}, {len(self.default_free)} constants to identify"
+        text = f"{self.dof} joints, {self.convention}, {len(self.default_free)} constants to identify"
         if self.effects:
-            words += f", effects: {', '.join(str(e.name) for e in self.effects)}"
-        return f"<Robot {self.name}: {words}>"
+            text += f", effects: {', '.join(str(e.name) for e in self.effects)}"
+        return f"<Robot {self.name}: {text}>"
 
     @cached_property
     def chain(self) -> Chain:

@@ -320,8 +320,8 @@ def _setting(default: Any, value: Any, what: str, reader: _RobotReader) -> Any:
     if type(default) is int and isinstance(value, list):
         return tuple(_setting(default, v, what, reader) for v in value)
     if type(value) is not type(default):
-        words = {int: "a whole number", bool: "true or false", str: "a word in quotes"}
-        raise reader.fail(f"{what} must be {words[type(default)]}, not {value!r}")
+        kinds = {int: "a whole number", bool: "true or false", str: "a word in quotes"}
+        raise reader.fail(f"{what} must be {kinds[type(default)]}, not {value!r}")
     return value
 
 

@@ -152,7 +152,7 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
         has_nominal=start is not None,
         free_frames=frames,
         q=q,
-        notes=(*unobserved_words(robot, {"": fitted}, nominal=nominal), *notes),
+        notes=(*unobserved_text(robot, {"": fitted}, nominal=nominal), *notes),
     )
 
 
@@ -174,7 +174,7 @@ def off_nominal(arm: Robot, nominal: Robot, q: Float[np.ndarray, "rows n"]) -> E
     return Expected(errors.position_mean, errors.rotation_mean)
 
 
-def unobserved_words(
+def unobserved_text(
     robot: Robot, arms: Mapping[str, Robot] | None = None, *, nominal: Robot | None = None
 ) -> tuple[str, ...]:
     """What a calibration did not observe, and how far arms are from nominal there; none if it did all.
@@ -200,13 +200,13 @@ def unobserved_words(
     return (f"{why}; the flange differs from nominal by {', '.join(sizes)}, mean over {len(q)} {poses}",)
 
 
-def carried_words(robot: Robot) -> tuple[str, ...]:
+def carried_text(robot: Robot) -> tuple[str, ...]:
     """What a file without effects misses of a calibrated arm, one sentence each; none if nothing."""
     found = usable_arm(robot, effects=False)
-    return (*away_words("URDF", robot, found.left, len(found.q)), *found.notes)
+    return (*away_text("URDF", robot, found.left, len(found.q)), *found.notes)
 
 
-def away_words(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[str, ...]:
+def away_text(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[str, ...]:
     """How far what is used of a calibrated arm is from it, and the error of both; none where they agree.
 
     Args:
@@ -217,7 +217,7 @@ def away_words(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[s
     """
     if max(left.position_max, left.rotation_max) < EXACT:
         return ()
-    mean, maximum = off_words(robot, left)
+    mean, maximum = off_text(robot, left)
     at = f"{mean} on average from the calibrated model, up to {maximum}, over {poses} poses"
     if robot.calibration is None or (own := robot.calibration.error) is None:
         return (f"the {name} is {at}",)
@@ -225,7 +225,7 @@ def away_words(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[s
     return (f"{name} about {in_mm(used)} · TOML {in_mm(own.position)}: the {name} is {at}",)
 
 
-def off_words(robot: Robot, left: PoseErrors) -> tuple[str, str]:
+def off_text(robot: Robot, left: PoseErrors) -> tuple[str, str]:
     """Mean and greatest difference from a calibrated arm; in orientation, where that was observed."""
     (_, sees_rotation), _ = _observed(robot)
     if not sees_rotation:

@@ -55,13 +55,13 @@ def main() -> None:
     sys.exit(run(_carry_out, sys.argv[1:]))
 
 
-def _carry_out(words: Sequence[str]) -> None:
-    given = opened(list(words))
+def _carry_out(arguments: Sequence[str]) -> None:
+    given = opened(list(arguments))
     add_plugins(given)
     app(given)
 
 
-def add_plugins(words: list[str]) -> None:
+def add_plugins(arguments: list[str]) -> None:
     """Add commands of extras and other packages, unless a known one is called: to look takes 20 ms.
 
     A name of two words belongs into the group of the first.
@@ -70,7 +70,7 @@ def add_plugins(words: list[str]) -> None:
     groups = {str(name or each.info.name): each for name, each in inner}
     own = {name: set(map(_name, each.registered_commands)) for name, each in groups.items()}
     own[""] = {*groups, *map(_name, app.registered_commands)}
-    group, command = (words[0], words[1:2]) if words[0] in groups else ("", words[:1])
+    group, command = (arguments[0], arguments[1:2]) if arguments[0] in groups else ("", arguments[:1])
     if command and command[0] in own[group]:
         return
     for name, entry in plugins("workbench.commands", "command", add=_check_command):
@@ -97,16 +97,16 @@ def _check_command(entry: Any, origin: str) -> None:
     typer.main.get_command(entry)
 
 
-def opened(words: list[str]) -> list[str]:
-    """The words of a command; a file in its place is opened in the app: a robot (.urdf) or measurements."""
-    if not words:
+def opened(arguments: list[str]) -> list[str]:
+    """The arguments of a command; a file in its place is opened in the app: robot (.urdf) or measurements."""
+    if not arguments:
         return ["serve"]
-    ending = Path(words[0]).suffix.lower()
-    if words[0].startswith("-") or ending not in (*ROBOTS, *MEASUREMENTS):
-        if ending and not words[0].startswith("-"):
-            _refuse(Path(words[0]))
-        return words
-    return ["serve", "--robot" if ending in ROBOTS else "--data", *words]
+    ending = Path(arguments[0]).suffix.lower()
+    if arguments[0].startswith("-") or ending not in (*ROBOTS, *MEASUREMENTS):
+        if ending and not arguments[0].startswith("-"):
+            _refuse(Path(arguments[0]))
+        return arguments
+    return ["serve", "--robot" if ending in ROBOTS else "--data", *arguments]
 
 
 def _refuse(path: Path) -> None:

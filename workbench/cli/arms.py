@@ -51,8 +51,8 @@ def new(
     else:
         found = check_robot(source, pose or [] if poses is None else _poses(source, poses, tip), tip=tip)
         arm = found.robot
-        for words in convention_notes(found):
-            opt.say(words)
+        for text in convention_notes(found):
+            opt.say(text)
         content |= {"words": list(found.assumptions), "changes": list(found.changes), "tried": found.tried}
         content |= {"position_m": found.position, "rotation_rad": found.rotation}
     arm = replace(arm, name=name or arm.name)

@@ -41,7 +41,7 @@ def identify(
     """Identify the arm's geometry from measurements, and report its error on held-out rows."""
     from workbench.arm.built_in_arms import posed_arm
     from workbench.data.accuracy_requirement import default_requirement
-    from workbench.identification.file_errors import file_words
+    from workbench.identification.file_errors import file_text
     from workbench.identification.pass_or_fail import judge
     from workbench.identification.prior import read_prior
     from workbench.identification.report import results_json as reports
@@ -82,7 +82,7 @@ def identify(
     doubts = run.doubts(run.best)
     if out.save is not None and (fit.force or not doubts):
         opt.say(f"calibrated robot ({run.best.fit.title}): {opt.save_robot(run.robot, out.save)}")
-        opt.say(f"held-out error of the files: {file_words(run, run.best)}")
+        opt.say(f"held-out error of the files: {file_text(run, run.best)}")
     if doubts:
         kept = opt.not_written(out.save, forced=fit.force)
         opt.fail(f"implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN}{kept}")
@@ -120,7 +120,7 @@ def diagnose(
     """Find the effects that the geometry lacks, add them, and report the held-out error before and after."""
     from workbench.diagnosis.report.results_json import diagnosis_json
     from workbench.diagnosis.report.table import diagnosis_tables
-    from workbench.identification.file_errors import file_words
+    from workbench.identification.file_errors import file_text
 
     arm = wb.load_robot(robot)
     rows = with_markers(files.read(data, arm), fit.tool_markers, fit.base_markers)
@@ -133,7 +133,7 @@ def diagnose(
     if out.save is not None and (fit.force or run.harm is None):
         opt.say(f"calibrated robot: {opt.save_robot(run.robot, out.save)}")
         found = run.identification()
-        opt.say(f"held-out error of the files: {file_words(found, found.best)}")
+        opt.say(f"held-out error of the files: {file_text(found, found.best)}")
     opt.write_result(out.json, diagnosis_json(run))
     if out.report is not None:
         from workbench.diagnosis.report.html_report import write_diagnosis
@@ -203,7 +203,7 @@ def export(
     json: opt.JsonOption = None,
 ) -> None:
     """Write a robot in another form: URDF, TOML, or a file for a controller, driver or program."""
-    from workbench.arm.usable import carried_words
+    from workbench.arm.usable import carried_text
     from workbench.exports import FORMS, form_named
 
     if form == "list":
@@ -227,7 +227,7 @@ def export(
         if path is not None:
             opt.say(f"{arm.name}: {opt.save_robot(arm, path)}")
     if urdf is not None:
-        opt.say_notes(carried_words(arm))
+        opt.say_notes(carried_text(arm))
     if controller is not None and nominal is not None:
         from workbench.identification.arm_match import require_same_arm
         from workbench.identification.report.how_to_apply import use_of

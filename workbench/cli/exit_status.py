@@ -56,10 +56,10 @@ class Commands(typer.core.TyperGroup):
         alone.command(name)(whole())
         return name, typer.main.get_command(alone), rest
 
-    def make_context(self, *words: Any, **options: Any) -> Any:
+    def make_context(self, *arguments: Any, **options: Any) -> Any:
         """Typer's context, created where the help is shown."""
         with _past_typer():
-            return super().make_context(*words, **options)
+            return super().make_context(*arguments, **options)
 
     def invoke(self, ctx: Any) -> Any:
         """Typer's invocation of a command."""
@@ -142,12 +142,12 @@ def at_once() -> None:
         sys.stdout.release()
 
 
-def run(command: Callable[[Sequence[str]], None], words: Sequence[str]) -> int:
+def run(command: Callable[[Sequence[str]], None], arguments: Sequence[str]) -> int:
     """Run a command, print what goes wrong, and return its exit status.
 
     Args:
-        command: Carries the words out; may raise anything, or `SystemExit`.
-        words: Those after the program's name.
+        command: Carries the arguments out; may raise anything, or `SystemExit`.
+        arguments: Those after the program's name.
     """
     for name in ("stdout", "stderr"):
         if (stream := getattr(sys, name)) is None:  # it was closed before we began
@@ -155,11 +155,11 @@ def run(command: Callable[[Sequence[str]], None], words: Sequence[str]) -> int:
         elif isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")  # a locale that lacks our letters
     status, sentence = 0, ""
-    with _messages_to_stderr(words), standard_output_last() as contents:
+    with _messages_to_stderr(arguments), standard_output_last() as contents:
         held = _HeldOutput(sys.stdout)
         try:
             with contextlib.redirect_stdout(held):
-                command(words)
+                command(arguments)
         except SystemExit as ended:
             status = ended.code if isinstance(ended.code, int) else int(bool(ended.code))
         except (KeyboardInterrupt, Exception) as raised:
@@ -218,9 +218,9 @@ def _discard_output() -> None:
         os.close(nowhere)
 
 
-def _messages_to_stderr(words: Sequence[str]) -> contextlib.AbstractContextManager:
+def _messages_to_stderr(arguments: Sequence[str]) -> contextlib.AbstractContextManager:
     """Send messages to standard error if a result goes to standard output."""
-    given = {part for word in words for part in (word, word.partition("=")[2])}
+    given = {part for word in arguments for part in (word, word.partition("=")[2])}
     return (
         contextlib.redirect_stdout(sys.stderr) if given & set(STANDARD_OUTPUT) else contextlib.nullcontext()
     )

@@ -64,15 +64,15 @@ def _records(command: Callable[..., None]) -> dict[str, Any]:
 def _expanded(command: Callable[..., None], joined: Mapping[Any, list[Any]]) -> Callable[..., None]:
     own, records = signature(command), _records(command)
 
-    def call(**words: Any) -> None:
+    def call(**options: Any) -> None:
         def made(record: Any) -> Any:
-            return record(**{p.name: words.pop(p.name) for p in _options(record)})
+            return record(**{p.name: options.pop(p.name) for p in _options(record)})
 
         whole = {
             name: replace(made(r), joined=tuple(map(made, joined[r]))) if joined.get(r) else made(r)
             for name, r in records.items()
         }
-        command(**words, **whole)
+        command(**options, **whole)
 
     shown: list[Parameter] = []
     for name, parameter in own.parameters.items():

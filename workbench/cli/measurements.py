@@ -104,8 +104,8 @@ def preview(
         table.add_row(escape(column.heading), column.key or "left out", column.unit or "", column.si or "")
     if found.columns:
         opt.show(table)
-    for words in found.decisions:
-        opt.show(line("note", words))
+    for text in found.decisions:
+        opt.show(line("note", text))
     if save_mapping is not None:
         opt.say(f"mapping: {write_mapping(found, save_mapping)}")
     if found.problems:

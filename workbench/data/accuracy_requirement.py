@@ -48,14 +48,14 @@ class Wanted:
             raise OptionError(f"wanted errors must be positive, got {self.text}")
 
     @property
-    def position_words(self) -> str:
+    def position_text(self) -> str:
         """The limit of positions alone."""
         return f"{1e3 * self.position:.3g} mm{' per axis' if self.per_axis else ''}"
 
     @property
     def text(self) -> str:
         angle = "" if self.rotation is None else f" and {np.rad2deg(self.rotation):.2g}°"
-        return f"{self.position_words}{angle}"
+        return f"{self.position_text}{angle}"
 
     def json(self) -> dict[str, float | bool | None]:
         return {
@@ -141,7 +141,7 @@ class WantedCheck:
     @property
     def text(self) -> str:
         """What was judged, for people."""
-        return self.wanted.position_words if self.unmeasured else self.wanted.text
+        return self.wanted.position_text if self.unmeasured else self.wanted.text
 
     @property
     def passed(self) -> Bool[np.ndarray, " rows"]:

@@ -66,10 +66,10 @@ def read_arrays(data: bytes, path: Path) -> dict[str, np.ndarray]:
     return _read(matlab_arrays, "scipy.io", data, path, what=what, instead=instead)
 
 
-def _read(function: Callable[[bytes], Any], library: str, data: bytes, path: Path, **words: Any) -> Any:
+def _read(function: Callable[[bytes], Any], library: str, data: bytes, path: Path, **options: Any) -> Any:
     """The function's result for these bytes from a child whose bounds grow with the file."""
     seconds, memory = 1.0 + 20.0 * len(data) / MEBIBYTE, BASE_MEMORY + 100 * len(data)
-    return read_in_child(function, data, path, needs=library, seconds=seconds, memory=memory, **words)
+    return read_in_child(function, data, path, needs=library, seconds=seconds, memory=memory, **options)
 
 
 def read_in_child(

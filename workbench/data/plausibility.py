@@ -56,11 +56,11 @@ def _refuse_lengths(seen: Dataset, expected: Float[np.ndarray, "rows 3"]) -> Non
     measured, meant = (_extent(points[there]) for points in (seen.position, expected))
     if meant == 0.0 or measured == 0.0:
         return
-    for factor, words in ((1e-3, "m labelled mm"), (1e3, "mm labelled m")):
+    for factor, text in ((1e-3, "m labelled mm"), (1e3, "mm labelled m")):
         if 0.3 < measured / (factor * meant) < 3.0:
             raise DataError(
                 f"{seen.source}: the tool moved {1e3 * measured:.3g} mm where the arm moved "
-                f"{1e3 * meant:.3g} mm: these look like {words}; correct the headings"
+                f"{1e3 * meant:.3g} mm: these look like {text}; correct the headings"
             )
 
 

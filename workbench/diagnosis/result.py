@@ -228,7 +228,7 @@ class Diagnosis(AbstractShown):
         return self.verdict is Verdict.NONE or (self.verdict is Verdict.EXPLAINED and self.is_named)
 
     @property
-    def verdict_words(self) -> str:
+    def verdict_text(self) -> str:
         """The verdict for people: without a name nothing is called explained."""
         is_guess = self.verdict is Verdict.EXPLAINED and not self.is_named
         return "predicted, but no cause is certain" if is_guess else str(self.verdict)

@@ -22,10 +22,10 @@ from workbench.arm.robot import Robot
 from workbench.arm.usable import (
     EXACT,
     PoseErrors,
-    away_words,
+    away_text,
     divided,
     nominal_arm,
-    unobserved_words,
+    unobserved_text,
     usable_arm,
 )
 from workbench.base import se3
@@ -168,7 +168,7 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
     left = whole.left if max(whole.left.position_max, whole.left.rotation_max) > EXACT else None
     said = carried.notes
     if form.takes_calibrated and read is not None:
-        said = unobserved_words(calibrated, {"": read}, nominal=job.nominal)
+        said = unobserved_text(calibrated, {"": read}, nominal=job.nominal)
     notes = list(dict.fromkeys([*said, *form.notes(job)]))
     if read is not None:
         known, unknown = divided(whole.robot)
@@ -206,7 +206,7 @@ def _verdict(robot: Robot, left: PoseErrors | None, poses: int) -> str:
         return "the file computes with the whole calibrated model"
     if max(left.position_max, left.rotation_max) < EXACT:
         return f"the file agrees with the calibrated model to {EXACT:g} m and rad at {poses} poses"
-    return away_words("file", robot, left, poses)[0]
+    return away_text("file", robot, left, poses)[0]
 
 
 def tool_note(tool: Matrix4) -> Iterable[str]:

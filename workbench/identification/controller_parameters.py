@@ -34,7 +34,7 @@ from workbench.arm.usable import (
     closest,
     divided,
     sampled,
-    unobserved_words,
+    unobserved_text,
     usable_arm,
 )
 from workbench.base import se3
@@ -172,7 +172,7 @@ def controller_numbers(
         after=_errors(wanted, arm, here),
         rows=len(q),
         losses=tuple(_losses(usable, start, arm, q)),
-        notes=unobserved_words(calibrated, {"the model": actual, "these numbers": arm}, nominal=nominal),
+        notes=unobserved_text(calibrated, {"the model": actual, "these numbers": arm}, nominal=nominal),
     )
 
 

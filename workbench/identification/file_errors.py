@@ -4,7 +4,7 @@ import numpy as np
 
 from workbench.arm.calibration_record import MAX_POSITION, MAX_ROTATION
 from workbench.arm.robot import Robot
-from workbench.arm.usable import unobserved_words, usable_arm
+from workbench.arm.usable import unobserved_text, usable_arm
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.identification.result import Identification, Run, judged
@@ -42,23 +42,23 @@ def _files(arm: Robot) -> dict[str, Robot]:
     return {"TOML": arm, "URDF": usable_arm(arm, effects=False).robot}
 
 
-def file_words(found: Identification, run: Run) -> str:
+def file_text(found: Identification, run: Run) -> str:
     """The same in one line, and how far the flange is known beside the measured point."""
-    words = [_each(file_errors(found, run))]
+    sentences = [_each(file_errors(found, run))]
     if again := _each(refitted_errors(found, run)):
-        words.append(
+        sentences.append(
             f"fitted again to all {len(run.fit.problem.data)} rows, the files leave {again} on those"
         )
     arm = run.fit.calibrated
     if sessions := arm.sessions:
-        words.append(f"every session on its own base, of which a URDF holds that of '{sessions[0].name}'")
+        sentences.append(f"every session on its own base, of which a URDF holds that of '{sessions[0].name}'")
     seen = arm.calibration
     if seen is not None and (at := seen.observed) is not None:
         known = f"flange known to {in_mm(at.flange.position)} and {np.rad2deg(at.flange.rotation):.2g}°"
         if at.flange.position > MAX_POSITION or at.flange.rotation > MAX_ROTATION:
             known = "the flange was not observed apart from the tool"
-        words += unobserved_words(arm, _files(arm)) or [known]
-    return "; ".join(filter(None, words))
+        sentences += unobserved_text(arm, _files(arm)) or [known]
+    return "; ".join(filter(None, sentences))
 
 
 def _each(formats: dict[str, Errors]) -> str:

@@ -86,13 +86,13 @@ def choose_frames(
     known = known or {}
     candidates = _candidates(robot, data, sessions, known)
     trial = data.take(spread_rows(data, ENOUGH_ROWS))
-    (chosen, words), aligned = candidates[0], None
+    (chosen, text), aligned = candidates[0], None
     if len(candidates) > 1:
         taken = _decide(robot, trial, candidates, noise, free, effects, prior, known)
-        chosen, words = taken.freedom, f"{taken.text} (decided from the data)"
+        chosen, text = taken.freedom, f"{taken.text} (decided from the data)"
         aligned = taken.aligned if len(trial) == len(data) else None
     aligned = aligned or align(robot, data, chosen, noise=noise, known=known)
-    notes = [words]
+    notes = [text]
     if chosen.base:
         notes += _where_the_base_is(robot, aligned)
     else:
@@ -137,7 +137,7 @@ def _candidates(
         base_levels = base_levels[-1:]
     pairs = [(b, t) for b in base_levels for t in tool_levels if t < 2 or b == 2 or b == base_levels[-1]]
     pairs.sort(key=lambda pair: (pair[0] + pair[1], pair[1]))
-    words = ("as given", "identified", "identified for every session")
+    labels = ("as given", "identified", "identified for every session")
     return [
         (
             FrameFreedom(
@@ -146,7 +146,7 @@ def _candidates(
                 base_per_session=b == 2,
                 tool_per_session=t == 2,
             ),
-            f"base {words[b]}, tool {words[t]}",
+            f"base {labels[b]}, tool {labels[t]}",
         )
         for b, t in pairs
     ]
@@ -184,10 +184,10 @@ class _Trial(NamedTuple):
 
 def _decide(robot, data, candidates, noise, free, effects, prior, known) -> _Trial:
     taken: _Trial | None = None
-    for freedom, words in candidates:
+    for freedom, text in candidates:
         if taken is not None and cancelled():
             break
-        trial = _trial(robot, data, freedom, words, noise, free, effects, prior, known)
+        trial = _trial(robot, data, freedom, text, noise, free, effects, prior, known)
         if taken is None or trial.beats(taken):
             taken = trial
     assert taken is not None, "there is always a first candidate"

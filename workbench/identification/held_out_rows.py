@@ -165,16 +165,18 @@ def check_enough(robot: Robot, data: Dataset, free: Sequence[str] | None) -> Non
 def unused_observations(data: Dataset) -> list[str]:
     """Sentences on what rows carry beside the observation that is used."""
     left = np.ones(len(data), bool)
-    words = []
+    sentences = []
     for kind in OBSERVATIONS.values():
         applies = kind.applies(data)
-        beside = applies & ~left & (kind.unused_words != "")
+        beside = applies & ~left & (kind.unused_text != "")
         if beside.any():
-            words.append(f"{int(beside.sum())} rows also carry {kind.unused_words}, which are not used there")
+            sentences.append(
+                f"{int(beside.sum())} rows also carry {kind.unused_text}, which are not used there"
+            )
         left &= ~applies
     if all(not kind.sees_tool for kind in OBSERVATIONS.values() if kind.applies(data).any()):
-        words.append("only tilts of links were measured: position errors are unknown and shown as 0")
-    return words
+        sentences.append("only tilts of links were measured: position errors are unknown and shown as 0")
+    return sentences
 
 
 KNOWN_SHARE = 0.2

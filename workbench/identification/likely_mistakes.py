@@ -112,25 +112,25 @@ def _joints_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRow
             order = np.arange(n)
             order[[i, j]] = j, i
             yield _in_order(f"q{i + 1} and q{j + 1} look exchanged", seen, order)
-    for order, words in ((np.arange(n)[::-1], "reversed"), (np.roll(np.arange(n), 1), "shifted by one"),
+    for order, how in ((np.arange(n)[::-1], "reversed"), (np.roll(np.arange(n), 1), "shifted by one"),
                          (np.roll(np.arange(n), -1), "shifted by one")):  # fmt: skip
         if n > 2 and (slides[order] == slides).all():
-            yield _in_order(f"the order of the joints looks {words}", seen, order)
+            yield _in_order(f"the order of the joints looks {how}", seen, order)
     for joints in (*combinations(range(n), 1), *combinations(range(n), 2)):
         signs = np.where(np.isin(np.arange(n), joints), -1.0, 1.0)
         names = " and ".join(f"q{k + 1}" for k in joints)
-        words = f"{names} {'seems' if len(joints) == 1 else 'seem'} to have the opposite sign"
-        yield CorrectedRows(words, replace(seen, q=seen.q * signs), frozenset(joints))
+        how = f"{names} {'seems' if len(joints) == 1 else 'seem'} to have the opposite sign"
+        yield CorrectedRows(how, replace(seen, q=seen.q * signs), frozenset(joints))
     degree = np.pi / 180.0
     turning = (("deg", "degrees labelled rad", degree), ("rad", "rad labelled degrees", 1.0 / degree))
     for scaled, who, guesses in (
         (~slides, "the joints", turning),
         (slides, "the joints that slide", tuple(_units())),
     ):
-        for unit, words, factor in guesses if scaled.any() else ():
+        for unit, how, factor in guesses if scaled.any() else ():
             q = seen.q * np.where(scaled, factor, 1.0)
             headings = {f"q{k + 1}": f"q{k + 1}[{unit}]" for k in np.flatnonzero(scaled)}
-            text, shrunk = f"{who} look like {words}", max(1.0, 1.0 / factor)
+            text, shrunk = f"{who} look like {how}", max(1.0, 1.0 / factor)
             yield CorrectedRows(text, replace(seen, q=q), headings=headings, shrunk=shrunk)
 
 
@@ -141,9 +141,9 @@ def _in_order(text: str, seen: Dataset, order: np.ndarray) -> CorrectedRows:
 
 def _points_read_otherwise(robot: Robot, seen: Dataset) -> Iterator[CorrectedRows]:
     points = np.asarray(seen.position)
-    for unit, words, factor in _units():
+    for unit, text, factor in _units():
         yield CorrectedRows(
-            f"the positions look like {words}",
+            f"the positions look like {text}",
             replace(seen, position=points * factor),
             headings={axis: f"{axis}[{unit}]" for axis in "xyz"},
             shrunk=max(1.0, 1.0 / factor),

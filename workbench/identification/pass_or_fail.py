@@ -41,8 +41,8 @@ class Judged:
             return "Not judged: no positions were measured"
         if not self.failed:
             return f"✓ Meets {self.check.text} on all {count} {self.where}"
-        words = "misses" if len(self.failed) == 1 else "miss"
-        return f"✗ {len(self.failed)} of {count} {self.where} {words} {self.check.text}"
+        text = "misses" if len(self.failed) == 1 else "miss"
+        return f"✗ {len(self.failed)} of {count} {self.where} {text} {self.check.text}"
 
 
 def judge(result: Identification, wanted: Wanted, *, run: Run | None = None) -> Judged:

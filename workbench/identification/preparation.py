@@ -353,16 +353,16 @@ def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
     turned = problem.sees_rotation
     on_top = ", on top of what rows state" if own is not noises.StatedNoise.NONE else ""
     if noise is not None:
-        return _with_tilts(problem, noise), f"noise as given: {_noise_words(noise, turned)}{on_top}"
+        return _with_tilts(problem, noise), f"noise as given: {_noise_text(noise, turned)}{on_top}"
     repeats = noises.from_repeats(problem.data) if own is noises.StatedNoise.NONE else None
     if repeats is not None:
-        return _with_tilts(problem, repeats), f"noise from repeated poses: {_noise_words(repeats, turned)}"
+        return _with_tilts(problem, repeats), f"noise from repeated poses: {_noise_text(repeats, turned)}"
     for _ in range(2 if own is noises.StatedNoise.NONE else 5):
         search = Opt2(limit=60).search(problem)
         left = noises.beyond_stated(problem, search.x)
         if left is None:
-            words = _noise_words(problem.noise, turned)
-            return problem, f"the fit leaves no residual to estimate the noise from; assuming {words}{on_top}"
+            text = _noise_text(problem.noise, turned)
+            return problem, f"the fit leaves no residual to estimate the noise from; assuming {text}{on_top}"
         pairs = zip((*left[:2], left.tilt), (*problem.noise[:2], problem.noise.tilt), strict=True)
         converged = all(np.isclose(new, old, rtol=0.2, atol=0.0) for new, old in pairs)
         problem = problem.with_noise(left)
@@ -371,12 +371,12 @@ def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
     nothing_more = (0.0, 0.0 if turned else problem.noise.rotation)
     if own is noises.StatedNoise.ALL and problem.noise[:2] == nothing_more:
         return problem, "noise as the file states it row by row"
-    words = _noise_words(problem.noise, turned)
+    text = _noise_text(problem.noise, turned)
     if own is noises.StatedNoise.NONE:
-        return problem, f"the rows are weighted by the residuals of the geometry alone: {words}"
+        return problem, f"the rows are weighted by the residuals of the geometry alone: {text}"
     floor = noises.stated(problem)
-    said = f" ({_noise_words(floor, turned)})" if floor is not None else ""
-    return problem, f"noise as the file states it row by row{said}, and {words} more that the fit leaves"
+    said = f" ({_noise_text(floor, turned)})" if floor is not None else ""
+    return problem, f"noise as the file states it row by row{said}, and {text} more that the fit leaves"
 
 
 def _with_tilts(problem: Problem, noise: Noise) -> Problem:
@@ -388,5 +388,5 @@ def _with_tilts(problem: Problem, noise: Noise) -> Problem:
     return problem if left is None else problem.with_noise(noise._replace(tilt=left.tilt))
 
 
-def _noise_words(noise: Noise, turned: bool) -> str:
+def _noise_text(noise: Noise, turned: bool) -> str:
     return (noise if turned else noise._replace(rotation=np.nan)).text

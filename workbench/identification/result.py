@@ -73,10 +73,10 @@ class BeforeAfter(NamedTuple):
             ("tilt", "tilt_deg", "°"),
         )
         parts = []
-        for words, name, unit in kinds:
+        for text, name, unit in kinds:
             before, after = (getattr(errors, name) for errors in self)
             if before is not None and after is not None and np.isfinite(after.mean):
-                parts.append(f"{words} {before.mean:.3g} → {after.mean:.3g}{unit}")
+                parts.append(f"{text} {before.mean:.3g} → {after.mean:.3g}{unit}")
         return f"mean error: {', '.join(parts)}"
 
 
@@ -138,7 +138,7 @@ class Run(AbstractShown):
             if known and abs(moved := value - p.nominal) > maximum:
                 size = f"{np.rad2deg(moved):+.0f}°" if p.unit == "rad" else f"{1e3 * moved:+.0f} mm"
                 found.append((abs(moved) / maximum, f"{p.text} {size}"))
-        return tuple(words for _, words in sorted(found, reverse=True))
+        return tuple(text for _, text in sorted(found, reverse=True))
 
 
 class Outlier(NamedTuple):
@@ -314,9 +314,9 @@ class Identification(AbstractShown):
             )
         unchanged = self.identifiability is not None and bool(self.identifiability.refused)
         if not unchanged and (
-            words := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
+            text := degradation_warning(self.nominal_rows, (self.best.train_rows, self.best.held_out_rows))
         ):
-            found.append(words)
+            found.append(text)
         if not (self.frames.base_per_session or self.frames.tool_per_session):
             turned = self.best.fit.problem.sees_rotation
             if self.transfer.ratio > SERIOUS and self.transfer.anywhere.position > ROUNDING:

@@ -140,11 +140,9 @@ def suspect_note(rows: list[int], errors: Errors) -> str:
     """Which held-out rows no arm explains, what to do, and a mean beside one that they don't pull."""
     shown = first_of(rows, NAMED)
     subject, it = (f"rows {shown}", "them") if len(rows) > 1 else (f"row {shown}", "it")
-    words = (
-        f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
-    )
+    text = f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
     mean, median = errors.text("mean"), errors.text("median")
-    return f"{words}. With {it} the mean held-out error is {mean}, the median {median}" if mean else words
+    return f"{text}. With {it} the mean held-out error is {mean}, the median {median}" if mean else text
 
 
 def _weighed(fit: Fit) -> Robot:

@@ -23,7 +23,7 @@ from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.usable import away_words, expected_error, usable_arm
+from workbench.arm.usable import away_text, expected_error, usable_arm
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.identification.arm_match import require_same_arm
@@ -89,7 +89,7 @@ def command_joints(
         poses=frozen(tool_poses(arms.nominal, Motion(q))),
         q=frozen(q),
         task=arms.task,
-        notes=(*arms.away, *arms.notes, *_words(arms.task)),
+        notes=(*arms.away, *arms.notes, *_text(arms.task)),
         expected=arms.expected,
         time=time,
     )
@@ -139,7 +139,7 @@ def command_poses(
                     *arms.away,
                     *arms.notes,
                     f"the path is followed in the branch '{start.name}'",
-                    *_words(task),
+                    *_text(task),
                 ),
                 time=time,
             )
@@ -195,12 +195,12 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
         nominal=nominal.with_frames(base=here, tool=arm.tool),
         task=Task.POSITION if place else Task.default(nominal.dof),
         expected=expected_error(calibrated, usable.left),
-        away=away_words("arm used", calibrated, usable.left, len(usable.q)),
+        away=away_text("arm used", calibrated, usable.left, len(usable.q)),
         notes=[*usable.notes, *notes],
     )
 
 
-def _words(task: Task) -> tuple[str, ...]:
+def _text(task: Task) -> tuple[str, ...]:
     if task is Task.POSITION_AXIS:
         return (
             "five joints: position and the direction of the tool's z axis are met, the turn about it is not",

@@ -108,7 +108,7 @@ def plan(
         task=command.task,
         motion=Motion(command.q, time=time, velocity=velocity, acceleration=acceleration),
         axis=frozen(wanted),
-        notes=(*command.notes, _words(wanted, poses)),
+        notes=(*command.notes, _text(wanted, poses)),
     )
 
 
@@ -191,7 +191,7 @@ def _above(curve: Curve) -> Vector3:
     return normal * (-1.0 if (down if abs(down) > UPRIGHT else normal @ curve.centre) < 0.0 else 1.0)
 
 
-def _words(wanted: Vector3, poses: Poses) -> str:
+def _text(wanted: Vector3, poses: Poses) -> str:
     """How the tool is held."""
     angle = np.rad2deg(np.arccos(np.clip(poses[:, :3, 2] @ wanted, -1.0, 1.0)).max())
     if angle < STILL:

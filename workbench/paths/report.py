@@ -77,8 +77,8 @@ def draw_motion(figure: FigureBase, planned: Planned) -> None:
     """Joints and velocities over time (Katana fig. 5.7)."""
     unit = "° or mm" if sliding(planned.robot).any() else "°"
     rows = ((planned.q, unit), (planned.motion.velocity, f"{unit}/s"))
-    for axes, (values, words) in zip(figure.subplots(1, 2), rows, strict=True):
-        _curves(axes, planned, shown_joints(planned.robot, np.asarray(values)), words)
+    for axes, (values, text) in zip(figure.subplots(1, 2), rows, strict=True):
+        _curves(axes, planned, shown_joints(planned.robot, np.asarray(values)), text)
     _legend(figure, planned)
 
 
@@ -150,9 +150,9 @@ def compensation_table(found: Compensation) -> RenderableType:
     shown = [("as commanded", found.before)]
     if found.after.position.max() > ACCEPTED_ERROR:
         shown.append((f"left by the correction ({found.method})", found.after))
-    for words, errors in shown:
+    for text, errors in shown:
         position, turn = Spread.of(1e3 * errors.position), Spread.of(np.rad2deg(errors.rotation))
-        table.add_row(words, *(short(v) for v in (position.mean, position.max, turn.mean, turn.max)))
+        table.add_row(text, *(short(v) for v in (position.mean, position.max, turn.mean, turn.max)))
     own = found.commanded.expected or Expected(np.nan, np.nan)
     cells = (*_own(1e3 * own.position), *_own(np.rad2deg(own.rotation)))
     table.add_row("corrected: the arm used, held out", *cells)

@@ -110,17 +110,17 @@ def _priced(search: Callable[[DesignRequest], PlateDesign], request: DesignReque
 
     Blocks that are bought, at the heights and on the grid that there are, have no others to compare with.
     """
-    found, blocks, words = search(request), request.blocks, []
+    found, blocks, sentences = search(request), request.blocks, []
     if blocks.tilts and not blocks.levels:
         free = search(replace(request, blocks=replace(blocks, tilts=())))
         tilts = ", ".join(f"{np.rad2deg(tilt):g}°" for tilt in blocks.tilts)
-        words.append(_price(f"blocks of {tilts} alone", found, free, "any tilt"))
+        sentences.append(_price(f"blocks of {tilts} alone", found, free, "any tilt"))
     if request.shapes is not None and found.plate_shapes > request.shapes:
         few = _few_shapes(search, request, found)
         different = f"{found.plate_shapes} different ones"
-        words.insert(0, _price(f"{request.shapes} shapes of block", few, found, different))
+        sentences.insert(0, _price(f"{request.shapes} shapes of block", few, found, different))
         found = few
-    return replace(found, notes=(*words, *found.notes))
+    return replace(found, notes=(*sentences, *found.notes))
 
 
 def _price(what: str, found: PlateDesign, free: PlateDesign, others: str) -> str:

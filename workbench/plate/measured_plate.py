@@ -127,8 +127,8 @@ def _sigma(
             mean[said] = np.sqrt(np.mean(given[:, said] ** 2, axis=0))
         means.append(mean)
         silent.append(not said.all())
-    words = (f"{1e3 * uncertainty[0]:.3g} mm", f"{np.rad2deg(uncertainty[1]):.3g}°")
-    assumed = ", ".join(word for word, missing in zip(words, silent, strict=True) if missing)
+    text = (f"{1e3 * uncertainty[0]:.3g} mm", f"{np.rad2deg(uncertainty[1]):.3g}°")
+    assumed = ", ".join(word for word, missing in zip(text, silent, strict=True) if missing)
     note = f"{fields.source} does not state the machine's accuracy; assuming {assumed} (one σ)"
     return tuple(zip(means[0].tolist(), means[1].tolist(), strict=True)), (note,) if assumed else ()
 

@@ -168,15 +168,15 @@ class Plate:
             return f"{len(self.anchors)} anchors known to {1e3 * ANCHOR_SIGMA:.2g} mm (one σ)"
         measured = [t.sigma for t in self.targets if t.sigma is not None]
         made, played = self.production.text
-        words = [made, played] if self.has_seats else [made]
+        parts = [made, played] if self.has_seats else [made]
         if not measured:
-            return ", ".join(words)
+            return ", ".join(parts)
         position, rotation = np.sqrt(np.mean(np.square(measured), axis=0))
         count = "targets" if len(measured) == len(self) else f"{len(measured)} of {len(self)} targets"
         turns = f", {np.rad2deg(rotation):.2g}°" if self.has_seats else ""
         is_said = len(measured) < len(self) and (self.production.position or self.production.angle)
         known = f"{count} known to {1e3 * position:.2g} mm{turns} (one σ)"
-        others = ", ".join(words if is_said else words[1:])
+        others = ", ".join(parts if is_said else parts[1:])
         return f"{known}; {others}" if others else known
 
     def made(self, production: Production) -> "Plate":

@@ -50,14 +50,14 @@ class Region:
         return x, y, z
 
     @property
-    def cube_words(self) -> str:
+    def cube_text(self) -> str:
         """The side that was asked for and, where it does not divide the edges, the size that fills them."""
         edges = 1e3 * self.size / self.shape
         requested = f"{1e3 * self.cube:g} mm"
         if np.allclose(edges, 1e3 * self.cube, rtol=1e-6):
             return f"cubes of {requested}"
-        words = " × ".join(f"{edge:.4g}" for edge in edges)
-        return f"cells of {words} mm (cubes of {requested} do not fill the region)"
+        text = " × ".join(f"{edge:.4g}" for edge in edges)
+        return f"cells of {text} mm (cubes of {requested} do not fill the region)"
 
     @property
     def cubes(self) -> int:

@@ -101,7 +101,7 @@ class PlateScore(AbstractShown):
         lacking, count = self.can.lacking, len(self.plate)
         if not lacking:
             return ""
-        why = "; ".join(f"target {i + 1} is {words}" for i, words in lacking.items())
+        why = "; ".join(f"target {i + 1} is {text}" for i, text in lacking.items())
         many = f"{len(lacking)} of {count} targets of {self.plate.name} can't be measured"
         return f"{many} ({why}); the figures are of the other {count - len(lacking)}"
 

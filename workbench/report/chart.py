@@ -88,10 +88,10 @@ class Chart:
         low, high = np.nanmin(y) if self.floor is None else self.floor, np.nanmax(y)
         parts = [f'<path d="M{LEFT} 0V{self.height:.0f}H{WIDTH:.0f}" fill="none" {_ink("stroke", 0.3)}/>']
         parts += [
-            words(LEFT - 4, MARGIN + 6, significant(float(high)), anchor="end"),
-            words(LEFT - 4, self.height, significant(float(low)), anchor="end"),
-            words(LEFT, self.height + FOOT - 2, self.ends[0]),
-            words(WIDTH - 2, self.height + FOOT - 2, self.ends[1], anchor="end"),
+            text(LEFT - 4, MARGIN + 6, significant(float(high)), anchor="end"),
+            text(LEFT - 4, self.height, significant(float(low)), anchor="end"),
+            text(LEFT, self.height + FOOT - 2, self.ends[0]),
+            text(WIDTH - 2, self.height + FOOT - 2, self.ends[1], anchor="end"),
         ]
         first, last = float(x.min()), float(x.max())
         for one in self.marks:
@@ -106,7 +106,7 @@ class Chart:
             parts += [
                 f'<path d="M{at:.1f} 0V{self.height:.0f}" style="stroke:{line.colour}" stroke-width="1.6" '
                 'stroke-dasharray="5 3" data-testid="event-line"/>',
-                words(at + aside, MARGIN + 5 + (SIZE + 2) * k, line.text, anchor=anchor),
+                text(at + aside, MARGIN + 5 + (SIZE + 2) * k, line.text, anchor=anchor),
             ]
         return framed(self.height + FOOT, parts, self.testid)
 
@@ -130,10 +130,10 @@ def bars(rows: Sequence[Bar], *, unit: str = "mm", testid: str = "bars") -> str:
         y, length = (ROW + 6.0) * k, LONGEST_BAR * WIDTH * max(row.value, 0.0) / max(longest, 1e-12)
         size = f"{significant(row.value)} {unit}" + (f" · {row.note}" if row.note else "")
         parts += [
-            words(0, y + 11, row.name),
+            text(0, y + 11, row.name),
             f'<rect x="0" y="{y + 15:.1f}" width="{max(length, 1.5):.1f}" height="{THICK:.0f}" rx="2" '
             f'style="fill:{row.colour}"><title>{escape(f"{row.name}: {size}")}</title></rect>',
-            words(max(length, 1.5) + 6, y + 26, size),
+            text(max(length, 1.5) + 6, y + 26, size),
         ]
     return framed((ROW + 6.0) * len(rows), parts, testid) if rows else ""
 
@@ -146,8 +146,8 @@ def framed(height: float, parts: Sequence[str], testid: str) -> str:
     )
 
 
-def words(x: float, y: float, said: str, *, anchor: str = "start") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="currentColor">{escape(said)}</text>'
+def text(x: float, y: float, shown: str, *, anchor: str = "start") -> str:
+    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="currentColor">{escape(shown)}</text>'
 
 
 def _ink(what: str, opacity: float) -> str:

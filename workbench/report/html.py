@@ -53,7 +53,7 @@ def write_page(
     numbers: str = "result.json",
     package: str = "workbench.report",
     files: dict[str, bytes] | None = None,
-    **words: Any,
+    **fields: Any,
 ) -> Path:
     """Write a page, its pictures as SVG files and its numbers: all of them or nothing.
 
@@ -68,13 +68,13 @@ def write_page(
         numbers: Name of the file for these.
         package: Where its template is, if not among the general ones.
         files: Further files with their contents; None: the pictures.
-        **words: What the template is filled with.
+        **fields: What the template is filled with.
 
     Returns:
         Path of the page.
     """
     if files is None:
         files = {f"{drawing.name}.svg": drawing.svg.encode() for drawing in drawings}
-    text = page_template(page, package=package).render(drawings=drawings, **words)
+    text = page_template(page, package=package).render(drawings=drawings, **fields)
     files = files | {numbers: json_text(result).encode(), page: text.encode()}
     return write_folder(folder, files, replaces=replaces) / page

@@ -139,7 +139,7 @@ def _guide(session: Session) -> GuideStep:
         return GuideStep(f"{len(loaded.dataset)} rows of {loaded.name} are loaded.", next=FIT, other=LOAD)
     if results.accepted:
         left, tone = _rest(found)
-        return GuideStep(f"{stages_in_words(session)} mm. {left}.", tone, TAKE, COMPARE)
+        return GuideStep(f"{stages_in_text(session)} mm. {left}.", tone, TAKE, COMPARE)
     if found is not None:
         return _diagnosed(session, found)
     assert results.identification is not None
@@ -164,13 +164,13 @@ def _measuring(measuring: Measuring) -> GuideStep:
     seen = acquisition.place().looks_like
     if seen is not None and acquisition.copy().store_as(seen).changed:
         number = measuring.numbers[seen]
-        words = (
+        text = (
             f"The arm stands at target {number + 1}, not at target {measuring.target + 1}, the current one."
         )
         here = Action(f"Store it as target {number + 1}", Tab.MEASURE, StoreRow(target=number))
-        return GuideStep(words, Tone.CAREFUL, here, done)
-    words = "Drive the arm to the current target, wait until it is still, store the row"
-    return GuideStep(f"{words}; {stored} of {len(measuring.numbers)} stored.", next=done)
+        return GuideStep(text, Tone.CAREFUL, here, done)
+    text = "Drive the arm to the current target, wait until it is still, store the row"
+    return GuideStep(f"{text}; {stored} of {len(measuring.numbers)} stored.", next=done)
 
 
 def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> GuideStep:
@@ -228,7 +228,7 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
     return (*out, StageErrors.of(title, run, (run.train_rows, run.held_out_rows)))
 
 
-def stages_in_words(session: Session) -> str:
+def stages_in_text(session: Session) -> str:
     """`0.739 → 0.375 → 0.072`."""
     return " → ".join(significant(stage.error) for stage in stages(session))
 
@@ -252,7 +252,7 @@ def _figure(session: Session) -> str:
         errors = (judged(e).position_mm.mean for e in (fitted.nominal, found.before, found.after))
         return f"{' → '.join(map(significant, errors))} mm"
     if fitted is not None:
-        return f"{stages_in_words(session)} mm"
+        return f"{stages_in_text(session)} mm"
     predicted = 1e3 * session.score.position
     is_plate = session.measurements.loaded is None and np.isfinite(predicted)
     return f"{predicted:.3f} mm rms predicted" if is_plate else ""
@@ -264,28 +264,28 @@ def _design(session: Session) -> GuideStep:
     if bad:
         (first, state), count = bad[0], len(session.plate)
         why = "is out of reach" if not state.reached else f"is blocked: {state.hit}"
-        words = f"{count - len(bad)} of {count} targets can be measured; target {first + 1} {why}."
+        text = f"{count - len(bad)} of {count} targets can be measured; target {first + 1} {why}."
         fix = Action(f"Show target {first + 1}", Tab.PLATE, SelectTarget(first))
-        return GuideStep(words, Tone.BAD, fix, LOAD)
+        return GuideStep(text, Tone.BAD, fix, LOAD)
     improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(seed=len(session.history.scores)))
     if _takes_next_poses(session):
         return GuideStep("The poses to measure next are on the plate; measure there.", next=LOAD, other=FIT)
     if not session.history.done:
-        words = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
-        return GuideStep(f"{words}. Or let the program place all targets.", next=improve, other=LOAD)
-    words = capital(_predicted(session))
+        text = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
+        return GuideStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
+    text = capital(_predicted(session))
     if (judged := plate_judgement(session)) is None:
-        words = f"{words}. Good enough? Set the required error below, or measure."
-        return GuideStep(words, next=LOAD, other=improve)
+        text = f"{text}. Good enough? Set the required error below, or measure."
+        return GuideStep(text, next=LOAD, other=improve)
     if judged.tone is Tone.GOOD:
         return GuideStep(f"{capital(judged.text)}. Make the plate, then measure.", Tone.GOOD, MAKE, LOAD)
     if session.tried is not None:
         return GuideStep(f"{capital(judged.text)}.", judged.tone, improve, LOAD)
     if judged.tone is Tone.CAREFUL:
-        return GuideStep(f"{words}: {judged.text}. Improve it.", judged.tone, improve, LOAD)
+        return GuideStep(f"{text}: {judged.text}. Improve it.", judged.tone, improve, LOAD)
     if (trial := _trial()) is None:
-        return GuideStep(f"{words}: {judged.text}.", judged.tone, LOAD, improve)
-    return GuideStep(f"{words}: {judged.text}. Good enough? Try it, or measure.", judged.tone, trial, LOAD)
+        return GuideStep(f"{text}: {judged.text}.", judged.tone, LOAD, improve)
+    return GuideStep(f"{text}: {judged.text}. Good enough? Try it, or measure.", judged.tone, trial, LOAD)
 
 
 @cache
@@ -318,29 +318,27 @@ def _identified(session: Session, found: Identification) -> GuideStep:
     run = found.runs[session.results.fit]
     left = judged(run).position_mm.mean
     if doubts := found.doubts(run):
-        words = f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}"
-        return GuideStep(words, Tone.CAREFUL, COMPARE, LOAD)
+        text = f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}"
+        return GuideStep(text, Tone.CAREFUL, COMPARE, LOAD)
     if (identifiability := found.identifiability) is not None and identifiability.refused:
-        words = (
-            f"These rows identify nothing of the arm: {identifiability.advice or identifiability.refused}."
-        )
-        return GuideStep(words, Tone.CAREFUL, MORE, COMPARE)
+        text = f"These rows identify nothing of the arm: {identifiability.advice or identifiability.refused}."
+        return GuideStep(text, Tone.CAREFUL, MORE, COMPARE)
     if identifiability is not None:
-        words = f"{stages_in_words(session)} mm; {identifiability.title} identified."
-        return GuideStep(words, Tone.GOOD, TAKE, COMPARE)
+        text = f"{stages_in_text(session)} mm; {identifiability.title} identified."
+        return GuideStep(text, Tone.GOOD, TAKE, COMPARE)
     rows, times = len(found.train_rows), share_of_noise(session, found)
     if times <= BEYOND_NOISE:
-        words = f"{stages_in_words(session)} mm: the remaining error is instrument noise."
-        return GuideStep(words, Tone.GOOD, TAKE, COMPARE)
+        text = f"{stages_in_text(session)} mm: the remaining error is instrument noise."
+        return GuideStep(text, Tone.GOOD, TAKE, COMPARE)
     if rows < MIN_ROWS:
-        words = f"{significant(left)} mm left. {rows} rows are too few to look for a cause; "
-        words += f"it takes {MIN_ROWS}."
-        return GuideStep(words, Tone.CAREFUL, MORE, COMPARE)
+        text = f"{significant(left)} mm left. {rows} rows are too few to look for a cause; "
+        text += f"it takes {MIN_ROWS}."
+        return GuideStep(text, Tone.CAREFUL, MORE, COMPARE)
     if np.isnan(times):
-        words = f"{significant(left)} mm left. Noise, or something that is not geometry?"
-        return GuideStep(words, Tone.PLAIN, CAUSE, TAKE)
-    words = f"{left:.3g} mm left, {times:.2g} × the instrument: something is not geometry."
-    return GuideStep(words, Tone.CAREFUL, CAUSE, TAKE)
+        text = f"{significant(left)} mm left. Noise, or something that is not geometry?"
+        return GuideStep(text, Tone.PLAIN, CAUSE, TAKE)
+    text = f"{left:.3g} mm left, {times:.2g} × the instrument: something is not geometry."
+    return GuideStep(text, Tone.CAREFUL, CAUSE, TAKE)
 
 
 def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
@@ -348,8 +346,8 @@ def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
     poses = POSES if len(found.measure_next) else MORE
     if steps := splittable(session):
         row, mark = next((e.row, e.mark) for e in found.events if e.row in steps)
-        words = f"{capital(mark)}: rows {row} and later need a base or tool of their own."
-        return GuideStep(words, Tone.CAREFUL, Action(SPLIT, Tab.CALIBRATE, MakeSession(row)), ADD)
+        text = f"{capital(mark)}: rows {row} and later need a base or tool of their own."
+        return GuideStep(text, Tone.CAREFUL, Action(SPLIT, Tab.CALIBRATE, MakeSession(row)), ADD)
     if found.harm is not None:
         return GuideStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
@@ -364,5 +362,5 @@ def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
         return GuideStep(f"{capital(first.label)} ({first.confidence}){others}: {fall}.", tone, ADD, poses)
     if found.verdict is Verdict.UNEXPLAINED:
         return GuideStep(f"{significant(before)} mm left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
-    words = f"{significant(before)} mm left, all of it noise: the geometry is enough."
-    return GuideStep(words, Tone.GOOD, TAKE, COMPARE)
+    text = f"{significant(before)} mm left, all of it noise: the geometry is enough."
+    return GuideStep(text, Tone.GOOD, TAKE, COMPARE)

@@ -138,8 +138,8 @@ class LiveSource(AbstractView):
         """Whether it is of an arm with so many joints; said once where it is not."""
         joints = self._worker.session.robot.dof
         if len(sample.q) != joints:
-            words = f"the arm at {self._name} has {len(sample.q)} joints, but the robot here has {joints}"
-            self._say(f"{words}; choose the robot that is connected")
+            text = f"the arm at {self._name} has {len(sample.q)} joints, but the robot here has {joints}"
+            self._say(f"{text}; choose the robot that is connected")
             return False
         return True
 

@@ -137,12 +137,12 @@ class AbstractEvent(AbstractEffect):
     def views(self, state):
         clock = self.clock(state.motion)
         time = COLUMNS["time"]
-        words, size = (time.label, time.shown[1]) if self.is_timed else ("row of the file", 1.0)
+        text, size = (time.label, time.shown[1]) if self.is_timed else ("row of the file", 1.0)
         x = np.zeros(len(state.motion)) if clock is None else size * clock
         units = self.units(state.chain)
         return tuple(
             view_of_element(
-                self, state, k, what=f"{name} [{'mm' if units[k] == 'm' else 'mrad'}]", driver=words, x=x
+                self, state, k, what=f"{name} [{'mm' if units[k] == 'm' else 'mrad'}]", driver=text, x=x
             )
             for k, name in enumerate(self.names)
         )

@@ -113,9 +113,9 @@ def usual_views(effect: AbstractLaw, state: DeflectedRows) -> Iterator[Increment
             if not (effect.loads or {"direction", *row_drivers()} & set(effect.needs)):
                 yield over_position(effect, state, place, joint)
                 continue
-            words, x = _driver(effect, state, joint)
+            text, x = _driver(effect, state, joint)
             what = error_of(state, joint)
-            view = view_of_element(effect, state, place, what=what, driver=words, x=x)
+            view = view_of_element(effect, state, place, what=what, driver=text, x=x)
             yield replace(view, steps="direction" in effect.needs)
     else:
         yield _together(effect, state)
@@ -151,13 +151,13 @@ def _driver(effect: AbstractLaw, state: DeflectedRows, joint: int) -> tuple[str,
     """What drives the error of a joint, with its unit, and its value in every row."""
     for name in effect.needs:
         if name == "direction":
-            words = f"direction of the last motion of joint {joint + 1}"
-            return words, state.motion.need(name, effect.name)[:, joint]
+            text = f"direction of the last motion of joint {joint + 1}"
+            return text, state.motion.need(name, effect.name)[:, joint]
         if name in row_drivers():
             return COLUMNS[name].label, COLUMNS[name].shown[1] * state.motion.need(name, effect.name)
     load, unit = ("moment about", "N·m") if turns(state.chain, joint) else ("force along", "N")
-    words = f"{load} the axis of joint {joint + 1} [{unit}]"
-    return words, own(state.chain, [joint], state.wrenches)[:, 0]
+    text = f"{load} the axis of joint {joint + 1} [{unit}]"
+    return text, own(state.chain, [joint], state.wrenches)[:, 0]
 
 
 def _over_moment_across(effect: AbstractLaw, state: DeflectedRows) -> Iterator[IncrementCurve]:

@@ -181,10 +181,10 @@ def _slip(readings: Sequence[TableReading], typed: Sequence[Typed]) -> str:
     full[:, :3] = best.at(numbers.q[row : row + 1])
     error = se3.pose_error(numbers.poses[row : row + 1], full)[0]
     position, rotation = (float(np.linalg.norm(error[part])) for part in PARTS)
-    words = ", ".join((*best.reading.assumptions, *best.typed.assumptions))
+    text = ", ".join((*best.reading.assumptions, *best.typed.assumptions))
     return (
         f"pose {row + 1} alone is {in_mm(position)} and {np.rad2deg(rotation):.3g}° off, the others fit to "
-        f"{in_mm(best.errors[0])} with {words}: check its numbers"
+        f"{in_mm(best.errors[0])} with {text}: check its numbers"
     )
 
 

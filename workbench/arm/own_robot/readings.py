@@ -80,7 +80,7 @@ def table_readings(
         name: Of the robot.
         limits: Of its joints [rad or m], if known.
     """
-    words = {"dh": "standard DH", "craig": "modified DH (Craig)"}
+    text = {"dh": "standard DH", "craig": "modified DH (Craig)"}
     lengths = possible(lengths, [float(r.get(c, 0.0)) for r in rows for c in ("d", "a")])
     angles = possible(angles, [float(r.get(c, 0.0)) for r in rows for c in ("theta", "alpha", "beta")])
     out: list[TableReading] = []
@@ -98,7 +98,7 @@ def table_readings(
         except FileError as error:  # units that no arm has
             refused = error
             continue
-        said = (words.get(convention, convention), f"lengths in {length}", f"angles in {angle}")
+        said = (text.get(convention, convention), f"lengths in {length}", f"angles in {angle}")
         out.append(TableReading(robot.with_frames(base=Frame(), tool=Frame()), said))
     if refused is not None and not out:
         raise refused

@@ -36,7 +36,7 @@ class ContactObservation(AbstractPlaceObservation):
     """Contact of the tool point with points."""
 
     word = "contact"
-    unused_words = "contacts"
+    unused_text = "contacts"
 
     channels = (Channel.POSITION,) * 3
 
@@ -65,7 +65,7 @@ class PlaneObservation(AbstractPlaceObservation):
     """Contact of the tool point with planes, whose feet are unknown."""
 
     word = "contact"
-    unused_words = "contacts with planes"
+    unused_text = "contacts with planes"
 
     channels = (Channel.POSITION,)
 

@@ -16,7 +16,7 @@ class DistanceObservation(AbstractPlaceObservation):
     distance: Float[np.ndarray, " rows"]
     columns = ("distance",)
     word = "anchor"
-    unused_words = "distances"
+    unused_text = "distances"
 
     channels = (Channel.POSITION,)
 

@@ -27,7 +27,7 @@ class MarkerObservation(AbstractObservation):
 
     measured: Float[np.ndarray, "rows markers 3"]
 
-    unused_words = "markers"
+    unused_text = "markers"
     is_tool_free = True
 
     @property

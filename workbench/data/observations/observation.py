@@ -94,7 +94,7 @@ class AbstractObservation(ABC):
     link: int | None = None
     """The moving link, counted from 1, that it watches from a level frame; None for the tool in the measuring
     frame, whose poses and twists the others are given."""
-    unused_words: str = ""
+    unused_text: str = ""
     """What a row carries in vain if another observation of it is used; empty if that one contains it."""
 
     def __init_subclass__(cls) -> None:

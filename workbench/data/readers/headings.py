@@ -18,8 +18,8 @@ JOINT = (Quantity.ANGLE, Quantity.LENGTH)
 PIXEL_LABELS = ("image", "camera", "id", "corner")
 
 _UR_JOINTS = ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
-_JOINT_WORDS = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
-_JOINT_WORDS += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse"
+_JOINT_TEXT = "q|j|a|ax|joint|axis|achse|gelenk|theta|th|θ|joint_angle|joint_position|joint_pos|angle"
+_JOINT_TEXT += "|gelenkwinkel|achswinkel|winkel|axe|articulation|eje|giunto|asse"
 _ROBOTS = "panda|fr3|fer|iiwa|lbr|lbr_iiwa|kuka|robot|arm|measured|actual|ist"
 _MEASURED = "pos|position|p|measured|measurement|meas|actual|ist|mess|messwert"
 _COMMANDED = re.compile(
@@ -41,7 +41,7 @@ _PATTERNS: tuple[tuple[re.Pattern[str], str], ...] = tuple(
         (r"sigma_(x|y|z|rx|ry|rz)", "sigma_{0}"),
         (r"tilt_([xy])(\d+)", "tilt_{0}{1}"),
         (r"(force|moment)_([xyz])", "{0}_{1}"),
-        (rf"(?:{_JOINT_WORDS})_?(\d+)", "q{0}"),
+        (rf"(?:{_JOINT_TEXT})_?(\d+)", "q{0}"),
         (rf"(?:{_ROBOTS})_(?:q|j|joint|axis)_?a?_?(\d+)", "q{0}"),
         (r"joint_a(\d+)", "q{0}"),
         (rf"(?:{_MEASURED})_([xyz])|(?:t|p)([xyz])", "{0}"),

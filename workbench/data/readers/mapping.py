@@ -70,12 +70,12 @@ def read_mapping(path: Path | str) -> ColumnMapping:
     reader = _MappingReader(path)
     data = reader.load()
     reader.keys(data, {"columns", "joints", "layout", "sheet"}, "the mapping")
-    words = {key: data.get(key) for key in ("layout", "sheet")}
-    for key, value in words.items():
+    chosen = {key: data.get(key) for key in ("layout", "sheet")}
+    for key, value in chosen.items():
         if value is not None and not isinstance(value, str):
             raise reader.fail(f"{key} must be a name, not {value!r}")
     return ColumnMapping(
-        columns=reader.naming(data, "columns"), joints=reader.naming(data, "joints"), **words
+        columns=reader.naming(data, "columns"), joints=reader.naming(data, "joints"), **chosen
     )
 
 
@@ -151,7 +151,7 @@ def meanings(joints: int) -> tuple[str, ...]:
         if column.kept:
             keys += column.names(joints)
     keys += ["sigma_x", "sigma_y", "sigma_z"]
-    usual = {q: words.split(" or ") for q, words in EXAMPLES.items() if words != EXAMPLES[Quantity.NUMBER]}
+    usual = {q: text.split(" or ") for q, text in EXAMPLES.items() if text != EXAMPLES[Quantity.NUMBER]}
     found = [LEFT_OUT]
     for key in keys:
         units = [unit for quantity in quantities_of(key) for unit in usual.get(quantity, ())]

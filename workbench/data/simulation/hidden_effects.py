@@ -46,7 +46,7 @@ def hidden_effects(
     Returns:
         The effects with their coefficients, and a sentence on each.
     """
-    effects = tuple(e if isinstance(e, AbstractEffect) else _from_words(robot, e, rng) for e in wanted)
+    effects = tuple(e if isinstance(e, AbstractEffect) else _from_text(robot, e, rng) for e in wanted)
     robot.with_effects(*effects)
     return effects, tuple(_sentence(robot, effect) for effect in effects)
 
@@ -95,7 +95,7 @@ def varied_state(robot: Robot, q: Float[np.ndarray, "rows n"], *, rng: np.random
     return Motion.with_drivers(q, {"row": np.arange(rows), **drivers})
 
 
-def _from_words(robot: Robot, text: str, rng: np.random.Generator) -> AbstractEffect:
+def _from_text(robot: Robot, text: str, rng: np.random.Generator) -> AbstractEffect:
     name, _, rest = text.partition(":")
     joint, _, size = rest.partition(":")
     if name not in EFFECTS:
@@ -110,22 +110,22 @@ def _scaled(effect: AbstractEffect, factor: float) -> AbstractEffect:
     return replace(effect, coefficients=tuple(factor * c for c in effect.coefficients))
 
 
-def _joint(robot: Robot, name: str, text: str, words: str) -> int:
+def _joint(robot: Robot, name: str, text: str, sentence: str) -> int:
     """The joint, counted from 0: the effect's usual one if none is said."""
     if EFFECTS[name].whole_arm and text:
         raise OptionError(f"effect '{name}' concerns the whole arm; write {name}, or {name}::SIZE")
     if not text:
         return EFFECTS[name].usual_joint(robot.dof)
     if not text.isdecimal() or not 1 <= int(text) <= robot.dof:
-        raise OptionError(f"effect '{words}': joint must be 1–{robot.dof}, got '{text}'")
+        raise OptionError(f"effect '{sentence}': joint must be 1–{robot.dof}, got '{text}'")
     return int(text) - 1
 
 
-def _size(robot: Robot, effect: AbstractEffect, text: str, words: str, rng: np.random.Generator) -> float:
+def _size(robot: Robot, effect: AbstractEffect, text: str, sentence: str, rng: np.random.Generator) -> float:
     """Factor of the coefficients."""
     bend = 1e6 * _bend(robot, _scaled(effect, 1e-6), rng)
     if bend < MIN_LAW:
-        raise OptionError(f"effect '{words}': nothing drives it at that joint, so it would not show")
+        raise OptionError(f"effect '{sentence}': nothing drives it at that joint, so it would not show")
     if not text:
         return effect.typical_size or BEND / bend
     try:
@@ -134,7 +134,7 @@ def _size(robot: Robot, effect: AbstractEffect, text: str, words: str, rng: np.r
         size = np.nan
     if not np.isfinite(size) or size == 0.0:
         raise OptionError(
-            f"effect '{words}': the size must be a number other than 0 (SI units), got '{text}'"
+            f"effect '{sentence}': the size must be a number other than 0 (SI units), got '{text}'"
         )
     return size
 

@@ -16,11 +16,11 @@ from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import (
     alternatives,
     joint_headings,
-    joint_noise_words,
+    joint_noise_text,
     lines,
     next_rows,
-    odds_words,
-    outlier_words,
+    odds_text,
+    outlier_text,
 )
 from workbench.diagnosis.result import Diagnosis, judged
 from workbench.identification.report.html_report import error_cards
@@ -71,7 +71,7 @@ def _words(result: Diagnosis) -> dict[str, Any]:
     """What the template is filled with."""
     return {
         "robot": result.robot.name,
-        "verdict": result.verdict_words,
+        "verdict": result.verdict_text,
         "good": result.is_good,
         "message": result.message,
         "budget": Markup(budget_bars(result)),
@@ -90,7 +90,7 @@ def _words(result: Diagnosis) -> dict[str, Any]:
         ),
         "turned": result.after.train.orientation_deg is not None,
         "alternatives": alternatives(result),
-        "outliers": outlier_words(result) if len(result.outliers) else "",
+        "outliers": outlier_text(result) if len(result.outliers) else "",
         "next_headings": [*joint_headings(result), *(["what it tells"] if result.next_reasons else [])],
         "next_rows": next_rows(result) if result.worth_measuring else [],
         "notes": result.notes,
@@ -102,7 +102,7 @@ def _cause(cause: Cause) -> dict[str, object]:
         "label": cause.label,
         "words": cause.sentence,
         "confidence": str(cause.confidence),
-        "odds": odds_words(cause.odds),
+        "odds": odds_text(cause.odds),
         "explained": short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–",
     }
 
@@ -130,5 +130,5 @@ def _facts(result: Diagnosis) -> list[tuple[str, str]]:
     if result.floor is not None:
         facts.append(("Known noise", f"{result.floor.text} per axis"))
     if result.joint_noise is not None:
-        facts.append(("Noise of joint readings", joint_noise_words(result)))
+        facts.append(("Noise of joint readings", joint_noise_text(result)))
     return facts

@@ -41,9 +41,9 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
         parts += [line("effect", found.text) for found in result.effects]
     parts += _alternatives(result)
     if len(result.outliers):
-        parts.append(line("outliers", outlier_words(result)))
+        parts.append(line("outliers", outlier_text(result)))
     if result.joint_noise is not None:
-        parts.append(line("noise of joint readings", joint_noise_words(result)))
+        parts.append(line("noise of joint readings", joint_noise_text(result)))
     if result.worth_measuring:
         parts.append(next_table(result))
     parts += [line("warning", text) for text in result.warnings]
@@ -58,7 +58,7 @@ def summary(result: Diagnosis) -> RenderableType:
     return Group(*_beginning(result), *ranking, *_alternatives(result), *warnings)
 
 
-def joint_noise_words(result: Diagnosis) -> str:
+def joint_noise_text(result: Diagnosis) -> str:
     """Size of the noise of joint readings and its part of what is left; – for exact ones."""
     found = result.joint_noise
     if found is None:
@@ -71,7 +71,7 @@ def _beginning(result: Diagnosis) -> list[RenderableType]:
     style = STYLES.get(result.verdict, "bold red")
     if result.verdict is Verdict.EXPLAINED and not result.is_good:
         style = STYLES[Verdict.PARTLY]
-    verdict = Text(f"{result.verdict_words}: {result.message}", style=style)
+    verdict = Text(f"{result.verdict_text}: {result.message}", style=style)
     return [Text(heading(result), style="bold"), verdict, errors_table(result)]
 
 
@@ -121,11 +121,11 @@ def causes_table(result: Diagnosis) -> Table:
     table = new_table(title, folded("cause"), unbroken("is"), "odds", "explains\n[mm]")
     for cause in result.causes:
         explained = short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–"
-        table.add_row(cause.label, str(cause.confidence), odds_words(cause.odds), explained)
+        table.add_row(cause.label, str(cause.confidence), odds_text(cause.odds), explained)
     return table
 
 
-def odds_words(odds: float) -> str:
+def odds_text(odds: float) -> str:
     """`340 : 1`, at most a million."""
     return "> 10⁶ : 1" if odds > 1e6 else f"{odds:.0f} : 1"
 
@@ -158,7 +158,7 @@ def _instead(found: Accepted, with_all: float) -> str:
     return f"Alternatives to {found.effect.phrase} ({short(with_all)} mm): {'; '.join(rivals)}"
 
 
-def outlier_words(result: Diagnosis) -> str:
+def outlier_text(result: Diagnosis) -> str:
     """Which rows were excluded as outliers, and what to do."""
     rows = sorted(result.data.row[result.outliers].tolist())
     shown = first_of(rows, NAMED)

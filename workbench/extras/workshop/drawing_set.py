@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from workbench.extras.workshop.drawing import TEXT, Sheet, View
-from workbench.plate.parts.csv_lists import BOTTOM, MM, SHORT_OF, STEEL, dowel_length, position_words
+from workbench.plate.parts.csv_lists import BOTTOM, MM, SHORT_OF, STEEL, dowel_length, position_text
 from workbench.plate.parts.parts import Block, BlockShape, Bore, Fixture, Purpose, Slab, Turned
 from workbench.plate.plate import Kind
 from workbench.plate.tolerances import GENERAL, Tolerances
@@ -264,7 +264,7 @@ def _bore_rows(block: Block, tolerances: Tolerances) -> Rows:
                 *(f"({v:z.3f})" if bore.purpose is Purpose.INDEX else f"{v:z.3f}" for v in place),
                 bore.size.split(" (core")[0],
                 millimetres(bore.depth),
-                position_words(bore, tolerances),
+                position_text(bore, tolerances),
             )
         )
     return rows
@@ -338,7 +338,7 @@ def turned_sheet(fixture: Fixture, part: Turned) -> Sheet:
         end.hole(MM * bore.mouth[:2], 2.0 * across)
         there.setdefault((round(x, 6), round(y, 6)), []).append(bore)
         depth = "through" if bore.through else millimetres(bore.depth)
-        held = AXIAL if bore.conical else position_words(bore, fixture.tolerances)
+        held = AXIAL if bore.conical else position_text(bore, fixture.tolerances)
         rows.append((bore.label, SHORT[bore.purpose], f"{x:z.3f}", f"{y:z.3f}", bore.size, depth, held))
     for (x, y), bores in there.items():
         words, neck = ", ".join(bore.label for bore in bores), 0.5 * MM * part.steps[-1][0]

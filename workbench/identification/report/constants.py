@@ -37,9 +37,9 @@ def corrections(run: Run) -> Figure | None:
         axes.axvspan(-CERTAIN, CERTAIN, color=INK, alpha=0.08, lw=0)
         axes.axvline(0.0, color=INK, lw=0.6)
         kinds = ((angle, COLOURS[0], "o", "angles"), (~angle, COLOURS[1], "s", "lengths"))
-        for mine, colour, marker, words in kinds:
+        for mine, colour, marker, text in kinds:
             if mine.any():
-                style: Any = {"fmt": marker, "ms": 4, "color": colour, "elinewidth": 1.2, "label": words}
+                style: Any = {"fmt": marker, "ms": 4, "color": colour, "elinewidth": 1.2, "label": text}
                 axes.errorbar(ratio[mine], place[mine], xerr=1.0, **style)
         axes.xaxis.set_major_formatter("{x:g}")
         width = max(1.5 * float(np.abs(ratio).max()), 12.0)

@@ -134,8 +134,8 @@ def _legend(figure: Figure, held: np.ndarray, rows: int) -> None:
     if not held.any():
         return
     what = "dashed" if rows > STEMS else "colour of the text"
-    words = f"colour: {rows - held.sum()} fitted rows;   {what}: {held.sum()} held-out rows"
-    figure.supxlabel(words, fontsize=7.5)
+    text = f"colour: {rows - held.sum()} fitted rows;   {what}: {held.sum()} held-out rows"
+    figure.supxlabel(text, fontsize=7.5)
 
 
 NAMES = (

@@ -24,7 +24,7 @@ from workbench.report.tables import folded, line, new_table, unbroken
 
 ROWS = 500
 """Greatest number of measured joint positions over which the numbers are chosen."""
-WORDS = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
+TEXT = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
 VARIANTS = (
     (ControllerPart.OFFSETS,),
     (ControllerPart.OFFSETS, ControllerPart.TOOL),
@@ -62,15 +62,15 @@ class Use:
         if (chosen := self.advised) is None:
             why = next((v.losses[0] for v in reversed(self.variants) if v.losses), "they change nothing")
             return f"don't enter any of these numbers ({why}); correct the joint positions instead"
-        return f"enter {WORDS[len(chosen.parts) - 1]}: {_change(chosen)}"
+        return f"enter {TEXT[len(chosen.parts) - 1]}: {_change(chosen)}"
 
     @property
     def table(self) -> list[tuple[str, list[str]]]:
         """What is entered, and the four errors that remain, for each variant and for nothing at all."""
         first = self.variants[0]
         lines = [("nothing (its best base and tool)", _errors(first.before))]
-        for words, variant in zip(WORDS, self.variants, strict=True):
-            lines.append((words if variant.is_better else f"{words}: don't", _errors(variant.after)))
+        for text, variant in zip(TEXT, self.variants, strict=True):
+            lines.append((text if variant.is_better else f"{text}: don't", _errors(variant.after)))
         return [*lines, (self.reference, ["0"] * 4)]
 
     @property
@@ -104,8 +104,8 @@ class Use:
         """What to enter into a controller, and what that leaves, as tables for the terminal."""
         errors = ("mean\n[mm]", "max\n[mm]", "mean\n[°]", "max\n[°]")
         left = new_table(f"What remains, against {self.reference}", folded("entered"), *errors)
-        for words, values in self.table:
-            left.add_row(words, *values)
+        for text, values in self.table:
+            left.add_row(text, *values)
         added = new_table(
             "Added to each joint's reading", unbroken("joint"), "with tool and base", "offsets only"
         )

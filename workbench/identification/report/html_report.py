@@ -49,15 +49,15 @@ def write_report(result: Identification, folder: Path | str, *, wanted: Wanted |
     content = identification_json(result)
     content |= {"requirement": judged and _requirement_json(judged), "controller": use.json()}
     old = [f"{name}.svg" for name in NAMES]
-    words = _words(result, judged=judged, use=use)
-    words["sections"], more = sections_of(result, advice)
-    words["warnings"] = (*result.warnings, *advice.warnings)
-    path = write_page(folder, PAGE, drawings, content | more, replaces=old, **words)
+    fields = _text(result, judged=judged, use=use)
+    fields["sections"], more = sections_of(result, advice)
+    fields["warnings"] = (*result.warnings, *advice.warnings)
+    path = write_page(folder, PAGE, drawings, content | more, replaces=old, **fields)
     progress(1.0, "done")
     return path
 
 
-def _words(result: Identification, *, judged: Judged | None, use: Use) -> dict[str, Any]:
+def _text(result: Identification, *, judged: Judged | None, use: Use) -> dict[str, Any]:
     """What the template is filled with."""
     best, (before, after) = result.best, result.error
     return {

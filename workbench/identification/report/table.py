@@ -125,11 +125,11 @@ def parameters_tables(fit: Fit) -> RenderableType:
 
 def messages(result: Identification) -> list[RenderableType]:
     """Unidentifiable combinations, warnings and decisions, one line each."""
-    lines: list[RenderableType] = [line("not identifiable", words) for words in result.unidentifiable]
-    lines += [line("warning", words) for words in result.warnings]
+    lines: list[RenderableType] = [line("not identifiable", sentence) for sentence in result.unidentifiable]
+    lines += [line("warning", sentence) for sentence in result.warnings]
     if result.identifiability is not None:
         lines += [line("found", text) for text in result.identifiability.found(result.best.fit)]
-    lines += [line("note", words) for words in result.notes]
+    lines += [line("note", sentence) for sentence in result.notes]
     if result.excluded:
         shown = ", ".join(f"row {row} ({reason})" for row, reason in result.excluded[:5])
         more = len(result.excluded) - 5

@@ -94,8 +94,8 @@ def bores_csv(fixture: Fixture) -> str:
             u, v = shape.block.on_face(bore) if on_face else MM * bore.mouth[:2]
             angle = np.rad2deg(np.arctan2(v, u)) if np.hypot(u, v) > 1e-6 else 0.0
             numbers = (f"{value:z.4f}" for value in (u, v, angle, MM * bore.diameter))
-            words = (bore.size, f"{MM * bore.depth:.4f}", position_words(bore, fixture.tolerances))
-            rows.append((shape.letter, "face" if on_face else "foot", str(bore.purpose), *numbers, *words))
+            cells = (bore.size, f"{MM * bore.depth:.4f}", position_text(bore, fixture.tolerances))
+            rows.append((shape.letter, "face" if on_face else "foot", str(bore.purpose), *numbers, *cells))
     return csv_text(head, rows)
 
 
@@ -152,7 +152,7 @@ def _edges(slab: Slab) -> str:
     return " × ".join(f"{edge:.1f}" for edge in MM * slab.size)
 
 
-def position_words(bore: Bore, tolerances: Tolerances) -> str:
+def position_text(bore: Bore, tolerances: Tolerances) -> str:
     across = 2.0 * MM * tolerances.place
     match bore.purpose:
         case Purpose.SEAT | Purpose.SOCKET | Purpose.TIP:

@@ -166,8 +166,8 @@ def _size(plate: Plate, blocks: tuple[Block, ...], stock: Stock) -> tuple[Vector
         return plate.size, []
     reach = np.abs(np.concatenate([block.footprint for block in blocks])).max(axis=0) + stock.margin
     size = np.array([*(np.ceil(2e3 * reach) / 1e3), stock.thickness])
-    words = " × ".join(f"{1e3 * edge:.0f}" for edge in size)
-    return frozen(size), [f"the plate's file gives no size; {words} mm holds all blocks"]
+    text = " × ".join(f"{1e3 * edge:.0f}" for edge in size)
+    return frozen(size), [f"the plate's file gives no size; {text} mm holds all blocks"]
 
 
 def _check_on_plate(blocks: tuple[Block, ...], size: Vector3, name: str) -> None:

@@ -96,8 +96,8 @@ def poses_table(robot: Robot, poses: PoseSet) -> RenderableType:
         table.add_column(escape(f"q{k + 1} [{unit.strip()}]"), justify="right", no_wrap=True)
     for number, q in enumerate(shown_joints(robot, poses.q), start=1):
         table.add_row(str(number), *(f"{v:.1f}" for v in q))
-    words = f"index {poses.index}: {poses.before:.4g} for a random start, {poses.after:.4g} for these"
-    sentences = [words]
+    text = f"index {poses.index}: {poses.before:.4g} for a random start, {poses.after:.4g} for these"
+    sentences = [text]
     if poses.bound is not None:
         share = 100.0 * (1.0 - poses.after / poses.bound)
         sentences.append(

@@ -32,34 +32,38 @@ def design_tables(design: PlateDesign) -> RenderableType:
             f"{1e3 * design.clearance[i]:.1f}" if known else "–",
             f"{np.rad2deg(design.limit_margin[i]):.0f}" if known else "–",
         )
-    return Group(table, Text("\n".join(_design_words(design))))
+    return Group(table, Text("\n".join(_design_text(design))))
 
 
-def _design_words(design: PlateDesign) -> list[str]:
+def _design_text(design: PlateDesign) -> list[str]:
     turned = f"{np.rad2deg(design.rotation):.3f}°" if np.isfinite(design.rotation) else "orientation open"
     error = f"{1e3 * design.cost:.3f} mm, {turned}"
-    words = [
+    sentences = [
         "place: x, y on the plate, height; angles: tilt, azimuth, spin; clear of anything; joints to limits",
         f"predicted error in the region, about the given plate's orientations, root mean square: {error}",
         f"it includes: {design.assumptions}",
     ]
     shapes, blocks = design.plate_shapes, len(design.plate)
     if any(target.kind is not Kind.POINT for target in design.plate.targets):
-        words.append(f"{shapes} different blocks for {blocks} targets")
+        sentences.append(f"{shapes} different blocks for {blocks} targets")
         if shapes > max(3, blocks // 3):
-            words[-1] += "; --shapes 3 makes them cheaper, --angles 0deg,30deg allows these tilts alone, and "
-            words[-1] += "each says what it costs"
+            sentences[-1] += (
+                "; --shapes 3 makes them cheaper, --angles 0deg,30deg allows these tilts alone, and "
+            )
+            sentences[-1] += "each says what it costs"
     if np.isfinite(design.start_cost):
         given = f"{1e3 * design.start_cost:.3f} mm, {design.gain:.2f} times as much"
-        words.append(f"the given plate, made alike, in its best branches, blocked or not: {given}")
+        sentences.append(f"the given plate, made alike, in its best branches, blocked or not: {given}")
     if not design.outcome.ok:
-        words.append(f"the search was {design.outcome}; this is the best so far")
-    return [*words, *design.notes]
+        sentences.append(f"the search was {design.outcome}; this is the best so far")
+    return [*sentences, *design.notes]
 
 
 def design_json(design: PlateDesign) -> Json:
     targets, count = design.plate.targets, len(design.plate)
-    clearance, margin = (v if len(v) else np.full(count, np.nan) for v in (design.clearance, design.limit_margin))
+    clearance, margin = (
+        v if len(v) else np.full(count, np.nan) for v in (design.clearance, design.limit_margin)
+    )
     return {
         "schema": DESIGN,
         "plate": design.plate.name,

@@ -38,10 +38,10 @@ def _predicted(axes: Axes, score: PlateScore) -> None:
     sets = [("the targets' branches", score.measured, COLOURS[0])]
     if score.single is not None:
         sets.append(("one branch", score.single, NOMINAL))
-    for words, chosen, colour in sets:
+    for text, chosen, colour in sets:
         errors = 1e3 * np.sort(chosen.error.position[np.isfinite(chosen.error.position)])
         share = 100.0 * np.arange(1, len(errors) + 1) / max(len(errors), 1)
-        axes.plot(errors, share, color=colour, label=words)
+        axes.plot(errors, share, color=colour, label=text)
     axes.set_xlim(0.0, None)
     axes.set_xlabel("predicted position error in the region [mm]")
     axes.set_ylabel("poses with less [%]")

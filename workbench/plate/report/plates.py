@@ -43,7 +43,7 @@ def score_tables(score: PlateScore) -> RenderableType:
     sets = new_table("The set", "", "branches above", "one branch")
     for what, cells in _set_rows([chosen, score.single]):
         sets.add_row(escape(what), *cells)
-    words = [
+    sentences = [
         f"predicted errors: {score.region_rows} joint positions in the region, any branch, turned from a "
         f"target by up to {np.rad2deg(PLATE_CONE):.0f}°",
         f"they include: {assumptions(score.plate, score.sigma)}",
@@ -52,10 +52,10 @@ def score_tables(score: PlateScore) -> RenderableType:
         "one branch: " + (escape(score.single_branch) if score.single else "none reaches all targets"),
     ]
     if score.left_out:
-        words.insert(0, score.left_out)
+        sentences.insert(0, score.left_out)
     if chosen.rank < chosen.visible:
-        words.append(f"not told apart: {'; '.join(_open_words(chosen))}; vary targets or branches")
-    return Group(targets, sets, Text("\n".join(words)))
+        sentences.append(f"not told apart: {'; '.join(_open_text(chosen))}; vary targets or branches")
+    return Group(targets, sets, Text("\n".join(sentences)))
 
 
 def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore]) -> RenderableType:
@@ -71,7 +71,7 @@ def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore])
         table.add_row(escape(what), *cells)
     single = [_cell(s.single, lambda one: 1e3 * one.error.position_rms) for s in scores]
     table.add_row(escape("position error with one branch, rms [mm]"), *single)
-    words = [
+    sentences = [
         *_included(scores),
         *(s.left_out for s in scores if s.left_out),
         f"errors are predicted in the region of {scores[0].plate.name}, about its orientations",
@@ -83,8 +83,8 @@ def comparison_table(scores: Sequence[PlateScore], stated: Sequence[PlateScore])
         for what, cells in _set_rows([s.measured for s in stated])[:3]:
             own.add_row(escape(what), *cells)
         tables.append(own)
-        words += _each_includes(stated)
-    return Group(*tables, Text("\n".join(words)))
+        sentences += _each_includes(stated)
+    return Group(*tables, Text("\n".join(sentences)))
 
 
 def _included(scores: Sequence[PlateScore]) -> list[str]:
@@ -117,7 +117,7 @@ def _set_rows(sets: Sequence[SetScore | None]) -> list[tuple[str, list[str]]]:
     return rows
 
 
-def _open_words(score: SetScore) -> list[str]:
+def _open_text(score: SetScore) -> list[str]:
     """What a set leaves open, as people say it."""
     parameters = tuple(Parameter(n, "", 0.0) for n in score.names)
     return [found.text for found in combinations(score.open, parameters)]
@@ -199,7 +199,7 @@ def set_json(score: SetScore) -> Json:
         "rank": score.rank,
         "visible": score.visible,
         "parameters": len(score.names),
-        "open": _open_words(score),
+        "open": _open_text(score),
     }
 
 
@@ -207,7 +207,7 @@ def cluster_tables(found: Clustering) -> RenderableType:
     """The poses with their cubes, and what equal O alone would have been worth."""
     cubes = found.region.centres[found.best.cubes]
     poses = new_table(
-        f"{len(cubes)} poses, one each of the {found.region.cube_words}, for {found.robot.name}",
+        f"{len(cubes)} poses, one each of the {found.region.cube_text}, for {found.robot.name}",
         "pose",
         "cube about [mm]",
         "O",
@@ -217,14 +217,14 @@ def cluster_tables(found: Clustering) -> RenderableType:
         joints = " ".join(f"{v:.1f}" for v in shown_joints(found.robot, q))
         poses.add_row(str(k + 1), " ".join(f"{1e3 * v:.0f}" for v in cube), f"{o:.5f}", joints)
     sets = new_table("Sets with equal O", "", "cubes", "O apart [%]", "rank", "σmin/σmax", found.index)
-    for words, cluster in (
+    for text, cluster in (
         ("the best", found.best),
         ("the first found", found.plain),
         ("joint 1 alone turned", found.turned),
     ):
         numbers = (f"{100 * cluster.difference:.2g}", str(cluster.rank))
         values = (_number(cluster.stacked), _number(cluster.value))
-        sets.add_row(words, str(len(cluster.cubes)), *numbers, *values)
+        sets.add_row(text, str(len(cluster.cubes)), *numbers, *values)
     apart = found.best.difference
     equal = "O is equal in all poses" if apart < EQUAL else f"O is equal to {100 * apart:.2g} % in all poses"
     return Group(poses, sets, Text(equal))

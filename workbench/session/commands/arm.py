@@ -235,10 +235,10 @@ def _in_the_page(session: Session, begun: Session) -> Session:
         history=replace(begun.history, done=(UndoStep(session.plate, session.states, session),)),
     )
     reached = f"{begun.score.measurable} of {len(begun.plate)} targets measurable"
-    words = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
+    text = f"{begun.robot.name} on the plate '{begun.plate.name}': {reached}"
     checked = [note for note in begun.robot.notes if note.startswith(("it fits:", "change:"))]
-    words = "; ".join([words, *checked])
-    return begun.tell(Severity.INFO, words)
+    text = "; ".join([text, *checked])
+    return begun.tell(Severity.INFO, text)
 
 
 def _check_quiet(session: Session) -> None:

@@ -80,8 +80,8 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
         if not self.content:
             raise DataError(f"{safe_name(self.name)} is empty; choose a file with measurements")
         if len(self.content) > LARGEST_FILE:
-            words = too_large(self.name, len(self.content), LARGEST_FILE)
-            raise DataError(f"{words}; use 'workbench identify' for larger files")
+            text = too_large(self.name, len(self.content), LARGEST_FILE)
+            raise DataError(f"{text}; use 'workbench identify' for larger files")
 
     def compute(self, session: Session) -> Loaded | MeasurementFile:
         progress(0.0, "reading")
@@ -140,10 +140,10 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
                 return self._told(session, Severity.WARNING, f"{result.name}: {result.match.text}")
             return self._told(session, Severity.ERROR, _on_page(result.preview.problems[0], HERE))
         session = with_data(session, result)
-        words = f"{len(result.dataset)} rows read from {result.name}"
+        text = f"{len(result.dataset)} rows read from {result.name}"
         if result.match is not None and result.is_foreign:
-            return self._told(session, Severity.WARNING, f"{words}; {result.match.text}")
-        return session.tell(Severity.INFO, words)
+            return self._told(session, Severity.WARNING, f"{text}; {result.match.text}")
+        return session.tell(Severity.INFO, text)
 
     def _told(self, session: Session, severity: Severity, text: str) -> Session:
         """With a message that is gone with the file that it is about."""
@@ -400,7 +400,7 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
     facts = [
         ("Rows", f"{len(dataset)}" + (f", {kept_out} of them excluded" if kept_out else "")),
         ("Joints", f"{dataset.joints}"),
-        ("Measured", observation_words(dataset)),
+        ("Measured", observation_text(dataset)),
         ("Columns", _columns(understood)),
     ]
     if len(dataset.sessions) > 1:
@@ -412,14 +412,14 @@ def facts_of(dataset: Dataset, understood: Preview) -> tuple[tuple[str, str], ..
     return tuple(facts)
 
 
-def observation_words(dataset: Dataset) -> str:
+def observation_text(dataset: Dataset) -> str:
     """What the instrument measured, in words."""
     found: list[str] = []
     seen: set[str] = set()
-    for first, second, words in OBSERVATIONS:
+    for first, second, text in OBSERVATIONS:
         has = getattr(dataset, first) is not None and first not in seen
         if has and (second is None or getattr(dataset, second) is not None):
-            found.append(words)
+            found.append(text)
             seen |= {first, second or first}
     return ", ".join(found) or "nothing"
 
@@ -427,5 +427,5 @@ def observation_words(dataset: Dataset) -> str:
 def _columns(understood: Preview) -> str:
     read = [c for c in understood.columns if c.key is not None]
     ignored = [c.heading for c in understood.columns if c.key is None]
-    words = first_of([c.heading for c in read], MAX_LISTED_COLUMNS)
-    return words + (f" (ignored: {', '.join(ignored[:MAX_LISTED_COLUMNS])})" if ignored else "")
+    text = first_of([c.heading for c in read], MAX_LISTED_COLUMNS)
+    return text + (f" (ignored: {', '.join(ignored[:MAX_LISTED_COLUMNS])})" if ignored else "")

@@ -31,7 +31,7 @@ from workbench.session.commands.data import (
     check_measurable,
     check_seed,
     instrument_of,
-    observation_words,
+    observation_text,
     reached_postures,
     with_data,
 )
@@ -246,7 +246,7 @@ class UseRows(AbstractChange):
         wanted = len(measuring.numbers)
         facts = (
             ("Measured at", f"{len(rows)} of {wanted} targets, stored one by one"),
-            ("Measured", observation_words(rows)),
+            ("Measured", observation_text(rows)),
             ("Joints", f"{rows.joints}"),
         )
         actual = None if arm is None else arm.actual
@@ -329,8 +329,8 @@ class TellSource(AbstractChange):
             session = replace(session, measuring=replace(session.measuring, acquisition=acquisition))
         if self.is_open:
             return session
-        words = f"the live source {self.name} has ended; restart it, then the page with --source"
-        return session.tell(Severity.WARNING, words)
+        text = f"the live source {self.name} has ended; restart it, then the page with --source"
+        return session.tell(Severity.WARNING, text)
 
 
 class FollowSource(AbstractChange):

@@ -44,8 +44,8 @@ class ClusterTargets(AbstractTask[Plate]):
     def finish(self, session: Session, result: Plate) -> Session:
         check_free(session)
         session = place_targets(session, result.targets)
-        words = (f"the targets are now {len(result)} poses of equal index", *result.notes)
-        return session.tell(Severity.INFO, "; ".join(words))
+        parts = (f"the targets are now {len(result)} poses of equal index", *result.notes)
+        return session.tell(Severity.INFO, "; ".join(parts))
 
 
 class ImprovePlate(AbstractTask[tuple[Target, ...]]):

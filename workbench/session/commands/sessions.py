@@ -47,18 +47,18 @@ class MakeSession(AbstractChange):
         after = with_data(begin_step(session, session), loaded)
         left_out = session.measurements.left_out.union(undecided)
         after = replace(after, measurements=replace(session.measurements, loaded=loaded, left_out=left_out))
-        words = f"the rows from row {self.row} on are a session of their own; diagnose again"
+        text = f"the rows from row {self.row} on are a session of their own; diagnose again"
         if undecided:
-            words += (
+            text += (
                 f" (held-out rows that nothing places before or after it are excluded: {ranges(undecided)})"
             )
-        return after.tell(Severity.INFO, words)
+        return after.tell(Severity.INFO, text)
 
 
 def new_frames(found: Diagnosis) -> dict[int, str]:
     """First row after each step of base or tool that is named, and the sentence on it."""
     steps = ((c.event, c.sentence) for c in found.causes)
-    said = {event.row: words for event, words in steps if isinstance(event, FrameStep | ToolStep)}
+    said = {event.row: text for event, text in steps if isinstance(event, FrameStep | ToolStep)}
     return dict(sorted(said.items()))
 
 
@@ -67,7 +67,7 @@ def splittable(session: Session) -> dict[int, str]:
     if session.results.diagnosis is None or session.measurements.loaded is None:
         return {}
     steps = new_frames(session.results.diagnosis)
-    return {row: words for row, words in steps.items() if _is_taken(MakeSession(row), session)}
+    return {row: text for row, text in steps.items() if _is_taken(MakeSession(row), session)}
 
 
 def _is_taken(command: MakeSession, session: Session) -> bool:

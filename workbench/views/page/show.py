@@ -9,7 +9,7 @@ from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.plate.door import door
 from workbench.plate.plate import Plate
-from workbench.session.commands.data import matched_to_arm, observation_words, with_data
+from workbench.session.commands.data import matched_to_arm, observation_text, with_data
 from workbench.session.journal.folder import StartedSession
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.start import default_circle, start
@@ -109,5 +109,5 @@ def show(
 def _loaded(robot: Robot, data: Dataset) -> Loaded:
     """Measurements as the page keeps them."""
     robot.check_joints(data.q, data.source)
-    facts = (("Rows", str(len(data))), ("Joints", str(data.joints)), ("Measured", observation_words(data)))
+    facts = (("Rows", str(len(data))), ("Joints", str(data.joints)), ("Measured", observation_text(data)))
     return matched_to_arm(robot, Loaded(data, data.source, facts, read=data))

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from workbench.diagnosis.report.table import alternatives, heading, lines, outlier_words
+from workbench.diagnosis.report.table import alternatives, heading, lines, outlier_text
 from workbench.diagnosis.result import Accepted, Diagnosis, judged
 from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import unseen
@@ -59,7 +59,7 @@ def about(session: Session) -> str:
         "",
         "**Timelines:** `step`: commands; `session_time`: seconds; `measured_row`: rows of the measurements.",
         "",
-        *cube_words(session),
+        *cube_text(session),
         "**Blocks:** sand where reached, blue where selected, brown where the arm is blocked, red where",
         "out of reach. **Arms:** the solid one is nominal, the orange shell calibrated. **Points** were",
         "measured: coloured by their error once there is a fit"
@@ -80,7 +80,7 @@ def _scale_words(session: Session) -> str:
     return f", {stage}: light green up to {1e3 * scale.low:.3g} mm, violet from {1e3 * scale.high:.3g} mm"
 
 
-def cube_words(session: Session) -> Iterator[str]:
+def cube_text(session: Session) -> Iterator[str]:
     """What the colours of the region's cubes mean, where they are shown."""
     shown, field = cubes.values(session), session.cube_view.field
     if shown is None:
@@ -118,7 +118,7 @@ def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str, str]]:
 def diagnosis_markdown(found: Diagnosis) -> str:
     """Everything that a reviewer should know of it, the verdict first."""
     return "\n".join(
-        [f"**{found.verdict_words}**: {found.message}", "", f"{heading(found)}.", "", *_tables(found)]
+        [f"**{found.verdict_text}**: {found.message}", "", f"{heading(found)}.", "", *_tables(found)]
     )
 
 
@@ -146,7 +146,7 @@ def remarks(found: Diagnosis) -> Iterator[str]:
     yield from (accepted.text for accepted in found.effects)
     yield from alternatives(found)
     if len(found.outliers):
-        yield f"outliers: {outlier_words(found)}"
+        yield f"outliers: {outlier_text(found)}"
     if len(found.measure_next):
         yield f"{len(found.measure_next)} poses are proposed to be measured next"
     yield from (f"note: {words}" for words in found.notes)

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from workbench.arm.robot import Robot
-from workbench.arm.usable import unobserved_words
+from workbench.arm.usable import unobserved_text
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
@@ -128,7 +128,7 @@ class Verification(AbstractShown):
         if self.wanted is None:
             return "No verdict: set a required error (--wanted)."
         rows = f"{plural(len(self.within), 'measurement')} of {plural(self.poses, 'fresh pose')}"
-        limit = self.wanted.text if self._judges_rotation else self.wanted.position_words
+        limit = self.wanted.text if self._judges_rotation else self.wanted.position_text
         if self.passed:
             return (
                 f"Passed: all {rows} are within {limit}; with 95 % confidence so are at least "
@@ -172,7 +172,7 @@ def verify(
     """
     robot.check_joints(data.q, data.source)
     fresh, warnings = _fresh(robot, data, used, same)
-    warnings += unobserved_words(robot)
+    warnings += unobserved_text(robot)
     if data.distance is not None or data.contact is not None:
         warnings.append(
             "positions of anchors and contacts were fitted to these rows, which reduces the errors"

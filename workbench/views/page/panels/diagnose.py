@@ -6,11 +6,11 @@ from functools import partial
 import numpy as np
 import viser
 
-from workbench.arm.joint_units import joint_words
+from workbench.arm.joint_units import joint_text
 from workbench.base.wording import capital
 from workbench.diagnosis.claimed_causes import Confidence
 from workbench.diagnosis.report.budget import budget_bars
-from workbench.diagnosis.report.table import outlier_words
+from workbench.diagnosis.report.table import outlier_text
 from workbench.diagnosis.result import Diagnosis
 from workbench.session.commands.diagnose import TakeNextPoses
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
@@ -101,7 +101,7 @@ class DiagnosePanel(AbstractPanel):
 def _verdict(found: Diagnosis, session: Session) -> str:
     """In two words, the size of each cause, and why; the strip has the sentence, and its colour."""
     added = "; now part of the model" if session.results.accepted else ""
-    head = heading(f"{capital(found.verdict_words)}{added}. Sizes at the tool [mm]")
+    head = heading(f"{capital(found.verdict_text)}{added}. Sizes at the tool [mm]")
     return block(f"{head}{budget_bars(found)}{_why(found)}", testid="verdict")
 
 
@@ -125,7 +125,7 @@ def _next(found: Diagnosis) -> str:
         return ""
     lines = [
         f"<li>{text(capital(reason.sentence))}"
-        f'<div style="color:{MUTED}">{joint_words(found.calibrated, q)}</div></li>'
+        f'<div style="color:{MUTED}">{joint_text(found.calibrated, q)}</div></li>'
         for q, reason in zip(found.measure_next, found.next_reasons, strict=True)
     ]
     return f'<ol data-testid="next-poses" style="margin:0;padding-left:20px">{"".join(lines)}</ol>'
@@ -171,5 +171,5 @@ def _ranking(found: Diagnosis) -> str:
 def _notes(found: Diagnosis) -> str:
     words = list(found.notes)
     if len(found.outliers):
-        words.insert(0, f"outliers: {outlier_words(found)}")
+        words.insert(0, f"outliers: {outlier_text(found)}")
     return bullets(map(text, words), style=f"margin:0;color:{MUTED}")

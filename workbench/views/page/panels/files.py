@@ -6,7 +6,7 @@ import numpy as np
 import viser
 from PIL import Image
 
-from workbench.identification.file_errors import file_words
+from workbench.identification.file_errors import file_text
 from workbench.identification.result import Identification
 from workbench.session.export import (
     calibrated_toml,
@@ -53,7 +53,7 @@ def _errors(found: Identification, shown: str) -> str:
     run = found.runs[shown]
     if found.identifiability is not None and found.identifiability.refused:
         return ""
-    first, mark, rest = text(file_words(found, run)).partition("; ")
+    first, mark, rest = text(file_text(found, run)).partition("; ")
     words = f'<b>{first}</b><span style="color:{MUTED}">{mark}{rest}</span>'
     return block(words, testid="file-errors", style="margin:2px 0 6px")
 
