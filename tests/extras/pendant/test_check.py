@@ -89,7 +89,7 @@ def test_a_joint_that_moves_the_tip_by_a_twentieth_of_a_millimetre_is_found(arm,
             robot, of(visit(arm, postures, rng, moved=moved)), reference=of(visit(arm, postures, rng))
         )
         alarms += found.best is not None
-        shift, std, _ = found.joints[joint]
+        shift, std, *_ = found.joints[joint]
         inside += abs(shift - moved[joint]) < 1.96 * std
         named += any(t.cause.joint == joint for t in found.found)
     assert alarms >= 95
@@ -101,7 +101,7 @@ def test_the_power_that_is_shown_is_the_power(arm, postures, robot):
     """A shift of joint 3 that is said to be found in 95 of 100 cases is found in 95 of 100."""
     rng, hits = np.random.default_rng(1), 0
     quiet = wb.check(robot, of(visit(arm, postures, rng)), reference=of(visit(arm, postures, rng)))
-    moved = np.eye(6)[2] * quiet.joints[2, 2] * NOISE / quiet.noise
+    moved = np.eye(6)[2] * quiet.joints[2].minimum * NOISE / quiet.noise
     for _ in range(200):
         found = wb.check(
             robot, of(visit(arm, postures, rng, moved=moved)), reference=of(visit(arm, postures, rng))
@@ -163,7 +163,7 @@ def test_an_arm_that_still_warms_up_is_told_to_wait(arm, postures, robot):
 
 def test_without_a_reference_joint_1_and_the_models_errors_are_owned_up_to(arm, postures, robot):
     found = wb.check(robot, of(visit(arm, postures, np.random.default_rng(2))))
-    assert not found.seen[0]
+    assert not found.joints[0].seen
     assert str(found.health) == "cannot tell"
     assert found.detectable > 1e-4
     assert "--reference" in found.sentence

@@ -115,7 +115,7 @@ def test_intervals_hold_the_tip_as_often_as_they_say(arm, tmp_path, monkeypatch)
             ]
         )
         tip = wb.tcp(robot, wb.Dataset(moved, contact=["nail"] * 5))
-        if not tip.apart:
+        if not tip.of.slipped:
             inside.append(np.abs(tip.xyz - TIP) < tip.half)
     assert len(inside) > 380
     assert 0.92 < np.mean(inside) < 0.98

@@ -10,7 +10,7 @@ from scipy import special
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.extras.pendant.touching.touches import EXACT, Touches
+from workbench.extras.pendant.touching.touches import EXACT, Touches, flanges, tips
 
 FALSE_ALARM = 0.01
 """Chance of an alarm though nothing moved."""
@@ -102,18 +102,17 @@ def causes_of(
     """Everything that may have happened, with its share of the chance of a false alarm."""
     mine = is_today[:, None, None]
     steps = STEP * np.eye(robot.dof)
-    jacobian = np.stack([tips_of(robot, q + s) - tips_of(robot, q - s) for s in steps], axis=2) / (2.0 * STEP)
+    jacobian = np.stack([tips(robot, q + s) - tips(robot, q - s) for s in steps], axis=2) / (2.0 * STEP)
     for joint in range(robot.dof):
         columns = (-jacobian[:, :, [joint]] * mine).reshape(-1, 1)
         yield PossibleCause(
             f"joint {joint + 1}", "joint", columns, JOINTS_SHARE * FALSE_ALARM / robot.dof, joint
         )
-    flanges = Touches(q, ("",) * len(q), tuple(range(len(q))), "touches").flanges(robot)
-    tips, each = tips_of(robot, q), np.tile(np.eye(3), (len(q), 1, 1))
-    others = [("the tool", "tool", -flanges[:, :3, :3])]
+    at, each = tips(robot, q), np.tile(np.eye(3), (len(q), 1, 1))
+    others = [("the tool", "tool", -flanges(robot, q)[:, :3, :3])]
     if has_reference:
         others.append(
-            ("the base or the plate with the seats", "base", np.concatenate([each, -se3.skew(tips)], axis=2))
+            ("the base or the plate with the seats", "base", np.concatenate([each, -se3.skew(at)], axis=2))
         )
         names = np.array([*today.names, *[""] * int((~is_today).sum())])
         if len(set(today.names)) > 1:
@@ -128,20 +127,9 @@ def causes_of(
         )
     for k in range(len(today)):
         others.append((f"touch {today.rows[k] + 1}", "touch", each * (np.arange(len(q)) == k)[:, None, None]))
-    for words, kind, columns in others:
+    for text, kind, columns in others:
         flat = (columns * mine).reshape(3 * len(q), -1)
-        yield PossibleCause(words, kind, flat, (1.0 - JOINTS_SHARE) * FALSE_ALARM / len(others))
-
-
-def tips_of(robot: Robot, q: np.ndarray) -> Float[np.ndarray, "rows 3"]:
-    """Tips at some joint positions, in the robot's base [m]."""
-    return Touches(q, ("",) * len(q), tuple(range(len(q))), "touches").tips(robot)
-
-
-def projector(basis: np.ndarray) -> Float[np.ndarray, "numbers numbers"]:
-    """What the groups' places leave of any change."""
-    q = np.linalg.qr(basis)[0]
-    return np.eye(len(basis)) - q @ q.T
+        yield PossibleCause(text, kind, flat, (1.0 - JOINTS_SHARE) * FALSE_ALARM / len(others))
 
 
 def tested(cause: PossibleCause, clear: np.ndarray, y: np.ndarray, spare: int) -> TestedCause | None:

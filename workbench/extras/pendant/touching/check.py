@@ -17,20 +17,18 @@ count as noise.
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import final
+from typing import NamedTuple, final
 
 import numpy as np
-from jaxtyping import Bool, Float
 from rich.console import Group, RenderableType
 from rich.text import Text
 from scipy import special
 
 from workbench.arm.joint_units import shown_units, sliding
 from workbench.arm.robot import Robot
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.base.wording import in_mm, joint_list
 from workbench.data.dataset import Dataset
-from workbench.data.readers.read import read_fields
 from workbench.extras.pendant.touching.causes import (
     FALSE_ALARM,
     SEEN,
@@ -38,11 +36,9 @@ from workbench.extras.pendant.touching.causes import (
     TestedCause,
     causes_of,
     groups_of,
-    projector,
     tested,
-    tips_of,
 )
-from workbench.extras.pendant.touching.touches import EXACT, SCATTERED, Touches, read_touches
+from workbench.extras.pendant.touching.touches import EXACT, SCATTERED, checked_length, read_touches, tips
 from workbench.plate.door import door
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
@@ -53,11 +49,11 @@ SCHEMA = "workbench.check/1"
 POWER = 0.95
 MIN_TOUCHES = 6
 WANTED = 5e-5
-"""Displacement of the tip that a check should find, where nothing is asked for [m]."""
+"""Displacement of the tip that a check should find, by default [m]."""
 MOVES = 0.01
-"""Least displacement of the tip by a joint for it to matter [m/rad or m/m]."""
+"""Minimum displacement of the tip by a joint that is looked at [m/rad or m/m]."""
 MIN_LIKELIHOOD_GAP = 6.0
-"""Difference of twice the log likelihood, penalised, below which causes are not told apart."""
+"""Difference of twice the log likelihood, penalised, below which causes are alike."""
 SETTLING, SHORTEST, LONGEST = 1200.0, 300.0, 7200.0
 """Time constant of warming up where the touches don't show it, and its bounds [s]."""
 
@@ -72,6 +68,23 @@ class Health(StrEnum):
     UNCERTAIN = "cannot tell"
 
 
+class JointShift(NamedTuple):
+    """The zero of a joint, as if it alone had moved [rad or m].
+
+    Args:
+        std: Standard error.
+        minimum: Smallest shift that these touches find in 95 of 100 cases.
+        lever: Displacement of the tip by the joint, root mean square over the touches [m/rad or 1].
+        seen: Whether these touches show it.
+    """
+
+    shift: float
+    std: float
+    minimum: float
+    lever: float
+    seen: bool
+
+
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Check(AbstractShown):
@@ -80,10 +93,6 @@ class Check(AbstractShown):
     Args:
         calibrated: The arm as it was.
         found: What is beyond chance, the likeliest first.
-        joints: Shift of each joint's zero if it alone moved [rad or m], its standard error, and the smallest
-            shift that these touches find in 95 of 100 cases.
-        lever: Displacement of the tip by each joint, root mean square over the touches [m/rad or 1].
-        seen: Which joints these touches show.
         noise: Standard deviation of a touch along each axis [m].
         wait: Time until the arm is warm [s]; NaN where it does not warm up.
         touches: How many today, and in the reference.
@@ -92,9 +101,7 @@ class Check(AbstractShown):
 
     calibrated: Robot
     found: tuple[TestedCause, ...]
-    joints: Float[np.ndarray, "n 3"]
-    lever: Float[np.ndarray, " n"]
-    seen: Bool[np.ndarray, " n"]
+    joints: tuple[JointShift, ...]
     noise: float
     wait: float
     touches: tuple[int, int]
@@ -108,7 +115,11 @@ class Check(AbstractShown):
     @property
     def detectable(self) -> float:
         """Displacement of the tip by any joint that is seen, found in 95 of 100 cases [m]."""
-        return float((self.joints[:, 2] * self.lever)[self.seen].max(initial=0.0))
+        return max((j.minimum * j.lever for j in self.joints if j.seen), default=0.0)
+
+    @property
+    def _unseen(self) -> list[int]:
+        return [k for k, joint in enumerate(self.joints) if not joint.seen]
 
     @property
     def health(self) -> Health:
@@ -118,7 +129,7 @@ class Check(AbstractShown):
         if self.best is not None:
             kinds = {"warming": Health.WARMING, "touch": Health.SLIPPED}
             return kinds.get(self.best.cause.kind, Health.MOVED)
-        return Health.GOOD if self.seen.any() and self.detectable <= self.wanted else Health.UNCERTAIN
+        return Health.GOOD if 0.0 < self.detectable <= self.wanted else Health.UNCERTAIN
 
     @property
     def sentence(self) -> str:
@@ -129,26 +140,21 @@ class Check(AbstractShown):
             )
         limit = f"a displacement of {in_mm(self.detectable)} by any joint"
         if self.best is None:
-            text = f"good: {limit} would have been found (95 %, false alarms 1 %){self._unseen}"
             if self.health is Health.GOOD:
-                return text
-            if not self.seen.any():
+                lost = f"; {joint_list(self._unseen)} can't be seen" if self._unseen else ""
+                return f"good: {limit} would have been found (95 %, false alarms 1 %){lost}"
+            if not any(joint.seen for joint in self.joints):
                 return "the touches show no joint; touch two or three seats, each in two postures or more"
             times = int(np.ceil(self.touches[0] * (self.detectable / self.wanted) ** 2))
             return (
                 f"nothing was found, but only {limit} would be, not {in_mm(self.wanted)}; touch about "
                 f"{times} times{'' if self.touches[1] else ', or give --reference'}"
             )
-        return f"{self._words(self.best)}{self._alike}"
+        return f"{self._text(self.best)}{self._alike}"
 
     @property
     def _is_scattered(self) -> bool:
         return self.noise > SCATTERED * self.calibrated.reach
-
-    @property
-    def _unseen(self) -> str:
-        lost = np.flatnonzero(~self.seen).tolist()
-        return f"; {joint_list(lost)} can't be seen" if lost else ""
 
     @property
     def _alike(self) -> str:
@@ -156,7 +162,7 @@ class Check(AbstractShown):
         rivals = [t.cause.text for t in self.found[1:] if t.score < self.best.score + MIN_LIKELIHOOD_GAP]
         return f"; or {' or '.join(rivals[:3])}, which these touches do not tell apart" if rivals else ""
 
-    def _words(self, tested: TestedCause) -> str:
+    def _text(self, tested: TestedCause) -> str:
         cause = tested.cause
         if cause.kind == "joint":
             factor = 1e3 if sliding(self.calibrated)[cause.joint] else float(np.rad2deg(1.0))
@@ -185,11 +191,12 @@ class Check(AbstractShown):
             "Joints, each as if it alone had moved", "joint", "by", "± (95 %)", "found from", "at the tip"
         )
         units, slides = shown_units(self.calibrated), sliding(self.calibrated)
-        for k, (shift, std, minimum) in enumerate(self.joints):
+        for k, joint in enumerate(self.joints):
             factor = 1e3 if slides[k] else float(np.rad2deg(1.0))
-            cells = [f"{signed(factor * shift, 4)}{units[k]}", f"{factor * 1.96 * std:.4f}{units[k]}"]
-            cells += [f"{factor * minimum:.4f}{units[k]}", in_mm(minimum * self.lever[k])]
-            table.add_row(str(k + 1), *(cells if self.seen[k] else ["can't be seen", "", "", ""]))
+            shift, half, minimum = (factor * v for v in (joint.shift, 1.96 * joint.std, joint.minimum))
+            cells = [f"{signed(shift, 4)}{units[k]}", f"{half:.4f}{units[k]}", f"{minimum:.4f}{units[k]}"]
+            cells.append(in_mm(joint.minimum * joint.lever))
+            table.add_row(str(k + 1), *(cells if joint.seen else ["can't be seen", "", "", ""]))
         noise = f"a touch repeats to {in_mm(self.noise)} along each axis (standard deviation)"
         return Group(
             Text(f"{self.calibrated.name}: {self.sentence}", style="bold"), table, line("note", noise)
@@ -204,26 +211,13 @@ class Check(AbstractShown):
                 "verdict": str(self.health),
                 "message": self.sentence,
                 "joints": [
-                    {
-                        "joint": k + 1,
-                        "shift": s,
-                        "std": e,
-                        "found_from": d,
-                        "found_from_at_tip": d * lever,
-                        "seen": seen,
-                    }
-                    for k, ((s, e, d), lever, seen) in enumerate(
-                        zip(self.joints.tolist(), self.lever.tolist(), self.seen.tolist(), strict=True)
-                    )
+                    {"joint": k, "shift": j.shift, "std": j.std, "found_from": j.minimum}
+                    | {"found_from_at_tip": j.minimum * j.lever, "seen": j.seen}
+                    for k, j in enumerate(self.joints, start=1)
                 ],
                 "found": [
-                    {
-                        "cause": t.cause.text,
-                        "kind": t.cause.kind,
-                        "values": t.x,
-                        "std": t.std,
-                        "chance": t.chance,
-                    }
+                    {"cause": t.cause.text, "kind": t.cause.kind}
+                    | {"values": t.x, "std": t.std, "chance": t.chance}
                     for t in self.found
                 ],
                 "power": {"displacement": self.detectable, "probability": POWER, "false_alarms": FALSE_ALARM},
@@ -250,8 +244,7 @@ def check(
         DataError: fewer than six touches, or seats that the reference lacks.
         OptionError: a displacement that is not positive.
     """
-    if not wanted > 0.0:
-        raise OptionError(f"the displacement to find must be positive, got {wanted:g} m")
+    checked_length(wanted, "the displacement to find")
     today = read_touches(touches, robot)
     before = None if reference is None else read_touches(reference, robot)
     if len(today) < MIN_TOUCHES:
@@ -261,28 +254,21 @@ def check(
     q = today.q if before is None else np.concatenate([today.q, before.q])
     groups = groups_of(today, before)
     is_today = np.arange(len(q)) < len(today)
-    tips = tips_of(robot, q)
-    time = _times(touches, today)
+    is_timed = np.isfinite(today.time).all() and np.ptp(today.time) > 0.0
+    time = today.time - today.time[0] if is_timed else None
     causes = list(causes_of(robot, today, q, is_today, before is not None, time))
-    seats = np.repeat(np.eye(max(groups) + 1)[groups], 3, axis=0)
-    basis = np.concatenate([seats * np.tile(np.eye(3)[axis], len(q))[:, None] for axis in range(3)], axis=1)
-    basis = basis[:, np.abs(basis).any(0)]
-    spare = 3 * len(q) - np.linalg.matrix_rank(basis)
-    clear = projector(basis)
-    y = clear @ tips.ravel()
+    of_group = np.eye(max(groups) + 1)[groups]
+    clear = np.kron(np.eye(len(q)) - of_group @ np.linalg.pinv(of_group), np.eye(3))  # what places leave
+    spare = 3 * (len(q) - len(set(groups)))
+    y = clear @ tips(robot, q).ravel()
     judged = [t for c in causes if (t := tested(c, clear, y, spare)) is not None]
     found = sorted((t for t in judged if t.is_found), key=lambda t: t.score)
     noise = found[0].noise if found else max(float(np.sqrt(y @ y / spare)), EXACT)
-    joints, lever, seen = _joints(
-        [c for c in causes if c.kind == "joint"], judged, clear, noise, spare, len(today)
-    )
     warming = next((t for t in found if t.cause.kind == "warming"), None)
     return Check(
         calibrated=robot,
         found=tuple(found),
-        joints=joints,
-        lever=lever,
-        seen=seen,
+        joints=tuple(_shift(c, judged, clear, noise, spare, len(today)) for c in causes if c.kind == "joint"),
         noise=noise,
         wait=np.nan if warming is None or time is None else _wait(warming, float(time.max()), wanted),
         touches=(len(today), 0 if before is None else len(before)),
@@ -290,39 +276,17 @@ def check(
     )
 
 
-def _times(source: Path | Dataset, today: Touches) -> Float[np.ndarray, " rows"] | None:
-    """When each touch was made, from the first on [s]; None if unknown."""
-    time = source.time if isinstance(source, Dataset) else read_fields(source).values.get("time")
-    if time is None:
-        return None
-    chosen = (
-        np.asarray(time, float)[list(today.rows)] if isinstance(source, Path) else np.asarray(time, float)
-    )
-    return chosen - chosen[0] if np.isfinite(chosen).all() and np.ptp(chosen) > 0.0 else None
-
-
-def _joints(
-    causes: list[PossibleCause],
-    tested: list[TestedCause],
-    clear: np.ndarray,
-    noise: float,
-    spare: int,
-    count: int,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Shift, standard error and smallest shift found of every joint; its lever; whether it is seen."""
-    by_joint = {t.cause.joint: t for t in tested if t.cause.kind == "joint"}
-    rows, lever, seen = [], [], []
-    for cause in causes:
-        whole, left = np.linalg.norm(cause.columns), np.linalg.norm(clear @ cause.columns)
-        lever.append(whole / np.sqrt(count))
-        seen.append(cause.joint in by_joint and left > SEEN * whole and whole > MOVES * np.sqrt(count))
-        limit = special.stdtrit(spare - 1, 1.0 - 0.5 * cause.alarm) + special.stdtrit(spare - 1, POWER)
-        if not seen[-1]:
-            rows.append([np.nan, np.nan, np.nan])
-            continue
-        own = by_joint[cause.joint]
-        rows.append([own.x[0], own.std[0], limit * noise / left])
-    return np.array(rows), np.array(lever), np.array(seen, bool)
+def _shift(
+    cause: PossibleCause, tests: list[TestedCause], clear: np.ndarray, noise: float, spare: int, count: int
+) -> JointShift:
+    """A joint's shift, and what would have been found of one."""
+    own = next((t for t in tests if t.cause is cause), None)
+    whole, left = (float(np.linalg.norm(part)) for part in (cause.columns, clear @ cause.columns))
+    lever = whole / np.sqrt(count)
+    if own is None or left <= SEEN * whole or lever <= MOVES:
+        return JointShift(np.nan, np.nan, np.nan, lever, False)
+    limit = special.stdtrit(spare - 1, 1.0 - 0.5 * cause.alarm) + special.stdtrit(spare - 1, POWER)
+    return JointShift(float(own.x[0]), float(own.std[0]), float(limit * noise / left), lever, True)
 
 
 def _length(tested: TestedCause) -> float:

@@ -8,7 +8,6 @@ that axis.
 """
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -16,39 +15,41 @@ from typing import final
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import Group, RenderableType
-from rich.text import Text
+from rich.console import RenderableType
 
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.extras.pendant.touching.touches import (
+    NOMINAL,
     SCATTERED,
+    Solved,
+    TouchErrors,
     Touches,
-    half_width,
-    numbered,
+    checked_length,
+    flanges,
+    orientation_line,
     read_touches,
-    slipped,
+    solve_without_slipped,
 )
 from workbench.plate.door import door
-from workbench.report.json import Json, plain
+from workbench.report.json import Json
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
-from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.tcp/1"
 MIN_TOUCHES = 4
 TILTED = 0.05
-"""Least root mean square by which orientations differ along each axis of the flange [rad]."""
+"""Minimum root mean square by which orientations differ along each axis of the flange [rad]."""
 WEAK = 3.0
-"""Ratio of the widest to the narrowest interval from which on the orientations are called alike."""
+"""Ratio of the widest to the narrowest interval beyond which the orientations are called alike."""
 USABLE = 1e-3
-"""Half width beyond which a tip should not be used, where nothing is asked for [m]."""
+"""Half width beyond which a tip should not be used, by default [m]."""
 NEAREST = 0.02
-"""Least distance of the tip from the point in touches of the tool's axes [m]."""
+"""Minimum distance of the tip from the point in touches of the tool's axes [m]."""
 AXIS = re.compile(r"([+-]?)([xyz])", re.IGNORECASE)
 
 
@@ -59,27 +60,21 @@ class ToolTip(AbstractShown):
 
     Args:
         nominal: The arm as it was given.
+        of: Touches of a point and their errors.
         xyz: The tip in the flange [m].
         half: Half of the 95 % interval along each axis of the flange [m].
         rotation: The tool's axes in the flange; as the arm has them where none were touched.
         turned: Half of the 95 % interval of their angles [rad]; None where none were touched.
-        errors: Distance of the tip from its point in every touch of one [m].
-        apart: Touches that slipped, the worst first.
-        pivots: Touches of a point, by their place among all.
-        wanted: Half width that was asked for [m].
+        wanted: Required half width [m].
         notes: What else should be known, one sentence each.
     """
 
     nominal: Robot
-    touches: Touches
+    of: TouchErrors
     xyz: Float[np.ndarray, "3"]
     half: Float[np.ndarray, "3"]
     rotation: Float[np.ndarray, "3 3"]
     turned: float | None
-    errors: Float[np.ndarray, " rows"]
-    scatter: float
-    apart: tuple[int, ...]
-    pivots: tuple[int, ...]
     wanted: float | None
     notes: tuple[str, ...]
 
@@ -88,30 +83,31 @@ class ToolTip(AbstractShown):
         return self.nominal.with_frames(tool=Frame(self.xyz, self.rotation))
 
     @property
+    def used(self) -> int:
+        """Number of touches that count."""
+        return len(self.of.touches) - len(self.of.slipped)
+
+    @property
     def more(self) -> int:
-        """How many touches more narrow the widest interval to what is asked for."""
+        """How many more touches narrow the widest interval to the required one."""
         wanted = self.wanted or USABLE
-        used = len(self.pivots) - len(self.apart)
-        return max(int(np.ceil(used * (self.half.max() / wanted) ** 2)) - used, 0)
+        return max(int(np.ceil(self.used * (self.half.max() / wanted) ** 2)) - self.used, 0)
 
     @property
     def doubt(self) -> str:
         """Why the tip should not be used as it is; empty if it may be."""
-        if self.scatter > SCATTERED * self.nominal.reach:
+        if self.of.scatter > SCATTERED * self.nominal.reach:
             return (
-                f"the touches miss one another by {in_mm(self.scatter)}: choose the robot that touched, or "
-                "name the points in a column 'contact'"
+                f"the touches miss one another by {in_mm(self.of.scatter)}: choose the robot that touched, "
+                "or name the points in a column 'contact'"
             )
-        if self.half.max() > (self.wanted or USABLE):
-            size = in_mm(self.wanted or USABLE)
-            return f"the tip is known to ± {in_mm(float(self.half.max()))} only, not ± {size}; {self._remedy}"
-        return ""
-
-    @property
-    def _remedy(self) -> str:
-        if self.half.max() > WEAK * self.half.min():
-            return "touch with the tool tilted more, about all axes"
-        return f"add {max(self.more, 1)} touches in other orientations"
+        widest, wanted = float(self.half.max()), self.wanted or USABLE
+        if widest <= wanted:
+            return ""
+        remedy = f"add {max(self.more, 1)} touches in other orientations"
+        if widest > WEAK * self.half.min():
+            remedy = "touch with the tool tilted more, about all axes"
+        return f"the tip is known to ± {in_mm(widest)} only, not ± {in_mm(wanted)}; {remedy}"
 
     @property
     def sentence(self) -> str:
@@ -119,42 +115,24 @@ class ToolTip(AbstractShown):
             f"{axis} {signed(1e3 * v, 3)} ± {1e3 * h:.3f}"
             for axis, v, h in zip("xyz", self.xyz, self.half, strict=True)
         )
-        return (
-            f"tip at {', '.join(parts)} mm in the flange (95 %); "
-            f"{len(self.pivots) - len(self.apart)} touches meet within {in_mm(self.scatter)}"
-        )
+        meet = f"{self.used} touches meet within {in_mm(self.of.scatter)}"
+        return f"tip at {', '.join(parts)} mm in the flange (95 %); {meet}"
 
     def summary(self) -> RenderableType:
-        table = new_table("Touches", "touch", "of", "off by [mm]", "")
-        for k, error in zip(self.pivots, self.errors, strict=True):
-            cells = str(self.touches.rows[k] + 1), self.touches.names[k], f"{1e3 * error:.3f}"
-            table.add_row(*cells, "slipped, left out" if k in self.apart else "")
-        parts: list[RenderableType] = [Text(f"{self.nominal.name}: {self.sentence}", style="bold"), table]
-        if self.turned is not None:
-            parts.append(frame_lines("tool's axes", self.rotation, self.turned))
-        if self.apart:
-            parts.append(line("warning", f"{numbered(self.touches, self.apart)} slipped; left out"))
-        return Group(*parts, *(line("note", text) for text in self.notes))
+        axes = [] if self.turned is None else [orientation_line("tool's axes", self.rotation, self.turned)]
+        return self.of.summary(f"{self.nominal.name}: {self.sentence}", axes, self.notes)
 
     def json(self) -> Json:
-        """The result as plain data, in SI."""
-        return plain(
-            {
-                "schema": SCHEMA,
-                "robot": self.nominal.name,
-                "message": self.doubt or self.sentence,
-                "xyz": self.xyz,
-                "half_width": self.half,
-                "rpy": None if self.turned is None else se3.matrix_to_rpy(self.rotation),
-                "rotation_half_width": self.turned,
-                "scatter": self.scatter,
-                "touches": [
-                    {"row": self.touches.rows[k], "error": e, "slipped": k in self.apart}
-                    for k, e in zip(self.pivots, self.errors, strict=True)
-                ],
-                "more": self.more,
-                "notes": list(self.notes),
-            }
+        return self.of.json(
+            SCHEMA,
+            self.doubt or self.sentence,
+            self.notes,
+            robot=self.nominal.name,
+            xyz=self.xyz,
+            half_width=self.half,
+            rpy=None if self.turned is None else se3.matrix_to_rpy(self.rotation),
+            rotation_half_width=self.turned,
+            more=self.more,
         )
 
 
@@ -166,165 +144,114 @@ def tcp(robot: Robot, touches: Path | Dataset, *, wanted: float | None = None) -
         robot: The arm, calibrated or nominal; the tool in its file counts for nothing.
         touches: Joint positions; `contact` names the point where there are several, and is `x`, `y` or `z`
             in touches of the tool's axes: the tip moved straight away, the point ahead of it on that axis.
-        wanted: Half of the 95 % interval that is asked for [m].
+        wanted: Required half of the 95 % interval [m].
 
     Raises:
         DataError: fewer than four touches, or orientations that are too much alike.
         OptionError: a width that is not positive.
     """
-    if wanted is not None and not wanted > 0.0:
-        raise OptionError(f"the wanted accuracy must be positive, got {wanted:g} m")
+    checked_length(wanted, "the wanted accuracy")
     given = read_touches(touches, robot)
-    flanges = given.flanges(robot)
-    pivots = [k for k, name in enumerate(given.names) if not AXIS.fullmatch(name)]
-    names = [given.names[k] for k in pivots]
-    rotations, places = flanges[pivots, :3, :3], flanges[pivots, :3, 3]
-    _check(given, pivots, names, rotations)
-
-    def square(rows: Sequence[int]) -> tuple[float, int]:
-        x, left = _solve(rotations[list(rows)], places[list(rows)], [names[k] for k in rows])
-        return float((left**2).sum()), 3 * len(rows) - len(x)
-
-    kept, apart = slipped(square, len(pivots))
-    x, left = _solve(rotations[kept], places[kept], [names[k] for k in kept])
-    points = dict(zip(dict.fromkeys(names[k] for k in kept), x[3:].reshape(-1, 3), strict=True))
-    found = rotations @ x[:3] + places
-    errors = np.array([np.linalg.norm(p - points.get(n, np.nan)) for p, n in zip(found, names, strict=True)])
-    spread = half_width(float((left**2).sum()), left.size - len(x))
-    half = spread * np.sqrt(np.diag(_covariance(rotations[kept], [names[k] for k in kept])))
-    rotation, turned, notes = _axes(given, flanges, x[:3], x[3:6], spread, robot)
-    if robot.calibration is None:
-        notes.append(
-            "the arm is nominal: its own errors add, often 1 mm; a calibrated one gives a better tip"
-        )
+    of_points = given.take([k for k, name in enumerate(given.names) if not AXIS.fullmatch(name)])
+    at, names = flanges(robot, of_points.q), of_points.names
+    _check(of_points, at[:, :3, :3])
+    solved, slipped = solve_without_slipped(
+        lambda rows: _solve(at[rows], [names[k] for k in rows]), len(of_points)
+    )
+    kept = [name for k, name in enumerate(names) if k not in slipped]
+    points = dict(zip(dict.fromkeys(kept), solved.x[3:].reshape(-1, 3), strict=True))
+    missed = se3.apply(at, solved.x[:3]) - [points.get(name, [np.nan] * 3) for name in names]
+    rotation, turned, notes = _axes(given, robot, solved)
     return ToolTip(
         nominal=robot,
-        touches=given,
-        xyz=x[:3],
-        half=half,
+        of=TouchErrors(of_points, np.linalg.norm(missed, axis=1), slipped),
+        xyz=solved.x[:3],
+        half=solved.half[:3],
         rotation=rotation,
         turned=turned,
-        errors=errors,
-        scatter=float(np.sqrt((left**2).sum(1).mean())),
-        apart=tuple(pivots[k] for k in apart),
-        pivots=tuple(pivots),
         wanted=wanted,
-        notes=tuple(notes),
+        notes=(*notes, *([NOMINAL] if robot.calibration is None else [])),
     )
 
 
-def _check(touches: Touches, pivots: list[int], names: list[str], rotations: np.ndarray) -> None:
-    lonely = [name for name in dict.fromkeys(names) if names.count(name) < 2]
-    if len(pivots) < MIN_TOUCHES or lonely:
-        what = (
-            f"point '{lonely[0]}' was touched once"
-            if lonely and len(pivots) >= MIN_TOUCHES
-            else f"{len(pivots)} touches"
-        )
+def _check(touches: Touches, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
+    """Refuse touches that show no tip."""
+    count, names = len(touches), touches.names
+    lonely = next((name for name in names if names.count(name) < 2), None)
+    if count < MIN_TOUCHES or lonely is not None:
+        what = f"{count} touches" if count < MIN_TOUCHES else f"point '{lonely}' was touched once"
         raise DataError(
             f"{touches.source}: {what}; touch a point {MIN_TOUCHES} times or more, each time with "
             "another orientation of the tool"
         )
-    weakest = np.linalg.svd(_centred(rotations, names))[1:]
-    least = TILTED * np.sqrt(len(pivots))
-    if weakest[0][-2] < least:
+    same = np.array([[a == b for b in names] for a in names])
+    mean = np.einsum("ij,jkl->ikl", same / same.sum(1), rotations)  # of those at the same point
+    _, sizes, axes = np.linalg.svd((rotations - mean).reshape(-1, 3))
+    minimum = TILTED * np.sqrt(count)
+    if sizes[-2] < minimum:
         raise DataError(
             f"{touches.source}: the tool kept its orientation; tilt it by 30° or more about different axes "
             "(and if the joints are in rad, head them q1[rad] …)"
         )
-    if weakest[0][-1] < least:
-        axis = ", ".join(signed(v, 2) for v in weakest[1][-1])
+    if sizes[-1] < minimum:
+        axis = ", ".join(signed(v, 2) for v in axes[-1])
         raise DataError(
             f"{touches.source}: the tool was turned about one axis only, so the tip along ({axis}) of the "
             "flange can't be seen; tilt it by 30° or more about another axis"
         )
 
 
-def _centred(rotations: np.ndarray, names: Sequence[str]) -> Float[np.ndarray, "rows 3"]:
-    """Rotations less the mean of those at the same point: what the tip is seen by."""
-    out = rotations.copy()
-    for name in set(names):
-        mine = np.array([n == name for n in names])
-        out[mine] -= rotations[mine].mean(0)
-    return out.reshape(-1, 3)
-
-
-def _solve(rotations: np.ndarray, places: np.ndarray, names: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-    """The tip and the points [m], and the residual of every touch."""
+def _solve(at: Float[np.ndarray, "rows 4 4"], names: list[str]) -> Solved:
+    """The tip in the flange and the points in the base [m]."""
     order = list(dict.fromkeys(names))
-    matrix = np.zeros((len(names), 3, 3 + 3 * len(order)))
-    matrix[:, :, :3] = rotations
-    for row, name in enumerate(names):
-        column = 3 + 3 * order.index(name)
-        matrix[row, :, column : column + 3] = -np.eye(3)
-    flat = matrix.reshape(3 * len(names), -1)
-    x = np.linalg.lstsq(flat, -places.ravel(), rcond=None)[0]
-    return x, (flat @ x + places.ravel()).reshape(-1, 3)
-
-
-def _covariance(rotations: np.ndarray, names: Sequence[str]) -> Float[np.ndarray, "3 3"]:
-    """Covariance of the tip for touches of unit variance."""
-    seen = _centred(rotations, names)
-    return np.linalg.inv(seen.T @ seen)
+    which = -np.array([[float(name == each) for each in order] for name in names])
+    flat = np.concatenate([at[:, :3, :3], np.kron(which, np.eye(3)).reshape(len(at), 3, -1)], axis=2)
+    flat, right = flat.reshape(3 * len(at), -1), -at[:, :3, 3].ravel()
+    x = np.linalg.lstsq(flat, right, rcond=None)[0]
+    return Solved(x, right - flat @ x, np.linalg.pinv(flat.T @ flat))
 
 
 def _axes(
-    touches: Touches, flanges: np.ndarray, tip: np.ndarray, point: np.ndarray, spread: float, robot: Robot
-) -> tuple[np.ndarray, float | None, list[str]]:
+    touches: Touches, robot: Robot, solved: Solved
+) -> tuple[Float[np.ndarray, "3 3"], float | None, list[str]]:
     """The tool's axes in the flange, how well they are known, and notes."""
+    tip, point, own = solved.x[:3], solved.x[3:6], robot.tool.rotation
     seen: dict[str, list[np.ndarray]] = {}
-    for k, name in enumerate(touches.names):
+    for k, (name, flange) in enumerate(zip(touches.names, flanges(robot, touches.q), strict=True)):
         if not (found := AXIS.fullmatch(name)):
             continue
-        ahead = flanges[k, :3, :3].T @ (point - flanges[k, :3, 3]) - tip
+        ahead = se3.apply(se3.inverse(flange), point) - tip
         if (distance := float(np.linalg.norm(ahead))) < NEAREST:
             raise DataError(
-                f"{touches.source}: {numbered(touches, [k])} is {in_mm(distance)} from the point; move it "
+                f"{touches.source}: {touches.numbered([k])} is {in_mm(distance)} from the point; move it "
                 f"{1e3 * NEAREST:.0f} mm or more away along the tool's axis {name}"
             )
         seen.setdefault(found[2].lower(), []).append(-ahead if found[1] == "-" else ahead)
     if not seen:
-        return robot.tool.rotation, None, []
+        return own, None, []
     mean = {axis: np.mean(ahead, axis=0) for axis, ahead in seen.items()}
-    first = next(axis for axis in "zxy" if axis in mean)
-    own = robot.tool.rotation
-    second = next((a for a in "xyz" if a in mean and a != first), None)
-    other = second or next(a for a in "xyz" if a != first)
-    about = mean[second] if second else own[:, "xyz".index(other)]
-    rotation, apart = _squared(first, mean[first], other, about)
+    first, *others = sorted(mean, key="zxy".index)
+    second = min(others, default=None)
+    other = second or next(axis for axis in "xyz" if axis != first)
+    rotation, angle = _squared(first, mean[first], other, mean.get(other, own[:, "xyz".index(other)]))
     notes = []
     if second is None:
         notes.append(f"only the tool's {first} was touched: about it the tool is as the robot's file has it")
-    elif abs(apart - 0.5 * np.pi) > np.deg2rad(5.0):
+    elif abs(angle - 0.5 * np.pi) > np.deg2rad(5.0):
         notes.append(
-            f"{first} and {second} are {np.rad2deg(apart):.1f}° apart; {second} was squared to {first}"
+            f"{first} and {second} are {np.rad2deg(angle):.1f}° apart; {second} was squared to {first}"
         )
     shortest = min(float(np.linalg.norm(ahead)) for ahead in mean.values())
-    return rotation, float(spread * np.sqrt(2.0) / shortest), notes
+    unit = solved.half[0] / np.sqrt(solved.covariance[0, 0])
+    return rotation, float(unit * np.sqrt(2.0) / shortest), notes
 
 
 def _squared(first: str, along: np.ndarray, second: str, about: np.ndarray) -> tuple[np.ndarray, float]:
     """Axes of which one is along a direction and another near a second; and the angle between the two."""
-    a = along / np.linalg.norm(along)
-    b = about / np.linalg.norm(about)
-    apart = float(np.arccos(np.clip(a @ b, -1.0, 1.0)))
-    b = b - (a @ b) * a
-    rotation = np.empty((3, 3))
+    a, b = along / np.linalg.norm(along), about / np.linalg.norm(about)
     i, j = "xyz".index(first), "xyz".index(second)
-    rotation[:, i], rotation[:, j] = a, b / np.linalg.norm(b)
-    third = 3 - i - j
-    turn = 1.0 if (j - i) % 3 == 1 else -1.0
-    rotation[:, third] = turn * np.cross(rotation[:, i], rotation[:, j])
-    return rotation, apart
-
-
-def frame_lines(what: str, rotation: np.ndarray, half: float) -> Text:
-    """An orientation as pendants take it."""
-    rpy = np.rad2deg(se3.matrix_to_rpy(rotation))
-    vector = se3.matrix_to_rotvec(rotation)
-    words = (
-        f"roll, pitch, yaw {', '.join(signed(v, 3) for v in rpy)}° (A, B, C the other way round); rotation "
-        f"vector {', '.join(signed(v, 5) for v in vector)} rad"
-    )
-    known = f" ± {np.rad2deg(half):.2g}°" if np.isfinite(half) else ""
-    return line(what, f"{words}{known}")
+    rotation = np.empty((3, 3))
+    rotation[:, i], across = a, b - (a @ b) * a
+    rotation[:, j] = across / np.linalg.norm(across)
+    rotation[:, 3 - i - j] = (1.0 if (j - i) % 3 == 1 else -1.0) * np.cross(rotation[:, i], rotation[:, j])
+    return rotation, float(np.arccos(np.clip(a @ b, -1.0, 1.0)))

@@ -1,38 +1,46 @@
 """Touches: joint positions and the name of what was touched; finding those that slipped.
 
-Each touch is left out in turn. The one whose numbers the others explain least is set apart where chance would
+Each touch is left out in turn. The one whose numbers the others explain least is set aside where chance would
 leave that much in one file of a hundred, by the F test of its numbers against what the others leave.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from rich.console import Group, RenderableType
+from rich.text import Text
 from scipy import special
 
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base.errors import DataError
+from workbench.base import se3
+from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import refuse_joint_quantities, refuse_joint_units
 from workbench.data.readers import read_measurements
 from workbench.data.readers.assemble import joint_columns, joint_units
 from workbench.data.readers.read import read_fields
+from workbench.report.json import Json, plain
+from workbench.report.numbers import signed
+from workbench.report.tables import line, new_table
 
 CHANCE = 0.01
-"""Probability of setting a good touch apart in a file without bad ones."""
-MAX_SHARE_APART = 0.25
-"""Share of the touches that may be set apart."""
+"""Probability of setting a good touch aside in a file without bad ones."""
+MAX_SHARE_SLIPPED = 0.25
+"""Share of the touches that may be set aside."""
 EXACT = 1e-7
 """Scatter below which touches agree exactly [m]."""
 SCATTERED = 0.01
 """Scatter, as a part of the reach, that no point explains."""
 LEVEL = 0.95
 """Probability of the intervals that are shown."""
+NOMINAL = "the arm is nominal: its own errors add, often 1 mm; a calibrated one gives a better result"
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,23 +50,36 @@ class Touches:
     Args:
         names: What was touched, one a row; empty where the file does not say.
         rows: Number of each in its file, counted from 0.
+        time: When [s]; NaN where the file does not say.
     """
 
     q: Float[np.ndarray, "rows n"]
     names: tuple[str, ...]
     rows: tuple[int, ...]
+    time: Float[np.ndarray, " rows"]
     source: str
 
     def __len__(self) -> int:
         return len(self.q)
 
-    def flanges(self, robot: Robot) -> Float[np.ndarray, "rows 4 4"]:
-        """Poses of the flange in the robot's base."""
-        return tool_poses(robot.with_frames(base=Frame(), tool=Frame()), Motion(self.q))
+    def take(self, kept: Sequence[int]) -> "Touches":
+        """Some of them."""
+        names, rows = (tuple(part[k] for k in kept) for part in (self.names, self.rows))
+        return Touches(self.q[list(kept)], names, rows, self.time[list(kept)], self.source)
 
-    def tips(self, robot: Robot) -> Float[np.ndarray, "rows 3"]:
-        """Positions of the tool's tip in the robot's base [m]."""
-        return tool_poses(robot.with_frames(base=Frame()), Motion(self.q))[:, :3, 3]
+    def numbered(self, which: Sequence[int]) -> str:
+        """`touch 4`, `touches 2, 5`, counted from 1 as in the file."""
+        return f"touch{'es' if len(which) > 1 else ''} {', '.join(str(self.rows[k] + 1) for k in which)}"
+
+
+def flanges(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 4 4"]:
+    """Poses of the flange in the robot's base."""
+    return tool_poses(robot.with_frames(base=Frame(), tool=Frame()), Motion(q))
+
+
+def tips(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 3"]:
+    """Positions of the tool's tip in the robot's base [m]."""
+    return tool_poses(robot.with_frames(base=Frame()), Motion(q))[:, :3, 3]
 
 
 def read_touches(source: Path | Dataset, robot: Robot) -> Touches:
@@ -66,61 +87,140 @@ def read_touches(source: Path | Dataset, robot: Robot) -> Touches:
     if isinstance(source, Dataset):
         robot.check_joints(source.q, source.source)
         names = source.contact if source.contact is not None else source.point
-        kept, q, rows = source.included, source.q, source.row
+        kept, q, rows, time = source.included, source.q, source.row, source.time
         where, units = source.source, source.joint_units
     else:
         fields = read_fields(source)
         q, where, units = joint_columns(fields, robot.dof), str(source), joint_units(fields)
         names = fields.values.get("contact", fields.values.get("point"))
-        kept, rows = np.isfinite(q).all(1), np.arange(len(q))
+        kept, rows, time = np.isfinite(q).all(1), np.arange(len(q)), fields.values.get("time")
         if "exclude" in fields.values:
             kept = kept & read_measurements(source, joints=robot.joint_names).included
     if not kept.any():
         raise DataError(f"{where}: there is no touch; give joint positions (q1[deg] …), one touch a line")
     refuse_joint_quantities(units, robot, where)
     refuse_joint_units(q[kept], robot.limits, where)
-    labels = [""] * len(q) if names is None else [str(name).strip() for name in names]
-    chosen = np.flatnonzero(kept)
-    return Touches(q[chosen], tuple(labels[k] for k in chosen), tuple(int(rows[k]) for k in chosen), where)
+    labels = ("",) * len(q) if names is None else tuple(str(name).strip() for name in names)
+    when = np.full(len(q), np.nan) if time is None else np.asarray(time, float)
+    return Touches(q, labels, tuple(int(row) for row in rows), when, where).take(
+        np.flatnonzero(kept).tolist()
+    )
 
 
-def slipped(
-    square: Callable[[Sequence[int]], tuple[float, int]], count: int, *, maximum: float = MAX_SHARE_APART
-) -> tuple[list[int], list[int]]:
-    """Touches that agree, and those that do not, the worst first.
+def checked_length(value: float | None, what: str) -> None:
+    """Refuse a length that is not positive."""
+    if value is not None and not value > 0.0:
+        raise OptionError(f"{what} must be positive, got {value:g} m")
+
+
+@dataclass(frozen=True, eq=False)
+class Solved:
+    """What some touches determine.
 
     Args:
-        square: Squared residuals that a fit of some touches leaves [m²], and its numbers to spare; a
-            negative count where they don't determine the fit.
-        count: How many touches there are.
-        maximum: Share of them that may be set apart.
+        x: The solution.
+        left: What it leaves of their numbers [m].
+        covariance: For numbers of unit variance.
     """
-    kept, apart = list(range(count)), list[int]()
-    while len(apart) < int(maximum * count + 1e-9):
-        whole, spare = square(kept)
+
+    x: np.ndarray
+    left: Float[np.ndarray, " numbers"]
+    covariance: Float[np.ndarray, "p p"]
+
+    @property
+    def spare(self) -> int:
+        """Numbers beyond those that are needed."""
+        return len(self.left) - len(self.covariance)
+
+    @property
+    def half(self) -> Float[np.ndarray, " p"]:
+        """Half of the 95 % intervals, Student's; infinite where no number is to spare."""
+        if self.spare < 1:
+            return np.full(len(self.covariance), np.inf)
+        variance = max(float(self.left @ self.left), self.spare * EXACT**2) / self.spare
+        return special.stdtrit(self.spare, 0.5 + 0.5 * LEVEL) * np.sqrt(variance * np.diag(self.covariance))
+
+
+def solve_without_slipped(
+    solve: Callable[[list[int]], Solved | None], count: int
+) -> tuple[Solved | None, tuple[int, ...]]:
+    """The solution of the touches that agree, and those that slipped, the worst first.
+
+    Args:
+        solve: The solution of some touches; None where they don't determine it.
+        count: How many touches there are.
+    """
+    kept, slipped = list(range(count)), list[int]()
+    whole = solve(kept)
+    while whole is not None and len(slipped) < int(MAX_SHARE_SLIPPED * count + 1e-9):
         tests = []
         for each in kept:
-            left, fewer = square([k for k in kept if k != each])
-            own = spare - fewer
-            if fewer >= 1 and own >= 1:
-                ratio = max(whole - left, 0.0) / own / (max(left, fewer * EXACT**2) / fewer)
-                tests.append((float(special.fdtrc(own, fewer, ratio)), each))
-        if not tests or min(tests)[0] * len(tests) > CHANCE:
+            rest = solve([k for k in kept if k != each])
+            if rest is not None and 1 <= rest.spare < whole.spare:
+                own, left = whole.spare - rest.spare, float(rest.left @ rest.left)
+                more = max(float(whole.left @ whole.left) - left, 0.0)
+                ratio = more / own / (max(left, rest.spare * EXACT**2) / rest.spare)
+                tests.append((float(special.fdtrc(own, rest.spare, ratio)), each, rest))
+        if not tests or min(tests, key=lambda t: t[:2])[0] * len(tests) > CHANCE:
             break
-        worst = min(tests)[1]
+        _, worst, whole = min(tests, key=lambda t: t[:2])
         kept.remove(worst)
-        apart.append(worst)
-    return kept, apart
+        slipped.append(worst)
+    return whole, tuple(slipped)
 
 
-def half_width(square: float, spare: int) -> float:
-    """Half of the 95 % interval of a number of unit weight: Student's; infinite where nothing is to spare."""
-    if spare < 1:
-        return np.inf
-    return float(np.sqrt(max(square, spare * EXACT**2) / spare) * special.stdtrit(spare, 0.5 + 0.5 * LEVEL))
+@dataclass(frozen=True, eq=False)
+class TouchErrors:
+    """What each touch is off.
+
+    Args:
+        errors: Distances from where the solution has them [m].
+        slipped: Touches that were left out, the worst first.
+    """
+
+    touches: Touches
+    errors: Float[np.ndarray, " rows"]
+    slipped: tuple[int, ...]
+
+    @property
+    def scatter(self) -> float:
+        """Root mean square of those that count [m]."""
+        return float(np.sqrt((np.delete(self.errors, self.slipped) ** 2).mean()))
+
+    @property
+    def cells(self) -> list[tuple[str, ...]]:
+        """A row of a table for each: number in the file, name, error [mm], remark."""
+        rows = zip(self.touches.rows, self.touches.names, self.errors, strict=True)
+        marks = ["slipped, left out" if k in self.slipped else "" for k in range(len(self.touches))]
+        return [(str(r + 1), n, f"{1e3 * e:.3f}", m) for (r, n, e), m in zip(rows, marks, strict=True)]
+
+    def summary(self, title: str, lines: Sequence[Text], notes: Sequence[str]) -> RenderableType:
+        """The result's sentence, each touch, what else was found, and notes."""
+        table = new_table("Touches", "touch", "of", "off by [mm]", "")
+        for row in self.cells:
+            table.add_row(*row)
+        parts: list[RenderableType] = [Text(title, style="bold"), table, *lines]
+        if self.slipped:
+            parts.append(line("warning", f"{self.touches.numbered(self.slipped)} slipped; left out"))
+        return Group(*parts, *(line("note", text) for text in notes))
+
+    def json(self, schema: str, message: str, notes: Sequence[str], **found: Any) -> Json:
+        """The result as plain data, in SI."""
+        rows = zip(self.touches.rows, self.touches.names, self.errors, strict=True)
+        touches = [
+            {"row": row, "name": name, "error": error, "slipped": k in self.slipped}
+            for k, (row, name, error) in enumerate(rows)
+        ]
+        head = {"schema": schema, "message": message, "scatter": self.scatter}
+        return plain(head | found | {"touches": touches, "notes": list(notes)})
 
 
-def numbered(touches: Touches, which: Sequence[int]) -> str:
-    """`touch 4`, `touches 2, 5`, counted from 1 as in the file."""
-    numbers = ", ".join(str(touches.rows[k] + 1) for k in which)
-    return f"touch{'es' if len(which) > 1 else ''} {numbers}"
+def orientation_line(what: str, rotation: Float[np.ndarray, "3 3"], half: float) -> Text:
+    """An orientation as pendants take it."""
+    rpy, vector = np.rad2deg(se3.matrix_to_rpy(rotation)), se3.matrix_to_rotvec(rotation)
+    known = f" ± {np.rad2deg(half):.2g}°" if np.isfinite(half) else ""
+    return line(
+        what,
+        f"roll, pitch, yaw {', '.join(signed(v, 3) for v in rpy)}° (A, B, C the other way round); rotation "
+        f"vector {', '.join(signed(v, 5) for v in vector)} rad{known}",
+    )

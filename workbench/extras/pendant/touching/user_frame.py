@@ -17,8 +17,7 @@ from typing import NamedTuple, final
 import numpy as np
 import tomli_w
 from jaxtyping import Bool, Float
-from rich.console import Group, RenderableType
-from rich.text import Text
+from rich.console import RenderableType
 
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -27,27 +26,30 @@ from workbench.base.files import write_text
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.readers.read import read_fields
-from workbench.extras.pendant.touching.tool_tip import frame_lines
 from workbench.extras.pendant.touching.touches import (
     EXACT,
+    NOMINAL,
+    Solved,
+    TouchErrors,
     Touches,
-    half_width,
-    numbered,
+    checked_length,
+    flanges,
+    orientation_line,
     read_touches,
-    slipped,
+    solve_without_slipped,
+    tips,
 )
 from workbench.plate.door import door
-from workbench.report.json import Json, plain
+from workbench.report.json import Json
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
-from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.frame/1"
 MAX_ROUNDS = 30
 FLAT = 0.02
-"""Least extent of points across their line, as a share of that along it."""
+"""Minimum extent of points across their line, as a share of that along it."""
 POOR = 1e-3
-"""Root mean square of the touches' errors beyond which a frame should not be used, unless asked for [m]."""
+"""Root mean square of the touches' errors beyond which a frame should not be used, by default [m]."""
 MISREAD = 10.0
 """A drawing and its touches differ in size by less."""
 SWAPPED = 5.0
@@ -74,38 +76,30 @@ class UserFrame(AbstractShown):
 
     Args:
         robot: The arm's name.
+        of: Touches and what each is off in the coordinates that it keeps.
         pose: Of the frame in the robot's base.
         half: Half of the 95 % intervals of position [m] and angles [rad] along the frame's axes; infinite
             where no touch is to spare.
-        errors: What each touch is off in the coordinates that it keeps [m].
-        apart: Touches that slipped, the worst first.
-        wanted: Error that was asked for [m].
+        wanted: Required error of the touches [m].
         hint: What explains a misfit; empty if nothing was found.
         notes: What else should be known, one sentence each.
     """
 
     robot: str
-    touches: Touches
+    of: TouchErrors
     pose: Float[np.ndarray, "4 4"]
     half: Float[np.ndarray, "6"]
-    errors: Float[np.ndarray, " rows"]
-    apart: tuple[int, ...]
     wanted: float | None
     hint: str
     notes: tuple[str, ...]
 
     @property
-    def scatter(self) -> float:
-        """Root mean square of the touches that count [m]."""
-        return float(np.sqrt((np.delete(self.errors, self.apart) ** 2).mean()))
-
-    @property
     def doubt(self) -> str:
         """Why the frame should not be used as it is; empty if it may be."""
         limit = self.wanted or POOR
-        if self.scatter > limit:
+        if self.of.scatter > limit:
             return (
-                f"the touches miss the frame by {in_mm(self.scatter)}, more than {in_mm(limit)}: "
+                f"the touches miss the frame by {in_mm(self.of.scatter)}, more than {in_mm(limit)}: "
                 f"{self.hint or 'check the tool, the names of the points and the numbers of the drawing'}"
             )
         if self.wanted is not None and not np.isfinite(self.half[0]):
@@ -119,57 +113,30 @@ class UserFrame(AbstractShown):
             f"{axis} {signed(1e3 * v, 3)}" + (f" ± {1e3 * h:.3f}" if k else "")
             for axis, v, h, k in zip("xyz", self.pose[:3, 3], self.half, known, strict=False)
         )
-        meet = (
-            f"touches are off by {in_mm(self.scatter)}"
-            if known.all()
-            else "no touch is to spare to show its error"
-        )
+        meet = f"touches are off by {in_mm(self.of.scatter)}"
+        meet = meet if known.all() else "no touch is to spare to show its error"
         return f"frame at {', '.join(parts)} mm in the robot's base; {meet}"
+
+    @property
+    def _table(self) -> dict[str, list[float]]:
+        """The frame as plates have them."""
+        return {"xyz": self.pose[:3, 3].tolist(), "rpy": se3.matrix_to_rpy(self.pose[:3, :3]).tolist()}
 
     def toml(self) -> str:
         """The frame as plates have them: `xyz` [m] and `rpy` [rad] in the robot's base."""
-        table = {"xyz": self.pose[:3, 3].tolist(), "rpy": se3.matrix_to_rpy(self.pose[:3, :3]).tolist()}
-        return tomli_w.dumps({"frame": table})
+        return tomli_w.dumps({"frame": self._table})
 
     def save(self, path: Path | str) -> Path:
         """Write the frame as TOML."""
         return write_text(path, self.toml())
 
     def summary(self) -> RenderableType:
-        table = new_table("Touches", "touch", "of", "off by [mm]", "")
-        for k, error in enumerate(self.errors):
-            cells = str(self.touches.rows[k] + 1), self.touches.names[k], f"{1e3 * error:.3f}"
-            table.add_row(*cells, "slipped, left out" if k in self.apart else "")
-        turned = float(self.half[3:].max())
-        parts: list[RenderableType] = [
-            Text(f"{self.robot}: {self.sentence}", style="bold"),
-            table,
-            frame_lines("axes", self.pose[:3, :3], turned),
-        ]
-        if self.apart:
-            parts.append(line("warning", f"{numbered(self.touches, self.apart)} slipped; left out"))
-        return Group(*parts, *(line("note", text) for text in self.notes))
+        axes = orientation_line("axes", self.pose[:3, :3], float(self.half[3:].max()))
+        return self.of.summary(f"{self.robot}: {self.sentence}", [axes], self.notes)
 
     def json(self) -> Json:
-        """The result as plain data, in SI."""
-        return plain(
-            {
-                "schema": SCHEMA,
-                "robot": self.robot,
-                "message": self.doubt or self.sentence,
-                "xyz": self.pose[:3, 3],
-                "rpy": se3.matrix_to_rpy(self.pose[:3, :3]),
-                "half_width": self.half,
-                "scatter": self.scatter,
-                "touches": [
-                    {"row": row, "name": name, "error": error, "slipped": k in self.apart}
-                    for k, (row, name, error) in enumerate(
-                        zip(self.touches.rows, self.touches.names, self.errors, strict=True)
-                    )
-                ],
-                "notes": list(self.notes),
-            }
-        )
+        found = self._table | {"robot": self.robot, "half_width": self.half}
+        return self.of.json(SCHEMA, self.doubt or self.sentence, self.notes, **found)
 
 
 @door()
@@ -191,51 +158,38 @@ def frame(
         cad: The points of a drawing in its own frame [m]: by name, or a file with point, x[mm], y[mm], z[mm].
         radius: Of the ball that touches faces, for 3-2-1 [m].
         flange: Whether the tool may be none: the flange itself touched.
-        wanted: Error of the touches that is asked for [m].
+        wanted: Required error of the touches [m].
 
     Raises:
         DataError: no tool, too few touches, names that say nothing, or points on one line.
         OptionError: an accuracy or radius out of range.
     """
-    if (wanted is not None and not wanted > 0.0) or not 0.0 <= radius < 0.1:
-        raise OptionError(
-            f"the wanted accuracy must be positive and the radius 0–100 mm, got {wanted}, {radius:g} m"
-        )
+    checked_length(wanted, "the wanted accuracy")
+    if not 0.0 <= radius < 0.1:
+        raise OptionError(f"the radius must be 0–100 mm, got {radius:g} m")
     given = read_touches(touches, robot)
     if not flange and np.linalg.norm(robot.tool.xyz) < EXACT:
         raise DataError(
             f"{robot.name} has no tool: find its tip with 'workbench tcp … --save', or give --tool x,y,z in "
             "mm (0,0,0 if the flange itself touched)"
         )
-    tips = given.tips(robot)
+    at = tips(robot, given.q)
     points = None if cad is None else _drawing(cad)
-    begin, kept = _begin(given, tips, given.flanges(robot)[:, :3, 3], points, radius)
-
-    def square(rows: Sequence[int]) -> tuple[float, int]:
-        chosen = _Kept(kept.target[list(rows)], kept.counts[list(rows)])
-        _, left, seen = _fitted(begin, tips[list(rows)], chosen)
-        return float((left**2).sum()), int(chosen.counts.sum()) - 6 if seen is not None else -1
-
-    good, apart = slipped(square, len(given))
-    chosen = _Kept(kept.target[good], kept.counts[good])
-    pose, left, covariance = _fitted(begin, tips[good], chosen)
-    if covariance is None:
+    begin, kept = _begin(given, at, flanges(robot, given.q)[:, :3, 3], points, radius)
+    solved, slipped = solve_without_slipped(
+        lambda rows: _solve(begin, at[rows], kept.target[rows], kept.counts[rows].ravel()), len(given)
+    )
+    if solved is None:
         raise DataError(f"{given.source}: the touches do not determine a frame; {LABELS}")
-    spread = half_width(float((left**2).sum()), int(chosen.counts.sum()) - 6)
-    off = np.where(kept.counts, se3.apply(se3.inverse(pose)[None], tips) - kept.target, 0.0)
-    notes = []
-    if robot.calibration is None:
-        notes.append("the arm is nominal: between distant points its own errors add, often 1 mm")
+    off = np.where(kept.counts, se3.apply(se3.inverse(solved.x), at) - kept.target, 0.0)
     return UserFrame(
         robot=robot.name,
-        touches=given,
-        pose=pose,
-        half=spread * np.sqrt(np.diag(covariance)),
-        errors=np.linalg.norm(off, axis=1),
-        apart=tuple(apart),
+        of=TouchErrors(given, np.linalg.norm(off, axis=1), slipped),
+        pose=solved.x,
+        half=solved.half,
         wanted=wanted,
-        hint="" if points is None else _exchanged(given, tips, points),
-        notes=tuple(notes),
+        hint="" if points is None else _exchanged(given, at, points),
+        notes=(NOMINAL,) if robot.calibration is None else (),
     )
 
 
@@ -272,33 +226,26 @@ def _begin(
                 f"{in_mm(drawn)}; check the units of both and the names"
             )
         return se3.best_fit(target, tips), _Kept(target, np.ones_like(target, bool))
-    mean = {name: _rows(touches, name) for name in KEEPS}
-    if not set(touches.names) <= set(KEEPS):
-        raise DataError(
-            f"{touches.source}: '{next(n for n in touches.names if n not in KEEPS)}' says nothing; {LABELS}"
-        )
+    if strange := next((name for name in touches.names if name not in KEEPS), None):
+        raise DataError(f"{touches.source}: '{strange}' says nothing; {LABELS}")
+    where = {kind: [k for k, name in enumerate(touches.names) if name == kind] for kind in KEEPS}
     counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in touches.names])
     target = np.zeros((len(touches), 3))
-    if all(len(mean[name]) for name in ("origin", "x", "xy")):
+    if all(where[kind] for kind in ("origin", "x", "xy")):
         _require_spread(touches, tips)
-        origin, along, beside = (tips[mean[name]].mean(0) for name in ("origin", "x", "xy"))
+        origin, along, beside = (tips[where[kind]].mean(0) for kind in ("origin", "x", "xy"))
         return _axes(origin, along - origin, np.cross(along - origin, beside - origin)), _Kept(target, counts)
-    if len(mean["plane"]) < 3 or len(mean["line"]) < 2 or not len(mean["end"]):
+    if len(where["plane"]) < 3 or len(where["line"]) < 2 or not where["end"]:
         raise DataError(f"{touches.source}: {len(touches)} touches do not make a frame; {LABELS}")
-    face, edge = tips[mean["plane"]], tips[mean["line"]]
+    face, edge = tips[where["plane"]], tips[where["line"]]
     _require_spread(touches, face)
     normal = np.linalg.svd(face - face.mean(0))[2][-1]
-    normal *= np.sign(normal @ (flanges[mean["plane"]] - face).mean(0)) or 1.0
-    begin = _axes(tips[mean["end"]].mean(0), edge[-1] - edge[0], normal)
-    inside = se3.apply(se3.inverse(begin), face.mean(0)) - se3.apply(se3.inverse(begin), edge[0])
-    target[mean["plane"], 2] = radius
-    target[mean["line"], 1] = -radius * np.sign(inside[1])
-    target[mean["end"], 0] = -radius * np.sign(se3.apply(se3.inverse(begin), face.mean(0))[0])
+    normal *= np.sign(normal @ (flanges[where["plane"]] - face).mean(0)) or 1.0
+    begin = _axes(tips[where["end"]].mean(0), edge[-1] - edge[0], normal)
+    middle, beside = se3.apply(se3.inverse(begin), np.stack([face.mean(0), edge[0]]))
+    for kind, axis, inside in (("plane", 2, -1.0), ("line", 1, middle[1] - beside[1]), ("end", 0, middle[0])):
+        target[where[kind], axis] = -radius * np.sign(inside)
     return begin, _Kept(target, counts)
-
-
-def _rows(touches: Touches, name: str) -> list[int]:
-    return [k for k, own in enumerate(touches.names) if own == name]
 
 
 def _require_spread(touches: Touches, points: np.ndarray) -> None:
@@ -318,24 +265,21 @@ def _axes(origin: np.ndarray, x: np.ndarray, z: np.ndarray) -> Float[np.ndarray,
     return se3.pose(np.column_stack([x, np.cross(z, x), z]), origin)
 
 
-def _fitted(
-    begin: np.ndarray, tips: np.ndarray, kept: _Kept
-) -> tuple[np.ndarray, np.ndarray, Float[np.ndarray, "6 6"] | None]:
-    """The frame, what the touches leave [m], and its covariance for unit variance; None if undetermined."""
-    pose, counts = begin, kept.counts.ravel()
+def _solve(pose: np.ndarray, tips: np.ndarray, target: np.ndarray, counts: np.ndarray) -> Solved | None:
+    """The frame, from one that is near; None if the touches leave it open."""
     for _ in range(MAX_ROUNDS):
-        local = se3.apply(se3.inverse(pose)[None], tips)
-        residual = (local - kept.target).ravel()[counts]
+        local = se3.apply(se3.inverse(pose), tips)
+        residual = (local - target).ravel()[counts]
         jacobian = np.concatenate([np.tile(np.eye(3), (len(tips), 1, 1)), -se3.skew(local)], axis=2)
         jacobian = jacobian.reshape(-1, 6)[counts]
         scale = np.repeat([1.0, max(float(np.abs(local).max()), EXACT)], 3)
         if len(jacobian) < 6 or np.linalg.svd(jacobian / scale, compute_uv=False)[-1] < 1e-6:
-            return pose, residual, None
+            return None
         step = np.linalg.lstsq(jacobian, residual, rcond=None)[0]
         pose = pose @ se3.pose(se3.rotvec_to_matrix(step[3:]), step[:3])
         if np.abs(step).max() < 1e-12:
             break
-    return pose, residual, np.linalg.inv(jacobian.T @ jacobian)
+    return Solved(pose, residual, np.linalg.inv(jacobian.T @ jacobian))
 
 
 def _exchanged(touches: Touches, tips: np.ndarray, points: Mapping[str, np.ndarray]) -> str:
@@ -344,7 +288,7 @@ def _exchanged(touches: Touches, tips: np.ndarray, points: Mapping[str, np.ndarr
     def error(names: Sequence[str]) -> float:
         target = np.array([points[name] for name in names])
         pose = se3.best_fit(target, tips)
-        return float(np.linalg.norm(se3.apply(pose[None], target) - tips))
+        return float(np.linalg.norm(se3.apply(pose, target) - tips))
 
     found = []
     for one, other in combinations(dict.fromkeys(touches.names), 2):
