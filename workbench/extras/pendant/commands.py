@@ -1,13 +1,17 @@
 """Commands: extract, tcp, frame, check."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import workbench as wb
 from workbench.base.errors import OptionError
 from workbench.cli import options as opt
 from workbench.cli.exit_status import in_section
 from workbench.cli.options import argument, option
+
+if TYPE_CHECKING:
+    from workbench.extras.pendant.touching.tool_tip import ToolTip
+    from workbench.extras.pendant.touching.user_frame import UserFrame
 
 
 @in_section("Calibrate")
@@ -68,7 +72,7 @@ def _plan(arm, number: int, out: Path | None, seed: int) -> None:
 TouchesArgument = Annotated[
     Path, argument("Joints at each touch, a line each (q1[deg] …); `contact` names what was touched.")
 ]
-WantedOption = Annotated[str | None, option("--wanted", "Accuracy that is asked for, such as 0.2mm.")]
+WantedOption = Annotated[str | None, option("--wanted", "Required accuracy, such as 0.2mm.")]
 
 
 @in_section("Calibrate")
@@ -83,10 +87,8 @@ def tcp(
     arm = wb.load_robot(robot)
     opt.check_robot_file(save)
     opt.check_writable(save, json)
-    found = wb.tcp(arm, touches, wanted=None if wanted is None else opt.length(wanted))
-    opt.show(found.summary())
-    opt.write_result(json, found.json())
-    _end(found.doubt, save)
+    found = wb.tcp(arm, touches, wanted=_wanted(wanted))
+    _show(found, json, save)
     if save is not None:
         opt.say(f"robot with the tool: {opt.save_robot(found.robot, save)}")
 
@@ -117,16 +119,9 @@ def frame(
             raise OptionError(f"--tool must be x,y,z in mm, got '{tool}'")
         arm = arm.with_frames(tool=wb.Frame(1e-3 * xyz))
     found = wb.frame(
-        arm,
-        touches,
-        cad=cad,
-        radius=opt.length(radius),
-        wanted=None if wanted is None else opt.length(wanted),
-        flange=tool is not None,
+        arm, touches, cad=cad, radius=opt.length(radius), wanted=_wanted(wanted), flange=tool is not None
     )
-    opt.show(found.summary())
-    opt.write_result(json, found.json())
-    _end(found.doubt, save)
+    _show(found, json, save)
     if save is not None:
         opt.say(f"frame: {found.save(save)}")
 
@@ -138,11 +133,11 @@ def check(
     reference: Annotated[
         Path | None, option("Touches of a day when the arm was good: the same seats, the same postures.")
     ] = None,
-    wanted: Annotated[str, option("--wanted", "Displacement of the tip that must be found.")] = "0.05mm",
+    wanted: Annotated[str, option("--wanted", "Displacement of the tip to be found.")] = "0.05mm",
     save: Annotated[Path | None, option("Write the robot with the zero that moved here (.toml).")] = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """The morning check: six to twelve touches of two or three seats tell what moved since the reference."""
+    """The morning check: six to twelve touches of two or three seats show what moved since the reference."""
     from workbench.extras.pendant.touching.check import Health
 
     arm = wb.load_robot(robot)
@@ -157,7 +152,13 @@ def check(
         opt.fail(found.sentence)
 
 
-def _end(doubt: str, save: Path | None) -> None:
-    """Exit status 2 where the result should not be used as it is."""
-    if doubt:
-        opt.fail(doubt + (f"; {save} is not written" if save is not None else ""))
+def _wanted(text: str | None) -> float | None:
+    return None if text is None else opt.length(text)
+
+
+def _show(found: "ToolTip | UserFrame", json: Path | None, save: Path | None) -> None:
+    """Print and write a result; exit status 2 where it should not be used as it is."""
+    opt.show(found.summary())
+    opt.write_result(json, found.json())
+    if found.doubt:
+        opt.fail(found.doubt + (f"; {save} is not written" if save is not None else ""))

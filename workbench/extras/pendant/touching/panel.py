@@ -9,12 +9,13 @@ from workbench.extras.pendant.touching.session import (
     FRAME,
     TIP,
     ReadTouches,
-    Touched,
     frame_toml,
     tool_toml,
     touched_of,
+    usable,
 )
 from workbench.extras.pendant.touching.tool_tip import ToolTip
+from workbench.extras.pendant.touching.user_frame import UserFrame
 from workbench.session.command import AbstractCommand
 from workbench.session.commands.data import LARGEST_FILE
 from workbench.session.commands.messages import Tell
@@ -27,7 +28,7 @@ READY = (
     "was touched in a column 'contact': origin, x, xy; or plane, line, end (3-2-1); or a drawing's points. "
     "Frames use the tip that was found, else the arm's own tool."
 )
-ENDINGS = ".csv,.tsv,.txt,.xlsx"
+CAD = "point, x[mm], y[mm], z[mm] of a fixture; give it before the touches of its frame."
 
 
 class TouchesPanel(AbstractPanel):
@@ -40,16 +41,12 @@ class TouchesPanel(AbstractPanel):
         self._drawing = "", b""
         with gui.add_folder("Tool tip or user frame from touches", expand_by_default=False):
             gui.add_html(note(READY, "touches"))
-            self._file("Touches of one point", self._tip, "Find the tool's tip from joints alone.")
+            self._file("Touches of one point", ReadTouches, "Find the tool's tip from joints alone.")
             self._radius = self.number(
                 "Ball's radius [mm]", 0.0, (0.0, 99.0, 0.1), "Of the ball that touches faces (3-2-1); else 0."
             )
             self._file("Touches of a frame", self._frame, "Find a user frame from joints alone.")
-            self._file(
-                "Points of a drawing",
-                self._keep,
-                "point, x[mm], y[mm], z[mm] of a fixture; give it before the touches of its frame.",
-            )
+            self._file("Points of a drawing", self._keep, CAD)
         self._card = gui.add_html("")
         self._tool = self.download(
             "Arm with this tool (TOML)", tool_toml, "The arm of this session with the tip.", visible=False
@@ -60,16 +57,12 @@ class TouchesPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         kept = touched_of(session)
-        for button, found in ((self._tool, kept.tip), (self._place, kept.frame)):
-            button.visible = found is not None and not found.doubt
-        cards = "".join(_card(found) for found in (kept.tip, kept.frame) if found is not None)
+        self._tool.visible, self._place.visible = bool(usable(kept.tip)), bool(usable(kept.frame))
+        cards = _card(TIP, kept.tip) + _card(FRAME, kept.frame)
         self._card.content = block(cards, testid="touched", style="margin:4px 0 8px") if cards else ""
 
-    def _file(self, label: str, do: Callable[[str, bytes], AbstractCommand | None], hint: str) -> None:
-        self.upload(label, do, hint, endings=ENDINGS, maximum=LARGEST_FILE)
-
-    def _tip(self, name: str, content: bytes) -> ReadTouches:
-        return ReadTouches(name, content)
+    def _file(self, label: str, do: Callable[[str, bytes], AbstractCommand], hint: str) -> None:
+        self.upload(label, do, hint, endings=".csv,.tsv,.txt,.xlsx", maximum=LARGEST_FILE)
 
     def _frame(self, name: str, content: bytes) -> ReadTouches:
         return ReadTouches(name, content, FRAME, *self._drawing, 1e-3 * self._radius.value)
@@ -79,21 +72,12 @@ class TouchesPanel(AbstractPanel):
         return Tell(f"{name}: points of the drawing for the next touches of a frame", Severity.INFO)
 
 
-def _card(found: Touched) -> str:
+def _card(what: str, found: ToolTip | UserFrame | None) -> str:
     """Verdict, sentence, and what each touch is off."""
-    pivots = found.pivots if isinstance(found, ToolTip) else range(len(found.errors))
-    name = capital(TIP if isinstance(found, ToolTip) else FRAME)
-    mark = badge(f"{name}: don't use" if found.doubt else name, CAREFUL if found.doubt else GOOD)
-    rows = (
-        (
-            str(found.touches.rows[k] + 1),
-            text(found.touches.names[k]),
-            f"{1e3 * error:.3f}",
-            "slipped, left out" if k in found.apart else "",
-        )
-        for k, error in zip(pivots, found.errors, strict=True)
-    )
+    if found is None:
+        return ""
+    mark = badge(f"{capital(what)}: don't use", CAREFUL) if found.doubt else badge(capital(what), GOOD)
+    rows = ((row, text(name), *rest) for row, name, *rest in found.of.cells)
     notes = folded("Notes", bullets(map(text, found.notes))) if found.notes else ""
-    head = heading("What each touch is off")
-    shown = table(("touch", "of", "[mm]", ""), rows)
-    return f"{mark}<div>{text(capital(found.doubt or found.sentence))}.</div>{head}{shown}{notes}"
+    shown = heading("What each touch is off") + table(("touch", "of", "[mm]", ""), rows)
+    return f"{mark}<div>{text(capital(found.doubt or found.sentence))}.</div>{shown}{notes}"

@@ -3,12 +3,13 @@
 import tempfile
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, final
+from typing import TypeVar, final
 
 from workbench.arm.robot_toml import robot_text
 from workbench.base.errors import DataError, OptionError, WorkbenchError
 from workbench.extras.pendant.touching.tool_tip import ToolTip, tcp
 from workbench.extras.pendant.touching.user_frame import UserFrame, frame
+from workbench.report.json import Json
 from workbench.session.command import AbstractTask, computed
 from workbench.session.commands.data import LARGEST_FILE, safe_name, too_large
 from workbench.session.export import File, stem_of
@@ -16,8 +17,7 @@ from workbench.session.journal.numbers import Subject
 from workbench.session.state import AbstractPart, Session, Severity
 
 TIP, FRAME = "tool tip", "user frame"
-Touched = ToolTip | UserFrame
-"""What touches show."""
+Touched = TypeVar("Touched", ToolTip, UserFrame)
 
 
 @final
@@ -28,12 +28,16 @@ class FoundTouched(AbstractPart):
     tip: ToolTip | None = None
     frame: UserFrame | None = None
 
+    def json(self) -> Json:
+        found = {"tip": self.tip, "frame": self.frame}
+        return {name: part.json() for name, part in found.items() if part is not None}
 
-class ReadTouches(AbstractTask[Touched]):
+
+class ReadTouches(AbstractTask[ToolTip | UserFrame]):
     """Find the tip of the tool, or a user frame, from touches.
 
     Args:
-        name: Name of their file, of which only the ending matters.
+        name: Name of their file, of which only the ending counts.
         content: Joints at each touch, and in `contact` what was touched.
         what: `tool tip` or `user frame`.
         drawing: Name of the file of a drawing's points; empty for none.
@@ -57,32 +61,29 @@ class ReadTouches(AbstractTask[Touched]):
             if len(content) > LARGEST_FILE:
                 raise DataError(too_large(name, len(content), LARGEST_FILE))
 
-    def compute(self, session: Session) -> Touched:
+    def compute(self, session: Session) -> ToolTip | UserFrame:
         with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-            touches = Path(folder) / safe_name(self.name)
-            touches.write_bytes(self.content)
-            drawing = Path(folder) / f"drawing-{safe_name(self.drawing)}" if self.drawing else None
-            if drawing is not None:
-                drawing.write_bytes(self.points)
+            touches, points = (
+                Path(folder, safe_name(self.name)),
+                Path(folder, f"cad-{safe_name(self.drawing)}"),
+            )
+            for path, content in ((touches, self.content), (points, self.points)):
+                path.write_bytes(content)
             try:
                 if self.what == TIP:
                     return tcp(session.robot, touches)
-                tip = touched_of(session).tip
-                if tip is None or tip.doubt:
-                    return frame(session.robot, touches, cad=drawing, radius=self.radius)
-                found = frame(tip.robot, touches, cad=drawing, radius=self.radius)
-                return replace(found, notes=(*found.notes, "the tool is the one found from touches before"))
+                tip = usable(touched_of(session).tip)
+                arm = session.robot if tip is None else tip.robot
+                found = frame(arm, touches, cad=points if self.drawing else None, radius=self.radius)
             except WorkbenchError as error:
                 raise DataError(str(error).replace(f"{folder}/", "")) from error
+        own = ("the tool is the one found from touches before",) if tip is not None else ()
+        return replace(found, notes=(*found.notes, *own))
 
-    def finish(self, session: Session, result: Touched) -> Session:
-        severity = Severity.WARNING if result.doubt else Severity.INFO
+    def finish(self, session: Session, result: ToolTip | UserFrame) -> Session:
         kept = touched_of(session)
-        kept = (
-            replace(kept, tip=result, frame=None)
-            if isinstance(result, ToolTip)
-            else replace(kept, frame=result)
-        )
+        kept = FoundTouched(result) if isinstance(result, ToolTip) else replace(kept, frame=result)
+        severity = Severity.WARNING if result.doubt else Severity.INFO
         return session.with_part(kept).tell(severity, result.doubt or result.sentence)
 
 
@@ -91,27 +92,24 @@ def touched_of(session: Session) -> FoundTouched:
     return session.part(FoundTouched) or FoundTouched()
 
 
+def usable(found: Touched | None) -> Touched | None:
+    """What was found, if nothing speaks against it."""
+    return None if found is None or found.doubt else found
+
+
 def tool_toml(session: Session) -> File:
     """The arm with the tool that was found."""
-    found = touched_of(session).tip
-    if found is None or found.doubt:
+    if (found := usable(touched_of(session).tip)) is None:
         raise DataError("no tool tip has been found; give touches of one point first")
     return f"{stem_of(found.robot.name)}-tool.toml", robot_text(found.robot).encode()
 
 
 def frame_toml(session: Session) -> File:
     """The frame that was found."""
-    found = touched_of(session).frame
-    if found is None or found.doubt:
+    if (found := usable(touched_of(session).frame)) is None:
         raise DataError("no user frame has been found; give its touches first")
     return "frame.toml", found.toml().encode()
 
 
-def _json(kept: FoundTouched) -> dict[str, Any]:
-    return {
-        name: part.json() for name, part in (("tip", kept.tip), ("frame", kept.frame)) if part is not None
-    }
-
-
-NUMBERS = Subject("touches", lambda s: (s.part(FoundTouched),), _json)
-"""What the journal says of them."""
+NUMBERS = Subject("touches", lambda s: (s.part(FoundTouched),), FoundTouched.json)
+"""What the journal records of them."""

@@ -156,7 +156,7 @@ def tcp(robot: Robot, touches: Path | Dataset, *, wanted: float | None = None) -
     at, names = flanges(robot, of_points.q), of_points.names
     _check(of_points, at[:, :3, :3])
     solved, slipped = solve_without_slipped(
-        lambda rows: _solve(at[rows], [names[k] for k in rows]), len(of_points)
+        lambda rows: _solve(at[rows], [names[k] for k in rows]), len(of_points), given.source
     )
     kept = [name for k, name in enumerate(names) if k not in slipped]
     points = dict(zip(dict.fromkeys(kept), solved.x[3:].reshape(-1, 3), strict=True))

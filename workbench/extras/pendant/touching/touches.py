@@ -64,7 +64,7 @@ class Touches:
 
     def take(self, kept: Sequence[int]) -> "Touches":
         """Some of them."""
-        names, rows = (tuple(part[k] for k in kept) for part in (self.names, self.rows))
+        names, rows = tuple(self.names[k] for k in kept), tuple(self.rows[k] for k in kept)
         return Touches(self.q[list(kept)], names, rows, self.time[list(kept)], self.source)
 
     def numbered(self, which: Sequence[int]) -> str:
@@ -142,17 +142,19 @@ class Solved:
 
 
 def solve_without_slipped(
-    solve: Callable[[list[int]], Solved | None], count: int
-) -> tuple[Solved | None, tuple[int, ...]]:
+    solve: Callable[[list[int]], Solved | None], count: int, refusal: str
+) -> tuple[Solved, tuple[int, ...]]:
     """The solution of the touches that agree, and those that slipped, the worst first.
 
     Args:
         solve: The solution of some touches; None where they don't determine it.
         count: How many touches there are.
+        refusal: What is said if all together don't.
     """
     kept, slipped = list(range(count)), list[int]()
-    whole = solve(kept)
-    while whole is not None and len(slipped) < int(MAX_SHARE_SLIPPED * count + 1e-9):
+    if (whole := solve(kept)) is None:
+        raise DataError(refusal)
+    while len(slipped) < int(MAX_SHARE_SLIPPED * count + 1e-9):
         tests = []
         for each in kept:
             rest = solve([k for k in kept if k != each])

@@ -177,10 +177,10 @@ def frame(
     points = None if cad is None else _drawing(cad)
     begin, kept = _begin(given, at, flanges(robot, given.q)[:, :3, 3], points, radius)
     solved, slipped = solve_without_slipped(
-        lambda rows: _solve(begin, at[rows], kept.target[rows], kept.counts[rows].ravel()), len(given)
+        lambda rows: _solve(begin, at[rows], kept.target[rows], kept.counts[rows].ravel()),
+        len(given),
+        f"{given.source}: the touches do not determine a frame; {LABELS}",
     )
-    if solved is None:
-        raise DataError(f"{given.source}: the touches do not determine a frame; {LABELS}")
     off = np.where(kept.counts, se3.apply(se3.inverse(solved.x), at) - kept.target, 0.0)
     return UserFrame(
         robot=robot.name,
@@ -213,9 +213,9 @@ def _begin(
 ) -> tuple[np.ndarray, _Kept]:
     """A first frame in closed form, and what every touch keeps of it."""
     if points is not None:
-        if strange := [name for name in touches.names if name not in points]:
+        if strange := next((name for name in touches.names if name not in points), None):
             raise DataError(
-                f"{touches.source}: '{strange[0]}' is no point of the drawing, which has {', '.join(points)}"
+                f"{touches.source}: '{strange}' is no point of the drawing, which has {', '.join(points)}"
             )
         target = np.array([points[name] for name in touches.names])
         _require_spread(touches, target)
