@@ -41,8 +41,7 @@ def map_(
 ) -> None:
     """How motors count against the URDF: direction and zero of each joint, from poses of a printed board."""
     from workbench.base.files import read_bytes, write_text
-    from workbench.extras.hobby.calibrated_motors import as_angles, with_zeros
-    from workbench.extras.hobby.lerobot import Make, read_motors
+    from workbench.extras.hobby.lerobot import Make, as_angles, read_motors, with_zeros
 
     arm = wb.load_robot(robot)
     chosen = opt.choice_of(Make, make, "--make")
@@ -59,12 +58,15 @@ def map_(
         as_angles(files.read(data, arm), known, percent=percent),
         motors=() if known is None else tuple(motor.name for motor in known),
     )
-    zeroed = None if lerobot is None or known is None else with_zeros(text, known, found, chosen)
+    if lerobot is not None and found.exchanged:
+        names = " and ".join(found.exchanged)
+        raise OptionError(f"{names} are exchanged: exchange their ids with LeRobot first")
+    zeroed = with_zeros(text, found.zeros.tolist(), chosen) if lerobot is not None else ""
     opt.show(found.summary())
     opt.write_result(json, found.json())
     if save is not None:
         opt.say(f"arm that counts as the motors do: {opt.save_robot(found.robot, save)}")
-    if lerobot is not None and zeroed is not None:
+    if lerobot is not None:
         opt.say(f"LeRobot calibration: {write_text(lerobot, zeroed)}")
         if found.reversed:
             names = ", ".join(found.reversed)

@@ -16,7 +16,6 @@ autocorrelation consistent covariance matrix estimator, Econometrica 60(4), 1992
 
 import re
 from dataclasses import dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import final
 
@@ -39,17 +38,23 @@ from workbench.report.result_display import AbstractShown
 from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.following/1"
-LEADER, FOLLOWER = ("leader", ACTION), ("follower", STATE)
+SIDES = {"leader": ("leader", ACTION), "follower": ("follower", STATE)}
+COLUMN = rf"({'|'.join(re.escape(name) for names in SIDES.values() for name in names)})[._ /-]+(.+)"
+"""Heading of a motor's column in a table of both arms."""
 TIMES = ("timestamp", "time", "t")
 LAGS = (-0.3, 1.0)
 """Lags tried [s]."""
 MOVED, FRAMES = 5.0, 100
-"""Least range of a leader's joint [°] and number of frames."""
+"""Minimum range of a leader's joint [°] and number of frames."""
 ALIKE = 0.7
 """Correlation below which a joint does not follow."""
 MEMORY = 1.0
 """Time over which errors are alike [s]."""
 NORMAL = 1.96
+COMMANDED = (
+    "the leader commanded the follower, so offsets are its droop and play, not the zeros: for these record "
+    "both moved by hand along each other, or map each arm ('workbench hobby map')"
+)
 
 
 @final
@@ -94,13 +99,13 @@ class Following(AbstractShown):
 
     @property
     def sentence(self) -> str:
-        said = [
+        off = [
             f"{j.name} is {signed(j.offset[0], 2)}° ± {j.offset[1]:.2f} off" for j in self.joints if j.is_off
         ]
-        said += [f"{j.name} runs the other way" for j in self.joints if j.scale[0] < 0.0]
-        said += [f"{j.name} moves {abs(j.scale[0]):.3f} times as far" for j in self.joints if j.is_scaled]
+        off += [f"{j.name} runs the other way" for j in self.joints if j.scale[0] < 0.0]
+        off += [f"{j.name} moves {abs(j.scale[0]):.3f} times as far" for j in self.joints if j.is_scaled]
         late = float(np.median([j.lag[0] for j in self.joints]))
-        found = "; ".join(said) or "offsets, directions and scales agree"
+        found = "; ".join(off) or "offsets, directions and scales agree"
         return f"{found}; the follower is {signed(1e3 * late, 0)} ms late"
 
     def summary(self) -> RenderableType:
@@ -112,18 +117,7 @@ class Following(AbstractShown):
             lag = (signed(1e3 * v, 0) for v in j.lag)
             table.add_row(j.name, *numbers, *lag, f"{j.left:.2f}")
         parts: list[RenderableType] = [Text(self.sentence, style="bold"), table]
-        return Group(*parts, *(line("note", text) for text in self.said))
-
-    @cached_property
-    def said(self) -> tuple[str, ...]:
-        """What should be known, one sentence each."""
-        if not self.commanded:
-            return self.notes
-        return (
-            *self.notes,
-            "the leader commanded the follower, so offsets are its droop and play, not the zeros: for these "
-            "record both moved by hand along each other, or map each arm ('workbench hobby map')",
-        )
+        return Group(*parts, *(line("note", text) for text in self.notes))
 
     def json(self) -> Json:
         """The result as plain data: degrees and seconds, as the recording has them."""
@@ -133,7 +127,7 @@ class Following(AbstractShown):
             | {key: {"value": getattr(j, key)[0], "half_width": getattr(j, key)[1]} for key in keys}
             for j in self.joints
         ]
-        message = {"message": self.sentence, "commanded": self.commanded, "notes": list(self.said)}
+        message = {"message": self.sentence, "commanded": self.commanded, "notes": list(self.notes)}
         return plain({"schema": SCHEMA, "source": self.source, **message, "joints": joints})
 
 
@@ -165,22 +159,22 @@ def compare_leader(recording: Path) -> Following:
         )
     joints = [_joint(n, log, x, y) for n, x, y in zip(names, leader.T, follower.T, strict=True)]
     _check_pairs(log, names, leader, follower, float(np.median([j.lag[0] for j in joints])))
-    commanded = root_of(recording) is not None
+    if commanded := root_of(recording) is not None:
+        notes = (*notes, COMMANDED)
     return Following(source=log.source, joints=tuple(joints), commanded=commanded, notes=notes)
 
 
 def _table(path: Path) -> MotorLog:
     """Columns `leader.NAME` and `follower.NAME` of a table, in degrees."""
     table = read_table(path, columns=None, sheet=None)
-    found: dict[str, dict[str, tuple[int, float]]] = {"leader": {}, "follower": {}}
-    times = [k for k, h in enumerate(table.headings) if parse_heading(h).name.lower() in TIMES]
-    for k, heading in enumerate(table.headings):
-        name, unit = parse_heading(heading)
-        for side, prefixes in (("leader", LEADER), ("follower", FOLLOWER)):
-            if m := re.fullmatch(rf"({'|'.join(map(re.escape, prefixes))})[._ /-]+(.+)", name, re.IGNORECASE):
-                size = {"rad": 180.0 / np.pi}.get(unit or "", 1.0)
-                step = 360.0 / TURN if (unit or "").lower() in COUNTS else size
-                found[side][m[2].removesuffix(".pos")] = (k, step)
+    found: dict[str, dict[str, tuple[int, float]]] = {side: {} for side in SIDES}
+    headings = [parse_heading(heading) for heading in table.headings]
+    times = [k for k, heading in enumerate(headings) if heading.name.lower() in TIMES]
+    for k, (name, unit) in enumerate(headings):
+        if m := re.fullmatch(COLUMN, name, re.IGNORECASE):
+            step = 360.0 / TURN if (unit or "").lower() in COUNTS else 180.0 / np.pi if unit == "rad" else 1.0
+            side = next(side for side, names in SIDES.items() if m[1].lower() in names)
+            found[side][m[2].removesuffix(".pos")] = (k, step)
     names = [name for name in found["leader"] if name in found["follower"]]
     if not names or not times:
         raise FileError(
@@ -292,17 +286,13 @@ def _check_pairs(
     """Refuse joints that follow another one, or none."""
     moved = np.stack([_shifted(log, x, lag) for x in leader.T], 1)
     seen = np.isfinite(moved).all(1)
-    n = len(names)
     with np.errstate(invalid="ignore", divide="ignore"):
-        table = np.corrcoef(moved[seen].T, follower[seen].T)[:n, n:]
+        table = np.corrcoef(moved[seen].T, follower[seen].T)[: len(names), len(names) :]
     alike = np.abs(np.nan_to_num(table))
     for k, name in enumerate(names):
         if alike[k, k] < ALIKE:
             other = int(np.argmax(alike[:, k]))
-            if other != k and alike[other, k] > ALIKE:
-                raise DataError(
-                    f"{log.source}: the follower's {name} follows the leader's {names[other]}: exchanged"
-                )
-            raise DataError(
-                f"{log.source}: the follower's {name} does not follow the leader's; was its torque off?"
-            )
+            what = "does not follow the leader's; was its torque off?"
+            if alike[other, k] > ALIKE:
+                what = f"follows the leader's {names[other]}: exchanged"
+            raise DataError(f"{log.source}: the follower's {name} {what}")

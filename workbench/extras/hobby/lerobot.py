@@ -14,10 +14,10 @@ Source: lerobot, motors_bus.py (`_normalize`), feetech.py, dynamixel.py, and its
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from jaxtyping import Float
@@ -25,14 +25,16 @@ from jaxtyping import Float
 from workbench.arm.kinematics.forward import joint_elements
 from workbench.arm.robot import JointKind, Robot
 from workbench.base.errors import FileError, OptionError
+from workbench.data.dataset import Dataset
 from workbench.exports.export_format import AbstractForm, Job
+from workbench.extras.hobby.layouts import COUNTED, TURN, ZERO
 from workbench.identification.controller_parameters import (
     ControllerNumbers,
     ControllerPart,
     controller_numbers,
 )
 
-TURN = 4095.0
+LEROBOT_TURN = 4095.0
 """Counts that LeRobot takes for a turn."""
 MIDDLE, MAX_HOMING = 2047, 2047
 """Count that LeRobot makes the middle of a turn, and the largest homing offset of a Feetech motor."""
@@ -55,8 +57,8 @@ class Motor:
         id: On the bus.
         drive_mode: 1 where positions in percent of the range count backwards.
         homing_offset: Counts between the encoder's zero and that of positions.
-        range_min: Least position that the joint was led to [counts].
-        range_max: Greatest.
+        range_min: Lowest position that the joint was led to [counts].
+        range_max: Highest.
     """
 
     name: str
@@ -68,22 +70,17 @@ class Motor:
 
     @property
     def limits(self) -> tuple[float, float]:
-        """Least and greatest joint position [rad]."""
-        half = np.pi * (self.range_max - self.range_min) / TURN
+        """Lowest and highest joint position [rad]."""
+        half = np.pi * (self.range_max - self.range_min) / LEROBOT_TURN
         return (-half, half)
 
     def angles(self, counts: Float[np.ndarray, " rows"]) -> Float[np.ndarray, " rows"]:
         """Joint positions [rad] of positions in counts."""
-        return (counts - 0.5 * (self.range_min + self.range_max)) * 2.0 * np.pi / TURN
-
-    @property
-    def entry(self) -> dict[str, int]:
-        """What its file says of it."""
-        return {key: getattr(self, key) for key in KEYS}
+        return (counts - 0.5 * (self.range_min + self.range_max)) * 2.0 * np.pi / LEROBOT_TURN
 
     def with_zero(self, angle: float, make: Make | None = None) -> "Motor":
         """The motor whose zero is where it read an angle [rad]."""
-        twice = self.range_min + self.range_max + round(2.0 * angle * TURN / (2.0 * np.pi))
+        twice = self.range_min + self.range_max + round(2.0 * angle * LEROBOT_TURN / (2.0 * np.pi))
         low, high = max(self.range_min, twice - self.range_max), min(self.range_max, twice - self.range_min)
         if high <= low:
             raise OptionError(f"'{self.name}' would keep no range, as its offset is {angle:.3f} rad")
@@ -116,6 +113,41 @@ def read_motors(text: str, joints: int, *, path: str = "the LeRobot calibration"
     return tuple(motors[:joints])
 
 
+def as_angles(data: Dataset, motors: tuple[Motor, ...] | None, *, percent: bool) -> Dataset:
+    """Motors' angles from the middles of their ranges, as LeRobot has them in degrees.
+
+    Args:
+        data: Counts or degrees read as joints, or with `percent` parts of the range.
+        motors: Their calibration; None: counts stay angles from 2048.
+    """
+    if motors is None:
+        return data
+    q = data.q.copy()
+    for k, motor in enumerate(motors[: q.shape[1]]):
+        if COUNTED in data.notes:
+            middle = 0.5 * (motor.range_min + motor.range_max)
+            past = q[:, k] * TURN / (2.0 * np.pi) + ZERO - middle + TURN / 2
+            turned = past % TURN - TURN / 2  # counts may pass 4095 and 0
+            q[:, k] = motor.angles(turned + middle)
+        elif percent:
+            if np.abs(np.rad2deg(q[:, k])).max() > 100.5:
+                raise OptionError(
+                    f"--percent: '{motor.name}' goes beyond 100 %; its column holds degrees or counts"
+                )
+            q[:, k] = motor.angles(motor.counts(np.rad2deg(q[:, k])))
+    return replace(data, q=q)
+
+
+def with_zeros(text: str, zeros: Sequence[float], make: Make | None = None) -> str:
+    """A calibration's text whose motors have 0° where they read these angles [rad]; NaN: as they were."""
+    table = json.loads(text)
+    for motor, zero in zip(read_motors(text, len(zeros)), zeros, strict=True):
+        if np.isfinite(zero):
+            moved = motor.with_zero(float(zero), make)
+            table[motor.name] |= {key: getattr(moved, key) for key in KEYS}
+    return json.dumps(table, indent=4) + "\n"
+
+
 @final
 class MotorCalibration(AbstractForm):
     """LeRobot's file with the middle of every range where the joint's zero is."""
@@ -126,11 +158,8 @@ class MotorCalibration(AbstractForm):
     takes_calibrated = True
 
     def write(self, job: Job) -> str:
-        table: dict[str, dict[str, Any]] = json.loads(self._source(job))
-        offsets = self._offsets(job)
-        for motor, offset in zip(self._motors(job), offsets, strict=True):
-            table[motor.name] |= motor.with_zero(-offset).entry
-        return json.dumps(table, indent=4) + "\n"
+        self._motors(job)
+        return with_zeros(self._source(job), (-self._found(job).offsets).tolist())
 
     def read(self, text: str, job: Job) -> Robot:
         nominal = job.require_nominal(self.name)
@@ -147,7 +176,7 @@ class MotorCalibration(AbstractForm):
 
     def notes(self, job: Job) -> Iterable[str]:
         yield "joint positions must be read and sent in degrees (use_degrees): percent scale with the range"
-        cut = np.rad2deg(np.abs(self._offsets(job)).max())
+        cut = np.rad2deg(np.abs(self._found(job).offsets).max())
         yield f"ranges are cut at one end by up to {2.0 * cut:.2f}°, never widened"
 
     def doubt(self, job: Job) -> str:
@@ -164,9 +193,6 @@ class MotorCalibration(AbstractForm):
         if any(j.kind is not JointKind.REVOLUTE for j in nominal.moving):
             raise OptionError("--for lerobot is for joints that turn")
         return read_motors(self._source(job), nominal.dof)
-
-    def _offsets(self, job: Job) -> Float[np.ndarray, " n"]:
-        return self._found(job).offsets
 
     def _found(self, job: Job) -> ControllerNumbers:
         return controller_numbers(job.robot, job.require_nominal(self.name), parts=(ControllerPart.OFFSETS,))

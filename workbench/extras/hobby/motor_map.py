@@ -30,8 +30,7 @@ from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.extras.hobby.layouts import NAMED
-from workbench.extras.hobby.sag_and_play import sag_and_play
-from workbench.extras.hobby.scatter import joint_scatter
+from workbench.extras.hobby.sag_and_play import joint_scatter, sag_and_play
 from workbench.extras.hobby.sign_search import Counting, find_counting
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json
@@ -99,6 +98,11 @@ class MotorMap(AbstractShown):
         return self.robot.effects
 
     @property
+    def zeros(self) -> Float[np.ndarray, " n"]:
+        """What each motor reads where its joint is at 0 [rad]; NaN where the mounting decides."""
+        return -self.counting.signs * self.offsets
+
+    @property
     def scatter(self) -> float:
         """Standard deviation of a joint about what its motor reads [rad]."""
         return self.run.best.fit.problem.noise.joints[0]
@@ -116,15 +120,17 @@ class MotorMap(AbstractShown):
     @property
     def reversed(self) -> list[str]:
         """Motors that count against their joint."""
-        return [self._motor(k) for k in np.flatnonzero(self.counting.signs < 0).tolist()]
+        return [name for name, sign in zip(self.moved_by, self.counting.signs, strict=True) if sign < 0]
+
+    @property
+    def moved_by(self) -> list[str]:
+        """The motor of each joint."""
+        return [self.motors[k] for k in self.counting.order.tolist()]
 
     @property
     def exchanged(self) -> list[str]:
         """Motors that move another joint than their place says."""
-        return [
-            self._motor(k)
-            for k in np.flatnonzero(self.counting.order != np.arange(self.nominal.dof)).tolist()
-        ]
+        return [own for own, usual in zip(self.moved_by, self.motors, strict=True) if own != usual]
 
     @property
     def sentence(self) -> str:
@@ -143,42 +149,34 @@ class MotorMap(AbstractShown):
 
     def summary(self) -> RenderableType:
         table = new_table("Motors", "motor", "joint", "counts", "zero off by [°]", "±")
-        for k in range(self.nominal.dof):
-            known = np.isfinite(self.offsets[k])
-            size = (
-                [signed(float(np.rad2deg(v[k])), 2) for v in (self.offsets, self.half)]
-                if known
-                else ["–", ""]
-            )
+        for k, name in enumerate(self.moved_by):
+            sizes = (signed(float(np.rad2deg(v[k])), 2) for v in (self.offsets, self.half))
             way = "with it" if self.counting.signs[k] > 0 else "against it"
-            table.add_row(self._motor(k), str(k + 1), way, *size)
+            table.add_row(name, str(k + 1), way, *(sizes if np.isfinite(self.offsets[k]) else ("–", "")))
         parts: list[RenderableType] = [Text(f"{self.nominal.name}: {self.sentence}", style="bold"), table]
-        return Group(*parts, *(line("note", text) for text in (*self._said(), *self.notes)))
+        return Group(*parts, *(line("note", text) for text in self.notes_in_full))
 
-    def _said(self) -> list[str]:
-        said = ["the zeros of the first and last joint depend on how board and camera are mounted, and stay"]
-        said.append(f"known to {in_mm(self.expected)} anywhere, as far as chance decides")
+    @property
+    def notes_in_full(self) -> list[str]:
+        """What should be known, one sentence each."""
+        notes = ["the zeros of the first and last joint depend on how board and camera are mounted, and stay"]
+        notes.append(f"known to {in_mm(self.expected)} anywhere, as far as chance decides")
         if self.scatter > np.deg2rad(0.1):
             turn = np.rad2deg(self.scatter)
-            said.append(f"joints scatter by {turn:.2g}° about what the motors read: play, or sag")
+            notes.append(f"joints scatter by {turn:.2g}° about what the motors read: play, or sag")
         if self.poses_wanted > len(self.run.train_rows):
-            said.append(f"about {self.poses_wanted} such poses would make the tip known to 1 mm")
+            notes.append(f"about {self.poses_wanted} such poses would make the tip known to 1 mm")
         motion = Motion(self.run.data.q)
-        said += [f"found beside the zeros: {e.sentence(self.robot.chain, motion)}" for e in self.effects]
-        said += [f"pose {o.row + 1} does not fit the others; it was left out" for o in self.run.outliers]
-        return said
+        notes += [f"found beside the zeros: {e.sentence(self.robot.chain, motion)}" for e in self.effects]
+        notes += [f"pose {o.row + 1} does not fit the others; it was left out" for o in self.run.outliers]
+        return [*notes, *self.notes]
 
     def json(self) -> Json:
         """The result as plain data, in SI, with the identification under its own schema."""
+        signs, zeros, half = self.counting.signs.astype(int), self.offsets, self.half
         joints = [
-            {
-                "joint": k + 1,
-                "motor": self._motor(k),
-                "sign": int(self.counting.signs[k]),
-                "offset": self.offsets[k] if np.isfinite(self.offsets[k]) else None,
-                "half_width": self.half[k] if np.isfinite(self.half[k]) else None,
-            }
-            for k in range(self.nominal.dof)
+            {"joint": k + 1, "motor": name, "sign": signs[k], "offset": zeros[k], "half_width": half[k]}
+            for k, name in enumerate(self.moved_by)
         ]
         return plain(
             {
@@ -192,13 +190,10 @@ class MotorMap(AbstractShown):
                 "expected_m": self.expected,
                 "scatter_rad": self.scatter,
                 "poses_wanted": self.poses_wanted,
-                "notes": [*self._said(), *self.notes],
+                "notes": self.notes_in_full,
                 "identification": identification_json(self.run),
             }
         )
-
-    def _motor(self, joint: int) -> str:
-        return self.motors[self.counting.order.tolist()[joint]]
 
 
 @door()
