@@ -30,7 +30,7 @@ from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.extras.hobby.layouts import NAMED
-from workbench.extras.hobby.sag_and_play import joint_scatter, sag_and_play
+from workbench.extras.hobby.sag_and_play import SagAndPlay, joint_scatter, sag_and_play
 from workbench.extras.hobby.sign_search import Counting, find_counting
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json
@@ -69,6 +69,7 @@ class MotorMap(AbstractShown):
         before: Mean error with all zeros as the motors have them, mounting fitted [m].
         alone: Mean error that is left at the poses with the zeros alone [m].
         run: The identification of the arm whose joints count as the motors do, with sag and play if found.
+        sag_error: Error of the tip to expect anywhere, as the sag is uncertain [m].
         notes: What else should be known, one sentence each.
     """
 
@@ -80,6 +81,7 @@ class MotorMap(AbstractShown):
     before: float
     alone: float
     run: Identification
+    sag_error: float = 0.0
     notes: tuple[str, ...] = ()
 
     @property
@@ -109,8 +111,8 @@ class MotorMap(AbstractShown):
 
     @property
     def expected(self) -> float:
-        """Error of the tip to expect anywhere, from the offsets' uncertainty [m]."""
-        return self.run.transfer.anywhere.position
+        """Error of the tip to expect anywhere, as zeros and sag are uncertain [m]."""
+        return float(np.hypot(self.run.transfer.anywhere.position, self.sag_error))
 
     @property
     def poses_wanted(self) -> int:
@@ -221,11 +223,12 @@ def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> 
     near = _near(robot, found, q, data)
     best = near[0]
     arm, alone = _of_zeros(robot, best, q, poses, data, rows)
-    effects, up = _effects(alone)
-    if up and (standing := [c for c in near if c.base[:3, 2] @ best.base[:3, 2] < 0.0]):
+    found_beside = _effects(alone)
+    if found_beside.up and (standing := [c for c in near if c.base[:3, 2] @ best.base[:3, 2] < 0.0]):
         best = standing[0]
         arm, alone = _of_zeros(robot, best, q, poses, data, rows)
-        effects, up = _effects(alone)
+        found_beside = _effects(alone)
+    effects = found_beside.effects
     run = _identified(arm.with_effects(*effects), alone.data) if effects else alone
     free = np.arange(1, robot.dof - 1)
     columns = [run.best.fit.problem.names.index(arm.joint_offsets[k]) for k in free]
@@ -242,6 +245,7 @@ def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> 
         before=_error(robot, best.signs * q[:, best.order], poses),
         alone=1e-3 * alone.best.train.position_mm.mean,
         run=run,
+        sag_error=found_beside.error,
         notes=_notes(robot, found, best, q, names),
     )
 
@@ -263,8 +267,8 @@ def _of_zeros(
     return arm, _identified(arm, fitted)
 
 
-def _effects(alone: Identification) -> tuple[tuple[AbstractEffect, ...], bool]:
-    """Sag and play in what the zeros leave; whether they act upwards."""
+def _effects(alone: Identification) -> SagAndPlay:
+    """Sag and play in what the zeros leave."""
     arm, data = alone.robot, alone.data.take(alone.train_rows)
     poses = se3.pose(np.asarray(data.rotation), np.asarray(data.position))
     return sag_and_play(arm, data.q, poses, alone.best.fit.problem.noise)

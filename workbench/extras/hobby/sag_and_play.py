@@ -3,11 +3,11 @@
     W r = W N n + W S c        r the residuals, W whitens them; N: what zeros, base and tool can do,
                                S: what a unit of each effect does
 
-The motors of an arm are of one make, so an effect has one size for all joints, or one a joint. Of no effect,
-sag, play, and both, each in either form, the one with the smallest Bayesian information criterion is chosen.
-A few poses tell one size for all joints from none, though not one effect from all others. Masses are known
-roughly or not at all: what a joint carries is then fitted term by term (`gravity-sag`), expected near c times
-the masses.
+The motors of an arm are of one make, so an effect has one size for all joints, or one a joint. Every servo
+arm sags: one size for all joints is always fitted, which costs less than to leave it out where scatter hides
+it. Of no effect (where that sag would act upwards), sag, play, and both, each in either form, the one with
+the smallest Bayesian information criterion is chosen. Masses are known roughly or not at all: what a joint
+carries is then fitted term by term (`gravity-sag`), expected near c times the masses, c near that of servos.
 
 How far joints scatter about what their motors read, by play and slipping gears, shows in a row's covariance
 
@@ -19,9 +19,10 @@ by N/(N−p). With it a fit weighs each row by what play can do to it, and the i
 Source: Schwarz, Estimating the dimension of a model, Ann. Stat. 6(2), 1978.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -42,73 +43,109 @@ CLEAR = 2.0
 """By how much an effect must beat the criterion; play by four times that, what acts upwards by seven."""
 UNIT = 1e-4
 """Size of an effect for its derivative: far below what is found [rad, rad/(N m)]."""
-MASS, TOLERANCE = 0.1, 0.5
+MASS, TOLERANCE = 0.1, 0.2
 """Of a link whose mass is unknown [kg]; standard deviation of first moments, as a part of the largest."""
+SOFT = 0.03
+"""Compliance that is expected of a servo's joint, as a standard deviation [rad/(N m)]."""
+FRESH = 200
+"""Postures anywhere within the limits, at which what is uncertain of the sag is looked at."""
 
 MIN_SIGMA = np.array([1e-4, 2e-4, 1e-4])
-"""Smallest sizes: position [m], rotation [rad], joint [rad]."""
+"""Minimum sizes: position [m], rotation [rad], joint [rad]."""
 
 Kinds = tuple[type[AbstractEffect], ...]
-Clear = Callable[[np.ndarray], np.ndarray]
+
+
+class SagAndPlay(NamedTuple):
+    """What the zeros leave.
+
+    Args:
+        effects: What was found.
+        up: Whether they act upwards: the poses also fit an arm that hangs, its joints counting the other way.
+        error: Root mean square by which the tip is uncertain for that of the sag, anywhere [m].
+    """
+
+    effects: tuple[AbstractEffect, ...] = ()
+    up: bool = False
+    error: float = 0.0
 
 
 def sag_and_play(
     robot: Robot, q: Float[np.ndarray, "rows n"], poses: Float[np.ndarray, "rows 4 4"], noise: Noise
-) -> tuple[tuple[AbstractEffect, ...], bool]:
-    """Effects at the joints between the first and the last, if any is clear; and whether they act upwards.
-
-    They do where the poses also fit an arm that hangs, with joints that count the other way.
-    """
+) -> SagAndPlay:
+    """Effects at the joints between the first and the last."""
     known: Kinds = (JointCompliance, Backlash) if robot.has_masses else (JointCompliance,)
     robot = with_assumed_masses(robot, otherwise=MASS)
     shown = robot.predict(q)
-    clear, count = _cleared(robot, q, shown, noise)
+    clear = _Cleared(robot, q, shown, noise)
+    count = clear.count
     left = clear(se3.pose_error(poses, shown))
     joints = tuple(range(1, robot.dof - 1))
     twists = {kind: _twists(robot, [kind((j,), (UNIT,)) for j in joints], q, shown) for kind in known}
-    least, chosen = count * np.log(left @ left) - CLEAR, dict[type[AbstractEffect], np.ndarray]()
+    lowest, chosen = count * np.log(left @ left) - CLEAR, dict[type[AbstractEffect], np.ndarray]()
     for kinds, shares in _models(known, len(joints)):
         units = [np.tensordot(share, twists[kind], 1) for kind, share in zip(kinds, shares, strict=True)]
         design = np.column_stack([clear(unit) for unit in np.concatenate(units)])
         size = np.linalg.lstsq(design, left, rcond=1e-9)[0]
         rest = left - design @ size
-        score = count * np.log(rest @ rest) + len(size) * np.log(count)
+        is_usual = kinds == (JointCompliance,) and len(size) == 1 and size[0] > 0.0
+        score = count * np.log(rest @ rest) + (-CLEAR if is_usual else len(size) * np.log(count))
         score += CLEAR * (3.0 * (Backlash in kinds) + 6.0 * bool(size[0] < 0.0))
-        if abs(np.sign(size).sum()) == len(size) and score < least:
+        if abs(np.sign(size).sum()) == len(size) and score < lowest:
             parts = np.split(size, np.cumsum([len(share) for share in shares])[:-1])
             sizes = [part @ share for part, share in zip(parts, shares, strict=True)]
-            least, chosen = score, dict(zip(kinds, sizes, strict=True))
+            lowest, chosen = score, dict(zip(kinds, sizes, strict=True))
             noise_left = float(np.sqrt(rest @ rest / count))
-    found, up = list[AbstractEffect](), any(size[0] < 0.0 for size in chosen.values())
+    found, up, error = list[AbstractEffect](), any(size[0] < 0.0 for size in chosen.values()), 0.0
     if (play := chosen.get(Backlash)) is not None:
         found.append(Backlash(joints, tuple(play.tolist())))
         left = left - clear(np.tensordot(play, twists[Backlash], 1))
     if (soft := chosen.get(JointCompliance)) is not None:
-        found += _sags(robot, q, shown, soft, lambda unit: clear(unit) / noise_left, left / noise_left)
-    return tuple(found), up
+        sags, error = _sags(robot, q, shown, soft, clear, left, noise_left)
+        found += sags
+    return SagAndPlay(tuple(found), up, error)
 
 
 def _sags(
-    robot: Robot, q: np.ndarray, shown: np.ndarray, soft: np.ndarray, clear: Clear, left: np.ndarray
-) -> list[AbstractEffect]:
+    robot: Robot,
+    q: np.ndarray,
+    shown: np.ndarray,
+    soft: np.ndarray,
+    clear: "_Cleared",
+    left: np.ndarray,
+    noise: float,
+) -> tuple[list[AbstractEffect], float]:
     """Sag of each joint by the first moments that it carries, expected near the file's times compliance."""
     own = [s for s in sags(robot, Motion(q)) if 0 < s.joints[0] < robot.dof - 1]
     terms = list(dict.fromkeys(term for sag in own for term in sag.terms.split()))
-    columns, share = np.zeros((len(terms), *shown.shape[:1], 6)), soft / soft.mean()
-    for sag, part in zip(own, share, strict=True):
-        for term, twist in zip(sag.terms.split(), _twists(robot, _units(sag), q, shown), strict=True):
-            columns[terms.index(term)] += part * twist
-    known = _known(robot, own[0], terms)
+    share = soft / soft.mean()
+
+    def columns(q: np.ndarray, shown: np.ndarray) -> np.ndarray:
+        """Twists by a unit of each term."""
+        out = np.zeros((len(terms), len(q), 6))
+        for sag, part in zip(own, share, strict=True):
+            for term, twist in zip(sag.terms.split(), _twists(robot, _units(sag), q, shown), strict=True):
+                out[terms.index(term)] += part * twist
+        return out
+
+    known, seen = _known(robot, own[0], terms), columns(q, shown)
     spread = TOLERANCE * np.abs(known).max() * abs(soft.mean())
-    design = np.column_stack([np.zeros_like(left), *(clear(column) for column in columns)])
+    design = np.column_stack([np.zeros_like(left), *(clear(column) for column in seen)]) / noise
     expected = np.column_stack([-known, np.eye(len(terms))]) / spread
-    right = np.append(left, np.zeros(len(terms)))
-    size = np.linalg.lstsq(np.vstack([design, expected]), right, rcond=1e-12)[0]
+    usual = np.eye(1, 1 + len(terms)) / SOFT
+    rows = np.vstack([design, expected, usual])
+    size = np.linalg.lstsq(rows, np.append(left / noise, np.zeros(len(terms) + 1)), rcond=1e-12)[0]
     by_term = dict(zip(terms, size[1:].tolist(), strict=True))
+    low, high = robot.search_limits.T
+    fresh = np.random.default_rng(0).uniform(low, high, (FRESH, robot.dof))
+    at = robot.predict(fresh)
+    off = columns(fresh, at) - clear.absorbed(seen, fresh, at)
+    covariance = np.linalg.inv(rows.T @ rows)[1:, 1:]
+    error = np.einsum("tri,tu,uri->r", off[..., :3], covariance, off[..., :3]).mean() ** 0.5
     return [
         replace(sag, coefficients=tuple(part * by_term[term] for term in sag.terms.split()))
         for sag, part in zip(own, share.tolist(), strict=True)
-    ]
+    ], float(error)
 
 
 def _known(robot: Robot, sag: GravitySag, terms: Sequence[str]) -> np.ndarray:
@@ -129,25 +166,37 @@ def _units(sag: GravitySag) -> list[AbstractEffect]:
     return [replace(sag, coefficients=tuple(row)) for row in one.tolist()]
 
 
-def _cleared(robot: Robot, q: np.ndarray, shown: np.ndarray, noise: Noise) -> tuple[Clear, int]:
-    """What zeros, base and tool leave of twists, whitened; and how many numbers that is."""
-    jacobian = geometric_jacobian(robot, q)
-    by_joint = jacobian * np.array(noise.joints)
-    own = np.diag(np.repeat([noise.position, noise.rotation], 3) ** 2)
-    white = np.linalg.inv(np.linalg.cholesky(by_joint @ by_joint.swapaxes(1, 2) + own))
+def _still(robot: Robot, q: np.ndarray, shown: np.ndarray) -> Float[np.ndarray, "rows 6 p"]:
+    """What zeros, base and tool do to poses."""
     still = np.zeros((len(q), 6, 12))
     still[:, :, :6] = np.eye(6)
     still[:, :3, 3:6] = -se3.skew(shown[:, :3, 3])
     still[:, :3, 6:9] = still[:, 3:, 9:] = shown[:, :3, :3]
-    nuisance = (white @ np.concatenate([jacobian, still], 2)).reshape(-1, jacobian.shape[2] + 12)
-    basis, sizes, _ = np.linalg.svd(nuisance, full_matrices=False)
-    basis = basis[:, sizes > 1e-9 * sizes[0]]
+    return np.concatenate([geometric_jacobian(robot, q), still], 2)
 
-    def clear(twists: np.ndarray) -> np.ndarray:
-        flat = (white @ twists[..., None]).reshape(-1)
-        return flat - basis @ (basis.T @ flat)
 
-    return clear, len(nuisance) - basis.shape[1]
+class _Cleared:
+    """What zeros, base and tool leave of twists, whitened; `count`: how many numbers that is."""
+
+    def __init__(self, robot: Robot, q: np.ndarray, shown: np.ndarray, noise: Noise):
+        self._robot, still = robot, _still(robot, q, shown)
+        by_joint = still[:, :, : robot.dof] * np.array(noise.joints)
+        own = np.diag(np.repeat([noise.position, noise.rotation], 3) ** 2)
+        self._white = np.linalg.inv(np.linalg.cholesky(by_joint @ by_joint.swapaxes(1, 2) + own))
+        self._nuisance = (self._white @ still).reshape(-1, still.shape[2])
+        basis, sizes, _ = np.linalg.svd(self._nuisance, full_matrices=False)
+        self._basis = basis[:, sizes > 1e-9 * sizes[0]]
+        self.count = len(self._basis) - self._basis.shape[1]
+
+    def __call__(self, twists: np.ndarray) -> np.ndarray:
+        flat = (self._white @ twists[..., None]).reshape(-1)
+        return flat - self._basis @ (self._basis.T @ flat)
+
+    def absorbed(self, seen: np.ndarray, q: np.ndarray, shown: np.ndarray) -> np.ndarray:
+        """What zeros, base and tool do at other poses to make up for twists here (effects, rows, 6)."""
+        flat = np.stack([(self._white @ twists[..., None]).reshape(-1) for twists in seen], 1)
+        size = np.linalg.lstsq(self._nuisance, flat, rcond=1e-9)[0]
+        return (_still(self._robot, q, shown) @ size).transpose(2, 0, 1)
 
 
 def _models(known: Kinds, joints: int) -> Iterator[tuple[Kinds, list[np.ndarray]]]:
