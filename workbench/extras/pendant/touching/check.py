@@ -68,7 +68,7 @@ class Health(StrEnum):
     UNCERTAIN = "cannot tell"
 
 
-class JointShift(NamedTuple):
+class ZeroShift(NamedTuple):
     """The zero of a joint, as if it alone had moved [rad or m].
 
     Args:
@@ -101,7 +101,7 @@ class Check(AbstractShown):
 
     calibrated: Robot
     found: tuple[TestedCause, ...]
-    joints: tuple[JointShift, ...]
+    joints: tuple[ZeroShift, ...]
     noise: float
     wait: float
     touches: tuple[int, int]
@@ -278,15 +278,15 @@ def check(
 
 def _shift(
     cause: PossibleCause, tests: list[TestedCause], clear: np.ndarray, noise: float, spare: int, count: int
-) -> JointShift:
+) -> ZeroShift:
     """A joint's shift, and what would have been found of one."""
     own = next((t for t in tests if t.cause is cause), None)
     whole, left = (float(np.linalg.norm(part)) for part in (cause.columns, clear @ cause.columns))
     lever = whole / np.sqrt(count)
     if own is None or left <= SEEN * whole or lever <= MOVES:
-        return JointShift(np.nan, np.nan, np.nan, lever, False)
+        return ZeroShift(np.nan, np.nan, np.nan, lever, False)
     limit = special.stdtrit(spare - 1, 1.0 - 0.5 * cause.alarm) + special.stdtrit(spare - 1, POWER)
-    return JointShift(float(own.x[0]), float(own.std[0]), float(limit * noise / left), lever, True)
+    return ZeroShift(float(own.x[0]), float(own.std[0]), float(limit * noise / left), lever, True)
 
 
 def _length(tested: TestedCause) -> float:

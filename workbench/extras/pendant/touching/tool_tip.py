@@ -26,9 +26,9 @@ from workbench.data.dataset import Dataset
 from workbench.extras.pendant.touching.touches import (
     NOMINAL,
     SCATTERED,
-    Solved,
     TouchErrors,
     Touches,
+    TouchSolution,
     checked_length,
     flanges,
     orientation_line,
@@ -201,18 +201,18 @@ def _check(touches: Touches, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
         )
 
 
-def _solve(at: Float[np.ndarray, "rows 4 4"], names: list[str]) -> Solved:
+def _solve(at: Float[np.ndarray, "rows 4 4"], names: list[str]) -> TouchSolution:
     """The tip in the flange and the points in the base [m]."""
     order = list(dict.fromkeys(names))
     which = -np.array([[float(name == each) for each in order] for name in names])
     flat = np.concatenate([at[:, :3, :3], np.kron(which, np.eye(3)).reshape(len(at), 3, -1)], axis=2)
     flat, right = flat.reshape(3 * len(at), -1), -at[:, :3, 3].ravel()
     x = np.linalg.lstsq(flat, right, rcond=None)[0]
-    return Solved(x, right - flat @ x, np.linalg.pinv(flat.T @ flat))
+    return TouchSolution(x, right - flat @ x, np.linalg.pinv(flat.T @ flat))
 
 
 def _axes(
-    touches: Touches, robot: Robot, solved: Solved
+    touches: Touches, robot: Robot, solved: TouchSolution
 ) -> tuple[Float[np.ndarray, "3 3"], float | None, list[str]]:
     """The tool's axes in the flange, how well they are known, and notes."""
     tip, point, own = solved.x[:3], solved.x[3:6], robot.tool.rotation

@@ -114,7 +114,7 @@ def checked_length(value: float | None, what: str) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class Solved:
+class TouchSolution:
     """What some touches determine.
 
     Args:
@@ -142,8 +142,8 @@ class Solved:
 
 
 def solve_without_slipped(
-    solve: Callable[[list[int]], Solved | None], count: int, refusal: str
-) -> tuple[Solved, tuple[int, ...]]:
+    solve: Callable[[list[int]], TouchSolution | None], count: int, refusal: str
+) -> tuple[TouchSolution, tuple[int, ...]]:
     """The solution of the touches that agree, and those that slipped, the worst first.
 
     Args:

@@ -29,9 +29,9 @@ from workbench.data.readers.read import read_fields
 from workbench.extras.pendant.touching.touches import (
     EXACT,
     NOMINAL,
-    Solved,
     TouchErrors,
     Touches,
+    TouchSolution,
     checked_length,
     flanges,
     orientation_line,
@@ -265,7 +265,9 @@ def _axes(origin: np.ndarray, x: np.ndarray, z: np.ndarray) -> Float[np.ndarray,
     return se3.pose(np.column_stack([x, np.cross(z, x), z]), origin)
 
 
-def _solve(pose: np.ndarray, tips: np.ndarray, target: np.ndarray, counts: np.ndarray) -> Solved | None:
+def _solve(
+    pose: np.ndarray, tips: np.ndarray, target: np.ndarray, counts: np.ndarray
+) -> TouchSolution | None:
     """The frame, from one that is near; None if the touches leave it open."""
     for _ in range(MAX_ROUNDS):
         local = se3.apply(se3.inverse(pose), tips)
@@ -279,7 +281,7 @@ def _solve(pose: np.ndarray, tips: np.ndarray, target: np.ndarray, counts: np.nd
         pose = pose @ se3.pose(se3.rotvec_to_matrix(step[3:]), step[:3])
         if np.abs(step).max() < 1e-12:
             break
-    return Solved(pose, residual, np.linalg.inv(jacobian.T @ jacobian))
+    return TouchSolution(pose, residual, np.linalg.inv(jacobian.T @ jacobian))
 
 
 def _exchanged(touches: Touches, tips: np.ndarray, points: Mapping[str, np.ndarray]) -> str:
