@@ -17,6 +17,8 @@ LEFT, FOOT, MARGIN = 44.0, 16.0, 6.0
 """Room for the numbers of an upright axis, and below a chart; free room inside the frame."""
 ROW, THICK = 26.0, 14.0
 """Height of a row with a bar, and of the bar."""
+TALLEST, LINE, AT_END = 46.0, 22.0, 128.0
+"""Height of the largest column; of a row with an interval, and the room for its words behind it."""
 LONGEST_BAR = 0.5
 """Of the width, beside its number."""
 SIZE = 12
@@ -32,6 +34,32 @@ class Bar:
     note: str = ""
 
 
+@dataclass(frozen=True)
+class UprightBar:
+    """An upright bar over its name, of a `share` of the full height; `above` stands on top."""
+
+    name: str
+    share: float
+    colour: str
+    above: str
+    title: str
+
+
+@dataclass(frozen=True)
+class BarWithEnds:
+    """A value with so much on either side, beside its name; `said` stands at the end of its row.
+
+    Without a value nothing is drawn. Values of one `unit` share a scale.
+    """
+
+    name: str
+    value: float | None
+    half: float
+    unit: str
+    colour: str
+    said: str
+
+
 @dataclass(frozen=True, eq=False)
 class Marks:
     """Points over the chart's x axis, or a line through them.
@@ -40,6 +68,7 @@ class Marks:
         y: NaN where there is none.
         titles: Of each point, shown when it is pointed at.
         links: Where a click on each leads; empty for nowhere.
+        is_filled: Whether a line is the upper edge of an area, down to the floor, with the first title.
     """
 
     x: Float[np.ndarray, " n"]
@@ -49,6 +78,7 @@ class Marks:
     links: Sequence[str] = ()
     radius: float = 2.6
     is_line: bool = False
+    is_filled: bool = False
 
 
 @dataclass(frozen=True)
@@ -66,6 +96,7 @@ class Chart:
 
     Args:
         ends: Words below the left and the right end.
+        ticks: Places [x] with words below them.
         floor: Where the upright axis begins; None: at the smallest value.
         now: Place of an upright line [x], if any.
         uprights: Lines that mark where something happened, over the marks.
@@ -74,6 +105,7 @@ class Chart:
     marks: Sequence[Marks]
     height: float = 90.0
     ends: tuple[str, str] = ("", "")
+    ticks: Sequence[tuple[float, str]] = ()
     is_log: bool = False
     floor: float | None = None
     now: float | None = None
@@ -94,6 +126,10 @@ class Chart:
             text(WIDTH - 2, self.height + FOOT - 2, self.ends[1], anchor="end"),
         ]
         first, last = float(x.min()), float(x.max())
+        for place, said in self.ticks:
+            at = float(self._across(np.array([place]), first, last)[0])
+            parts.append(f'<path d="M{at:.1f} {self.height:.0f}v4" {_ink("stroke", 0.3)}/>')
+            parts.append(text(min(at, WIDTH - 18), self.height + FOOT - 1, said, anchor="middle"))
         for one in self.marks:
             across = self._across(one.x, first, last)
             parts.append(_drawn(one, across, self._up(one.y, float(low), float(high))))
@@ -138,6 +174,42 @@ def bars(rows: Sequence[Bar], *, unit: str = "mm", testid: str = "bars") -> str:
     return framed((ROW + 6.0) * len(rows), parts, testid) if rows else ""
 
 
+def columns(drawn: Sequence[UprightBar], *, testid: str = "bars") -> str:
+    """Upright bars side by side."""
+    parts, step, foot = [], WIDTH / max(len(drawn), 1), TALLEST + SIZE
+    size = min(14.0, 0.5 * step + 2.0)
+    for k, one in enumerate(drawn):
+        high, middle = max(3.0, TALLEST * one.share), step * (k + 0.5)
+        parts.append(
+            f'<g font-size="{size:.1f}"><title>{escape(one.title)}</title>'
+            f'<rect x="{middle - 0.36 * step:.1f}" '
+            f'y="{foot - high:.1f}" width="{0.72 * step:.1f}" height="{high:.1f}" rx="2" '
+            f'style="fill:{one.colour}"/>{text(middle, foot - high - 3, one.above, anchor="middle")}'
+            f"{text(middle, foot + 13, one.name, anchor='middle')}</g>"
+        )
+    return framed(foot + 17, parts, testid)
+
+
+def intervals(rows: Sequence[BarWithEnds], *, testid: str = "intervals") -> str:
+    """Values about zero with their intervals, one below another."""
+    middle, parts, longest = LEFT + 0.5 * (WIDTH - LEFT - AT_END), [], dict[str, float]()
+    for row in rows:
+        reach = 0.0 if row.value is None else abs(row.value) + row.half
+        longest[row.unit] = max(longest.get(row.unit, 1e-9), reach)
+    for k, row in enumerate(rows):
+        y, scale = (k + 0.5) * LINE, 0.5 * (WIDTH - LEFT - AT_END) / longest[row.unit]
+        parts.append(text(0, y + 4, row.name))
+        parts.append(text(WIDTH, y + 4, row.said, anchor="end", colour=row.colour))
+        if row.value is not None:
+            a, x, b = (middle + scale * (row.value + side * row.half) for side in (-1.0, 0.0, 1.0))
+            parts.append(
+                f'<g style="stroke:{row.colour};fill:{row.colour}"><path d="M{a:.1f} {y:.1f}H{b:.1f}" '
+                f'stroke-width="2"/><circle cx="{x:.1f}" cy="{y:.1f}" r="3.5"/></g>'
+            )
+    parts.append(f'<path d="M{middle} 0V{LINE * len(rows)}" {_ink("stroke", 0.4)}/>')
+    return framed(LINE * len(rows), parts, testid)
+
+
 def framed(height: float, parts: Sequence[str], testid: str) -> str:
     """The drawing of these parts, as wide as the place where it stands."""
     return (
@@ -146,8 +218,9 @@ def framed(height: float, parts: Sequence[str], testid: str) -> str:
     )
 
 
-def text(x: float, y: float, shown: str, *, anchor: str = "start") -> str:
-    return f'<text x="{x:.1f}" y="{y:.1f}" text-anchor="{anchor}" fill="currentColor">{escape(shown)}</text>'
+def text(x: float, y: float, shown: str, *, anchor: str = "start", colour: str = "currentColor") -> str:
+    style = f'text-anchor="{anchor}" style="fill:{colour}"'
+    return f'<text x="{x:.1f}" y="{y:.1f}" {style}>{escape(shown)}</text>'
 
 
 def _ink(what: str, opacity: float) -> str:
@@ -158,7 +231,9 @@ def _drawn(marks: Marks, x: np.ndarray, y: np.ndarray) -> str:
     known = np.flatnonzero(np.isfinite(y))
     if marks.is_line:
         line = " ".join(f"{x[k]:.1f},{y[k]:.1f}" for k in known)
-        return f'<polyline points="{line}" fill="none" style="stroke:{marks.colour}" stroke-width="1.2"/>'
+        ink = f'style="fill:{marks.colour if marks.is_filled else "none"};stroke:{marks.colour}"'
+        title = f"<title>{escape(marks.titles[0])}</title>" if marks.titles else ""
+        return f'<polyline points="{line}" {ink} fill-opacity=".35" stroke-width="1.2">{title}</polyline>'
     return "".join(_dot(marks, k, x[k], y[k]) for k in known.tolist())
 
 

@@ -6,8 +6,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from workbench.report.chart import WIDTH
 from workbench.session.guide import StageErrors
-from workbench.views.page.panels.result_card import HEIGHT, WIDTH, histogram, numbers, weighed
+from workbench.views.page.panels.result_card import HEIGHT, histogram, numbers, weighed
 
 
 def stage(title: str, mean: float, seed: int = 0) -> StageErrors:

@@ -6,6 +6,7 @@ from workbench.base.errors import OptionError
 from workbench.base.wording import capital
 from workbench.extras.service.rezero.result import Rezero, RezeroVerdict, readable
 from workbench.extras.service.rezero.session import FindZeros, rezeroed_toml, zeros_of
+from workbench.report.chart import BarWithEnds, intervals
 from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import OUT_OF_REACH, css
 from workbench.views.page.html import (
@@ -28,7 +29,6 @@ WORDS = {
     RezeroVerdict.UNCHANGED: "Unchanged",
     RezeroVerdict.REFUSED: "Not the zeros alone",
 }
-WIDTH, ROW, LEFT, RIGHT = 340, 22, 54, 128
 READY = (
     "After a knock or a new motor: load the calibrated arm and 3 to 10 poses measured since. "
     "The calibration is taken as known; only the joint zeros are identified."
@@ -93,36 +93,15 @@ def _card(found: Rezero) -> str:
 
 def _bars(found: Rezero) -> str:
     """Every joint's shift with its 95 % interval about the calibrated zero."""
-    told = [s for s in found.shifts if s.determined]
-    scale = {}
-    for unit in {s.unit for s in found.shifts}:
-        own = [abs(s.shift) + s.half for s in told if s.unit == unit]
-        scale[unit] = 0.5 * (WIDTH - LEFT - RIGHT) / max([*own, 1e-9])
-    middle, parts = LEFT + 0.5 * (WIDTH - LEFT - RIGHT), []
-    for k, shift in enumerate(found.shifts):
-        y = k * ROW + 0.5 * ROW
+    rows = []
+    for k, shift in enumerate(found.shifts, 1):
         _, moved, half, words = shift.cells
         is_told = shift.moved and not found.doubts
-        strong = "600" if is_told else "400"
-        fill = CAREFUL if is_told else "currentColor" if shift.determined and not found.doubts else MUTED
-        parts.append(f'<text x="0" y="{y + 4}" font-size="12" style="fill:{MUTED}">joint {k + 1}</text>')
-        label = f"{moved} {half}" if shift.determined else words
-        parts.append(
-            f'<text x="{WIDTH}" y="{y + 4}" font-size="12" text-anchor="end" font-weight="{strong}" '
-            f'style="fill:{fill};font-variant-numeric:tabular-nums">{text(label)}</text>'
-        )
-        if shift.determined:
-            a, b = (middle + scale[shift.unit] * (shift.shift + s * shift.half) for s in (-1.0, 1.0))
-            x = middle + scale[shift.unit] * shift.shift
-            parts.append(
-                f'<line x1="{a:.1f}" x2="{b:.1f}" y1="{y}" y2="{y}" style="stroke:{fill}" stroke-width="2"/>'
-                f'<circle cx="{x:.1f}" cy="{y}" r="3.5" style="fill:{fill}"/>'
-            )
-    high = ROW * len(found.shifts)
-    zero = f'<line x1="{middle}" x2="{middle}" y1="0" y2="{high}" style="stroke:{MUTED}" stroke-width=".6"/>'
+        colour = CAREFUL if is_told else "currentColor" if shift.determined and not found.doubts else MUTED
+        value, said = (shift.shift, f"{moved} {half}") if shift.determined else (None, words)
+        rows.append(BarWithEnds(f"joint {k}", value, shift.half, shift.unit, colour, said))
     words = found.heading if found.doubts else "Shift of every zero"
-    head, drawing = heading(f"{words}, with 95 % intervals"), zero + "".join(parts)
-    return head + f'<svg viewBox="0 0 {WIDTH} {high}" width="100%" data-testid="zeros">{drawing}</svg>'
+    return heading(f"{words}, with 95 % intervals") + intervals(rows, testid="zeros")
 
 
 def _geometry(found: Rezero) -> str:

@@ -6,6 +6,7 @@ import viser
 from workbench.plate.observability import INDICES
 from workbench.plate.readings import assumptions
 from workbench.plate.region_poses import PLATE_CONE
+from workbench.report.chart import UprightBar, columns
 from workbench.session.commands.identify import SetWanted
 from workbench.session.judgement import Judgement, plate_judgement
 from workbench.session.state import Session, Tab
@@ -15,9 +16,6 @@ from workbench.views.drawables.plate import target_colour
 from workbench.views.page.html import INKS, MUTED, UNCHANGED, block, change, heading, note, number, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
-WIDTH, HEIGHT, HEAD = 340, 46, 13
-"""Size of the bars, and room for the numbers above them."""
-INK = "var(--mantine-color-text)"
 INDEX = "O1"
 """Of all targets together."""
 FULL = 0.3
@@ -121,28 +119,18 @@ def _predicted(session: Session) -> str:
 
 def worth(session: Session) -> str:
     """One bar per target: by how much the error would rise without it; full where it is indispensable."""
-    rises, count = session.score.rises, len(session.states)
-    finite = rises[np.isfinite(rises)]
-    top, step = max(FULL, float(finite.max(initial=0.0))), WIDTH / max(count, 1)
-    parts = []
+    rises = session.score.rises
+    top = max(FULL, float(rises[np.isfinite(rises)].max(initial=0.0)))
+    drawn = []
     for i, (rise, state) in enumerate(zip(rises.tolist(), session.states, strict=True)):
-        colour = css(target_colour(state, selected=i == session.selected))
         share = 1.0 if np.isinf(rise) else 0.0 if np.isnan(rise) else min(rise / top, 1.0)
-        high, x, middle = max(3.0, HEIGHT * share), step * i, step * (i + 0.5)
         above = "!" if np.isinf(rise) else "" if np.isnan(rise) else f"+{100 * rise:.0f}"
+        colour = css(target_colour(state, selected=i == session.selected))
         words = f"target {i + 1}: " + (_without(rise) if state.measurable else state.obstacle)
-        parts.append(
-            f'<g><title>{text(words)}</title><rect x="{x + 0.14 * step:.1f}" y="{HEAD + HEIGHT - high:.1f}" '
-            f'width="{0.72 * step:.1f}" height="{high:.1f}" rx="2" fill="{colour}"/>'
-            f'<text x="{middle:.1f}" y="{HEAD + HEIGHT - high - 3:.1f}" text-anchor="middle" '
-            f'font-size="{min(14.0, 0.5 * step + 2):.1f}" style="fill:{INK}">{above}</text>'
-            f'<text x="{middle:.1f}" y="{HEAD + HEIGHT + 13}" text-anchor="middle" '
-            f'font-size="{min(14.0, 0.5 * step + 2):.1f}" style="fill:{MUTED}">{i + 1}</text></g>'
-        )
+        drawn.append(UprightBar(f"{i + 1}", share, colour, above, words))
     selected, own = (of[session.selected] for of in (rises, session.score.per_target))
     return (
-        f'<svg viewBox="0 0 {WIDTH} {HEAD + HEIGHT + 17}" width="100%" data-testid="bars">'
-        f"{''.join(parts)}</svg>"
+        f"{columns(drawn)}"
         f'<div style="color:{MUTED}">Target {session.selected + 1}: '
         f'<span data-testid="loss">{_without(selected) or "does not count"}</span> (bars in %) · '
         '<span title="Inverse condition number of the target alone; 1 is best.">index O '

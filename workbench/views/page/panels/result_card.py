@@ -4,13 +4,13 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.diagnosis.result import Diagnosis
+from workbench.report.chart import Chart, Marks, Upright
 from workbench.session.guide import StageErrors, noise_length, stages
 from workbench.session.state import Session
 from workbench.views.appearance.colours import css, stage_colours
 from workbench.views.page.html import MUTED, block, number, on_any_page, text
 
-WIDTH, HEIGHT, FOOT = 420.0, 96.0, 18.0
-BINS = 36
+HEIGHT, BINS = 84.0, 36
 TICKS = (1.0, 2.0, 5.0)
 MIN_DRAWN_ERROR = 1e-3
 """Errors below this are drawn as this [mm]."""
@@ -69,62 +69,28 @@ def histogram(done: tuple[StageErrors, ...], noise: float) -> str:
         return ""
     ends = [v for some in values for v in (some.min(), some.max())] + ([noise] if noise > 0.0 else [])
     edges = np.geomspace(0.9 * min(ends), 1.1 * max(ends), BINS + 1)
-    counts = [np.histogram(some, edges)[0] for some in values]
-    top = max(int(c.max()) for c in counts)
-    parts = [_axis(edges)]
-    for stage, count, colour in zip(done, counts, _colours(done), strict=True):
-        parts.append(_steps(count / top, stage.title, colour))
-    if noise > 0.0:
-        x = _place(noise, edges)
-        anchor = "end" if x > 0.5 * WIDTH else "start"
-        parts.append(
-            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="0" y2="{HEIGHT}" style="stroke:currentColor" '
-            'stroke-width="1.2" stroke-dasharray="4 3"/>'
-            f'<text x="{x + (-4 if anchor == "end" else 4):.1f}" y="11" text-anchor="{anchor}" '
-            f'style="fill:currentColor">the instrument: {number(noise, 2)} mm</text>'
-        )
-    return (
-        f'<svg viewBox="0 0 {WIDTH:.0f} {HEIGHT + FOOT:.0f}" width="100%" data-testid="histogram" '
-        f'style="font-size:12px;display:block;margin:2px 0">{"".join(parts)}</svg>'
-    )
+    x = np.repeat(np.log(edges), 2)
+    marks = [
+        Marks(x, _steps(some, edges), ink, (stage.title,), is_line=True, is_filled=True)
+        for stage, some, ink in zip(done, values, _colours(done), strict=True)
+    ]
+    seen = [Upright(float(np.log(noise)), f"the instrument: {number(noise, 2)} mm", "currentColor")]
+    lines = seen if noise > 0.0 else ()
+    return Chart(marks, HEIGHT, ticks=_ticks(edges), uprights=lines, floor=0.0, testid="histogram").svg()
 
 
 def _colours(done: tuple[StageErrors, ...]) -> tuple[str, ...]:
     return tuple(map(css, stage_colours(len(done))))
 
 
-def _place(value: float, edges: Float[np.ndarray, " n"]) -> float:
-    """Where an error is on the axis."""
-    low, high = np.log(edges[[0, -1]])
-    return WIDTH * float((np.log(value) - low) / (high - low))
+def _steps(values: np.ndarray, edges: np.ndarray) -> np.ndarray:
+    """How many are between two edges, as the height of an outline."""
+    return np.pad(np.repeat(np.histogram(values, edges)[0].astype(float), 2), 1)
 
 
-def _axis(edges: Float[np.ndarray, " n"]) -> str:
-    """A line with the numbers 1, 2, 5 of each power of ten; fewer where they would touch."""
+def _ticks(edges: Float[np.ndarray, " n"]) -> list[tuple[float, str]]:
+    """The numbers 1, 2, 5 of each power of ten; fewer where they would touch."""
     powers = np.arange(np.floor(np.log10(edges[0])), np.ceil(np.log10(edges[-1])) + 1)
     shown = TICKS if np.log10(edges[-1] / edges[0]) < 2.2 else TICKS[:1]
     ticks = [t * 10.0**p for p in powers for t in shown if edges[0] < t * 10.0**p < edges[-1]]
-    parts = [
-        f'<line x1="0" x2="{WIDTH}" y1="{HEIGHT}" y2="{HEIGHT}" style="stroke:{MUTED}" stroke-width="1"/>'
-    ]
-    for tick in ticks:
-        x = _place(tick, edges)
-        parts.append(
-            f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{HEIGHT}" y2="{HEIGHT + 4}" style="stroke:{MUTED}"/>'
-            f'<text x="{min(max(x, 12), WIDTH - 22):.1f}" y="{HEIGHT + 15}" text-anchor="middle" '
-            f'style="fill:{MUTED}">{tick:g}{" mm" if tick == ticks[-1] else ""}</text>'
-        )
-    return "".join(parts)
-
-
-def _steps(shares: Float[np.ndarray, " n"], title: str, colour: str) -> str:
-    width = WIDTH / BINS
-    points = [f"0,{HEIGHT}"]
-    for k, share in enumerate(shares):
-        y = HEIGHT - (HEIGHT - 14.0) * share
-        points += [f"{k * width:.1f},{y:.1f}", f"{(k + 1) * width:.1f},{y:.1f}"]
-    points.append(f"{WIDTH},{HEIGHT}")
-    return (
-        f'<polygon points="{" ".join(points)}" fill="{colour}" fill-opacity=".35" stroke="{colour}" '
-        f'stroke-width="1.2"><title>{text(title)}</title></polygon>'
-    )
+    return [(float(np.log(t)), f"{t:g}" + (" mm" if t == ticks[-1] else "")) for t in ticks]
