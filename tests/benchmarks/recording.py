@@ -41,7 +41,7 @@ def recorded(folder):
 
 def places(session, count, target=0, turn=0.0):
     """One drag along a small loop, which begins at an angle [rad]."""
-    start = session.first_plate.targets[target]
+    start = session.history.first_plate.targets[target]
     yield GrabTarget(target, 1)
     for angle in turn + np.linspace(0.0, 2.0 * np.pi, count + 1)[:count]:
         xyz = start.xyz + 0.04 * np.array([np.cos(angle) - 1.0, np.sin(angle), 0.5 * np.sin(2.0 * angle)])

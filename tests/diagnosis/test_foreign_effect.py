@@ -186,12 +186,12 @@ def test_from_the_simulator_to_the_corrected_path_at_the_command_line(run):
 
 
 def test_the_app_finds_adds_and_compares_it(found):
-    check_found(found.diagnosis)
-    assert [type(e) for e in found.accepted] == [GearSag]
-    run = found.identification.runs[found.fit]
+    check_found(found.results.diagnosis)
+    assert [type(e) for e in found.results.accepted] == [GearSag]
+    run = found.results.identification.runs[found.results.fit]
     assert [type(e) for e in run.calibrated.effects] == [GearSag]
     assert run.held_out.position_mm.mean < 0.15
-    assert any(SENTENCE in message.text for message in found.messages)
+    assert any(SENTENCE in message.text for message in found.page.messages)
 
 
 def test_the_recording_tells_it(found, folder):

@@ -119,9 +119,9 @@ def test_the_page_says_no_number_of_what_nobody_measured(tmp_path):
             worker.submit(command)
             assert worker.wait(120.0)
         session = worker.session
-        assert session.identification is not None, session.messages[-1].text
+        assert session.results.identification is not None, session.page.messages[-1].text
         shown = (
-            session.messages[-1].text,
+            session.page.messages[-1].text,
             guide(session).sentence,
             guide(session).figure,
             result_card(session),

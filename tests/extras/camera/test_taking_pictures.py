@@ -77,11 +77,11 @@ def test_shots_are_written_down_taken_again_and_refused(do, shots):
     shot = Shot("a.png", "cell", b"jpeg", (0, 1, 2, 3), (0, 0, 0, 0), ((1.0, 2.0),) * 4, q=(0.0,) * 6)
     written, inputs = encode(TakeShot(shot))
     assert decode("TakeShot", written, inputs.__getitem__) == TakeShot(shot)
-    assert "no pictures are being taken" in do(EndShooting(), TakeShot(shot)).messages[-1].text
+    assert "no pictures are being taken" in do(EndShooting(), TakeShot(shot)).page.messages[-1].text
     assert len(do(BeginShooting("here", *files), TakeShot(shot), TakeShot(shot)).part(Capture).kept) == 1
-    assert "take at least 4" in do(UseShots()).messages[-1].text
+    assert "take at least 4" in do(UseShots()).page.messages[-1].text
     assert not do(DropShot()).part(Capture).kept
-    assert "has 2 joints" in do(TakeShot(Shot("b.png", "cell", b"", q=(0.0, 0.0)))).messages[-1].text
+    assert "has 2 joints" in do(TakeShot(Shot("b.png", "cell", b"", q=(0.0, 0.0)))).page.messages[-1].text
 
 
 def test_a_recording_of_pictures_that_are_being_taken_opens_again(aria, shots, tmp_path):
@@ -94,7 +94,7 @@ def test_a_recording_of_pictures_that_are_being_taken_opens_again(aria, shots, t
     assert worker.wait(60.0)
     worker.close()
     again = restore(read_recording(tmp_path / "kept")).session.part(Capture)
-    assert (again.choices.source, again.kept) == ("here", (shot,))
+    assert (again.source, again.kept) == ("here", (shot,))
     assert again.rig.cameras[0].size == read_rig(shots / "camera.toml", shots / "target.toml").cameras[0].size
 
 

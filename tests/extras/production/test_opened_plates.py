@@ -53,7 +53,7 @@ def test_an_opened_plate_is_read_as_its_targets_are_unless_an_instrument_was_cho
     )
     assert opened.score.position == pytest.approx(found.measured.error.position_rms)
     assert start(first.robot, opened.plate, states=opened.states).noise == opened.noise
-    assert opened.first_score.position == pytest.approx(first.score.position)
+    assert opened.history.first_score.position == pytest.approx(first.score.position)
     back = Undo().apply(opened)  # the seats kept the sockets' instrument
     assert (back.noise, back.score.position) == (first.noise, pytest.approx(first.score.position))
     assert Redo().apply(back).noise == opened.noise
@@ -77,13 +77,13 @@ def test_an_opened_plate_is_scored_as_it_is_made_and_read(first):
 def test_another_instrument_than_the_plate_was_weighed_with_is_said(weighed):
     """A ball-bar of 5 µm opened under the page's 0.1 mm: five times the error of its row, without a word."""
     choice = choices_of(weighed)[0]
-    assert OpenChoice(0).apply(weighed).messages == weighed.messages
+    assert OpenChoice(0).apply(weighed).page.messages == weighed.page.messages
     anchors = np.array([[-0.2, -0.2, 0.05], [0.2, -0.2, 0.05], [0.0, 0.2, 0.05]])
     bar = replace(choice.design, plate=replace(choice.design.plate, anchors=anchors))
     other = weighed.with_part(Weighed(Tradeoff(choices=(replace(choice, design=bar),))))
     opened = OpenChoice(0).apply(other)  # nobody chose the 0.1 mm
-    assert (opened.messages, opened.noise.position) == (weighed.messages, 5e-6)
-    said = OpenChoice(0).apply(replace(other, noise=Noise(2e-4, 1e-3))).messages[-1].text
+    assert (opened.page.messages, opened.noise.position) == (weighed.page.messages, 5e-6)
+    said = OpenChoice(0).apply(replace(other, noise=Noise(2e-4, 1e-3))).page.messages[-1].text
     assert "0.005 mm" in said
     assert "0.2 mm" in said
 

@@ -400,7 +400,7 @@ def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
     region = session.plate.region
     session = do(SetRegion(tuple((region.min + 0.05).tolist()), tuple(region.max.tolist()), region.cube))
     assert values(session) is None
-    assert do(ShowCubes(CubeView(field=Field.YIELD))).messages[-1].severity is Severity.ERROR
+    assert do(ShowCubes(CubeView(field=Field.YIELD))).page.messages[-1].severity is Severity.ERROR
 
 
 def test_a_plate_with_a_blocked_target_is_not_tried(do):
@@ -419,7 +419,7 @@ def test_the_guide_suggests_a_trial_only_where_an_error_is_wanted(first):
     step = guide(moved)
     assert "not yet tried against the required 1 mm per axis" in step.sentence
     assert (step.next.command, step.next.tab, step.other.label) == (TryPlate(), Tab.PLATE, "Measure")
-    with pytest.raises(OptionError, match="Wanted"):
+    with pytest.raises(OptionError, match="Required error"):
         TryPlate(20).check(replace(moved, choices=replace(moved.choices, wanted=None)))
 
 
