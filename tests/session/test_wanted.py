@@ -105,7 +105,7 @@ def test_the_yield_judges_the_plate_once_it_is_known(first, share, tone, positio
 
 @pytest.mark.parametrize("worst", [1e-5, 1.0])
 def test_strip_and_panel_judge_the_arm_by_its_held_out_rows(do, worst):
-    """Green "Save the arm" stood above a red "Fails 16 of 40"."""
+    """Green "Save the arm …" stood above a red "Fails 16 of 40"."""
     session = do(MeasureVirtualArm(3), Identify(("opt2",)), SetWanted(worst))
     judged, step = arm_judgement(session), guide(session)
     assert judged.tone is step.tone is (Tone.GOOD if worst == 1.0 else Tone.BAD)

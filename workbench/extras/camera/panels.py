@@ -145,7 +145,7 @@ class CamerasPanel(AbstractPanel):
             cells.append(
                 f'<a href="{text(address)}" style="color:inherit;text-decoration:none">{shown.html}</a>'
             )
-        grid = "display:grid;grid-template-columns:repeat(4,1fr);gap:6px;max-height:240px;overflow-y:auto"
+        grid = "display:grid;grid-template-columns:repeat(4,1fr);gap:6px"
         return block("".join(cells), testid="thumbnails", style=f"{grid};margin:4px 10px 8px;padding:2px")
 
     def _look_at(self, image: str) -> None:

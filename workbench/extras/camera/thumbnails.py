@@ -11,10 +11,12 @@ from workbench.data.dataset import Dataset
 from workbench.extras.camera.capture import Previews
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.readings import PictureReadings
-from workbench.views.page.html import BAD, GOOD, text
+from workbench.views.page.html import BAD, CAREFUL, GOOD, text
 
 WIDTH, QUALITY = 160, 60
 """Width [px] and quality of a small picture."""
+FEW = 8
+"""Corners from which on a picture tells much."""
 MAX_PICTURES = 200
 """Pictures that are shown."""
 
@@ -46,17 +48,18 @@ def thumbnails(data: Dataset, previews: Previews | None) -> tuple[Thumbnail, ...
 
 
 def _html(image: str, size: tuple[int, int], seen: Float[np.ndarray, "n 2"], picture: bytes | None) -> str:
-    """A picture framed green with its corners; red where it has none."""
+    """A picture framed green with its corners; amber with few, red where it has none."""
     width, height = size
     back = f'<rect width="{width}" height="{height}" fill="#1f2937"/>'
     if picture is not None:
         data = base64.b64encode(_small(picture)).decode()
         back += f'<image width="{width}" height="{height}" href="data:image/jpeg;base64,{data}"/>'
+    colour = GOOD if len(seen) >= FEW else CAREFUL if len(seen) else BAD
     dots = "".join(f"M{u:.0f} {v:.0f}h0" for u, v in seen)
     words = f"{image}: {len(seen)} corners" if len(seen) else f"{image}: no corners"
     return (
         f'<svg viewBox="0 0 {width} {height}" width="100%" role="img" style="display:block;border-radius:3px;'
-        f'outline:2px solid {GOOD if len(seen) else BAD}"><title>{text(words)}</title>{back}'
+        f'outline:2px solid {colour}"><title>{text(words)}</title>{back}'
         f'<path d="{dots}" stroke="#22c55e" stroke-width="{width / 40:.0f}" stroke-linecap="round"/></svg>'
         f'<div style="font-size:12px;text-align:center">{text(image)} · {len(seen)}</div>'
     )

@@ -76,6 +76,7 @@ canvas[data-engine] {{ background: {css(SKY)} }}
 {STRIP} > .mantine-Paper-root, {STRIP} > :last-child {{ display: none }}
 {INSIDE} {{ display: flex; flex-wrap: wrap; gap: 6px 0; padding: 6px 0 !important }}
 {INSIDE} > * {{ flex: 1 0 100%; padding-bottom: 0 !important }}
+{STRIP} [data-testid="hint"] {{ min-height: 2.9em }}
 {INSIDE} > [style*="margin-inline"] {{ flex: 1 1 0 }}
 {PANEL} div[style*="min-height: 2.4em"] {{ overflow: clip !important }}
 {TABS} {{ position: sticky; top: var(--strip, 0px); z-index: 19;

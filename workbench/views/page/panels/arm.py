@@ -3,6 +3,7 @@
 import numpy as np
 import viser
 
+from workbench.arm.built_in_arms import load_robot
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.envelope import maximum_reach
 from workbench.arm.robot import Robot
@@ -16,6 +17,8 @@ from workbench.views.page.html import MUTED, block, bullets, folded, heading, pa
 from workbench.views.page.panels.panel import AbstractPanel, ask, set_value
 
 MODELS = ".toml,.urdf,.xml"
+CHOSEN = "choose …"
+"""In a list of robots while the session's is none that was chosen there."""
 
 
 class ArmPanel(AbstractPanel):
@@ -25,9 +28,8 @@ class ArmPanel(AbstractPanel):
     depends = ("robot", "is_idle")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._choice = gui.add_dropdown(
-            "Robot", list(built_in_robots()), initial_value="aria", hint="The built-in arms."
-        )
+        arms, at_first = (CHOSEN, *built_in_robots()), "aria"
+        self._choice = gui.add_dropdown("Robot", arms, initial_value=at_first, hint="The built-in arms.")
         self._change = gui.add_button(
             "Change to this robot",
             icon=viser.Icon.ROBOT,
@@ -47,7 +49,9 @@ class ArmPanel(AbstractPanel):
 
     def _choose(self, event: viser.GuiEvent) -> None:
         """Change the robot; ask first where that puts measurements away."""
-        name = self._choice.value
+        if (name := self._choice.value) == CHOSEN:
+            self._worker.submit(Tell("choose a robot from the list first, or open your own"))
+            return
         if not (question := self._lost()):
             self._worker.submit(ChooseRobot(name))
             return
@@ -63,6 +67,9 @@ class ArmPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         self._change.disabled = session.page.job is not None
+        shown = self._choice.value
+        if shown != CHOSEN and session.is_idle and load_robot(shown).name != session.robot.name:
+            set_value(self._choice, CHOSEN)  # it is of a file, or was chosen elsewhere
         self._facts.content = block(facts(session.robot), testid="arm", style="margin:6px 0")
 
 

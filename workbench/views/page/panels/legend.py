@@ -19,6 +19,7 @@ from workbench.views.appearance.colours import (
     BRANCH,
     CALIBRATED,
     EVENT,
+    FITTED,
     JOINT,
     LEFT_OUT,
     NOMINAL,
@@ -114,8 +115,10 @@ def scale_bar(field: Field, numbers: CubeValues) -> str:
 
 def things(session: Session, *, is_alone: bool = False) -> str:
     """Colours of what stands and moves in the scene; in a narrow window only where there is nothing else."""
-    overlay, focus = session.choices.overlay, session.focus
+    overlay, focus, rows = session.choices.overlay, session.focus, session.results.comparison
     marks: list[tuple[str, tuple[int, int, int]]] = []
+    if rows is not None and not rows.stages and overlay.points and focus is not Focus.TRACK:
+        marks.append(("measured", FITTED))
     if session.shows_plate:
         marks += [("target", REACHED), ("selected", SELECTED)]
         marks += [("out of reach", OUT_OF_REACH)] if any(not s.reached for s in session.states) else []

@@ -15,11 +15,10 @@ from workbench.session.state import Session, Severity, Tab
 from workbench.session.worker import Worker
 from workbench.views.page.html import BAD, MUTED, block, text
 from workbench.views.page.panels import PANELS
-from workbench.views.page.panels.arm import MODELS
+from workbench.views.page.panels.arm import CHOSEN, MODELS
 from workbench.views.page.panels.data import FILES
 from workbench.views.page.panels.panel import AbstractPanel, on_press
 
-CHOSEN = "choose …"
 PURPOSE = (
     "workbench calibrates a robot arm, so that its tool goes where it is sent: you design a plate, measure "
     "there, and learn the arm's true geometry and what geometry can't explain."
