@@ -28,7 +28,7 @@ from workbench.plate.optimiser.target_blocks import (
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Target
 from workbench.plate.plate_toml import load_plate
-from workbench.plate.tolerances import Production, greatest_clearance, pin_play
+from workbench.plate.tolerances import Production, max_clearance, pin_play
 
 HALF = np.array([0.25, 0.2])
 
@@ -216,8 +216,8 @@ def test_tall_blocks_are_less_well_known():
 
 def test_play_of_a_probe_on_two_pins():
     """ISO 286: 6 H7 is +12/0, 6 g6 −4/−12; 3 H7 +10/0, 3 g6 −2/−8; in µm. Per axis, against drawn play."""
-    assert greatest_clearance(6e-3) == pytest.approx(24e-6)
-    assert greatest_clearance(3e-3) == pytest.approx(18e-6)
+    assert max_clearance(6e-3) == pytest.approx(24e-6)
+    assert max_clearance(3e-3) == pytest.approx(18e-6)
     shift, turn = pin_play(6e-3, 3e-3, 15e-3)
     assert shift == pytest.approx(12e-6)
     assert np.rad2deg(turn) == pytest.approx(np.rad2deg(21e-6 / 15e-3))
@@ -226,7 +226,7 @@ def test_play_of_a_probe_on_two_pins():
     assert position == pytest.approx(np.sqrt((draws[:, :2] ** 2).sum(1).mean() / 3.0), rel=0.01)
     assert rotation == pytest.approx(np.sqrt((draws[:, 2] ** 2).mean() / 3.0), rel=0.01)
     with pytest.raises(OptionError, match=r"18 mm.*20 mm"):
-        greatest_clearance(0.02)
+        max_clearance(0.02)
 
 
 @pytest.mark.parametrize(

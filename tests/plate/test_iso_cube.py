@@ -54,8 +54,8 @@ def test_the_poses_stand_on_the_planes_and_move_all_joints(katana, poses):
     assert len(shares) == 118
     assert on_planes(shares.round(6)).all()
     assert ((poses.q >= katana.limits[:, 0]) & (poses.q <= katana.limits[:, 1])).all()
-    assert np.isclose(poses.least_move, np.abs(np.diff(poses.q, axis=0)).min())
-    assert poses.least_move >= MIN_MOVE
+    assert np.isclose(poses.min_move, np.abs(np.diff(poses.q, axis=0)).min())
+    assert poses.min_move >= MIN_MOVE
 
 
 def test_every_part_of_the_cube_is_reached(katana):

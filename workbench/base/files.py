@@ -58,7 +58,7 @@ def write_bytes(path: Path | str, content: bytes) -> Path:
     followed; into a device or a pipe it is written directly, and `-` is standard output.
     """
     path = Path(path)
-    with _said(path):
+    with _file_errors(path):
         if str(path) in STANDARD_OUTPUT:
             _to_standard_output(content)
         elif path.exists() and not path.is_file():
@@ -83,12 +83,12 @@ def check_writable(path: Path | str, *, folder: bool = False) -> None:
     nearest = Path(os.path.realpath(path)) if folder else Path(os.path.realpath(path)).parent
     while not os.path.lexists(nearest):
         nearest = nearest.parent
-    with _said(path), tempfile.TemporaryFile(dir=nearest):
+    with _file_errors(path), tempfile.TemporaryFile(dir=nearest):
         pass
 
 
 @contextlib.contextmanager
-def _said(path: Path) -> Iterator[None]:
+def _file_errors(path: Path) -> Iterator[None]:
     """Why writing failed, in one sentence that names the file or folder."""
     try:
         yield
@@ -168,7 +168,7 @@ def write_folder(folder: Path | str, files: Mapping[str, bytes], *, replaces: It
     """
     folder = Path(folder).absolute()
     check_folder(folder)
-    with _said(folder):
+    with _file_errors(folder):
         _write_folder(folder, files, {*files, *replaces})
     return folder
 

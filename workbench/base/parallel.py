@@ -23,7 +23,7 @@ CONNECTING = 5.0
 """Seconds to wait for a scheduler."""
 RETRIES = 3
 """How often a piece that failed on a worker is tried again."""
-WORTH, WORTH_AT_FIRST = 8.0, 40.0
+MIN_LEFT, MIN_LEFT_AT_FIRST = 8.0, 40.0
 """Work that is worth other processes, which need seconds to begin; the first piece may be slow itself [s]."""
 
 Piece = tuple[Any, ...]
@@ -79,7 +79,7 @@ def _here(
         yield result
         if stop.is_set():
             return
-        if workers > 1 and left > (WORTH if done > 1 else WORTH_AT_FIRST):
+        if workers > 1 and left > (MIN_LEFT if done > 1 else MIN_LEFT_AT_FIRST):
             break
     rest = pieces[done:]
     tasks = (delayed(work)(*piece) for piece in takewhile(lambda _: not stop.is_set(), rest))

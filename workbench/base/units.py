@@ -68,7 +68,7 @@ REMARKS = {
 _TORQUE = re.compile(r"([mkµμu]?)N[ ·.*⋅-]?([mc]?m)")
 _UNIT_TEXT = re.compile(r"[A-Za-zµμ°Ωπ℃%·⋅*/^ .()_-]{0,24}(?:[\^*]-?\d)?[A-Za-zµμ·⋅*/ ]{0,12}")
 _BRACKETED = re.compile(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]\s*")
-_SPOKEN = re.compile(r"(?P<name>.+?)\s*(?:\((?P<a>[^()]+)\)|\s/\s*(?P<b>\S+)|\s+in\s+(?P<c>\S+))\s*")
+_UNIT_IN_TEXT = re.compile(r"(?P<name>.+?)\s*(?:\((?P<a>[^()]+)\)|\s/\s*(?P<b>\S+)|\s+in\s+(?P<c>\S+))\s*")
 _LARGEST = {Quantity.ANGLE: 7.0, Quantity.LENGTH: 1.0}
 
 
@@ -114,7 +114,7 @@ def parse_heading(text: str) -> Heading:
     text = text.strip()
     if match := _BRACKETED.fullmatch(text):
         return Heading(match["name"].strip(), match["unit"].strip())
-    if match := _SPOKEN.fullmatch(text):
+    if match := _UNIT_IN_TEXT.fullmatch(text):
         unit = next(part for part in (match["a"], match["b"], match["c"]) if part is not None).strip()
         if is_unit(unit):
             return Heading(match["name"].strip(), unit)

@@ -104,16 +104,16 @@ def optimise(
     opt.check_writable(out, json)
     base, tool = opt.unknown_frames(unknown)
     arm, given = wb.load_robot(robot), wb.load_plate(plate)
-    manner = None if made is None else opt.choice_of(MANNERS, made, "--made")
-    reading = reading or (usual_reading(given) if manner is None else manner.reading)
-    if manner is not None and tolerance is None:
-        given = replace(given, production=manner.production)
+    method = None if made is None else opt.choice_of(MANNERS, made, "--made")
+    reading = reading or (usual_reading(given) if method is None else method.reading)
+    if method is not None and tolerance is None:
+        given = replace(given, production=method.production)
     given = replace(given, production=production_of(given, tolerance, play))
     blocks = block_options.of(reading)
     request = DesignRequest(
         number=targets,
         postures=opt.choice_of(Postures, branches, "--branches"),
-        blocks=blocks if manner is None else manner.blocks(blocks),
+        blocks=blocks if method is None else method.blocks(blocks),
         shapes=shapes,
         constraints=margins.constraints(),
         production=None if play is None else given.production,
@@ -132,7 +132,7 @@ def optimise(
             tool=tool,
         )
     opt.show(design_tables(found))
-    if manner is not None:
-        opt.say(f"{made}: afterwards measure {manner.afterwards}")
+    if method is not None:
+        opt.say(f"{made}: afterwards measure {method.afterwards}")
     opt.say(f"plate: {wb.write_plate(found.plate, out)}")
     opt.write_result(json, design_json(found))

@@ -170,11 +170,11 @@ def _reopen(session: Path, step: int | None, record: bool, live: str | None) -> 
         recording = recorded()
         with opt.progress_bar("coming to the last state") as shown:
 
-            def told(part: float, text: str) -> None:
+            def show(part: float, text: str) -> None:
                 shown(part, text)
                 progress(part, text)
 
-            with running(told):
+            with running(show):
                 restored = restore(recording)
         if not record:
             return _with_recorder(folders.go_on_unrecorded(restored), live)

@@ -72,7 +72,7 @@ class Wanted:
             judged=errors.has_position,
             limits=self.limits,
             within=~(sizes > self.limits),
-            worst=np.array([_greatest(column[np.isfinite(column)]) for column in sizes.T]),
+            worst=np.array([_maximum(column[np.isfinite(column)]) for column in sizes.T]),
         )
 
     def within(self, errors: RowComponents) -> Bool[np.ndarray, " rows"]:
@@ -226,5 +226,5 @@ def default_requirement(name: str) -> Wanted | None:
     return Requirement().wanted if name == "ARIA" else None
 
 
-def _greatest(values: np.ndarray) -> float:
+def _maximum(values: np.ndarray) -> float:
     return float(values.max()) if len(values) else float("nan")

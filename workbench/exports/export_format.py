@@ -166,10 +166,10 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
     text = form.write(job)
     read = form.read(text, job)
     left = whole.left if max(whole.left.position_max, whole.left.rotation_max) > EXACT else None
-    said = carried.notes
+    remarks = carried.notes
     if form.takes_calibrated and read is not None:
-        said = unobserved_text(calibrated, {"": read}, nominal=job.nominal)
-    notes = list(dict.fromkeys([*said, *form.notes(job)]))
+        remarks = unobserved_text(calibrated, {"": read}, nominal=job.nominal)
+    notes = list(dict.fromkeys([*remarks, *form.notes(job)]))
     if read is not None:
         known, unknown = divided(whole.robot)
         arm = read if form.takes_calibrated else read.with_frames(base=job.robot.base)

@@ -51,8 +51,8 @@ class StatedNoise(Enum):
 def given_by_rows(problem: Problem) -> StatedNoise:
     """Whether every component that was measured has its own standard deviation."""
     live = (problem.inverse_sigma > 0.0) & ~problem.tilted_components
-    told = problem.own_sigma > 0.0
-    return StatedNoise.ALL if told[live].all() else StatedNoise.SOME if told.any() else StatedNoise.NONE
+    stated = problem.own_sigma > 0.0
+    return StatedNoise.ALL if stated[live].all() else StatedNoise.SOME if stated.any() else StatedNoise.NONE
 
 
 def stated(problem: Problem) -> Noise | None:

@@ -316,8 +316,8 @@ def _in_use(data: Dataset, places: np.ndarray) -> tuple[Dataset, np.ndarray, lis
     keep = data.included
     if data.reason is None or keep.all():
         return data, places, []
-    said = [(int(data.row[i]), str(data.reason[i])) for i in np.flatnonzero(~keep)]
-    return data.take(keep), places[keep] if len(places) else places, said
+    excluded = [(int(data.row[i]), str(data.reason[i])) for i in np.flatnonzero(~keep)]
+    return data.take(keep), places[keep] if len(places) else places, excluded
 
 
 def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
@@ -375,8 +375,8 @@ def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
     if own is noises.StatedNoise.NONE:
         return problem, f"the rows are weighted by the residuals of the geometry alone: {text}"
     floor = noises.stated(problem)
-    said = f" ({_noise_text(floor, turned)})" if floor is not None else ""
-    return problem, f"noise as the file states it row by row{said}, and {text} more that the fit leaves"
+    base = f" ({_noise_text(floor, turned)})" if floor is not None else ""
+    return problem, f"noise as the file states it row by row{base}, and {text} more that the fit leaves"
 
 
 def _with_tilts(problem: Problem, noise: Noise) -> Problem:

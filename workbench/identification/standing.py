@@ -94,9 +94,9 @@ def standings(fit: Fit, file: Robot) -> Iterator[Standing]:
     """What a fit found of gravity, placement by placement; nothing where it was not asked."""
     arm = fit.calibrated
     for session, mine in _angles(fit):
-        said, found = (r.in_session(session).gravity for r in (file, arm))
+        stated, found = (r.in_session(session).gravity for r in (file, arm))
         covariance = fit.covariance[np.ix_(mine, mine)]
-        yield Standing(session, angles_between(said, found), covariance, max(file.gravity_tolerance, EXACT))
+        yield Standing(session, angles_between(stated, found), covariance, max(file.gravity_tolerance, EXACT))
 
 
 def _angles(fit: Fit) -> Iterator[tuple[str, list[int]]]:

@@ -30,7 +30,9 @@ def identified_names(robot: Robot, *, base: bool | None = None, tool: bool | Non
     """
     frames = (("base", robot.base.free, base), ("tool", robot.tool.free, tool))
     unknown = [
-        name for name, said, requested in frames if (said is Freedom.FREE if requested is None else requested)
+        name
+        for name, stated, requested in frames
+        if (stated is Freedom.FREE if requested is None else requested)
     ]
     return (*robot.default_free, *(f"{frame}.{part}" for frame in unknown for part in FRAME_PARTS))
 

@@ -74,7 +74,7 @@ def read_measured_targets(
     if missing:
         raise fields.error(f"there is no column {missing[0]}[mm]; give the place of every target", 0)
     places = np.column_stack([fields.values[axis] for axis in "xyz"])
-    rotation, said = read_orientation(fields, usable=usable)
+    rotation, remarks = read_orientation(fields, usable=usable)
     for values, what in ((places, "place"), (rotation, "orientation")):
         if values is not None and not np.isfinite(values).all():
             row = int(np.flatnonzero(~np.isfinite(values.reshape(len(places), -1)).all(axis=1))[0])
@@ -88,7 +88,7 @@ def read_measured_targets(
         poses=frozen(se3.pose(upright if rotation is None else rotation, places)),
         turned=rotation is not None,
         sigma=sigma,
-        notes=(*decided, *said, *assumed),
+        notes=(*decided, *remarks, *assumed),
     )
 
 
@@ -122,13 +122,13 @@ def _sigma(
             -1, fields.rows
         )
         mean = np.full(fields.rows, usual)
-        said = np.isfinite(given).all(axis=0) & (len(given) > 0)
-        if said.any():
-            mean[said] = np.sqrt(np.mean(given[:, said] ** 2, axis=0))
+        known = np.isfinite(given).all(axis=0) & (len(given) > 0)
+        if known.any():
+            mean[known] = np.sqrt(np.mean(given[:, known] ** 2, axis=0))
         means.append(mean)
-        silent.append(not said.all())
-    text = (f"{1e3 * uncertainty[0]:.3g} mm", f"{np.rad2deg(uncertainty[1]):.3g}°")
-    assumed = ", ".join(word for word, missing in zip(text, silent, strict=True) if missing)
+        silent.append(not known.all())
+    sizes = (f"{1e3 * uncertainty[0]:.3g} mm", f"{np.rad2deg(uncertainty[1]):.3g}°")
+    assumed = ", ".join(word for word, missing in zip(sizes, silent, strict=True) if missing)
     note = f"{fields.source} does not state the machine's accuracy; assuming {assumed} (one σ)"
     return tuple(zip(means[0].tolist(), means[1].tolist(), strict=True)), (note,) if assumed else ()
 

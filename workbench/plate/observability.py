@@ -145,9 +145,9 @@ def inverse_condition_gradient(
     """O of each pose, and its derivative by each entry of the pose's Jacobian."""
     u, values, vt = np.linalg.svd(jacobians, full_matrices=False)
     minimum, maximum = values[:, -1], np.maximum(values[:, 0], np.finfo(float).tiny)
-    by_least = u[:, :, -1, None] * vt[:, None, -1] / maximum[:, None, None]
-    by_most = u[:, :, 0, None] * vt[:, None, 0] * (minimum / maximum**2)[:, None, None]
-    return minimum / maximum, by_least - by_most
+    by_minimum = u[:, :, -1, None] * vt[:, None, -1] / maximum[:, None, None]
+    by_maximum = u[:, :, 0, None] * vt[:, None, 0] * (minimum / maximum**2)[:, None, None]
+    return minimum / maximum, by_minimum - by_maximum
 
 
 @final

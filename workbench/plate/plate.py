@@ -57,9 +57,9 @@ class Target:
     locked: bool = False
 
     @classmethod
-    def at(cls, pose: Matrix4, **said: Any) -> "Target":
+    def at(cls, pose: Matrix4, **fields: Any) -> "Target":
         """The target at a pose of the tool in the robot's base; said: its other fields."""
-        return cls(frozen(pose[:3, 3].copy()), frozen(se3.matrix_to_rpy(pose[:3, :3])), **said)
+        return cls(frozen(pose[:3, 3].copy()), frozen(se3.matrix_to_rpy(pose[:3, :3])), **fields)
 
     @cached_property
     def pose(self) -> Matrix4:
@@ -174,9 +174,9 @@ class Plate:
         position, rotation = np.sqrt(np.mean(np.square(measured), axis=0))
         count = "targets" if len(measured) == len(self) else f"{len(measured)} of {len(self)} targets"
         turns = f", {np.rad2deg(rotation):.2g}°" if self.has_seats else ""
-        is_said = len(measured) < len(self) and (self.production.position or self.production.angle)
+        is_stated = len(measured) < len(self) and (self.production.position or self.production.angle)
         known = f"{count} known to {1e3 * position:.2g} mm{turns} (one σ)"
-        others = ", ".join(parts if is_said else parts[1:])
+        others = ", ".join(parts if is_stated else parts[1:])
         return f"{known}; {others}" if others else known
 
     def made(self, production: Production) -> "Plate":

@@ -201,7 +201,7 @@ def choose_branches(
     with part_of(0.0, 1.0, "choosing branches"):
         found = exchange(options, allowed, criterion, starts=np.stack([*valid, *random]))
 
-    def worth(choice: np.ndarray) -> float:
+    def cost_of(choice: np.ndarray) -> float:
         """The cost without the ridge of the criterion, which would gloss over unseen parameters."""
         chosen = _chosen(linearisation, choice)
         if isinstance(goal, str):
@@ -211,8 +211,8 @@ def choose_branches(
     return BranchChoice(
         q=frozen(q[found.choice]),
         branches=tuple(labels[i] for i in found.choice),
-        cost=worth(found.choice),
-        single={name: worth(choice) for name, choice in single.items()},
+        cost=cost_of(found.choice),
+        single={name: cost_of(choice) for name, choice in single.items()},
         outcome=found.outcome,
     )
 

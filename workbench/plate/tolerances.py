@@ -39,7 +39,7 @@ LIMITS = ((3e-3, 10e-6, -8e-6), (6e-3, 12e-6, -12e-6), (10e-3, 15e-6, -14e-6), (
 """Up to which diameter [m], the greatest H7 hole above it and the least g6 pin below it [m]."""
 
 
-def greatest_clearance(diameter: float) -> float:
+def max_clearance(diameter: float) -> float:
     """Greatest clearance of a g6 pin in an H7 hole [m]."""
     for up_to, hole, pin in LIMITS:
         if 0.0 < diameter <= up_to + 1e-9:
@@ -57,7 +57,7 @@ def pin_play(seat: float, index: float, offset: float) -> tuple[float, float]:
         index: Diameter of the index pin [m].
         offset: Distance of the two [m].
     """
-    shift, other = 0.5 * greatest_clearance(seat), 0.5 * greatest_clearance(index)
+    shift, other = 0.5 * max_clearance(seat), 0.5 * max_clearance(index)
     return shift, (shift + other) / offset
 
 

@@ -64,13 +64,13 @@ def drawable_bending(robot: Robot, q: Float[np.ndarray, " n"], times: float) -> 
     The displacement grows nearly in proportion to the factor; where it doesn't, halving goes on from there.
     """
     straight, shift = body_frames(robot, q[None])[0, :, :3, 3], bend(robot, q).shift
-    most = MAX_DRAWN * robot.reach
+    maximum = MAX_DRAWN * robot.reach
     for _ in range(HALVINGS):
         moved = body_frames(robot, q[None], shift=times * shift)[0, :, :3, 3] - straight
         off = float(np.linalg.norm(moved, axis=1).max())
-        if off <= most:
+        if off <= maximum:
             return times
-        times *= max(0.99 * most / off, 0.5)
+        times *= max(0.99 * maximum / off, 0.5)
     return times
 
 

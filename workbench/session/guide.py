@@ -102,12 +102,12 @@ def guide(session: Session) -> GuideStep:
 def _levelled(step: GuideStep, levelled: bool) -> GuideStep:
     """The step whose buttons know whether the instrument is levelled."""
 
-    def told(action: Action | None) -> Action | None:
+    def with_level(action: Action | None) -> Action | None:
         if action is None or not isinstance(action.command, Identify | Diagnose):
             return action
         return replace(action, command=replace(action.command, levelled=levelled))
 
-    return replace(step, next=told(step.next), other=told(step.other))
+    return replace(step, next=with_level(step.next), other=with_level(step.other))
 
 
 def _guide(session: Session) -> GuideStep:

@@ -103,7 +103,7 @@ class LiveSource(AbstractView):
         self._worker, self._lines, self._name = worker, lines, name
         self._newest: Sample | None = None
         self._heard = time.monotonic()
-        self._asked = -np.inf
+        self._requested = -np.inf
         self._shown: np.ndarray | None = None
         self._mistakes = 0
         self._stop = threading.Event()
@@ -124,9 +124,9 @@ class LiveSource(AbstractView):
             self._heard = time.monotonic()
             if not self._fits(sample):
                 continue
-            asked = sample.capture and self._worker.session.measuring is not None
-            if asked and self._heard - self._asked >= 1.0 / RATE:
-                self._asked = self._heard
+            is_wanted = sample.capture and self._worker.session.measuring is not None
+            if is_wanted and self._heard - self._requested >= 1.0 / RATE:
+                self._requested = self._heard
                 self._worker.submit(replace(command_of(sample), capture=True))
             else:
                 self._newest = sample

@@ -62,8 +62,8 @@ class UnevenCompliance(AbstractEffect):
         return u, np.clip(t, -1.0, 1.0), (np.abs(t) < 1.0) / (self.load or np.inf)
 
     def softened(self, chain, wrenches):
-        most = float(np.abs(own(chain, self.joints, wrenches)).max(initial=0.0))
-        return replace(self, load=most) if np.isfinite(most) else self
+        maximum = float(np.abs(own(chain, self.joints, wrenches)).max(initial=0.0))
+        return replace(self, load=maximum) if np.isfinite(maximum) else self
 
     def mistake(self, chain):
         if len(self.joints) != 1:

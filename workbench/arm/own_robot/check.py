@@ -64,10 +64,10 @@ def read_joint_table(path: Path | str) -> JointTable:
         "utf-8-sig", errors="replace"
     )
     lines = [(n, line) for n, line in enumerate(text.splitlines(), 1) if line.strip()]
-    said = [m[1] for _, line in lines if (m := re.match(r"#.*convention\s*=\s*([\w-]+)", line))]
+    stated = [m[1] for _, line in lines if (m := re.match(r"#.*convention\s*=\s*([\w-]+)", line))]
     lines = [(n, line) for n, line in lines if not line.startswith("#")]
-    if said and said[0] not in ORDERS:
-        raise FileError(f"convention is '{said[0]}'; known are {', '.join(ORDERS)}", path=str(path))
+    if stated and stated[0] not in ORDERS:
+        raise FileError(f"convention is '{stated[0]}'; known are {', '.join(ORDERS)}", path=str(path))
     if len(lines) < 2:
         raise FileError("has no joints; give a line of headings and one for each joint", path=str(path))
     separator = max(",;\t", key=lines[0][1].count)
@@ -84,7 +84,7 @@ def read_joint_table(path: Path | str) -> JointTable:
     units = {name: unit for name, unit in heads if unit}
     return JointTable(
         tuple(rows),
-        tuple(said) or ("dh", "craig"),
+        tuple(stated) or ("dh", "craig"),
         _units(units, ("d", "a"), LENGTHS, path),
         _units(units, ("theta", "alpha", "beta"), ANGLES, path),
     )

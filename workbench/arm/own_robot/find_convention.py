@@ -367,12 +367,12 @@ def _undecided(best: _Fit, rivals: list[_Fit]) -> str:
             f"the poses leave open how joint {names} counts, as it hardly moves between them; add a pose "
             "with it moved by 30° or more"
         )
-    texts = dict.fromkeys(_said(f) for f in (best, *rivals))
+    texts = dict.fromkeys(_assumed(f) for f in (best, *rivals))
     shown = "; or ".join(list(texts)[:3])
     return f"{len(texts)} readings give the typed poses and differ elsewhere: {shown}; add another pose"
 
 
-def _said(fit: _Fit) -> str:
+def _assumed(fit: _Fit) -> str:
     flips = ", ".join(str(k + 1) for k in np.flatnonzero(fit.signs < 0)) or "none"
     offsets = ", ".join(f"{np.rad2deg(o):.1f}" for o in fit.offsets)
     assumed = ", ".join((*fit.reading.assumptions, *fit.typed.assumptions))

@@ -80,7 +80,7 @@ def table_readings(
         name: Of the robot.
         limits: Of its joints [rad or m], if known.
     """
-    text = {"dh": "standard DH", "craig": "modified DH (Craig)"}
+    titles = {"dh": "standard DH", "craig": "modified DH (Craig)"}
     lengths = possible(lengths, [float(r.get(c, 0.0)) for r in rows for c in ("d", "a")])
     angles = possible(angles, [float(r.get(c, 0.0)) for r in rows for c in ("theta", "alpha", "beta")])
     out: list[TableReading] = []
@@ -98,8 +98,8 @@ def table_readings(
         except FileError as error:  # units that no arm has
             refused = error
             continue
-        said = (text.get(convention, convention), f"lengths in {length}", f"angles in {angle}")
-        out.append(TableReading(robot.with_frames(base=Frame(), tool=Frame()), said))
+        assumed = (titles.get(convention, convention), f"lengths in {length}", f"angles in {angle}")
+        out.append(TableReading(robot.with_frames(base=Frame(), tool=Frame()), assumed))
     if refused is not None and not out:
         raise refused
     return out

@@ -20,7 +20,7 @@ NORM_TOLERANCE = 0.02
 """Quaternions whose norm differs from 1 by more than this are refused."""
 MATRIX_TOLERANCE = 5e-3
 """Largest entry of RᵀR − 1 that rounding may explain."""
-SAID = 1e-6
+MAX_SILENT = 1e-6
 """Deviations above this are mended and said; below, values are taken as they are."""
 AGREEMENT = 1e-4
 """Largest angle [rad] between two forms of the same orientation."""
@@ -50,8 +50,8 @@ def read_orientation(
     forms = [form for form in FORMS if any(key in fields.values for key in form.keys)]
     result, notes = None, tuple[str, ...]()
     for form in forms:
-        matrices, said = _matrices(form, fields, usable)
-        notes += (f"orientation from {form.name}", *said) if result is None else said
+        matrices, remarks = _matrices(form, fields, usable)
+        notes += (f"orientation from {form.name}", *remarks) if result is None else remarks
         if result is None:
             result = matrices
         else:
@@ -122,8 +122,8 @@ def _from_quaternion(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple
             int(rows[worst]),
             "qw",
         )
-    said = (f"quaternions are normalised (norms differ from 1 by up to {off.max():.1g})",)
-    return se3.quaternion_to_matrix(raw), said if off.max() > SAID else ()
+    remarks = (f"quaternions are normalised (norms differ from 1 by up to {off.max():.1g})",)
+    return se3.quaternion_to_matrix(raw), remarks if off.max() > MAX_SILENT else ()
 
 
 def _from_matrix(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.ndarray, tuple[str, ...]]:
@@ -143,7 +143,7 @@ def _from_matrix(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.
             int(rows[worst]),
             "r11",
         )
-    if off.max() <= SAID:
+    if off.max() <= MAX_SILENT:
         return matrices, ()
     u, _, vt = np.linalg.svd(matrices)
     return u @ vt, (f"matrices are made orthonormal (off by up to {off.max():.1g})",)

@@ -42,8 +42,8 @@ class IpaGrid(AbstractTableLayout):
         if "measurement_temperature" in table.headings:
             pick.take(["temperature"], ["measurement_temperature"], "degC", Quantity.TEMPERATURE)
         pick.values["group"] = _numbered(list(zip(*(pick.text(goal) for goal in _GOAL), strict=True)))
-        pick.said(_TURNS, _ANGLES, "deg")
-        pick.said(["time"], ["Timestamp"], "YYYYMMDDhhmmss")
+        pick.note_unit(_TURNS, _ANGLES, "deg")
+        pick.note_unit(["time"], ["Timestamp"], "YYYYMMDDhhmmss")
         return pick.fields(
             f"layout '{self.name}': joints in rad, measured position in mm, measured angles in deg with "
             "R = Rx(rx) Ry(ry) Rz(rz)",

@@ -89,7 +89,7 @@ def branches_of(setting: Setting, targets: Candidates) -> list[str]:
 
 
 def describe(
-    setting: Setting, targets: Candidates, *, goal: Float[np.ndarray, "rows n"], **said
+    setting: Setting, targets: Candidates, *, goal: Float[np.ndarray, "rows n"], **fields
 ) -> PlateDesign:
     """The design of chosen targets, with all its margins measured.
 
@@ -97,7 +97,7 @@ def describe(
         setting: What the search did not change.
         targets: The chosen ones.
         goal: Joint positions of poses that matter [rad or m].
-        said: The other fields of the design.
+        fields: The other fields of the design.
     """
     error, plate = set_error(setting, targets.q, targets.places, goal), _plate(setting, targets)
     return PlateDesign(
@@ -108,7 +108,7 @@ def describe(
         clearance=frozen(_clearance(setting, targets)),
         limit_margin=frozen(margins(targets.q, setting.robot.limits).min(1)),
         spacing=_spacing(targets),
-        **said,
+        **fields,
     )
 
 

@@ -103,8 +103,8 @@ class Blocks:
         made = places.copy()
         made[:, :2] = np.clip(made[:, :2], -half, half)
         if self.grid > 0.0:
-            most = np.floor(half / self.grid)
-            made[:, :2] = self.grid * np.clip(np.round(made[:, :2] / self.grid), -most, most)
+            maximum = np.floor(half / self.grid)
+            made[:, :2] = self.grid * np.clip(np.round(made[:, :2] / self.grid), -maximum, maximum)
         made[:, 2] = np.clip(made[:, 2], *self.heights)
         if self.style is BlockStyle.TILTED:
             made[:, 3] = np.clip(made[:, 3], 0.0, self.greatest_tilt)
@@ -118,11 +118,11 @@ class Blocks:
         if self.turn > 0.0:
             made[:, 4:] = np.round(made[:, 4:] / self.turn) * self.turn
         made[:, 4:] = np.arctan2(np.sin(made[:, 4:]), np.cos(made[:, 4:]))
-        least = 0.5 * SIDE * np.tan(made[:, 3]) + FOOT
-        made[:, 2] = np.maximum(made[:, 2], least)
+        minimum = 0.5 * SIDE * np.tan(made[:, 3]) + FOOT
+        made[:, 2] = np.maximum(made[:, 2], minimum)
         if self.levels:
             levels = np.sort(self.levels)
-            apart = np.abs(made[:, 2, None] - levels) + np.where(levels < least[:, None], 1.0, 0.0)
+            apart = np.abs(made[:, 2, None] - levels) + np.where(levels < minimum[:, None], 1.0, 0.0)
             made[:, 2] = levels[apart.argmin(1)]
         if self.shapes:
             shapes = np.array(self.shapes)

@@ -53,7 +53,7 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
         notes.append(f"{left_out} of 4 mounting holes would lie under a block and are left out")
     bores = tuple(bore for block in blocks for bore in _under(block, size[2], stock)) + mounting
     slab = Slab(size=size, bores=bores)
-    bottom, standoff, said = base_parts(plate.pose, slab, stock)
+    bottom, standoff, remarks = base_parts(plate.pose, slab, stock)
     return Fixture(
         name=plate.name,
         pose=plate.pose,
@@ -63,7 +63,7 @@ def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
         probe=_probe_for(plate, stock),
         bottom=bottom,
         standoff=standoff,
-        notes=(*notes, *stock.notes, *said),
+        notes=(*notes, *stock.notes, *remarks),
         stock=stock,
         anchored=plate.anchors is not None,
     )

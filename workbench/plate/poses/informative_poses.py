@@ -206,15 +206,15 @@ def _single(task: PoseTask) -> PoseSet:
         return _climbed_one_by_one(task)
     pool = task.pool()
     hands = np.array_split(task.rng.permutation(len(pool)), task.number)
-    worth = O().per_pose(task.climb.at(pool))
+    gains = O().per_pose(task.climb.at(pool))
     before = task.climb.value(pool[[hand[0] for hand in hands]])
     if task.limits.pairs:
         clash, follow = task.pairs(pool)
         start = feasible_start(task.blocks(pool), task.number, task.limits, clash, follow, rng=task.rng)
         before = task.climb.value(pool[start])
-        chosen = _best_single(start, worth, clash, follow)
+        chosen = _best_single(start, gains, clash, follow)
     else:
-        chosen = np.array([hand[np.argmax(worth[hand])] for hand in hands])
+        chosen = np.array([hand[np.argmax(gains[hand])] for hand in hands])
     q, history, outcome = pool[chosen], [before], Outcome.CONVERGED
     if task.candidates is None:
         q, steps, outcome = task.climb.climb_within(q, task.limits)
@@ -222,15 +222,15 @@ def _single(task: PoseTask) -> PoseSet:
     return _result(task, q, before, history, outcome)
 
 
-def _best_single(start, worth, clash, follow) -> np.ndarray:
+def _best_single(start, gains, clash, follow) -> np.ndarray:
     """Each pose of a feasible set in turn exchanged for the candidate of greatest O that keeps the limits."""
     chosen = start.copy()
     for slot in range(len(chosen)):
         open_ones = ~clash[np.delete(chosen, slot)].any(0)
         for neighbour in (*chosen[max(slot - 1, 0) : slot], *chosen[slot + 1 : slot + 2]):
             open_ones &= True if follow is None else follow[neighbour]
-        best = int(np.argmax(np.where(open_ones, worth, -np.inf)))
-        chosen[slot] = best if worth[best] > worth[chosen[slot]] else chosen[slot]
+        best = int(np.argmax(np.where(open_ones, gains, -np.inf)))
+        chosen[slot] = best if gains[best] > gains[chosen[slot]] else chosen[slot]
     return chosen
 
 

@@ -55,12 +55,12 @@ class CubePoses:
     Args:
         cube: The cube in the robot's base.
         q: Joint positions [rad or m].
-        least_move: Least motion of any joint between poses that follow each other [rad or m].
+        min_move: Least motion of any joint between poses that follow each other [rad or m].
     """
 
     cube: Region
     q: Float[np.ndarray, "rows n"]
-    least_move: float
+    min_move: float
 
 
 def largest_cube(robot: Robot, *, rng: np.random.Generator) -> Region:
@@ -138,7 +138,7 @@ def iso_cube_poses(
         )
     order = _order(robot, q, rng)
     moves = np.abs(np.diff(q[order], axis=0)).min()
-    return CubePoses(cube=cube, q=frozen(q[order]), least_move=float(moves))
+    return CubePoses(cube=cube, q=frozen(q[order]), min_move=float(moves))
 
 
 def _reached(

@@ -137,15 +137,15 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
         if isinstance(result, MeasurementFile):
             session = replace(session, measurements=replace(session.measurements, unread=result))
             if result.match is not None and result.match.rival:
-                return self._told(session, Severity.WARNING, f"{result.name}: {result.match.text}")
-            return self._told(session, Severity.ERROR, _on_page(result.preview.problems[0], HERE))
+                return self._warned(session, Severity.WARNING, f"{result.name}: {result.match.text}")
+            return self._warned(session, Severity.ERROR, _on_page(result.preview.problems[0], HERE))
         session = with_data(session, result)
         text = f"{len(result.dataset)} rows read from {result.name}"
         if result.match is not None and result.is_foreign:
-            return self._told(session, Severity.WARNING, f"{text}; {result.match.text}")
+            return self._warned(session, Severity.WARNING, f"{text}; {result.match.text}")
         return session.tell(Severity.INFO, text)
 
-    def _told(self, session: Session, severity: Severity, text: str) -> Session:
+    def _warned(self, session: Session, severity: Severity, text: str) -> Session:
         """With a message that is gone with the file that it is about."""
         return session.tell(severity, text, refused=type(self).__name__)
 
@@ -231,7 +231,7 @@ class ForgetData(AbstractChange):
 
 def check_errors(errors: tuple[float, float]) -> None:
     """Refuse hidden errors that no arm has."""
-    if not all(0.0 <= error <= most for error, most in zip(errors, EARLIER_ERRORS, strict=True)):
+    if not all(0.0 <= error <= maximum for error, maximum in zip(errors, EARLIER_ERRORS, strict=True)):
         length, angle = 1e3 * errors[0], np.rad2deg(errors[1])
         raise OptionError(f"hidden errors must be 0 to 5 mm and 0 to 5°, got {length:g} mm and {angle:g}°")
 
@@ -366,13 +366,13 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
 
 
 def _on_page(problem: str, remedy: str) -> str:
-    said = re.sub(rf", or say [^;]*{re.escape(OPTION)}", "", problem)
-    return said if said != problem and remedy == ELSEWHERE else f"{said.replace(OPTION, '')}; {remedy}"
+    text = re.sub(rf", or say [^;]*{re.escape(OPTION)}", "", problem)
+    return text if text != problem and remedy == ELSEWHERE else f"{text.replace(OPTION, '')}; {remedy}"
 
 
-def too_large(name: str, size: int, most: int) -> str:
+def too_large(name: str, size: int, maximum: int) -> str:
     """Why a file of so many bytes is refused, without the remedy."""
-    has, accepts = (f"{bytes_ / 2**20:.0f} MiB" for bytes_ in (size, most))
+    has, accepts = (f"{bytes_ / 2**20:.0f} MiB" for bytes_ in (size, maximum))
     return f"{safe_name(name)} has {has}, but the page accepts up to {accepts}"
 
 

@@ -30,9 +30,9 @@ class ClusterTargets(AbstractTask[Plate]):
 
     def check(self, session: Session) -> None:
         check_free(session)
-        most = min(MAX_TARGETS, session.plate.region.cubes)
-        if not 2 <= self.number <= most:
-            raise OptionError(f"the number of poses must be 2 to {most}, got {self.number}")
+        maximum = min(MAX_TARGETS, session.plate.region.cubes)
+        if not 2 <= self.number <= maximum:
+            raise OptionError(f"the number of poses must be 2 to {maximum}, got {self.number}")
 
     def compute(self, session: Session) -> Plate:
         from workbench.plate.design import cluster_region

@@ -58,8 +58,8 @@ class MakeSession(AbstractChange):
 def new_frames(found: Diagnosis) -> dict[int, str]:
     """First row after each step of base or tool that is named, and the sentence on it."""
     steps = ((c.event, c.sentence) for c in found.causes)
-    said = {event.row: text for event, text in steps if isinstance(event, FrameStep | ToolStep)}
-    return dict(sorted(said.items()))
+    sentences = {event.row: text for event, text in steps if isinstance(event, FrameStep | ToolStep)}
+    return dict(sorted(sentences.items()))
 
 
 def splittable(session: Session) -> dict[int, str]:

@@ -218,7 +218,7 @@ class Logbook(AbstractKeeper):
 def _line(
     step: int, entry: Entry, fields: dict[str, Any], session: Session, before: Session | None
 ) -> dict[str, Any]:
-    told = 0 if before is None else before.page.message_count
+    earlier = 0 if before is None else before.page.message_count
     return {
         "step": step,
         "at": round(entry.at, 6),
@@ -230,6 +230,6 @@ def _line(
         "basis": entry.basis,
         "seconds": round(entry.seconds, 6),
         "text": entry.text,
-        "says": [message.text for message in session.page.messages if message.number > told],
+        "says": [message.text for message in session.page.messages if message.number > earlier],
         "numbers": changed_numbers(session, before),
     }

@@ -75,9 +75,9 @@ class Picker:
     def take(self, keys: Iterable[str], headings: list[str], unit: str, quantity: Quantity) -> None:
         """Gather columns under our names."""
         self.values |= dict(zip(keys, self.numbers(headings, unit, quantity), strict=True))
-        self.said(keys, headings, unit)
+        self.note_unit(keys, headings, unit)
 
-    def said(self, keys: Iterable[str], headings: list[str], unit: str) -> None:
+    def note_unit(self, keys: Iterable[str], headings: list[str], unit: str) -> None:
         """What the file calls some of our columns, and their unit."""
         self.headings |= dict(zip(keys, headings, strict=True))
         self.units |= dict.fromkeys(keys, unit)
