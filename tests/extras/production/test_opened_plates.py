@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from workbench.base.errors import OptionError
-from workbench.extras.production.panel import row_words
+from workbench.extras.production.panel import row_text
 from workbench.extras.production.session import OpenChoice, TryPlate, Weighed, choices_of
 from workbench.extras.production.tradeoff import Choice, Tradeoff
 from workbench.identification.problem_blocks import Noise
@@ -100,7 +100,7 @@ def test_what_can_not_be_opened(first, weighed):
 
 
 def test_rows_are_numbered_by_the_work_that_plates_take(weighed):
-    assert row_words(1, choices_of(weighed)[1]) == "2: printed, 8 targets, 2 shapes: 0.100 mm"
+    assert row_text(1, choices_of(weighed)[1]) == "2: printed, 8 targets, 2 shapes: 0.100 mm"
     made = [Choice(manner=name, design=choices_of(weighed)[0].design) for name in ("ball-bar", "printed")]
     assert sorted(made, key=lambda choice: choice.work)[0].manner == "printed"
 

@@ -391,7 +391,7 @@ def test_the_yield_of_the_present_plate_is_one_sentence(do, worker, first):
     assert (tried.arms, tried.unreached) == (20, 0)
     assert (20 * tried.share).is_integer()
     assert f"{100 * tried.share:.1f} % of 20 virtual arms" in tried.text
-    assert tried.text.endswith("the seat position matters most")
+    assert "the seat position" in tried.text
     assert session.page.messages[-1].text == tried.text
 
     session = do(ShowCubes(CubeView(field=Field.YIELD)))

@@ -109,7 +109,7 @@ def test_what_a_base_and_a_tool_hide_is_said_and_left_as_calibrated(aria):
     found = wb.rezero(arm, measured(arm, shifts))
     assert [s.joint for s in found.moved] == [2]
     assert [s.joint for s in found.shifts if not s.determined] == [0, 5]
-    assert found.sentence.endswith("(95 %); joints 1 and 6 can't be told")
+    assert found.sentence.endswith("joints 1 and 6 can't be determined")
     assert any("joint 1 and a turn of the base" in words for words in found.ambiguous)
     assert any("joint 6 and a turn of the tool" in words for words in found.ambiguous)
     zeros = aria.joint_offsets
@@ -153,7 +153,7 @@ def test_nothing_moved_is_said(aria):
     assert found.sentence.startswith("no joint moved by more than chance")
     hidden = replace(found, shifts=(replace(found.shifts[0], determined=False), *found.shifts[1:]))
     assert hidden.sentence.startswith("joints 2, 3, 4, 5 and 6 did not move by more than chance; zeros are")
-    assert hidden.sentence.endswith("; joint 1 can't be told")
+    assert hidden.sentence.endswith("; joint 1 can't be determined")
 
 
 @pytest.mark.parametrize(("constant", "link"), [("joint2.a", 2), ("joint3.alpha", 3)])

@@ -33,7 +33,7 @@ from workbench.identification.arm_match import require_same_arm
 
 PARTS = ("x", "y", "z", "roll", "pitch", "yaw")
 OTHER_AXES = 0.3
-"""Difference in the cosine of the angle between two axes that no error of making explains."""
+"""Difference in the cosine of the angle between two axes that no production error explains."""
 NUMBERED = tuple(f"joint{k}" for k in range(1, 51))
 
 

@@ -2,7 +2,7 @@
 
 Bodies are nested, each at its joint's frame: position and quaternion in the body before, the
 joint's axis, its range. The base is the first body, flange and tool are sites of the last. Inertia is that of
-points, given a least size, as a calibration knows masses and centres alone.
+points, given a minimum size, as a calibration knows masses and centres alone.
 
 Sources: MuJoCo's XML reference (body, joint, compiler).
 """
@@ -71,7 +71,7 @@ class Mjcf(AbstractForm):
         if job.source is not None:
             yield from MJCF.notes(job)
         elif not job.robot.has_masses:
-            yield "masses are unknown: links weigh the least that MuJoCo takes, enough for kinematics alone"
+            yield "masses are unknown: links weigh MuJoCo's minimum, enough for kinematics alone"
 
 
 def _bodies(robot: Robot, frames: JointFrames) -> list[tuple[float, np.ndarray] | None]:

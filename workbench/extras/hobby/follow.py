@@ -202,7 +202,7 @@ def _table(path: Path) -> MotorLog:
 
 
 def _unwrapped(leader: np.ndarray, follower: np.ndarray, log: MotorLog, names: list[str]):
-    """Both without jumps of a whole turn, and what was said about it."""
+    """Both without jumps of a whole turn, and a note about it."""
     out, passed = [], set()
     for values in (leader, follower):
         parts = [np.unwrap(values[log.episode == e], axis=0, period=360.0) for e in np.unique(log.episode)]

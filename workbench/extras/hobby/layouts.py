@@ -62,14 +62,14 @@ class Motors(AbstractTableLayout):
             k for k, heading in enumerate(headings) if (m := motor_of(heading)) is None or m[0] != GRIPPER
         ]
         names = ", ".join(name for _, name, _ in joints)
-        said = (COUNTED,) if counted else ("motors in degrees (use_degrees)",)
+        units_note = (COUNTED,) if counted else ("motors in degrees (use_degrees)",)
         return fields_of(
             replace(
                 table,
                 headings=tuple(headings[k] for k in kept),
                 columns=tuple(columns[k] for k in kept),
                 units=tuple(units[k] for k in kept),
-                notes=(*table.notes, f"{NAMED}{names}", *said),
+                notes=(*table.notes, f"{NAMED}{names}", *units_note),
             )
         )
 

@@ -131,7 +131,7 @@ class MotorMap(AbstractShown):
 
     @property
     def exchanged(self) -> list[str]:
-        """Motors that move another joint than their place says."""
+        """Motors that move another joint than their place implies."""
         return [own for own, usual in zip(self.moved_by, self.motors, strict=True) if own != usual]
 
     @property
@@ -335,8 +335,8 @@ def _same(robot: Robot, a: Counting, b: Counting) -> bool:
     """Whether two ways of counting give the same poses for the same numbers, wherever they are."""
     q = np.random.default_rng(0).uniform(-1.0, 1.0, (50, robot.dof))
     first, second = (_mounted(robot, c, q) for c in (a, b))
-    apart = np.linalg.norm(first[:, :3, 3] - second[:, :3, 3], axis=1)
-    return bool(np.median(apart) < max(SAME, 2.0 * b.cost) * robot.reach)
+    distances = np.linalg.norm(first[:, :3, 3] - second[:, :3, 3], axis=1)
+    return bool(np.median(distances) < max(SAME, 2.0 * b.cost) * robot.reach)
 
 
 def _bare(robot: Robot) -> Robot:

@@ -23,7 +23,7 @@ from workbench.base.hand_eye import hand_eye, mean_base
 WEIGHT = 0.3
 """Length at which an angle counts, as a share of the arm's."""
 REFINED, STEPS = 4, 60
-"""Starts of each choice of signs that are refined, and the most steps of each."""
+"""Starts of each choice of signs that are refined, and the maximum number of steps of each."""
 QUARTERED = 6
 """Joints up to which every quarter turn is tried."""
 QUARTERS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)

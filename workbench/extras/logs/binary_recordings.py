@@ -30,14 +30,14 @@ def read_bag(path: Path) -> Streams:
     Each has `time` (of the recorder) and `stamp` (of the sender) [s]; joints have `names` and `q`, NaN where
     a message lacks one; poses have `pose`: x, y, z [m] and the quaternion w, x, y, z.
     """
-    words = {"what": "this bag", "instead": "check it with 'ros2 bag info'"}
-    return _read(bag_streams, path, "rosbags.highlevel", "ros", **words)
+    texts = {"what": "this bag", "instead": "check it with 'ros2 bag info'"}
+    return _read(bag_streams, path, "rosbags.highlevel", "ros", **texts)
 
 
 def read_c3d(path: Path) -> tuple[np.ndarray, list[str], np.ndarray]:
     """Time of every frame [s], names of the points, and their places [m], NaN where one was not seen."""
-    words = {"what": "this C3D file", "instead": "export it again, or as CSV"}
-    return _read(c3d_points, path, "ezc3d", "mocap", **words)
+    texts = {"what": "this C3D file", "instead": "export it again, or as CSV"}
+    return _read(c3d_points, path, "ezc3d", "mocap", **texts)
 
 
 def _read(function, path: Path, library: str, extra: str, *, what: str, **more: Any) -> Any:

@@ -4,12 +4,12 @@ OptiTrack Motive: a line of settings (`Format Version, …, Length Units, Meters
 and `Rotation | Position` over every column, then `Frame, Time (Seconds), X, Y, Z, W, X, Y, Z, …`.
 Vicon: `Objects`, `Segments` or `Trajectories`, the rate, names over the first column of each, `Frame,
 Sub Frame, RX, RY, RZ[, RW], TX, TY, TZ` or `X, Y, Z`, a line of units.
-Qualisys: words with values (`FREQUENCY 100`), names (`MARKER_NAMES` or `BODY_NAMES`), then rows, of a body
+Qualisys: keywords with values (`FREQUENCY 100`), names (`MARKER_NAMES` or `BODY_NAMES`), then rows, of a body
 `X Y Z Roll Pitch Yaw Residual Rot[0] … Rot[8]`, in mm and degrees. The angles turn about the body's own axes
 in the order roll, pitch, yaw (manual of QTM, "Rotation angles in QTM"), R = Rx Ry Rz; the matrix stands
 column by column.
 
-Orientations whose convention a file does not state are left out, and it is said.
+Orientations whose convention a file does not state are left out, with a note.
 """
 
 import re
@@ -99,7 +99,7 @@ def _optitrack(rows: list[list[str]], path: Path) -> Logged:
     columns: dict[tuple[str, str], dict[str, int]] = {}
     for i in range(2, len(axes)):
         columns.setdefault((kinds[i], names[i]), {})[f"{parts[i]} {axes[i]}"] = i
-    bodies, markers, notes = {}, {}, [f"lengths in {unit}, as the file says"]
+    bodies, markers, notes = {}, {}, [f"lengths in {unit}, as the file states"]
     turned = settings.get("Rotation Type", "Quaternion") == "Quaternion"
     if not turned:
         notes.append("orientations are left out: export them again with rotation type Quaternion")

@@ -67,7 +67,7 @@ class Logged:
 
 
 def choice(naming: Naming | None, key: str) -> str | None:
-    """What `--columns "key=NAME"` chooses; None if it does not say."""
+    """What `--columns "key=NAME"` chooses; None if it names none."""
     for pair in naming.pairs if naming is not None else ():
         if pair.left.name == key:
             return pair.right[0].name
@@ -79,5 +79,5 @@ def chosen(names: list[str], wanted: str | None, what: str, key: str) -> str:
         return wanted
     if wanted is None and len(names) == 1:
         return names[0]
-    said = f"'{wanted}' is none of them" if wanted is not None else "more than one"
-    raise OptionError(f'{what} {listed(names)}: {said}; choose with columns="{key}=NAME" (--columns)')
+    why = f"'{wanted}' is none of them" if wanted is not None else "more than one"
+    raise OptionError(f'{what} {listed(names)}: {why}; choose with columns="{key}=NAME" (--columns)')

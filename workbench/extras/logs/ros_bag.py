@@ -1,7 +1,7 @@
 """Bags of ROS 1 and 2: joint states joined with the poses that an instrument published; extra `ros`.
 
 A pose is a topic of PoseStamped or TransformStamped, or a frame of /tf by name. A bag often holds the robot's
-own forward kinematics as well: with more than one candidate it is asked which one is measured. Times are
+own forward kinematics as well: with more than one candidate the user chooses which one is measured. Times are
 those of the recorder, which has one clock for all topics; the senders' stamps may come from several.
 """
 
@@ -23,7 +23,7 @@ from workbench.extras.logs.recording import Logged, choice, chosen
 from workbench.extras.logs.standstills import join_by_time
 
 SKEW = 0.1
-"""Difference between senders' clocks that is said [s]."""
+"""Difference between senders' clocks that is reported [s]."""
 
 
 @final
@@ -90,7 +90,7 @@ def _joints(path: Path, topic: str, found: dict[str, Any], naming: Naming | None
 
 
 def _skew(streams: dict[str, dict[str, dict[str, Any]]]) -> tuple[str, ...]:
-    """How far the senders' clocks are from the recorder's, where that is worth a word."""
+    """How far the senders' clocks are from the recorder's, where that is worth a note."""
     notes = []
     for name, found in (pair for kind in streams.values() for pair in kind.items()):
         ahead = float(np.median(found["stamp"] - found["time"]))

@@ -92,13 +92,13 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
         if key not in measured.values
     }
     used = sum(len(part) for part in parts)
-    said = (
+    note = (
         *notes,
         f"{plural(len(parts), 'row')} from {plural(len(standstills), 'standstill')} of the arm of {WINDOW} "
         f"s or longer: joints and measurements are averages over each; {measured.rows - used} of "
         f"{measured.rows} samples, taken while it moved or without sight, are not used",
     )
-    return merged(found, along, joints, said)
+    return merged(found, along, joints, note)
 
 
 def _dated(measured: Fields, joints: Fields) -> Fields:

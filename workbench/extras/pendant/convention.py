@@ -28,7 +28,7 @@ from workbench.extras.pendant.readings import PendantReadings
 from workbench.identification.arm_match import CLOSE, SOME, arm_match
 
 MIN_POSES = 5
-"""Poses that tell one convention from another."""
+"""Poses that distinguish one convention from another."""
 TURNED = float(np.deg2rad(3.0))
 """Median angle that the right convention leaves at most [rad]."""
 TURNS = 0.1
@@ -85,7 +85,7 @@ def find_convention(robot: Robot, readings: PendantReadings) -> Convention:
     """
     if len(readings) < MIN_POSES:
         raise DataError(
-            f"{readings.source}: {len(readings)} poses do not tell conventions apart; read at least "
+            f"{readings.source}: {len(readings)} poses do not determine the convention; read at least "
             f"{MIN_POSES}, and about 30 to extract the model"
         )
     found = sorted(_tried(robot, readings), key=lambda c: c.cost(robot))

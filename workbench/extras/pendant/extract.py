@@ -64,7 +64,7 @@ class Extraction(AbstractShown):
         meaning: What the displayed numbers mean.
         run: The identification.
         left: Root mean square of nominal and extracted arm's errors, in standard deviations of rounding.
-        cause: What else the controller compensates, in words; empty where nothing is left.
+        cause: What else the controller compensates, as text; empty where nothing is left.
     """
 
     robot: Robot
@@ -116,8 +116,8 @@ class Extraction(AbstractShown):
     def frames(self) -> tuple[str, ...]:
         """What the display refers to, one sentence each."""
         own, at = self.run.frames, self.robot
-        tool = f"a tool is set: {_pose_words(at.tool)}" if own.tool else "no tool is set: it shows the flange"
-        base = f"a user frame is set: the robot's base is at {_pose_words(at.base)}" if own.base else ""
+        tool = f"a tool is set: {_pose_text(at.tool)}" if own.tool else "no tool is set: it shows the flange"
+        base = f"a user frame is set: the robot's base is at {_pose_text(at.base)}" if own.base else ""
         return tuple(filter(None, (f"the display: {self.meaning.text}", tool, base)))
 
     @property
@@ -219,7 +219,7 @@ def _left(arm: Robot, run: Identification) -> float:
 def _cause(arm: Robot, data: Dataset) -> str:
     """What the controller compensates beside its geometry."""
     if not arm.has_masses:
-        return f"more than geometry ({arm.name} has no masses, so sag can't be told from the rest)"
+        return f"more than geometry ({arm.name} has no masses, so sag can't be separated from the rest)"
     found = diagnose(arm, data, held_out=0.0)
     names = dict.fromkeys(SAG.get(str(e.effect.name), str(e.effect.name)) for e in found.effects)
     return " and ".join(names) or "more than geometry"
@@ -229,7 +229,7 @@ SAG = dict.fromkeys(("joint-compliance", "bearing-compliance", "link-flexure"), 
 """Effects by what a user calls them."""
 
 
-def _pose_words(frame: Frame) -> str:
+def _pose_text(frame: Frame) -> str:
     xyz = ", ".join(f"{1e3 * v:.2f}" for v in frame.xyz)
     rpy = ", ".join(f"{v:.3f}" for v in np.rad2deg(frame.rpy))
     return f"x, y, z {xyz} mm, roll, pitch, yaw {rpy}°".replace("-", "−")

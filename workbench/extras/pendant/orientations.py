@@ -43,8 +43,8 @@ def _euler(axes: str) -> Orientation:
     marks = zip(axes.lower(), ("", "'", "''") if axes.isupper() else ("", "", ""), strict=True)
     maker = f" ({MAKERS[axes]})" if axes in MAKERS else ""
     turns = "moving" if axes.isupper() else "fixed"
-    words = f"Euler angles {' '.join(axis + mark for axis, mark in marks)} about {turns} axes{maker}"
-    return Orientation(words, 3, True, lambda v: Rotation.from_euler(axes, v).as_matrix())
+    text = f"Euler angles {' '.join(axis + mark for axis, mark in marks)} about {turns} axes{maker}"
+    return Orientation(text, 3, True, lambda v: Rotation.from_euler(axes, v).as_matrix())
 
 
 def _sequences() -> Iterator[str]:

@@ -44,14 +44,14 @@ class YieldPanel(AbstractPanel):
 
 
 def result(session: Session) -> str:
-    """The last yield in words, if there is one."""
+    """The last yield as text, if there is one."""
     trial = session.trial
     if trial is None:
         return ""
     content = heading("Yield") + f"<div>{text(trial.text)}.</div>"
     if session.tried is None:
-        words = "The plate, the instrument or the required error has changed since; try again."
-        content += f'<div style="color:{MUTED}">{words}</div>'
+        note = "The plate, the instrument or the required error has changed since; try again."
+        content += f'<div style="color:{MUTED}">{note}</div>'
     return block(content, testid="yield", style="margin:4px 0")
 
 
@@ -85,12 +85,12 @@ class TradeoffPanel(AbstractPanel):
             row.visible = i < len(choices)
             row.disabled = session.page.job is not None
             if i < len(choices):
-                row.label = row_words(i, choices[i])
+                row.label = row_text(i, choices[i])
 
     def _open(self, i: int) -> None:
         self._worker.submit(OpenChoice(i))
 
 
-def row_words(i: int, choice: Choice) -> str:
+def row_text(i: int, choice: Choice) -> str:
     """A plate in one line."""
     return f"{i + 1}: {choice.name}: {number(1e3 * choice.design.cost)} mm"

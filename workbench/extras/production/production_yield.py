@@ -27,7 +27,7 @@ CONFIDENCE = 0.95
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Yield:
-    """What a trial of many virtual arms says of a plate; arms in the order of their seeds.
+    """What a trial of many virtual arms shows of a plate; arms in the order of their seeds.
 
     Args:
         wanted: What every pose of an arm had to keep.
@@ -43,7 +43,7 @@ class Yield:
         samples: How many errors stand behind each cube.
         sources: Root mean square position [m] and rotation error [rad] with each source of error alone.
         outcome: Whether all arms were tried.
-        assumptions: What goes wrong at the targets: instrument, making, play; the arms' errors beside them.
+        assumptions: What goes wrong at the targets: instrument, production, play; the arms' errors too.
         notes: What limits the trial, one sentence each.
     """
 
@@ -98,7 +98,7 @@ class Yield:
 
     @property
     def blame(self) -> str | None:
-        """The source of error that matters most for the position; None if nothing goes wrong."""
+        """The dominant source of error of the position; None if nothing goes wrong."""
         return max(self.sources, key=lambda name: self.sources[name][0], default=None)
 
     @property
@@ -162,7 +162,7 @@ def rms_of(chunks: Sequence[Chunk]) -> tuple[float, float]:
 
 
 ARMS = 10_000
-"""Arms of a trial unless said otherwise."""
+"""Arms of a trial by default."""
 ALONE = 2
 """Chunks for each source of error alone."""
 

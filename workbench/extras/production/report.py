@@ -35,28 +35,28 @@ def yield_tables(found: Yield) -> RenderableType:
 
 
 def _yield_words(found: Yield) -> list[str]:
-    words = [f"errors include: {found.assumptions}"] if found.assumptions else []
+    notes = [f"errors include: {found.assumptions}"] if found.assumptions else []
     if found.blame is not None:
-        words.append(f"the {found.blame} matters most")
+        notes.append(f"the {found.blame} dominates")
     if len(found.cells):
         position = found.agreement[:, 0]
-        words.append(
+        notes.append(
             f"observed by predicted position error in {len(found.cells)} cubes: {position.min():.2f} … "
             f"{position.max():.2f}"
         )
     if not found.outcome.ok:
-        words.append(f"the trial was {found.outcome}; these are the arms so far")
-    return [*words, *found.notes]
+        notes.append(f"the trial was {found.outcome}; these are the arms so far")
+    return [*notes, *found.notes]
 
 
 def yield_sentence(found: Yield) -> str:
-    """Share of the arms that meet the requirement, its interval, and the error that matters most."""
+    """Share of the arms that meet the requirement, its interval, and the dominant error."""
     low, high = (100 * bound for bound in found.interval)
-    words = (
+    text = (
         f"{100 * found.share:.1f} % of {found.arms} virtual arms meet {found.wanted.text} everywhere "
         f"in the region (95 % confidence {low:.1f} … {high:.1f} %)"
     )
-    return words if found.blame is None else f"{words}; the {found.blame} matters most"
+    return text if found.blame is None else f"{text}; the {found.blame} dominates"
 
 
 def yield_json(found: Yield) -> Json:

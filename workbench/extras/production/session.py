@@ -108,8 +108,8 @@ class WeighPlates(AbstractTask[Tradeoff]):
         )
 
     def finish(self, session: Session, result: Tradeoff) -> Session:
-        words = f"{len(result.choices)} plates compared; {len(result.front)} are not beaten by another"
-        return session.with_part(Weighed(result)).tell(Severity.INFO, words)
+        text = f"{len(result.choices)} plates compared; {len(result.front)} are not beaten by another"
+        return session.with_part(Weighed(result)).tell(Severity.INFO, text)
 
 
 class OpenChoice(AbstractChange):

@@ -32,8 +32,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 WORK = ("printed", "breadboard", "machined", "ball-bar")
-"""Ways to make plates, the one that takes least first."""
-FRONT_WORDS = "●: none is both less work and better; open: a ball shows no orientation"
+"""Ways to make plates, the cheapest first."""
+FRONT_TEXT = "●: none is both less work and better; open: a ball shows no orientation"
 FEW = 3
 """Number of block shapes if few are requested."""
 
@@ -81,7 +81,7 @@ class Choice:
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Tradeoff(AbstractShown):
-    """All choices, the least work first, and why others that were asked for can't be had."""
+    """All choices, the least work first, and why other requested ones are impossible."""
 
     choices: tuple[Choice, ...]
     missing: tuple[str, ...] = ()
@@ -102,8 +102,8 @@ class Tradeoff(AbstractShown):
             turned = np.rad2deg(choice.design.rotation)
             errors = (f"{1e3 * choice.design.cost:.3f}", f"{turned:.3f}" if np.isfinite(turned) else "open")
             table.add_row(f"{number}: {choice.name}", *errors, share, "●" if choice in self.front else "")
-        words = [f"{name}: {choice.held}" for name, choice in self.manners.items()]
-        return Group(table, Text("\n".join([*words, FRONT_WORDS, *self.missing])))
+        held = [f"{name}: {choice.held}" for name, choice in self.manners.items()]
+        return Group(table, Text("\n".join([*held, FRONT_TEXT, *self.missing])))
 
     @property
     def manners(self) -> dict[str, Choice]:
@@ -191,7 +191,7 @@ def weigh_choices(
                 choice = _choice(
                     robot, plate, name, DesignRequest(number=number, shapes=shapes, places=places), seed
                 )
-        except DataError as error:  # the others are still worth having
+        except DataError as error:  # the others are still of use
             few = "" if shapes is None else f", {shapes} shapes"
             missing.append(f"{name}, {number} targets{few}: not found; {error}")
             continue

@@ -70,8 +70,8 @@ def try_plate(
     plate = plate if production is None else replace(plate, production=production)
     sigma = sigma or usual_sigma(plate)
     q = planned_joints(robot, plate, sigma)
-    asked = plate if towards is None else replace(towards, region=plate.region)
-    bank = plate_region_poses(robot, asked, poses)
+    wanted_region = plate if towards is None else replace(towards, region=plate.region)
+    bank = plate_region_poses(robot, wanted_region, poses)
     errors = ErrorSizes(
         seat_position=sigma[0],
         seat_rotation=sigma[1],

@@ -83,9 +83,9 @@ def _made(job: YieldJob, chain: Chain, arms: int, rng: np.random.Generator) -> n
 def _actual_targets(
     job: YieldJob, arms: int, rng: np.random.Generator
 ) -> Float[np.ndarray, "arms targets 4 4"]:
-    """Poses that the seats impose: off by the plate's making, by its play, and anew by every seating.
+    """Poses that the seats impose: off by the plate's production errors and play, and anew by each seating.
 
-    A ball-bar puts the tool where its readings say: off by them, and by the anchors alike for all.
+    A ball-bar puts the tool where its readings have it: off by them, and by the anchors alike for all.
     """
     errors, shape = job.errors, (arms, len(job.q), 3)
     play = errors.played

@@ -1,4 +1,4 @@
-"""What a trial of many arms needs: the plate and its errors, the arms' errors, the poses that matter."""
+"""What a trial of many arms needs: the plate and its errors, the arms' errors, the evaluation poses."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -73,8 +73,8 @@ class ErrorSizes:
         none: dict[str, Any] = dict.fromkeys(("seat_position", "seat_rotation", "joint", "anchor"), 0.0)
         none |= dict.fromkeys(("target_position", "target_rotation"), np.zeros_like(self.target_position))
         silent = replace(self, **none, play=None, undeclared=None)
-        sources = {words: replace(silent, **{name: getattr(self, name)}) for words, name in SOURCES.items()}
-        return {words: errors for words, errors in sources.items() if errors.any}
+        sources = {label: replace(silent, **{name: getattr(self, name)}) for label, name in SOURCES.items()}
+        return {label: errors for label, errors in sources.items() if errors.any}
 
     @property
     def any(self) -> bool:
@@ -120,7 +120,7 @@ class YieldJob:
         sigma: By which the identification weights its rows [m, rad].
         length: Greatest manufacturing error of a length [m].
         angle: Greatest manufacturing error of an angle [rad].
-        bank: Joint positions of the poses that matter [rad or m].
+        bank: Joint positions of the evaluation poses [rad or m].
         cells: Cube of the region that each of them lies in.
         tests: At how many of them each arm is judged.
         wanted: What every pose of an arm has to keep.
@@ -185,12 +185,12 @@ class YieldJob:
 
     @cached_property
     def bend(self) -> Float[np.ndarray, "rows k"]:
-        """What undeclared effects add to the chain at the poses that matter, loaded as the nominal arm is."""
+        """What undeclared effects add to the chain at the evaluation poses, loaded as the nominal arm is."""
         actual = self.errors.undeclared or self.robot
         return frozen(deflected(actual, self.bank, np.zeros((len(self.bank), len(actual.chain.elements)))))
 
     def predicted(self) -> Float[np.ndarray, "rows 2"]:
-        """Predicted mean square position [m²] and rotation error [rad²] at the poses that matter.
+        """Predicted mean square position [m²] and rotation error [rad²] at the evaluation poses.
 
         To first order at the nominal arm, undeclared effects left aside: with the rows' Jacobian A, their
         weights S⁻² and true covariance Σ, the identification is off by C AᵀS⁻² e, so that its covariance is

@@ -62,10 +62,10 @@ def verify(
 
 def _fact_of(text: str) -> tuple[str, str]:
     """A name and what it is."""
-    name, equals, words = (part.strip() for part in text.partition("="))
-    if not (name and equals and words):
+    name, equals, value = (part.strip() for part in text.partition("="))
+    if not (name and equals and value):
         raise OptionError(f"--fact must be NAME=TEXT such as 'Serial number=A-1047', got '{text}'")
-    return name, words
+    return name, value
 
 
 @in_section("Calibrate")

@@ -34,7 +34,7 @@ def as_measured(nominal: Plate, measured: MeasuredTargets, *, frame: PlateFrame 
 
     Region, branches, joint angles and kinds stay. A measured target is known as well as the machine knows it,
     however it was made, and turned within the tolerance where no orientation was measured. A
-    target that was not measured stays nominal, which is said. Joint angles then are starting points for the
+    target that was not measured stays nominal, with a note. Joint angles then are starting points for the
     inverse kinematics.
 
     Args:

@@ -75,8 +75,8 @@ class Sheet:
         """Title, table (its first row underlined) and notes, from their upper left corner; then the frame."""
         step = LINE * self.scale
         self.text(title[0], (x, y := y - 1.5 * step), height=1.5 * TEXT)
-        for words in title[1:]:
-            self.text(words, (x, y := y - 1.25 * step))
+        for text in title[1:]:
+            self.text(text, (x, y := y - 1.25 * step))
         y -= step
         widths = [0.72 * TEXT * self.scale * (3 + max(map(len, cells))) for cells in zip(*table, strict=True)]
         left = x + np.cumsum([0.0, *widths])
@@ -88,8 +88,8 @@ class Sheet:
                 y -= 0.2 * step
                 self.space.add_line((x, y), (left[-1], y), dxfattribs={"layer": "FRAME"})
         y -= step
-        for words in notes:
-            self.text(words, (x, y := y - step))
+        for text in notes:
+            self.text(text, (x, y := y - step))
         self._frame()
 
     def _frame(self) -> None:

@@ -186,9 +186,9 @@ def _front(block: Block, view: View, tolerances: Tolerances) -> None:
         view.across(right, (half, low), (10.0, 0.0), 90.0, "(<>)", by=right)
         tilt = float(np.rad2deg(block.tilt))
         view.line([(half, low), (-half, low)], "CENTRES", closed=False)
-        words = f"{tilt:.4f}° ±{np.rad2deg(tolerances.mitre):.3g}°"
+        label = f"{tilt:.4f}° ±{np.rad2deg(tolerances.mitre):.3g}°"
         at = view.at((half, high), (2.0, -4.0))
-        view.angle((half, low), 1.5 * half, 180.0 - tilt, 180.0, words, at)
+        view.angle((half, low), 1.5 * half, 180.0 - tilt, 180.0, label, at)
     view.text("A", (0.7 * half, 0.0), (0.0, -4.0), large=True)
     view.text(f"FRONT (along +y), {_right(block)}", (0.0, high), (0.0, 12.0))
 
@@ -241,12 +241,12 @@ def _face(block: Block, view: View, tolerances: Tolerances) -> None:
 def _index(view: View, place: np.ndarray, tolerances: Tolerances, top: np.ndarray) -> None:
     """The index hole's distance and direction from downhill, its text at a place of the sheet."""
     radius, angle = float(np.hypot(*place)), float(np.rad2deg(np.arctan2(place[1], place[0])))
-    words = f"{angle:.4f}° ±{np.rad2deg(tolerances.turn):.3g}°"
+    label = f"{angle:.4f}° ±{np.rad2deg(tolerances.turn):.3g}°"
     view.line([(0.0, 0.0), 1.5 * place], "CENTRES", closed=False)
     if abs(angle) > 0.01:
-        view.angle((0.0, 0.0), 1.35 * radius, min(angle, 0.0), max(angle, 0.0), words, top)
+        view.angle((0.0, 0.0), 1.35 * radius, min(angle, 0.0), max(angle, 0.0), label, top)
     else:
-        view.sheet.text(words, top)
+        view.sheet.text(label, top)
     side = np.array([-place[1], place[0]]) / radius
     view.across((0.0, 0.0), place, side * (9.0 if angle >= 0.0 else -9.0), angle)
 
@@ -318,8 +318,8 @@ def turned_sheet(fixture: Fixture, part: Turned) -> Sheet:
         end.circle((0.0, 0.0), 2.0 * radius, "OUTLINE")
         side.across((-radius, z), (radius, z), (0.0, -10.0 - 8.0 * number), 0.0, "Ø<>")
         if len(part.steps) > 1:
-            words = "(<>)" if number == len(part.steps) - 1 else "<>"  # the whole length gives the last one
-            side.across((radius, z), (radius, z + high), (8.0, 0.0), 90.0, words, by=(0.5 * widest, 0.0))
+            label = "(<>)" if number == len(part.steps) - 1 else "<>"  # the whole length gives the last one
+            side.across((radius, z), (radius, z + high), (8.0, 0.0), 90.0, label, by=(0.5 * widest, 0.0))
         z += high
     probe = part.name == "probe"
     whole = f"<> ±{LENGTH:g}" if probe else "<>"
@@ -341,13 +341,13 @@ def turned_sheet(fixture: Fixture, part: Turned) -> Sheet:
         held = AXIAL if bore.conical else position_text(bore, fixture.tolerances)
         rows.append((bore.label, SHORT[bore.purpose], f"{x:z.3f}", f"{y:z.3f}", bore.size, depth, held))
     for (x, y), bores in there.items():
-        words, neck = ", ".join(bore.label for bore in bores), 0.5 * MM * part.steps[-1][0]
+        label, neck = ", ".join(bore.label for bore in bores), 0.5 * MM * part.steps[-1][0]
         if bores[0].purpose is Purpose.FLANGE:  # outside the rim
-            end.text(words, (RIM * x, RIM * y), (0.0, -0.5 * TEXT))
+            end.text(label, (RIM * x, RIM * y), (0.0, -0.5 * TEXT))
             continue
         off = 0.4 * MM * max(bore.diameter for bore in bores)
         beyond = 2.0 * off + 1.4 * TEXT * sheet.scale > neck  # no room within the neck: over it
-        end.text(words, (x, y + (neck if beyond else 2.0 * off)), (0.0, 0.6))
+        end.text(label, (x, y + (neck if beyond else 2.0 * off)), (0.0, 0.6))
     notes = ["All stand-offs of one length within 0.02.", *thread_notes(part.bores)]
     if probe:
         pinned = any(bore.purpose is Purpose.PIN for bore in part.bores)

@@ -12,7 +12,7 @@ from workbench.plate.plate import Kind, Plate
 
 
 def inspection_csv(plate: Plate, fixture: Fixture) -> str:
-    """Inspection list: nominal, least and greatest value, and a column for the measured one."""
+    """Inspection list: nominal, minimum and maximum value, and a column for the measured one."""
     head = ("item", "part", "feature", "unit", "nominal", "least", "greatest", "measured")
     checks = [
         *_checks_of_holes(fixture),
@@ -47,8 +47,8 @@ def _checks_of_blocks(fixture: Fixture) -> Iterator[Check]:
         if block.tilt > FLAT:
             yield name, "level lines of the face against C", "deg", 0.0, np.rad2deg(tolerances.mitre)
         if fixture.stock.doweled:
-            apart = 2.0 * MM * tolerances.dowels
-            yield name, "distance of the dowel holes", "mm", apart, 0.5 * MM * tolerances.pair
+            distance = 2.0 * MM * tolerances.dowels
+            yield name, "distance of the dowel holes", "mm", distance, 0.5 * MM * tolerances.pair
         for bore in block.bores:
             if bore.direction[2] < 0.0:
                 yield from _checks_of_face(name, block.on_face(bore), bore, fixture)

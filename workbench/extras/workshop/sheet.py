@@ -50,7 +50,7 @@ class PlateSheet:
 
     @property
     def production(self) -> str:
-        """What the shapes of the blocks mean for their price, in words."""
+        """What the shapes of the blocks mean for their price."""
         shapes, blocks = len(self.fixture.shapes), len(self.fixture.blocks)
         if shapes <= max(3, blocks // 3):
             return f"{shapes} shape{'s' * (shapes > 1)} for {blocks} blocks."
@@ -61,7 +61,7 @@ class PlateSheet:
 
     @property
     def expected(self) -> tuple[str, ...]:
-        """The accuracy to expect, in words; nothing if no robot was named."""
+        """The accuracy to expect; nothing if no robot was named."""
         if self.score is None:
             return ()
         measured = self.score.measured

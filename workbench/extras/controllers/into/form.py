@@ -65,7 +65,7 @@ class IntoForm(AbstractForm):
         if not placing.by_name:
             yield f"joints matched by their order, as their names differ: {', '.join(names)}"
         if not np.array_equal(placing.base, np.eye(4)):
-            yield f"the arm's base is at {_words(placing.base)} of the file's root"
+            yield f"the arm's base is at {_text(placing.base)} of the file's root"
         if not np.array_equal(job.robot.base.pose, np.eye(4)):
             yield "the calibrated base frame is not written: the file's root stays where it is"
         tool = job.frames.at_zero[-1] @ job.robot.tool.pose
@@ -74,11 +74,11 @@ class IntoForm(AbstractForm):
             last = placing.moves[len(names)] @ placing.model.at_zero(placing.chain[-1].frame)
             yield (
                 f"the tool is not written; in the frame of the file's joint '{names[-1]}' it is at "
-                f"{_words(se3.inverse(last) @ placing.base @ tool)}"
+                f"{_text(se3.inverse(last) @ placing.base @ tool)}"
             )
 
 
-def _words(pose: Matrix4) -> str:
+def _text(pose: Matrix4) -> str:
     xyz = ", ".join(f"{1e3 * v:.4f}" for v in pose[:3, 3])
     return (
         f"{xyz} mm, rotation vector {', '.join(f'{v:.7f}' for v in se3.matrix_to_rotvec(pose[:3, :3]))} rad"

@@ -114,7 +114,7 @@ def run_load_test(
         repeats: Readings of every posture.
         force: Greatest sideways pull at the tool for joints that gravity does not turn [N].
         centre_tolerance: How well the links' centres of mass are known along each axis [m]; their masses as
-            the robot says. More than a few mm take an added mass, else the sides of the loads are in doubt.
+            the robot file states. More than a few mm take an added mass, else the loads' sides are in doubt.
         seed: Of postures, hidden arm and noise.
     """
     if repeats < 1:
@@ -158,7 +158,7 @@ def tilting_of(robot: Robot, plan: LoadTestPlan, data: Dataset, *, instrument: I
     that its play lets the arm turn downhill, the way that its clearance tips it: 0.05° about an axis that is
     0.1° off tips by 0.0001°. A `robot` with the play that pulls showed leaves it out of the clearance.
     Lengths stay nominal; errors up to `LENGTH` enter the standard errors. The links' masses and centres are
-    fitted too, known as well as the robot says.
+    fitted too, known as well as the robot file states.
     Postures in which the side of a moment is in doubt are left out.
     """
     _, turn = instrument.deviations
@@ -191,7 +191,7 @@ def _certain(
 
 
 def _check(fit: Fit, rows: Int[np.ndarray, " rows"]) -> None:
-    """Refuse a fit that does not see all that is asked, or that leaves far more than noise."""
+    """Refuse a fit that does not see all that is wanted, or that leaves far more than noise."""
     hidden = (*fit.unidentifiable, *fit.hardly_seen)
     if unseen := {n for found in hidden for n in found.names if n.split(".")[-1] in KINDS}:
         raise DataError(
@@ -242,7 +242,7 @@ def _pulled(actual: Robot, loads: SideLoads, tracker: Instrument, rng: np.random
 
 
 def with_other_masses(robot: Robot, rng: np.random.Generator) -> Robot:
-    """The arm with links whose masses, a tenth at least, and centres are off as their tolerances say."""
+    """The arm with links whose masses, a tenth at least, and centres are off as their tolerances state."""
     heavy = [j for j in robot.joints if j.mass]
     sizes = [j.mass * max(1.0 + j.mass_tolerance * rng.normal(), MIN_MASS) for j in heavy if j.mass]
     others = {
@@ -253,7 +253,7 @@ def with_other_masses(robot: Robot, rng: np.random.Generator) -> Robot:
 
 
 def draw_joints(requested: Sequence[JointTilting], rng: np.random.Generator) -> tuple[JointTilting, ...]:
-    """Joints of a virtual arm, of the usual sizes, as far as they are asked for."""
+    """Joints of a virtual arm, of the usual sizes, as far as they are wanted."""
     out = []
     for joint in requested:
         clearance, backlash, stiffness = (rng.uniform(*s) for s in (CLEARANCE, BACKLASH, STIFFNESS))

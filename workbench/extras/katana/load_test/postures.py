@@ -42,7 +42,7 @@ RESOLVED = 10.0
 FIRM = 0.1
 """Least moment that firmly presses a joint to one side of its play [N m]."""
 ROUND = np.cos(np.deg2rad(150.0))
-"""Cosine of the least angle by which a moment across an axis must turn."""
+"""Cosine of the minimum angle by which a moment across an axis must turn."""
 LEVER = 0.01
 """Least lever of a level pull at the tool that turns a joint [m]."""
 POSTURES = 400
@@ -50,7 +50,7 @@ POSTURES = 400
 MOVES = 4
 """Random moves of each joint from each posture."""
 SIZES = (1.0, 0.8, 0.65, 0.5)
-"""Shares of the greatest moment that is reached, for pairs of one joint and purpose in turn."""
+"""Shares of the maximum moment that is reached, for pairs of one joint and purpose in turn."""
 APART = 0.06
 """Least distance of links that are not neighbours [m]."""
 POINTS = 5
@@ -250,20 +250,20 @@ def _pairs(
     robot: Robot, moves: _Moves, heavy: _Moves, joint: int, purpose: PairPurpose, each: int
 ) -> list[PosturePair]:
     """The best pairs for one joint and purpose, of several sizes and from different postures."""
-    is_weak = _worth(moves, joint, PairPurpose.SIZE).max() * SOFT < RESOLVED * RESOLUTION
+    is_weak = _value(moves, joint, PairPurpose.SIZE).max() * SOFT < RESOLVED * RESOLUTION
     first = _hung(moves, heavy) if purpose is PairPurpose.SIZE and heavy.mass and is_weak else moves
-    offered = [chosen for chosen in (first, heavy) if _worth(chosen, joint, purpose).max() >= FIRM]
+    offered = [chosen for chosen in (first, heavy) if _value(chosen, joint, purpose).max() >= FIRM]
     if not offered:
-        maximum = max(_worth(chosen, joint, purpose).max() for chosen in (first, heavy))
+        maximum = max(_value(chosen, joint, purpose).max() for chosen in (first, heavy))
         raise DataError(
-            f"no posture that robot '{robot.name}' reaches loads joint {joint + 1} as '{purpose}' asks "
+            f"no posture that robot '{robot.name}' reaches loads joint {joint + 1} as '{purpose}' requires "
             f"({maximum:.2g} N·m of {FIRM:g} N·m are reached); widen its limits, or add mass at the tool"
         )
     for chosen in offered:  # the mass settles the side of a load that errors of the links leave in doubt
         if picked := _picked(robot, chosen, heavy, joint, purpose, each):
             return picked
     raise DataError(
-        f"every posture that robot '{robot.name}' reaches to load joint {joint + 1} as '{purpose}' asks "
+        f"every posture that robot '{robot.name}' reaches to load joint {joint + 1} as '{purpose}' requires "
         "leaves some joint's load so near to changing sides that small errors of the arm decide which; "
         "widen its limits, or add mass at the tool"
     )
@@ -273,16 +273,16 @@ def _picked(
     robot: Robot, chosen: _Moves, heavy: _Moves, joint: int, purpose: PairPurpose, each: int
 ) -> list[PosturePair]:
     """The best of some pairs for one joint and purpose, all of them surely loaded from one side."""
-    worth = _worth(chosen, joint, purpose)
-    rank = worth / worth.max() - SIDE_EFFECT_COST * _side_effects(chosen, joint)
-    rank[worth < FIRM] = -np.inf
-    apart = [np.abs(rank - rank.max() * size) for size in SIZES]
-    near = np.unique([np.argsort(gaps, kind="stable")[: TRIES // len(SIZES)] for gaps in apart])
-    near, added = near[worth[near] >= FIRM], [0.0, heavy.mass] if chosen.mass < 0.0 else [chosen.mass] * 2
+    value = _value(chosen, joint, purpose)
+    rank = value / value.max() - SIDE_EFFECT_COST * _side_effects(chosen, joint)
+    rank[value < FIRM] = -np.inf
+    gaps_of = [np.abs(rank - rank.max() * size) for size in SIZES]
+    near = np.unique([np.argsort(gaps, kind="stable")[: TRIES // len(SIZES)] for gaps in gaps_of])
+    near, added = near[value[near] >= FIRM], [0.0, heavy.mass] if chosen.mass < 0.0 else [chosen.mass] * 2
     free = near[_certain(robot, chosen, near, added)]
     picked: list[PosturePair] = []
     while len(free) and len(picked) < each:
-        best = int(free[np.argmin(apart[len(picked) % len(SIZES)][free])])
+        best = int(free[np.argmin(gaps_of[len(picked) % len(SIZES)][free])])
         about, across = (
             frozen(np.array([getattr(m, part)[best, joint] for m in chosen.moments]))
             for part in ("about", "across")
@@ -322,8 +322,8 @@ def _hung(moves: _Moves, heavy: _Moves) -> _Moves:
     return _Moves(q, moves.base[first], -heavy.mass, (both[0], both[1]))
 
 
-def _worth(moves: _Moves, joint: int, purpose: PairPurpose) -> Float[np.ndarray, " pairs"]:
-    """Size of the change that a purpose asks for [N m]; 0 where it is not there."""
+def _value(moves: _Moves, joint: int, purpose: PairPurpose) -> Float[np.ndarray, " pairs"]:
+    """Size of the change that a purpose requires [N m]; 0 where it is not there."""
     a, b = (m.about[:, joint] for m in moves.moments)
     if purpose is PairPurpose.REVERSAL:
         return np.where(a * b < 0.0, np.minimum(np.abs(a), np.abs(b)), 0.0)

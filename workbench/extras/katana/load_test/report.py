@@ -59,9 +59,9 @@ def notes(found: LoadTest) -> list[str]:
         mass = max(pair.added.max() for pair in found.plan.pairs)
         out.append(f"{mass:g} kg were hung onto the tool for joint {_listed(masses)}")
     for joint in found.plan.unturned:
-        words = f"gravity exerts no moment about joint {joint + 1}: inclinometers show how it tilts"
+        text = f"gravity exerts no moment about joint {joint + 1}: inclinometers show how it tilts"
         pulled = any(s.joint == joint for s in found.side)
-        out.append(words + (", poses under side pulls how it rotates" if pulled else " and nothing else"))
+        out.append(text + (", poses under side pulls how it rotates" if pulled else " and nothing else"))
     for joint, purpose in found.plan.missing:
         out.append(f"no posture loads joint {joint + 1} so that it {LACKING[purpose]}")
     centre = max(j.com_tolerance for j in found.robot.joints)
@@ -130,9 +130,9 @@ def load_test_figure(found: LoadTest) -> Figure:
         above.supxlabel("moment about the axis [N·m]", fontsize=8)
         handles = [above.axes[0].plot([], [], color=COLOURS[k], marker="o", ms=3)[0] for k in range(3)]
         above.legend(handles, [WORDS[p] for p in PairPurpose], loc="outside upper right", ncols=3)
-        for axes, (part, size, words) in zip(below.subplots(1, 3), PARTS, strict=True):
+        for axes, (part, size, text) in zip(below.subplots(1, 3), PARTS, strict=True):
             _sizes(axes, found, part, size)
-            axes.set_ylabel(words)
+            axes.set_ylabel(text)
             axes.set_xlabel("joint")
     return figure
 
@@ -164,12 +164,12 @@ def _sizes(axes, found: LoadTest, part: str, size: float) -> None:
 
 
 def _cells(joint: JointTilting, *, errors: bool) -> list[Text]:
-    """Sizes in the table's units, with standard errors or without; a dash for what was not asked."""
+    """Sizes in the table's units, with standard errors or without; a dash for what was not fitted."""
     out = []
     for part, size, _ in PARTS:
         value, std = size * getattr(joint, part), size * getattr(joint, f"{part}_std")
-        words = "–" if np.isnan(value) else short(value) + (f" ± {short(std)}" if errors else "")
-        out.append(Text(words, style="bold" if errors else "dim"))
+        text = "–" if np.isnan(value) else short(value) + (f" ± {short(std)}" if errors else "")
+        out.append(Text(text, style="bold" if errors else "dim"))
     return out
 
 

@@ -137,7 +137,7 @@ def fit_tilting(
         free: Constants to fit too; the robot's default ones if None; none if empty (given geometry).
         frames: What of base and tool is unknown; nothing if None.
         known: Standard deviation of constants [m], [rad]; of those that are not fitted it enters the errors.
-        inertia: Whether the links' masses and centres are fitted too, known as well as the robot says.
+        inertia: Whether the links' masses and centres are fitted too, known as well as the robot file states.
     """
     effects = tilting_effects(requested)
     names = [name for effect in effects for name in effect.names]

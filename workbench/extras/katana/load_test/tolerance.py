@@ -35,7 +35,7 @@ def with_centre_tolerance(robot: Robot, std: float = CENTRE) -> Robot:
 
 
 def constants_known(robot: Robot, *, length: float = LENGTH, angle: float = ANGLE) -> dict[str, float]:
-    """Standard deviations of constants, even up to a greatest error, and of masses and their centres [SI]."""
+    """Standard deviations of constants, even up to a maximum error, and of masses and their centres [SI]."""
     elements, index = robot.chain.elements, robot.chain.index
     maximum = {n: angle if elements[index[n]].axis.turns else length for n in robot.default_free}
     return {n: size / np.sqrt(3.0) for n, size in maximum.items()} | robot.inertia_tolerance

@@ -205,15 +205,15 @@ def plotted_json(found: Plotted) -> Json:
 
 
 def plotted_table(found: Plotted) -> RenderableType:
-    """Mean, rms and greatest of what was read."""
+    """Mean, rms and maximum of what was read."""
     profile, errors = found.profile, found.errors
     table = new_table("", "from the path", "mean [mm]", "rms [mm]", "max [mm]")
     rows = [("drawn line, outside", profile.out)]
     if errors is not None:
         rows += [("tool, outside", errors.out), ("tool, above", errors.above), ("tool", errors.distance)]
-    for words, values in rows:
+    for label, values in rows:
         spread = Spread.of(1e3 * np.abs(values[np.isfinite(values)]))
-        table.add_row(words, *(short(v) for v in (spread.mean, spread.rms, spread.max)))
+        table.add_row(label, *(short(v) for v in (spread.mean, spread.rms, spread.max)))
     missing = f"{100 * (1.0 - profile.drawn.mean()):.0f} % of the circle was not drawn"
     return Group(table, Text(f"one dot is {1e3 * profile.scale:.4f} mm; {missing}"))
 
@@ -230,10 +230,10 @@ def plotted_picture(found: Plotted) -> bytes:
         panels[0].set_xlabel("angle from the mark of the beginning, counter-clockwise [°]")
         panels[0].set_ylabel("drawn outside the circle [mm]")
         if errors is not None and time is not None:
-            for words, values, colour in zip(
+            for label, values, colour in zip(
                 ("outside", "above"), (errors.out, errors.above), COLOURS, strict=False
             ):
-                panels[1].plot(time, 1e3 * values, color=colour, label=words)
+                panels[1].plot(time, 1e3 * values, color=colour, label=label)
             panels[1].axhline(0.0, color=INK, lw=0.6)
             panels[1].set_xlabel("time [s]")
             panels[1].set_ylabel("error of the tool [mm]")

@@ -3,7 +3,7 @@
 The sheet lies in the plane of the path. It carries the circle in red, with a mark at every quarter and a
 long one where the path begins. The pencil slides in the tool against a spring: it touches the paper at
 p + s z, p the tool's tip, z its axis, and a potentiometer reads how far s it stands out. Red ink is as bright
-as paper in a scan's red channel, so that pencil and print can be told apart where they cross.
+as paper in a scan's red channel, so that pencil and print can be distinguished where they cross.
 """
 
 from dataclasses import dataclass

@@ -160,7 +160,7 @@ class Check(AbstractShown):
     def _alike(self) -> str:
         assert self.best is not None
         rivals = [t.cause.text for t in self.found[1:] if t.score < self.best.score + MIN_LIKELIHOOD_GAP]
-        return f"; or {' or '.join(rivals[:3])}, which these touches do not tell apart" if rivals else ""
+        return f"; or {' or '.join(rivals[:3])}, which these touches can't distinguish" if rivals else ""
 
     def _text(self, tested: TestedCause) -> str:
         cause = tested.cause
@@ -294,7 +294,7 @@ def _length(tested: TestedCause) -> float:
 
 
 def _wait(tested: TestedCause, span: float, wanted: float) -> float:
-    """Time until what is left of the warming is less than asked for, from how far and how fast [s]."""
+    """Time until what is left of the warming is less than required, from how far and how fast [s]."""
     drift, offset = tested.x[:3], tested.x[3:]
     if not len(offset):
         return SETTLING

@@ -1,6 +1,6 @@
 """Touches: joint positions and the name of what was touched; finding those that slipped.
 
-Each touch is left out in turn. The one whose numbers the others explain least is set aside where chance would
+Each touch is left out in turn. The one whose numbers the others explain worst is set aside where chance would
 leave that much in one file of a hundred, by the F test of its numbers against what the others leave.
 """
 
@@ -48,9 +48,9 @@ class Touches:
     """Joint positions at which something was touched.
 
     Args:
-        names: What was touched, one a row; empty where the file does not say.
+        names: What was touched, one a row; empty where the file has none.
         rows: Number of each in its file, counted from 0.
-        time: When [s]; NaN where the file does not say.
+        time: When [s]; NaN where the file has none.
     """
 
     q: Float[np.ndarray, "rows n"]
@@ -149,7 +149,7 @@ def solve_without_slipped(
     Args:
         solve: The solution of some touches; None where they don't determine it.
         count: How many touches there are.
-        refusal: What is said if all together don't.
+        refusal: Message if all together don't.
     """
     kept, slipped = list(range(count)), list[int]()
     if (whole := solve(kept)) is None:

@@ -161,7 +161,7 @@ def frame(
         wanted: Required error of the touches [m].
 
     Raises:
-        DataError: no tool, too few touches, names that say nothing, or points on one line.
+        DataError: no tool, too few touches, unknown names, or points on one line.
         OptionError: an accuracy or radius out of range.
     """
     checked_length(wanted, "the wanted accuracy")
@@ -227,7 +227,7 @@ def _begin(
             )
         return se3.best_fit(target, tips), _Kept(target, np.ones_like(target, bool))
     if strange := next((name for name in touches.names if name not in KEEPS), None):
-        raise DataError(f"{touches.source}: '{strange}' says nothing; {LABELS}")
+        raise DataError(f"{touches.source}: '{strange}' is no kind of touch; {LABELS}")
     where = {kind: [k for k, name in enumerate(touches.names) if name == kind] for kind in KEEPS}
     counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in touches.names])
     target = np.zeros((len(touches), 3))

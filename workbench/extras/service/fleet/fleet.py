@@ -23,7 +23,7 @@ from workbench.report.result_display import AbstractShown
 PIECE = 8
 """Arms that a worker reads at a time."""
 ALLOWED = 1e-4
-"""Displacement of the tool by a drift after which to measure again, unless said otherwise [m]."""
+"""Displacement of the tool by a drift after which to measure again, by default [m]."""
 POSES = 40
 """Poses over which the tool's displacement is averaged."""
 SURE = 1.645
@@ -65,7 +65,7 @@ class Fleet(AbstractShown):
     Args:
         arms: By name.
         unread: Arms that could not be compared, and why.
-        factor: How many times farther calibrations scatter than their standard errors say.
+        factor: How many times farther calibrations scatter than their standard errors imply.
         minimum: Number of σ from which a constant moved.
         allowed: Displacement of the tool by a drift after which to measure again [m].
     """

@@ -6,7 +6,7 @@ misfit χ² = Σ (x − law)²/σ², and what a step or a line saves, √(χ²_c
 constant moved: for two dates it is |x₂ − x₁| / √(σ₁² + σ₂²). Of step and line the one that saves more is
 taken.
 
-A calibration repeats itself less well than its own standard errors say (the arm was set up anew, the model
+A calibration repeats itself less well than its own standard errors imply (the arm was set up anew, the model
 lacks something). The differences of consecutive calibrations of all constants and arms, in σ, should have the
 spread 1; by what factor their median magnitude has more, all σ are widened. A few worn arms don't move a
 median. So many constants, dates and arms are looked at that chance alone brings some far out: a constant
@@ -67,7 +67,7 @@ class Movement:
 
 
 def scatter_factor(histories: Sequence[History]) -> float:
-    """How many times farther calibrations scatter than their standard errors say; at least 1."""
+    """How many times farther calibrations scatter than their standard errors imply; at least 1."""
     parts = [
         np.abs(np.diff(h.values, axis=0)) / np.hypot(h.std[1:], h.std[:-1])
         for h in histories

@@ -34,7 +34,7 @@ def arm_cells(arm: ArmReport) -> tuple[str, ...]:
     return (
         arm.history.arm,
         worst.name,
-        shift_words(worst),
+        shift_text(worst),
         f"{worst.sigmas:.0f}",
         "drifts" if worst.law is Law.DRIFT else f"{worst.since}",
         f"{1e3 * arm.tool:.2f}",
@@ -42,7 +42,7 @@ def arm_cells(arm: ArmReport) -> tuple[str, ...]:
     )
 
 
-def shift_words(moved: Movement) -> str:
+def shift_text(moved: Movement) -> str:
     """How far a constant moved."""
     unit = "mrad" if moved.name.endswith(("theta", "alpha", "beta")) else "10⁻³"
     unit = "mm" if moved.name.endswith((".a", ".d")) else unit
@@ -72,7 +72,7 @@ def notes_of(fleet: Fleet) -> tuple[str, ...]:
     ]
     if fleet.factor > 1.0:
         notes.append(
-            f"calibrations scatter {fleet.factor:.2f} times as far as their standard errors say; σ is widened"
+            f"calibrations scatter {fleet.factor:.2f} times as far as their errors imply; σ is widened"
         )
     return tuple(notes)
 
@@ -189,8 +189,8 @@ def _sigmas(arm: ArmReport, joints: int, factor: float) -> np.ndarray:
     """Largest difference between first and last calibration among the constants of each joint [σ]."""
     history, found = arm.history, np.zeros(joints)
     spread = factor * np.hypot(history.std[0], history.std[-1])
-    apart = np.abs(history.values[-1] - history.values[0]) / spread
-    for name, sigmas in zip(history.names, apart, strict=True):
+    moved_by = np.abs(history.values[-1] - history.values[0]) / spread
+    for name, sigmas in zip(history.names, moved_by, strict=True):
         head = name.partition(".")[0].removeprefix("joint")
         if head.isdigit():
             found[int(head) - 1] = max(found[int(head) - 1], sigmas)

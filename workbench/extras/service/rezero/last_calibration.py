@@ -58,20 +58,20 @@ class LastCalibration:
             replaced: Joints that were replaced, counted from 0.
         """
         elements = {e.name: e for e in robot.elements}
-        told = None if prior is None else prior.keep(lambda name: name in elements)
-        if told is not None and not told.names:
+        known = None if prior is None else prior.keep(lambda name: name in elements)
+        if known is not None and not known.names:
             raise OptionError(f"the prior knowledge speaks of no constant of robot '{robot.name}'")
         names = tuple(
-            dict.fromkeys((*robot.default_free, *robot.joint_offsets, *(told.names if told else ())))
+            dict.fromkeys((*robot.default_free, *robot.joint_offsets, *(known.names if known else ())))
         )
         given = None if tolerance is None else dict(zip(("m", "rad"), tolerance, strict=True))
         sigma = {
             n: given[elements[n].unit] if given else _recorded(robot, n, elements[n].unit) for n in names
         }
         information = np.diag([sigma[n] ** -2.0 for n in names])
-        if told is not None:
-            places = [names.index(n) for n in told.names]
-            information[np.ix_(places, places)] = told.information
+        if known is not None:
+            places = [names.index(n) for n in known.names]
+            information[np.ix_(places, places)] = known.information
         near = [n for joint in replaced for link in (joint - 1, joint) for n in link_constants(robot, link)]
         return cls(
             robot,

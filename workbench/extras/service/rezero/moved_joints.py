@@ -40,7 +40,7 @@ from workbench.plate.door import door
 TOLD = 0.3
 """A zero known to less than this part of what it was before the rows counts as determined."""
 CHANCE = 0.01
-"""Probability that some joint is said to have moved though none has."""
+"""Probability that some joint is reported to have moved though none has."""
 NEAR = 0.02
 """Part of the reach within which rows must lie for zeros to be sought before the frames, or believed."""
 FARTHEST = np.deg2rad(120.0)
@@ -121,7 +121,7 @@ def rezero(
             f"joint {lost[0].joint + 1} suits the rows best, but they are {left:.2g} mm off even so and "
             "don't tell its zero; check that they are of this arm, or calibrate it anew",
         )
-    progress(0.9, "what can't be told apart")
+    progress(0.9, "what can't be distinguished")
     return Rezero(
         calibrated=robot,
         robot=robot if reasons else found,
@@ -154,15 +154,15 @@ def _astray(shifts: tuple[JointShift, ...], ready: Prepared, fit: Optimum) -> tu
     off = _errors(ready, fit, robot).position_mm.rms
     far = max(shifts, key=lambda s: abs(s.shift) * (s.unit == "rad"))
     if far.unit == "rad" and abs(far.shift) > FARTHEST:
-        words = f"the search diverged, joint {far.joint + 1} to {np.rad2deg(far.shift):+.0f}°"
+        text = f"the search diverged, joint {far.joint + 1} to {np.rad2deg(far.shift):+.0f}°"
     elif off > 1e3 * NEAR * robot.reach:
-        words = f"no zeros explain the rows, which stay {off:.0f} mm off"
+        text = f"no zeros explain the rows, which stay {off:.0f} mm off"
     else:
         return ()
     check = (
         "check the joints (units, signs, order of the rows), the robot, and where the instrument is mounted"
     )
-    return (f"{words}; {check}",)
+    return (f"{text}; {check}",)
 
 
 def _near(robot: Robot, data: Dataset) -> Robot:
@@ -175,7 +175,7 @@ def _near(robot: Robot, data: Dataset) -> Robot:
         return robot
     try:
         problem = Problem.build(robot, data.take(data.included), free=robot.joint_offsets)
-    except WorkbenchError:  # said where the rows are checked
+    except WorkbenchError:  # reported where the rows are checked
         return robot
     search = Opt2(limit=60).search(problem)
     off = problem.physical(problem.residual(search.x))[~problem.component_channels]
@@ -214,8 +214,8 @@ def _moved(
         return Optimum.of(own, measured=everything.measured, noise=everything.problem.noise)
 
     limit = everything.quantile(1.0 - CHANCE / len(zeros))
-    told = [s for s in _shifts(knowledge.robot, everything) if s.determined]
-    moved = tuple(s.name for s in told if abs(s.shift) > limit * s.std)
+    determined = [s for s in _shifts(knowledge.robot, everything) if s.determined]
+    moved = tuple(s.name for s in determined if abs(s.shift) > limit * s.std)
     if not moved:
         nothing = with_free()
         if everything.against(nothing, len(zeros))[0] > CHANCE:
@@ -224,7 +224,7 @@ def _moved(
     held = with_free(*moved)
     others = len(zeros) - len(moved)
     if others and everything.against(held, others)[0] < CHANCE:
-        return tuple(s.name for s in told), everything
+        return tuple(s.name for s in determined), everything
     return moved, held
 
 
@@ -264,14 +264,14 @@ def _ambiguous(
             continue
         frame = " and ".join(frames)
         if not set(frames) <= set(FRAMES):
-            words = f"the zero of {joints} and a turn of the {frame} ({combination.text})"
-            sentences.append(f"{words}: no row shows which of them turned; here the {frame} took it")
+            text = f"the zero of {joints} and a turn of the {frame} ({combination.text})"
+            sentences.append(f"{text}: no row shows which of them turned; here the {frame} took it")
             continue
         free = any(getattr(taken, f) for f in frames)
-        said = (
+        why = (
             f"here the {frame} took it; if that has not moved, set [{frames[0]}] free = false"
             if free
             else f"here the joint took it; if the {frame} has moved, set [{frames[0]}] free = true"
         )
-        sentences.append(f"the zero of {joints} and a turn of the {frame} ({combination.text}): {said}")
+        sentences.append(f"the zero of {joints} and a turn of the {frame} ({combination.text}): {why}")
     return tuple(sentences)

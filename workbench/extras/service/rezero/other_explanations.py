@@ -42,7 +42,7 @@ class _Cause(NamedTuple):
         remedy: What to do if it is so.
         problem: With it let go.
         further: Unknowns more, or measured numbers less, than with zeros alone.
-        shown: Constants whose change is said.
+        shown: Constants whose change is reported.
     """
 
     text: str

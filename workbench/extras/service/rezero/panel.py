@@ -84,24 +84,26 @@ def _card(found: Rezero) -> str:
     }
     mark = badge(WORDS[found.verdict], colours[found.verdict])
     error = f"<div style='color:{MUTED}'>{text(repr(found.error).capitalize())}</div>"
-    apart = heading("Can't be told apart") + bullets(map(text, found.ambiguous)) if found.ambiguous else ""
+    open_pairs = (
+        heading("Can't be distinguished") + bullets(map(text, found.ambiguous)) if found.ambiguous else ""
+    )
     renewed = folded("Geometry next to replaced joints", _geometry(found)) if found.renewed else ""
     more = folded("Notes", bullets(map(text, found.notes)))
-    said = found.sentence.removeprefix(f"{WORDS[found.verdict].lower()}: ")
-    return f"{mark}<div>{text(capital(said))}.</div>{error}{_bars(found)}{apart}{renewed}{more}"
+    sentence = found.sentence.removeprefix(f"{WORDS[found.verdict].lower()}: ")
+    return f"{mark}<div>{text(capital(sentence))}.</div>{error}{_bars(found)}{open_pairs}{renewed}{more}"
 
 
 def _bars(found: Rezero) -> str:
     """Every joint's shift with its 95 % interval about the calibrated zero."""
     rows = []
     for k, shift in enumerate(found.shifts, 1):
-        _, moved, half, words = shift.cells
-        is_told = shift.moved and not found.doubts
-        colour = CAREFUL if is_told else "currentColor" if shift.determined and not found.doubts else MUTED
-        value, said = (shift.shift, f"{moved} {half}") if shift.determined else (None, words)
-        rows.append(BarWithEnds(f"joint {k}", value, shift.half, shift.unit, colour, said))
-    words = found.heading if found.doubts else "Shift of every zero"
-    return heading(f"{words}, with 95 % intervals") + intervals(rows, testid="zeros")
+        _, moved, half, verdict = shift.cells
+        is_moved = shift.moved and not found.doubts
+        colour = CAREFUL if is_moved else "currentColor" if shift.determined and not found.doubts else MUTED
+        value, label = (shift.shift, f"{moved} {half}") if shift.determined else (None, verdict)
+        rows.append(BarWithEnds(f"joint {k}", value, shift.half, shift.unit, colour, label))
+    title = found.heading if found.doubts else "Shift of every zero"
+    return heading(f"{title}, with 95 % intervals") + intervals(rows, testid="zeros")
 
 
 def _geometry(found: Rezero) -> str:

@@ -61,7 +61,7 @@ class JointShift:
     def cells(self) -> list[str]:
         """Joint, shift, half of the interval and verdict, for people."""
         if not self.determined:
-            return [str(self.joint + 1), "", "", "can't be told"]
+            return [str(self.joint + 1), "", "", "can't be determined"]
         factor, unit = readable(self.unit)
         digits = int(np.clip(1 - np.floor(np.log10(max(factor * self.half, 1e-9))), 1, 5))
         return [
@@ -89,7 +89,7 @@ class Rezero(AbstractShown):
             was where the result is refused.
         shifts: One for each joint that moves.
         doubts: What else the rows show, one sentence each; any of them refuses the result.
-        ambiguous: What the rows can't tell apart, one sentence each.
+        ambiguous: What the rows can't distinguish, one sentence each.
         renewed: Geometry next to replaced joints: name, change and its standard deviation [rad or m].
         error: On the rows, with the old zeros and with the new ones.
         noise: Standard deviations that weighed the rows.
@@ -123,20 +123,20 @@ class Rezero(AbstractShown):
         if self.doubts:
             return f"not the zeros alone: {self.doubts[0]}"
         if self.moved:
-            return f"moved: {'; '.join(s.text for s in self.moved)} (95 %){self._untold}"
-        told = [s for s in self.shifts if s.determined]
-        if not told:
+            return f"moved: {'; '.join(s.text for s in self.moved)} (95 %){self._undetermined}"
+        determined = [s for s in self.shifts if s.determined]
+        if not determined:
             return "the rows determine no joint zero; measure more poses that differ in all joints"
-        widest = max(told, key=lambda s: s.half).cells[2].replace("±", "± ")
-        still = f"{_joints(told)} did not move" if self._untold else "no joint moved"
-        words = f"by more than chance; zeros are certain to {widest} or better (95 %)"
-        return f"{still} {words}{self._untold}"
+        widest = max(determined, key=lambda s: s.half).cells[2].replace("±", "± ")
+        still = f"{_joints(determined)} did not move" if self._undetermined else "no joint moved"
+        bound = f"by more than chance; zeros are certain to {widest} or better (95 %)"
+        return f"{still} {bound}{self._undetermined}"
 
     @property
-    def _untold(self) -> str:
+    def _undetermined(self) -> str:
         """Joints of which the rows tell nothing, as the end of a sentence."""
         lost = [s for s in self.shifts if not s.determined]
-        return f"; {_joints(lost)} can't be told" if lost else ""
+        return f"; {_joints(lost)} can't be determined" if lost else ""
 
     @property
     def heading(self) -> str:
@@ -160,7 +160,7 @@ class Rezero(AbstractShown):
             parts.append(geometry)
         parts.append(line("error on the rows", repr(self.error)))
         parts += [line("warning", text) for text in self.doubts]
-        parts += [line("can't be told apart", text) for text in self.ambiguous]
+        parts += [line("can't be distinguished", text) for text in self.ambiguous]
         parts += [line("note", text) for text in self.notes]
         parts += [line("excluded", f"row {row} ({reason})") for row, reason in self.excluded]
         return Group(*parts)

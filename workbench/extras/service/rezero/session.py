@@ -71,4 +71,4 @@ def rezeroed_toml(session: Session) -> File:
 
 
 NUMBERS = Subject("rezero", lambda s: (zeros_of(s),), lambda found: found.json())
-"""What the journal says of them."""
+"""What the journal records of them."""

@@ -12,7 +12,7 @@ from workbench.base.columns import Column, row_drivers
 from workbench.base.errors import FileError
 from workbench.base.installed_package import package_version
 from workbench.base.wording import plural
-from workbench.extras.service.verification.iso9283 import cycle_words
+from workbench.extras.service.verification.iso9283 import cycle_text
 from workbench.extras.service.verification.plots import CAPTION, error_map
 from workbench.extras.service.verification.results import (
     REPEATS,
@@ -117,21 +117,21 @@ def _repeats(result: Verification) -> list[tuple[str, ...]]:
 
 
 def _method(result: Verification) -> list[str]:
-    said = [
+    sentences = [
         "Method: an error is the distance between the measured tool point and the one that the calibrated "
         "model computes from the joint positions; orientation, the angle between both. Intervals of means "
         "are bootstrapped over poses; the bound of 95 % of all poses holds with 95 % confidence whatever the "
         "errors' distribution.",
-        f"Repeatability: {cycle_words(result.repeated)}.",
+        f"Repeatability: {cycle_text(result.repeated)}.",
     ]
     if result.repeated:
-        said[1] += (
+        sentences[1] += (
             f" Visits are rows whose joints agree within {np.rad2deg(result.same):.2g}°; AP: barycentre "
             "of the visits against the command pose; RP: mean + 3 S of their distances from it."
         )
         if (more := len(result.repeated) - REPEATED) > 0:
-            said[1] += f" The least accurate {REPEATED} are listed, {more} more are in the result file."
-    return said
+            sentences[1] += f" The least accurate {REPEATED} are listed, {more} more are in the result file."
+    return sentences
 
 
 def _sha256(path: Path) -> str:

@@ -31,7 +31,7 @@ class Interval(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """What rows say of one error [any unit].
+    """What rows show of one error [any unit].
 
     Args:
         mean: Interval of the mean.

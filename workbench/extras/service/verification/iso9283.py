@@ -116,7 +116,7 @@ def pose_labels(data: Dataset, *, same: float = SAME_POSE) -> Int[np.ndarray, " 
     return np.argsort(np.argsort(first))[place]
 
 
-def cycle_words(poses: Sequence[RepeatedPose]) -> str:
+def cycle_text(poses: Sequence[RepeatedPose]) -> str:
     """How the visits compare with the standard's cycle, in one sentence."""
     visits = [pose.visits for pose in poses]
     if not visits:

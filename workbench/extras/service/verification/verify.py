@@ -20,7 +20,7 @@ from workbench.extras.service.verification.intervals import Bounds, least_share,
 from workbench.extras.service.verification.iso9283 import (
     SAME_POSE,
     RepeatedPose,
-    cycle_words,
+    cycle_text,
     pose_labels,
     repeated_poses,
 )
@@ -36,7 +36,7 @@ USUAL_POSES = 100
 @final
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Verification(AbstractShown):
-    """What fresh poses say of a calibrated arm.
+    """What fresh poses show of a calibrated arm.
 
     Args:
         evaluation: The arm and its errors on the fresh rows.
@@ -45,7 +45,7 @@ class Verification(AbstractShown):
         repeated: AP and RP of poses that were visited several times.
         pose: Which pose each row visits, from 0.
         same: Greatest difference of any joint between visits of one pose [rad or m].
-        wanted: What was asked for; None: nothing is judged.
+        wanted: The requirement; None: nothing is judged.
         facts: What the certificate says beside the data, such as instrument and serial number.
         warnings: What weakens the statement, one sentence each.
     """
@@ -197,7 +197,7 @@ def verify(
             f"{np.rad2deg(wanted.rotation):.2g}° is judged on {'those' if turned.any() else 'none'}"
         )
     return Verification(
-        evaluation=replace(found, notes=(*found.notes, cycle_words(repeated))),
+        evaluation=replace(found, notes=(*found.notes, cycle_text(repeated))),
         position=Bounds.of(found.rows.position, pose, group, rng),
         rotation=Bounds.of(found.rows.rotation[turned], pose[turned], group[turned], rng)
         if turned.any()
@@ -214,7 +214,7 @@ def verify(
 def _fresh(
     robot: Robot, data: Dataset, used: Dataset | None, same: float
 ) -> tuple[Bool[np.ndarray, " rows"], list[str]]:
-    """Rows that the calibration did not use, and what is to be said of the others."""
+    """Rows that the calibration did not use, and notes on the others."""
     from scipy.spatial import cKDTree
 
     old = np.zeros(len(data), bool)
@@ -264,5 +264,5 @@ def _positions_of(found: Evaluation) -> tuple[Evaluation, list[str]]:
     if seen.all():
         return found, []
     count = f"{int(seen.sum())} of {plural(len(seen), 'row')}"
-    words = f"{count} carry a measured position; the others are not judged"
-    return replace(found, data=found.data.take(seen), rows=found.rows.take(seen)), [words]
+    note = f"{count} carry a measured position; the others are not judged"
+    return replace(found, data=found.data.take(seen), rows=found.rows.take(seen)), [note]
