@@ -12,6 +12,7 @@ from round_trip import angle, placed
 import workbench as wb
 from workbench.arm.effects import JointCompliance
 from workbench.base.assets import built_in_robots
+from workbench.extras.pendant.extract import ModelVerdict
 
 
 def planned(run, arm: str, number: int = 30) -> Path:
@@ -260,6 +261,21 @@ def test_poses_that_leave_the_model_uncertain_save_nothing(run, tmp_path):
     assert status == 2
     assert "6 readings" in err
     assert not Path("mine.toml").exists()
+
+
+def test_six_readings_say_how_far_to_trust_them(tmp_path):
+    """36 numbers for 26 constants and more: within twice the expected error, whatever the arm."""
+    within = []
+    for seed in range(12):
+        actual = hidden("ur5e", tmp_path / "hidden.toml", seed=seed)
+        q = np.deg2rad(np.rad2deg(random_joints("ur5e", 6, seed=300 + seed)).round())
+        (tmp_path / "read.csv").write_text("\n".join(",".join(row) for row in lines(actual, q)))
+        found = wb.extract("ur5e", tmp_path / "read.csv")
+        assert found.verdict != ModelVerdict.MORE
+        found.robot.save(tmp_path / "mine.toml")
+        off = apart(tmp_path / "mine.toml", actual, random_joints("ur5e", 200, seed=900 + seed)).mean()
+        within.append(off < 2.0 * found.expected.position)
+    assert sum(within) >= 11
 
 
 @pytest.mark.parametrize(

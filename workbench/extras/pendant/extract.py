@@ -14,6 +14,7 @@ from typing import final
 import numpy as np
 from rich.console import Group, RenderableType
 from rich.text import Text
+from scipy import special
 
 from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
@@ -37,8 +38,9 @@ from workbench.report.result_display import AbstractShown
 from workbench.report.tables import line, new_table
 
 SCHEMA = "workbench.extraction/1"
-ROUNDING = 1.5
-"""Root mean square of what is left, in standard deviations of rounding, that a model may leave."""
+ROUNDING, CHANCE = 1.5, 1e-3
+"""Root mean square of what is left, in standard deviations of rounding, that a model may leave; where few
+numbers are to spare, as much as chance leaves once in so many files."""
 UNCERTAIN = (0.3, 2e-4)
 """Expected error from which on the readings are too few: part of the nominal model's, and at least [m]."""
 WANTED = 3e-5
@@ -64,6 +66,7 @@ class Extraction(AbstractShown):
         meaning: What the displayed numbers mean.
         run: The identification.
         left: Root mean square of nominal and extracted arm's errors, in standard deviations of rounding.
+        allowed: How much a model may leave.
         cause: What else the controller compensates, as text; empty where nothing is left.
     """
 
@@ -71,17 +74,18 @@ class Extraction(AbstractShown):
     meaning: Convention
     run: Identification
     left: tuple[float, float]
+    allowed: float
     cause: str = ""
 
     @cached_property
     def verdict(self) -> ModelVerdict:
         """What was found."""
-        if self.left[1] > ROUNDING:
+        if self.left[1] > self.allowed:
             return ModelVerdict.MORE
         share, minimum = UNCERTAIN
         if self.expected.position > max(share * 1e-3 * self.run.nominal.train.position_mm.rms, minimum):
             return ModelVerdict.UNCERTAIN
-        return ModelVerdict.NOMINAL if self.left[0] < ROUNDING else ModelVerdict.EXTRACTED
+        return ModelVerdict.NOMINAL if self.left[0] < self.allowed else ModelVerdict.EXTRACTED
 
     @cached_property
     def expected(self) -> Expected:
@@ -184,13 +188,18 @@ def extract(robot: Robot, readings: Path | Dataset | Sequence[str]) -> Extractio
     arm = with_displayed_frames(robot, meaning)
     with part_of(0.0, 0.7):
         run = identify(arm, data, held_out=0.0)
-    nominal, best = (_left(each, run) for each in (run.aligned, run.robot))
-    taken = run.aligned if nominal < ROUNDING else run.robot
+    used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
+    nominal, best = (_left(each, used) for each in (run.aligned, run.robot))
+    best *= np.sqrt(6 * len(used) / spare)
+    allowed = max(ROUNDING, float(np.sqrt(special.chdtri(spare, CHANCE) / spare)))
+    taken = run.aligned if nominal < allowed else run.robot
     cause = ""
-    if best > ROUNDING:
+    if best > allowed:
         with part_of(0.7, 0.3):
             cause = _cause(arm, data)
-    return Extraction(robot=taken, meaning=meaning, run=run, left=(nominal, best), cause=cause)
+    return Extraction(
+        robot=taken, meaning=meaning, run=run, left=(nominal, best), allowed=allowed, cause=cause
+    )
 
 
 def _read(readings: Path | Dataset | Sequence[str], robot: Robot) -> PendantReadings:
@@ -207,13 +216,10 @@ def _read(readings: Path | Dataset | Sequence[str], robot: Robot) -> PendantRead
             raise error from None
 
 
-def _left(arm: Robot, run: Identification) -> float:
-    """What an arm leaves of the fitted readings, in standard deviations of their rounding."""
-    data = run.data.take(run.train_rows)
+def _left(arm: Robot, data: Dataset) -> float:
+    """What an arm leaves of readings, root mean square, in standard deviations of their rounding."""
     shown = se3.pose(np.asarray(data.rotation), np.asarray(data.position))
-    error = se3.pose_error(shown, arm.predict(data.q))
-    spare = max(error.size - run.best.fit.factor.rank, 1) / error.size if arm is not run.aligned else 1.0
-    return float(np.sqrt(((error / data.sigma) ** 2).mean() / spare))
+    return float(np.sqrt(((se3.pose_error(shown, arm.predict(data.q)) / data.sigma) ** 2).mean()))
 
 
 def _cause(arm: Robot, data: Dataset) -> str:
