@@ -295,6 +295,16 @@ def test_every_state_says_where_it_stands_and_what_is_next(
     assert (step.other and step.other.label) == other
 
 
+def test_rows_that_are_too_few_for_the_arm_are_said_at_once(walked):
+    session = walked["loaded"]
+    loaded = session.measurements.loaded
+    few = replace(loaded, dataset=loaded.dataset.take(np.arange(3)))
+    step = guide(replace(session, measurements=replace(session.measurements, loaded=few)))
+    assert "3 rows" in step.sentence
+    assert step.tone is Tone.CAREFUL
+    assert step.next.tab is Tab.MEASURE
+
+
 def test_taking_the_arm_away_opens_the_tab_of_its_files(walked):
     step = guide(walked["added"])
     assert step.next.tab is Tab.EXPORT

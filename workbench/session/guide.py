@@ -5,16 +5,20 @@ Drag → measure → identify → diagnose → add → compare → take away; th
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 
 import numpy as np
 from jaxtyping import Float
 
+from workbench.arm.robot import Robot
+from workbench.base.errors import DataError
 from workbench.base.wording import capital
+from workbench.data.dataset import Dataset
 from workbench.data.readers.layouts import PLAIN
 from workbench.data.readers.mapping import with_headings_corrected
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.arm_match import ArmMatch
+from workbench.identification.held_out_rows import check_enough
 from workbench.identification.result import LOOK_AGAIN, Identification, Run, Validation, judged
 from workbench.identification.row_errors import RowErrors
 from workbench.report.numbers import significant
@@ -136,6 +140,8 @@ def _guide(session: Session) -> GuideStep:
     if results.identification is None and found is None:
         if loaded.match is not None and loaded.is_foreign:
             return _foreign(loaded.match, loaded.file)
+        if lack := _lack(session.robot, loaded.dataset):
+            return GuideStep(f"{capital(lack)}.", Tone.CAREFUL, MORE, FIT)
         return GuideStep(f"{len(loaded.dataset)} rows of {loaded.name} are loaded.", next=FIT, other=LOAD)
     if results.accepted:
         left, tone = _rest(found)
@@ -144,6 +150,16 @@ def _guide(session: Session) -> GuideStep:
         return _diagnosed(session, found)
     assert results.identification is not None
     return _identified(session, results.identification)
+
+
+@lru_cache(maxsize=2)
+def _lack(robot: Robot, data: Dataset) -> str:
+    """Why rows are too few for the arm's parameters; empty if they are enough."""
+    try:
+        check_enough(robot, data, None)
+    except DataError as error:
+        return str(error)
+    return ""
 
 
 def _rest(found: Diagnosis | None) -> tuple[str, Tone]:

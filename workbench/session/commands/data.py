@@ -143,7 +143,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
         text = f"{len(result.dataset)} rows read from {result.name}"
         if result.match is not None and result.is_foreign:
             return self._warned(session, Severity.WARNING, f"{text}; {result.match.text}")
-        return session.tell(Severity.INFO, text)
+        return session.tell(Severity.LOG, text)  # the strip says it
 
     def _warned(self, session: Session, severity: Severity, text: str) -> Session:
         """With a message that is gone with the file that it is about."""
