@@ -230,6 +230,9 @@ class Diagnosis(AbstractShown):
     @property
     def verdict_text(self) -> str:
         """The verdict for people: without a name nothing is called explained."""
+        if self.residual_map is not None and not self.causes:
+            partly = "partly " if self.verdict is Verdict.PARTLY else ""
+            return f"{partly}predicted, but no cause is named"
         is_guess = self.verdict is Verdict.EXPLAINED and not self.is_named
         return "predicted, but no cause is certain" if is_guess else str(self.verdict)
 
