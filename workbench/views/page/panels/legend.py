@@ -78,7 +78,10 @@ class LegendPanel(AbstractPanel):
 
     def show(self, session: Session) -> None:
         rows = coloured_rows(session)
-        scales = cubes_scale(session) + ("" if rows is None else points(session, rows, self._links))
+        scales = cubes_scale(session)
+        if rows is not None:  # two scales of the same colours each need a name
+            named = '<div style="margin-top:6px">Error at the measured points</div>' if scales else ""
+            scales += named + points(session, rows, self._links)
         content = scales + things(session, is_alone=not scales)
         self._window.visible = bool(content)
         self._html.content = block(content, testid="key", style="margin:2px 0 6px")
