@@ -185,7 +185,7 @@ def test_a_stretched_arm_is_clear_of_itself_and_a_folded_one_is_not(aria):
     folded = np.array([[0.0, 1.2, 2.2 - 2.0 * np.pi, 0.0, 0.3, 0.0]])
     assert arm.own_distances(arm.placements(stretched)).min() > 0.02
     assert arm.own_distances(arm.placements(folded)).min() < 0.0
-    assert not {tuple(pair) for pair in arm.bodies[arm.apart.pairs]} & {(k, k) for k in range(7)}
+    assert not {tuple(pair) for pair in arm.bodies[arm.checked.pairs]} & {(k, k) for k in range(7)}
 
 
 def test_gains_are_what_another_candidate_brings():

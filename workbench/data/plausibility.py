@@ -95,8 +95,8 @@ def _mismatch(measured: Float[np.ndarray, "rows 3 3"], expected: Float[np.ndarra
     before, after = se3.matrix_to_rotvec(meant), se3.matrix_to_rotvec(turned)
     certain = (np.linalg.norm(before, axis=1) < ENDS) & (np.linalg.norm(after, axis=1) < ENDS)
     frame = nearest_rotation(after[certain].T @ before[certain])
-    apart = se3.matrix_to_rotvec(np.swapaxes(turned, 1, 2) @ frame @ meant @ frame.T)
-    return float(np.median(np.linalg.norm(apart, axis=1)))
+    turns = se3.matrix_to_rotvec(np.swapaxes(turned, 1, 2) @ frame @ meant @ frame.T)
+    return float(np.median(np.linalg.norm(turns, axis=1)))
 
 
 REACH_FACTOR = 20.0
@@ -245,8 +245,8 @@ def _observation_notes(dataset: Dataset, reach: float) -> list[str]:
     if dataset.rotation is not None:
         seen = dataset.rotation[dataset.included & ~np.isnan(dataset.rotation).any((1, 2))]
         if len(seen) > 1:
-            apart = np.linalg.norm(se3.matrix_to_rotvec(seen @ seen[0].T), axis=-1)
-            if apart.max() < 1e-4:
+            turns = np.linalg.norm(se3.matrix_to_rotvec(seen @ seen[0].T), axis=-1)
+            if turns.max() < 1e-4:
                 notes.append("all orientations are alike: orientation errors of the joints are hardly seen")
     return notes
 

@@ -226,7 +226,7 @@ def _about(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
 def _clear(arm: Robot, measured: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Which poses keep the links apart, or at least as far apart as they were measured already."""
     shape = capsule_arm(arm)
-    if not len(shape.apart.pairs) or not len(q):
+    if not len(shape.checked.pairs) or not len(q):
         return np.ones(len(q), bool)
     closest = float(shape.own_distances(shape.placements(measured)).min())
     return shape.own_distances(shape.placements(q)) >= min(CLEAR, closest)

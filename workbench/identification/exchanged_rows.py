@@ -16,27 +16,27 @@ SEEN = ("position", "rotation", "markers", "distance")
 """What an instrument saw."""
 
 
-def exchanged_rows(fit: Fit, data: Dataset, apart: Int[np.ndarray, " k"]) -> list[tuple[int, int]]:
+def exchanged_rows(fit: Fit, data: Dataset, outlying: Int[np.ndarray, " k"]) -> list[tuple[int, int]]:
     """Numbers of the rows, two and two.
 
     Args:
         fit: To the other rows.
         data: All rows.
-        apart: Rows that were set apart, indices into data.
+        outlying: Rows that were set apart, indices into data.
     """
-    if not 2 <= len(apart) <= MAX_SET_APART:
+    if not 2 <= len(outlying) <= MAX_SET_APART:
         return []
-    pairs = list(permutations(range(len(apart)), 2))
-    here, there = (data.take(apart[[pair[k] for pair in pairs]]) for k in (0, 1))
+    pairs = list(permutations(range(len(outlying)), 2))
+    here, there = (data.take(outlying[[pair[k] for pair in pairs]]) for k in (0, 1))
     seen = {n: getattr(there, n) for n in SEEN if getattr(there, n) is not None}
     trial = fit.problem.again(data=replace(here, **seen), inertia=False)
     sizes = row_sizes(trial, trial.at(fit.problem.named(fit.x)), np.zeros(len(pairs), bool))
     own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool))
     fits = dict(zip(pairs, np.all(sizes <= limits(own), axis=1).tolist(), strict=True))
-    rows = data.row[apart].tolist()
+    rows = data.row[outlying].tolist()
     return [
         (min(rows[i], rows[j]), max(rows[i], rows[j]))
-        for i, j in combinations(range(len(apart)), 2)
+        for i, j in combinations(range(len(outlying)), 2)
         if fits[i, j] and fits[j, i]
     ]
 

@@ -79,7 +79,7 @@ def identify(
     choices = FitChoices.of(choices, **fields)
     sound = prepare_without_outliers if weighting is Loss.SET_APART else _all_rows
     with part_of(0.0, 0.4):
-        ready, apart = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects, seek=seek)
+        ready, outlying = sound(robot, data, choices, bounds=bounds, prior=prior, effects=effects, seek=seek)
     problem = ready.problem
     if ready.identifiability is None:
         problem = with_expected_deviation(problem, deviation)
@@ -105,7 +105,7 @@ def identify(
     fit = found.best.fit
     suspect = () if ready.identifiability is not None else ready.held.row[suspects(ready, fit)].tolist()
     progress(1.0, "done")
-    return replace(found, outliers=_errors_of(ready, apart, fit), suspects=tuple(suspect))
+    return replace(found, outliers=_errors_of(ready, outlying, fit), suspects=tuple(suspect))
 
 
 def _runs(
@@ -147,9 +147,9 @@ def _errors_of(ready: Prepared, rows: np.ndarray, fit: Fit) -> tuple[Outlier, ..
     """Rows that were set apart, the worst first, with their errors under the arm of the others."""
     if not len(rows):
         return ()
-    apart = ready.data.take(rows)
-    errors = ready.errors_on(apart, fit.calibrated, fit.problem.instrument(fit.x))
-    found = map(Outlier, apart.row.tolist(), errors.position.tolist(), errors.rotation.tolist())
+    outlying = ready.data.take(rows)
+    errors = ready.errors_on(outlying, fit.calibrated, fit.problem.instrument(fit.x))
+    found = map(Outlier, outlying.row.tolist(), errors.position.tolist(), errors.rotation.tolist())
     return tuple(sorted(found, key=lambda row: -np.nan_to_num(row.position)))
 
 

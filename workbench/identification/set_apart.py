@@ -72,16 +72,16 @@ def prepare_without_outliers(
     """The same without those rows to fit that stand out from the others, too, and without rows of which they
     don't tell on which side of a step they lie.
     """
-    ready, apart = prepare_without_gross_outliers(robot, data, choices, **options)
+    ready, outlying = prepare_without_gross_outliers(robot, data, choices, **options)
     if ready.identifiability is not None:
-        return ready, apart
-    choices = _without(choices, ready.data.row[apart], GROSS_REASON)
+        return ready, outlying
+    choices = _without(choices, ready.data.row[outlying], GROSS_REASON)
     held = ready.data.row[ready.held_out_rows].tolist()
     for _ in range(MAX_ROUNDS):
         found = ready.train_rows[_outlying(ready.problem)]
         if not len(found):
             break
-        apart = np.append(apart, found)
+        outlying = np.append(outlying, found)
         choices = _without(choices, ready.data.row[found], REASON)
         ready = prepare(robot, data, choices, held_rows=held, **options)
     if any(isinstance(e, AbstractStep) for e in robot.effects):
@@ -90,7 +90,7 @@ def prepare_without_outliers(
         if between.any():
             choices = _without(choices, used.row[between], UNDECIDED)
             ready = prepare(robot, data, choices, held_rows=held, **options)
-    return ready, apart
+    return ready, outlying
 
 
 def _without(choices: FitChoices, rows: np.ndarray, reason: str) -> FitChoices:

@@ -183,8 +183,8 @@ def comparable(calibrated: Robot, nominal: Robot, *, positions_only: bool | None
         )
     place = positions_only or not (usable.sees_rotation or usable.has_nominal)
     effects = tuple(e for e in calibrated.effects if e.moves_arm)
-    apart = [e.name for e in calibrated.effects if not e.moves_arm]
-    notes = [f"{name} is left out: it moves the measuring frame, not the arm" for name in apart]
+    skipped = [e.name for e in calibrated.effects if not e.moves_arm]
+    notes = [f"{name} is left out: it moves the measuring frame, not the arm" for name in skipped]
     if not place and not usable.sees_rotation:
         notes.append(
             "orientations of the path are met by the arm used, which no measured orientation confirms"

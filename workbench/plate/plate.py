@@ -126,8 +126,8 @@ class Plate:
     def from_anchors(self) -> Float[np.ndarray, "targets anchors 3"]:
         """Unit vectors from a ball-bar's anchors to the targets, in the robot's base."""
         assert self.anchors is not None
-        apart = self.poses[:, None, :3, 3] - se3.apply(self.pose, self.anchors)
-        return frozen(apart / np.linalg.norm(apart, axis=2, keepdims=True))
+        offsets = self.poses[:, None, :3, 3] - se3.apply(self.pose, self.anchors)
+        return frozen(offsets / np.linalg.norm(offsets, axis=2, keepdims=True))
 
     @cached_property
     def branches(self) -> tuple[str, ...]:

@@ -132,9 +132,9 @@ def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) ->
             )
         readings[0].robot.check_joints(numbers.q, "the typed poses")
     fits: list[_Fit] = []
-    for steps, maximum, apart in SEARCH_STAGES:
+    for steps, maximum, distance in SEARCH_STAGES:
         for reading, numbers in product(readings, typed):
-            fits += _fits(reading, numbers, steps, maximum, apart)
+            fits += _fits(reading, numbers, steps, maximum, distance)
         if fits:
             break
     tried = len(readings) * len(typed)
@@ -194,7 +194,7 @@ def _steps(arm: ReducedArm, count: int) -> list[list[tuple[float, float]]]:
     return [[(s, o) for s in (1.0, -1.0) for o in ([0.0] if slides else turns)] for slides in arm.slides]
 
 
-def _fits(reading: TableReading, typed: Typed, count: int, maximum: int, apart: float) -> list[_Fit]:
+def _fits(reading: TableReading, typed: Typed, count: int, maximum: int, distance: float) -> list[_Fit]:
     """Signs and offsets with which a reading gives the poses."""
     arm = compile_arm(reading.robot)
     q, poses = typed.q[:, arm.columns], typed.poses
@@ -206,7 +206,7 @@ def _fits(reading: TableReading, typed: Typed, count: int, maximum: int, apart: 
     last = _products(arm, q, range(half, arm.dof), choices, np.eye(4))
     wanted = _features(se3.inverse(first) @ poses, arm.length)
     offered = _features(last, arm.length)
-    pairs = _nearest(wanted, offered, maximum, apart)
+    pairs = _nearest(wanted, offered, maximum, distance)
     if not len(pairs):
         return []
     grid = [np.array(list(product(*choices[a:b]))) for a, b in ((0, half), (half, arm.dof))]
@@ -248,14 +248,14 @@ def _nearest(wanted: np.ndarray, offered: np.ndarray, maximum: int, farthest: fl
     size = (offered**2).sum(1)
     for start in range(0, len(wanted), BLOCK):
         block = wanted[start : start + BLOCK]
-        apart = size - 2.0 * block @ offered.T + (block**2).sum(1)[:, None]
-        near = np.flatnonzero(apart < farthest**2)
+        distance = size - 2.0 * block @ offered.T + (block**2).sum(1)[:, None]
+        near = np.flatnonzero(distance < farthest**2)
         if len(near) > maximum:
-            near = near[np.argpartition(apart.ravel()[near], maximum - 1)[:maximum]]
+            near = near[np.argpartition(distance.ravel()[near], maximum - 1)[:maximum]]
         rows, columns = np.divmod(near, len(offered))
-        found.append((apart.ravel()[near], rows + start, columns))
-    apart, rows, columns = (np.concatenate(parts) for parts in zip(*found, strict=True))
-    order = np.argsort(apart)[:maximum]
+        found.append((distance.ravel()[near], rows + start, columns))
+    distance, rows, columns = (np.concatenate(parts) for parts in zip(*found, strict=True))
+    order = np.argsort(distance)[:maximum]
     return np.column_stack([rows[order], columns[order]])
 
 
@@ -334,10 +334,10 @@ def _same(a: _Fit, b: _Fit) -> bool:
     low, high = a.reading.robot.search_limits.T
     q = rng.uniform(low, high, (20, len(low)))
     length = compile_arm(b.reading.robot).length
-    apart = a.at(q) - b.at(q)
+    difference = a.at(q) - b.at(q)
     return bool(
-        np.abs(apart[..., 3]).max() < SAME_READING * length
-        and np.abs(apart[..., :3]).max() < SAME_READING / WEIGHT
+        np.abs(difference[..., 3]).max() < SAME_READING * length
+        and np.abs(difference[..., :3]).max() < SAME_READING / WEIGHT
     )
 
 

@@ -138,7 +138,7 @@ def inertia_regressor(
     mass = np.concatenate([np.ones((len(points), 1)), np.tile(weights.mass[:, None], 6)], axis=1)
     parts = Masses(np.repeat(weights.after, len(steps)), mass.ravel(), points.reshape(-1, 3), weights.gravity)
     bare = replace(motion, payload=None, wrench=None)
-    found = _summed(robot, bare, parts, apart=True, values=values, shift=shift)
+    found = _summed(robot, bare, parts, separate=True, values=values, shift=shift)
     table = found.reshape(len(motion), len(points), len(steps), robot.dof, 6)
     by_com = 0.5 * (table[:, :, 1:4] - table[:, :, 4:])
     out = np.concatenate([table[:, :, :1], by_com], axis=2).reshape(
@@ -197,7 +197,7 @@ def _summed(
     motion: Motion,
     weights: Masses,
     *,
-    apart: bool = False,
+    separate: bool = False,
     payload_com: Vector3 | None = None,
     values: Float[np.ndarray, " k"] | None,
     shift: Float[np.ndarray, "_ _"],
@@ -212,7 +212,7 @@ def _summed(
         raise RobotError(f"a joint of robot '{robot.name}' drives several elements; let each drive one")
     moving = velocity is not None or acceleration is not None
     zeros = np.zeros(q.shape) if moving else NO_SHIFT
-    out = np.empty((len(q), len(weights.mass) if apart else 1, robot.dof, 6))
+    out = np.empty((len(q), len(weights.mass) if separate else 1, robot.dof, 6))
     _wrenches(
         robot.base_size,  # gravity is given in the frame after the base
         robot.chain.axes,
@@ -221,7 +221,7 @@ def _summed(
         frozen(robot.chain.values if values is None else values),
         robot.chain.constants,
         weights.after,
-        apart,
+        separate,
         weights.mass,
         weights.com,
         weights.gravity,
@@ -325,7 +325,7 @@ def _join(axis, t, value, speed, change_of_speed, origin, spin, change, start):
 @njit(cache=True, nogil=True)
 @no_type_check
 def _wrenches(
-    first, axes, drivers, mount, values, constants, after, apart, mass, com, gravity, q, velocity,
+    first, axes, drivers, mount, values, constants, after, separate, mass, com, gravity, q, velocity,
     acceleration, payload, payload_com, pull, shift, out,
 ):  # fmt: skip
     moving = velocity.shape[0] > 0
@@ -351,7 +351,7 @@ def _wrenches(
             while link < after.shape[0] and after[link] < k:
                 _load(
                     t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force,
-                    totals[link if apart else 0, body],
+                    totals[link if separate else 0, body],
                 )  # fmt: skip
                 link += 1
             value = values[k]
@@ -376,7 +376,7 @@ def _wrenches(
         while link < after.shape[0]:
             _load(
                 t, mass[link], com[link], gravity, moving, origin, spin, change, start, c, force,
-                totals[link if apart else 0, body],
+                totals[link if separate else 0, body],
             )  # fmt: skip
             link += 1
         if payload.shape[0] > 0:

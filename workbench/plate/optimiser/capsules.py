@@ -101,7 +101,7 @@ class CapsuleArm(AbstractArmShape):
         return se3.apply(frames[:, :, None], ends)
 
     @cached_property
-    def apart(self) -> CapsulePairs:
+    def checked(self) -> CapsulePairs:
         """Pairs of links that must not touch."""
         lengths = np.array([np.linalg.norm(c.end - c.start) for c in self.capsules])
         along = np.concatenate([[0.0], np.cumsum(lengths)])
@@ -129,12 +129,12 @@ class CapsuleArm(AbstractArmShape):
     def own_distances(
         self, placements, *, far=MAX_MEASURED_DISTANCE, minimum=None
     ) -> Float[np.ndarray, " rows"]:
-        apart = self.apart
-        if not len(apart.pairs):
+        checked = self.checked
+        if not len(checked.pairs):
             return np.full(len(placements), far)
-        one, other = placements[:, apart.pairs[:, 0]], placements[:, apart.pairs[:, 1]]
-        gaps = segment_distances(_part(one, apart.first), _part(other, apart.second))
-        return np.minimum((gaps - self.radii[apart.pairs].sum(1)).min(1), far)
+        one, other = placements[:, checked.pairs[:, 0]], placements[:, checked.pairs[:, 1]]
+        gaps = segment_distances(_part(one, checked.first), _part(other, checked.second))
+        return np.minimum((gaps - self.radii[checked.pairs].sum(1)).min(1), far)
 
     def hull_distances(
         self, placements, hulls, *, checked, far=MAX_MEASURED_DISTANCE, minimum=None

@@ -229,11 +229,13 @@ def mesh_arm(robot: Robot, clearance: float) -> MeshArm | None:
     low, high = robot.search_limits.T
     q = np.random.default_rng(0).uniform(low, high, (SAMPLED, robot.dof))
     placements = every.placements(q)
-    apart = [_can_be_apart(replace(every, pairs=pair[None]), placements, clearance) for pair in every.pairs]
-    return replace(every, pairs=every.pairs[np.array(apart, bool)])
+    separable = [
+        _can_separate(replace(every, pairs=pair[None]), placements, clearance) for pair in every.pairs
+    ]
+    return replace(every, pairs=every.pairs[np.array(separable, bool)])
 
 
-def _can_be_apart(arm: MeshArm, placements: np.ndarray, clearance: float) -> bool:
+def _can_separate(arm: MeshArm, placements: np.ndarray, clearance: float) -> bool:
     """Whether some posture brings the arm's only pair apart by more than the clearance [m]."""
     far = clearance + 0.01
     return any(arm.own_distances(row[None], far=far, minimum=clearance)[0] > clearance for row in placements)

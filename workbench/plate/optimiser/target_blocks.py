@@ -122,8 +122,8 @@ class Blocks:
         made[:, 2] = np.maximum(made[:, 2], minimum)
         if self.levels:
             levels = np.sort(self.levels)
-            apart = np.abs(made[:, 2, None] - levels) + np.where(levels < minimum[:, None], 1.0, 0.0)
-            made[:, 2] = levels[apart.argmin(1)]
+            distance = np.abs(made[:, 2, None] - levels) + np.where(levels < minimum[:, None], 1.0, 0.0)
+            made[:, 2] = levels[distance.argmin(1)]
         if self.shapes:
             shapes = np.array(self.shapes)
             made[:, SHAPE] = shapes[shape_distances(made[:, SHAPE], shapes).argmin(1)]
@@ -138,9 +138,9 @@ def shape_distances(
     some: Float[np.ndarray, "a 3"], others: Float[np.ndarray, "b 3"]
 ) -> Float[np.ndarray, "a b"]:
     """How unlike shapes are: heights in units of 3 cm, tilts of 12°, spins of 40°."""
-    apart = some[:, None] - others[None]
-    apart[..., 2] = np.arctan2(np.sin(apart[..., 2]), np.cos(apart[..., 2]))
-    return np.linalg.norm(apart / UNLIKE, axis=2)
+    difference = some[:, None] - others[None]
+    difference[..., 2] = np.arctan2(np.sin(difference[..., 2]), np.cos(difference[..., 2]))
+    return np.linalg.norm(difference / UNLIKE, axis=2)
 
 
 def shapes_of(places: Places) -> Float[np.ndarray, "shapes 3"]:
@@ -154,15 +154,15 @@ def shapes_of(places: Places) -> Float[np.ndarray, "shapes 3"]:
 
 def few_shapes(places: Places, number: int) -> tuple[tuple[float, float, float], ...]:
     """So many of the blocks' shapes, from which the others are least unlike (greedily, then exchanged)."""
-    apart = shape_distances(places[:, SHAPE], places[:, SHAPE]) ** 2
+    distance = shape_distances(places[:, SHAPE], places[:, SHAPE]) ** 2
     chosen: list[int] = []
     for _ in range(min(number, len(places))):
-        near = apart[:, chosen].min(1) if chosen else np.full(len(places), np.inf)
-        chosen.append(int(np.minimum(apart, near[:, None]).sum(0).argmin()))
+        near = distance[:, chosen].min(1) if chosen else np.full(len(places), np.inf)
+        chosen.append(int(np.minimum(distance, near[:, None]).sum(0).argmin()))
     for slot in range(len(chosen)):
         others = [c for i, c in enumerate(chosen) if i != slot]
-        near = apart[:, others].min(1) if others else np.full(len(places), np.inf)
-        chosen[slot] = int(np.minimum(apart, near[:, None]).sum(0).argmin())
+        near = distance[:, others].min(1) if others else np.full(len(places), np.inf)
+        chosen[slot] = int(np.minimum(distance, near[:, None]).sum(0).argmin())
     return tuple((float(h), float(t), float(s)) for h, t, s in places[chosen][:, SHAPE])
 
 

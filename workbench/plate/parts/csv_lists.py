@@ -70,8 +70,8 @@ def targets_csv(plate: Plate) -> str:
 def distances_csv(plate: Plate) -> str:
     """Of a ball-bar's plate: how long the bar is between every target and anchor."""
     assert plate.anchors is not None
-    apart = np.linalg.norm(plate.poses[:, None, :3, 3] - se3.apply(plate.pose, plate.anchors), axis=2)
-    rows = [(str(i + 1), str(k + 1), f"{MM * apart[i, k]:.4f}") for i, k in np.ndindex(*apart.shape)]
+    distances = np.linalg.norm(plate.poses[:, None, :3, 3] - se3.apply(plate.pose, plate.anchors), axis=2)
+    rows = [(str(i + 1), str(k + 1), f"{MM * distances[i, k]:.4f}") for i, k in np.ndindex(*distances.shape)]
     return csv_text(("target", "anchor", "distance[mm]"), rows)
 
 

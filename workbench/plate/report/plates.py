@@ -225,8 +225,12 @@ def cluster_tables(found: Clustering) -> RenderableType:
         numbers = (f"{100 * cluster.difference:.2g}", str(cluster.rank))
         values = (_number(cluster.stacked), _number(cluster.value))
         sets.add_row(text, str(len(cluster.cubes)), *numbers, *values)
-    apart = found.best.difference
-    equal = "O is equal in all poses" if apart < EQUAL else f"O is equal to {100 * apart:.2g} % in all poses"
+    difference = found.best.difference
+    equal = (
+        "O is equal in all poses"
+        if difference < EQUAL
+        else f"O is equal to {100 * difference:.2g} % in all poses"
+    )
     return Group(poses, sets, Text(equal))
 
 
