@@ -139,9 +139,9 @@ def test_what_is_put_off_in_a_drag_comes_once_the_hand_is_still(app):
         app.worker.submit(MoveTarget(0, (x, 0.35, 0.24), (-2.6, 0.0, 0.0), client=1))
         app.worker.wait()
     end = monotonic() + 60.0
-    while control(app, "Position [mm]").value[0] != 540.0 and monotonic() < end:
+    while control(app, "x, y, z [mm]").value[0] != 540.0 and monotonic() < end:
         sleep(0.05)
-    assert control(app, "Position [mm]").value[0] == 540.0
+    assert control(app, "x, y, z [mm]").value[0] == 540.0
     assert app.worker.session.drag is not None
     app.worker.submit(DropTarget(1))
     app.worker.wait()
@@ -228,10 +228,10 @@ def test_coordinates_are_shown_and_typed_in_metres_and_radians_too(app):
         return next(c for c in handles if getattr(c, "label", "") == label)
 
     plate = app.worker.session.plate
-    assert control("Position [mm]").value == (566.0, 354.0, 235.0)
+    assert control("x, y, z [mm]").value == (566.0, 354.0, 235.0)
     app.worker.submit(SetUnits(Units.METRES))
     assert app.worker.wait()
-    assert control("Position [m]").value == (0.566, 0.354, 0.235)
+    assert control("x, y, z [m]").value == (0.566, 0.354, 0.235)
     assert control("Angles [rad]").value == (-2.61799, 0.0, 0.0)
     targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
     targets._xyz.control.value = (0.6, 0.354, 0.235)
@@ -421,7 +421,7 @@ def test_a_move_sets_only_what_it_changes(app, monkeypatch):
 
 
 def test_a_refused_entry_goes_back_and_typed_poses_stay(app):
-    place, table = control(app, "Position [mm]"), control(app, "Poses")
+    place, table = control(app, "x, y, z [mm]"), control(app, "Poses")
     before = place.value
     place.value, table.value = (1e6, 0.0, 0.0), "1 2 3"
     targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))

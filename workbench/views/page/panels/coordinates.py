@@ -42,6 +42,7 @@ class Coordinates:
         self.control = gui.add_vector3(
             f"{title} [{self._unit}]", (0.0, 0.0, 0.0), step=ARROW_KEY_STEPS[self._unit], hint=hint
         )
+        self.control.precision = PLACES[self._unit]  # not that of the step: what is typed stays
 
     def show(self, exact: Float[np.ndarray, "3"], units: Units) -> None:
         """Show three numbers [m or rad] in these units."""

@@ -36,7 +36,7 @@ class TargetsPanel(AbstractPanel):
         )
         self.sends(self._choice, lambda: SelectTarget(self._number))
         self._xyz = Coordinates(
-            gui, "Position", Measure.LENGTH, hint="x, y and z of the tool at the target, from the base."
+            gui, "x, y, z", Measure.LENGTH, hint="x, y and z of the tool at the target, from the base."
         )
         self._rpy = Coordinates(
             gui,
