@@ -93,6 +93,13 @@ def limit_upload(gui: viser.GuiApi, button: viser.GuiUploadButtonHandle, most: i
     run_script(gui, f"(window.limits ??= {{}})[{button._impl.uuid!r}] = [{most}, {told!r}];")
 
 
+def forget_uploads(gui: viser.GuiApi) -> None:
+    """Pages that are opened later would show files as coming that came before; viser keeps it for them."""
+    buffer = getattr(gui._websock_interface, "_broadcast_buffer", None)
+    if buffer is not None:  # of what is for every page
+        buffer.remove_from_buffer(lambda message: isinstance(message, _messages.FileTransferPartAck))
+
+
 def controls(gui: viser.GuiApi) -> dict[str, Any]:
     """All controls by what a page calls them."""
     return dict(gui._gui_input_handle_from_uuid)

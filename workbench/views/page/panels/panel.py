@@ -22,7 +22,7 @@ from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
 from workbench.views.drawables.sink import is_same
 from workbench.views.page.html import block, text
-from workbench.views.page.viser_internals import limit_upload
+from workbench.views.page.viser_internals import forget_uploads, limit_upload
 from workbench.views.page.viser_internals import set_value as set_value
 
 ARRIVED = 0.3
@@ -199,6 +199,7 @@ class AbstractPanel(ABC):
                 self._worker.submit(Tell(f"{too_large(file.name, len(file.content), maximum)} here"))
                 return
             await asyncio.sleep(ARRIVED)
+            forget_uploads(self._gui)
             if asked := question(bytes(file.content)):
                 ask(
                     event,
