@@ -11,6 +11,7 @@ from problems import fitted
 
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.report.results_json import diagnosis_json
+from workbench.diagnosis.report.structure_plot import along_axis
 from workbench.diagnosis.result import Verdict
 from workbench.diagnosis.structure import structure_of
 from workbench.identification.joint_reading_noise import readings
@@ -110,3 +111,23 @@ def test_what_a_missing_effect_leaves_has_structure():
         clean += bool(structure_of(fitted(make("none", seed, "katana")).fit, rng).found)
     assert deflected >= 5
     assert clean == 0
+
+
+@pytest.mark.parametrize("pace", [0.0, 0.03, 0.1, 0.3])
+def test_what_decays_does_not_step(pace):
+    """A UR5 that warmed up over its first 150 rows was said to step between rows 55 and 56."""
+    case = make("none", 3, "katana")
+    done = np.argsort(np.argsort(case.data.time)) / len(case.data)
+    shape = np.exp(-done / pace) if pace else done < 0.4
+    moved = replace(case.data, position=case.data.position + 3e-4 * shape[:, None])
+    found = structure_of(fitted(replace(case, data=moved)).fit, np.random.default_rng(0))
+    assert found.found
+    assert (found.step is not None) is (pace == 0.0)
+
+
+def test_the_picture_in_the_order_of_the_rows_names_sessions():
+    case = make("none", 3, "katana")
+    names = np.where(case.data.row < 50, "before noon", "after noon")
+    said = diagnose(case.robot, replace(case.data, session=names), held_out=0.0)
+    (panel, *_) = along_axis(said).axes
+    assert [t.get_text().strip() for t in panel.texts] == ["before noon", "after noon"]

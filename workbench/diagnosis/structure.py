@@ -45,6 +45,8 @@ MIN_SKEW = 0.2
 """Skewness that is assumed at least."""
 PARTS, STEP = 10, 0.6
 """Parts of the order, and the share of their means' squares that makes a step."""
+PACES = np.geomspace(1.0 / 30.0, 0.4, 9)
+"""Time constants of decays that are no step, as parts of all rows."""
 IN_ORDER = ORDER, TIME = "the order of the rows", "the time"
 """Names of the axis in which rows were measured."""
 
@@ -197,15 +199,17 @@ class _Left:
         return {name: 1e3 * table[:, k] for k, name in enumerate(names[: table.shape[1]])}
 
     def step(self, axis: StructureAxis) -> tuple[int, int] | None:
-        """Rows between which what is left steps, if one step explains it better than a line does."""
+        """Rows between which what is left steps, if a step explains it better than a line or a decay."""
         table = self.views[axis.view] - self.views[axis.view].mean(0)
         count = np.arange(1, len(table))
         by_step = (table.cumsum(0)[:-1] ** 2).sum(1) * len(table) / (count * (len(table) - count))
-        line = np.linspace(-1.0, 1.0, len(table))
-        by_line = float(((line @ table) ** 2).sum() / (line @ line))
+        done = np.linspace(0.0, 1.0, len(table))
+        curves = np.stack([done, *(np.exp(-done / PACES[:, None]))])
+        curves -= curves.mean(1, keepdims=True)
+        by_curve = float((((curves @ table) ** 2).sum(1) / (curves**2).sum(1)).max())
         by_parts = sum(len(p) * float((p.mean(0) ** 2).sum()) for p in np.array_split(table, PARTS))
         best = int(np.argmax(by_step))
-        is_step = by_step[best] > max(by_line, STEP * by_parts)
+        is_step = by_step[best] > max(by_curve, STEP * by_parts)
         return (int(self.row[best]), int(self.row[best + 1])) if is_step else None
 
 

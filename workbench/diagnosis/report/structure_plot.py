@@ -17,6 +17,8 @@ from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 NEIGHBOURS = 9
 """Rows of a running mean."""
+MOST_SESSIONS = 20
+"""Sessions that are marked at most."""
 
 
 def along_axis(result: Diagnosis) -> Figure | None:
@@ -36,6 +38,7 @@ def along_axis(result: Diagnosis) -> Figure | None:
             axes.set_ylabel(name)
             if axis.name in IN_ORDER:
                 _mark(axes, result.events)
+                _divide(axes, result, x)
             grid(axes, "both")
         panels[-1].set_xlabel(axis.label)
     return figure
@@ -74,6 +77,26 @@ def _mark(axes: Axes, events: Sequence[AbstractEvent]) -> None:
         axes.axvline(at, color=EVENT, ls="--", lw=1.2)
         axes.text(
             at, 0.97 - 0.1 * k, f" {event.mark}", va="top", fontsize=7.5, transform=axes.get_xaxis_transform()
+        )
+
+
+def _divide(axes: Axes, result: Diagnosis, x: np.ndarray) -> None:
+    """Dotted lines between sessions that were measured one after the other, and their names beneath."""
+    data = result.data
+    if data.session is None:
+        return
+    order = np.argsort(x, kind="stable")
+    names = dict(zip(np.asarray(data.row).tolist(), np.asarray(data.session).tolist(), strict=True))
+    session = np.array([names[r] for r in result.structure.row[order].tolist()])
+    changes = np.flatnonzero(session[1:] != session[:-1]) + 1
+    if not 0 < len(changes) < MOST_SESSIONS:
+        return
+    for first in (0, *changes.tolist()):
+        at = x[order][first]
+        if first:
+            axes.axvline(at, color=INK, ls=":", lw=1.0)
+        axes.text(
+            at, 0.03, f" {session[first]}", va="bottom", fontsize=7.5, transform=axes.get_xaxis_transform()
         )
 
 
