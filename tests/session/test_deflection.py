@@ -74,11 +74,11 @@ def test_only_effects_that_the_pose_drives_are_drawn(first):
 
 def test_exaggerations_have_bounds(do, first):
     for wrong in (
-        replace(first.choices.overlay, bending=0.0),
+        replace(first.choices.overlay, deflection=0.0),
         replace(first.choices.overlay, exaggeration=np.inf),
     ):
         assert do(SetOverlay(wrong)).page.messages[-1].severity is Severity.ERROR
-    assert do(SetOverlay(replace(first.choices.overlay, bending=7.0))).choices.overlay.bending == 7.0
+    assert do(SetOverlay(replace(first.choices.overlay, deflection=7.0))).choices.overlay.deflection == 7.0
 
 
 def test_katana_stands_on_its_table_and_is_measured_and_identified(do):

@@ -360,7 +360,9 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
 
 def test_a_bent_arm_says_how_much_its_bending_is_exaggerated(walked):
     added = walked["added"]
-    asked = replace(added, choices=replace(added.choices, overlay=replace(added.choices.overlay, bent=True)))
+    asked = replace(
+        added, choices=replace(added.choices, overlay=replace(added.choices.overlay, is_deflected=True))
+    )
     drawn = {item.path: item for item in on_page(asked)}
     assert not any(item.shown for item in on_page(added) if item.path.startswith("arm/bent"))
     assert drawn["arm/bent"].shown

@@ -557,3 +557,12 @@ def test_every_built_in_arm_starts_and_is_recorded(first, name, tmp_path):
             tool = se3.inverse(session.robot.base.pose) @ tool_poses(session.robot, Motion(state.q[None]))[0]
             assert np.abs(se3.pose_error(target.pose, tool)).max() < 1e-7
         assert state.reached or state.reason
+
+
+def test_fields_of_earlier_journals_come_back_by_their_names_of_today():
+    region = codec.decode("SetRegion", {"least": [0, 0, 0], "greatest": [1, 1, 1], "cube": 0.1}, bytes)
+    assert (region.low, region.high) == ((0, 0, 0), (1, 1, 1))
+    view = codec.decode("ShowCubes", {"view": {"least": 0.2, "greatest": 0.6, "asked": False}}, bytes).view
+    assert (view.low, view.high, view.is_chosen) == (0.2, 0.6, False)
+    overlay = codec.decode("SetOverlay", {"overlay": {"bent": True, "bending": 7.0}}, bytes).overlay
+    assert (overlay.is_deflected, overlay.deflection) == (True, 7.0)

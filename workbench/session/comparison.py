@@ -204,8 +204,8 @@ class Overlay:
         exaggeration_after: The same for the calibrated arm, whose errors are much smaller.
         law: Label of the effect whose law is laid over the errors along the joints, and whose joint glows;
             the strongest cause if empty, `none` for none.
-        bent: The arm as its effects bend it.
-        bending: How many times stronger it is then drawn as bent.
+        is_deflected: Whether the arm is drawn as its effects deflect it, too.
+        deflection: How many times stronger it is then deflected.
     """
 
     nominal: bool = True
@@ -218,5 +218,5 @@ class Overlay:
     exaggeration: float = 50.0
     exaggeration_after: float = 50.0
     law: str = ""
-    bent: bool = False
-    bending: float = 50.0
+    is_deflected: bool = False
+    deflection: float = 50.0

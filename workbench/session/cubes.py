@@ -79,7 +79,7 @@ def values(session: Session) -> CubeValues | None:
 def are_shown(session: Session) -> bool:
     """Whether the scene has cubes; nobody asked for those that are there at first."""
     view = session.cube_view
-    return view.field is not Field.NONE and (view.asked or session.focus is Focus.TARGET)
+    return view.field is not Field.NONE and (view.is_chosen or session.focus is Focus.TARGET)
 
 
 @lru_cache(maxsize=2)
@@ -117,8 +117,8 @@ def shown_cubes(session: Session, view: CubeView, numbers: CubeValues) -> Bool[n
     """Which cubes are shown: in the kept layer, and within the kept part of the scale."""
     shape = session.plate.region.shape
     shares = numbers.shares
-    keep = np.isnan(shares) | ((shares >= view.least) & (shares <= view.greatest))
-    if view.field in (Field.MEASURED, Field.YIELD) or view.least > 0.0 or view.greatest < 1.0:
+    keep = np.isnan(shares) | ((shares >= view.low) & (shares <= view.high))
+    if view.field in (Field.MEASURED, Field.YIELD) or view.low > 0.0 or view.high < 1.0:
         keep &= ~np.isnan(shares)
     if view.cut is not None:
         keep &= np.indices(shape)[view.cut].ravel() == shown_layer(session)
@@ -130,7 +130,7 @@ def shown_layer(session: Session) -> int:
     view, region = session.cube_view, session.plate.region
     axis = 2 if view.cut is None else view.cut
     layer = view.layer
-    if not view.asked:
+    if not view.is_chosen:
         layer = int((plate_surface(session.plate) - region.min[2]) // (region.size[2] / region.shape[2]))
     return int(np.clip(layer, 0, region.shape[axis] - 1))
 

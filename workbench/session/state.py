@@ -158,24 +158,24 @@ class CubeView:
         field: What colours them.
         cut: Axis that is cut across: 0, 1, 2, or None for all layers.
         layer: Which layer across that axis is kept, counted from 0.
-        least: Cubes below this share of the colour scale are hidden.
-        greatest: Cubes above this share are hidden.
+        low: Cubes below this share of the colour scale are hidden.
+        high: Cubes above this share are hidden.
         picked: Number of the cube whose values are shown; None: none.
         corners: Whether the corners of the region carry handles.
-        asked: Whether a user chose this; else it gives way to measured rows and trajectories.
+        is_chosen: Whether a user chose this; else it gives way to measured rows and trajectories.
     """
 
     field: Field = Field.NONE
     cut: int | None = None
     layer: int = 0
-    least: float = 0.0
-    greatest: float = 1.0
+    low: float = 0.0
+    high: float = 1.0
     picked: int | None = None
     corners: bool = False
-    asked: bool = True
+    is_chosen: bool = True
 
 
-FIRST_VIEW = CubeView(field=Field.PREDICTED, cut=2, asked=False)
+FIRST_VIEW = CubeView(field=Field.PREDICTED, cut=2, is_chosen=False)
 """The layer of the plate's surface: a map on which targets stand."""
 
 

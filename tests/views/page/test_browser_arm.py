@@ -67,7 +67,7 @@ def test_another_arm_is_chosen_jogged_and_the_page_made_dark(app, look, tmp_path
     screen.shoot("katana")
     screen.wait_text("bending", "Joint 5")
     screen.page.get_by_role("checkbox", name="Bent arm", exact=True).uncheck()
-    screen.until(lambda session: not session.choices.overlay.bent)
+    screen.until(lambda session: not session.choices.overlay.is_deflected)
     screen.press("Plan it")
     screen.wait_text("track", "Error, mean")
     track = app.worker.session.track

@@ -1,6 +1,6 @@
 """Following a target: one warm-started damped Newton run within the limits, for drags (`damped_newton`).
 
-An arm that bends is then refined (`refine_bent`).
+An arm that bends is then refined (`refine_deflected`).
 """
 
 from dataclasses import dataclass

@@ -6,7 +6,7 @@ limits, for drags (`damped_newton`). Nothing here assumes a nominal structure, s
 exactly.
 
 An arm that bends (`Robot.effects`) has the branches of its geometry, each moved to where the deflected arm
-reaches the target (`refine_bent`); reasons, and the nearest configuration to what is out of reach, are the
+reaches the target (`refine_deflected`); reasons, and what is nearest to a place out of reach, are the
 geometry's. A branch keeps its turn: with an effect that does not repeat every turn, `follow` from
 another one.
 """

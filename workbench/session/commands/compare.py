@@ -165,7 +165,7 @@ class SetOverlay(AbstractChange):
         for what, times in (
             ("errors", overlay.exaggeration),
             ("the calibrated arm's errors", overlay.exaggeration_after),
-            ("bending", overlay.bending),
+            ("the deflection", overlay.deflection),
         ):
             if not MIN_EXAGGERATION <= times <= MAX_EXAGGERATION:
                 limits = f"{MIN_EXAGGERATION:g} to {MAX_EXAGGERATION:g}"

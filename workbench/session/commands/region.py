@@ -30,25 +30,25 @@ class SetRegion(AbstractChange):
     """Give the region other corners or other cubes.
 
     Args:
-        least: Corner with the least coordinates [m].
-        greatest: Corner with the greatest [m].
+        low: Corner with the least coordinates [m].
+        high: Corner with the greatest [m].
         cube: Greatest side of a cube [m].
         step: Whether undo goes back to before it; not so between the first and the last place of a drag.
     """
 
     title = "Change the region"
 
-    least: Corner
-    greatest: Corner
+    low: Corner
+    high: Corner
     cube: float
     step: bool = True
 
     key = computed(lambda self: ("region", self.step))
 
     def check(self, session: Session) -> None:
-        if not np.isfinite((*self.least, *self.greatest, self.cube)).all():
+        if not np.isfinite((*self.low, *self.high, self.cube)).all():
             raise OptionError("the region's corners must be finite numbers")
-        if max(map(abs, (*self.least, *self.greatest))) > FARTHEST:
+        if max(map(abs, (*self.low, *self.high))) > FARTHEST:
             raise OptionError(f"the region must stay within {FARTHEST:g} m of the base")
         cubes = self.region().cubes
         if cubes > MAX_CUBES:
@@ -63,7 +63,7 @@ class SetRegion(AbstractChange):
         return replace(session, plate=replace(session.plate, region=self.region()), cube_view=view)
 
     def region(self) -> Region:
-        return Region(min=np.array(self.least), max=np.array(self.greatest), cube=self.cube)
+        return Region(min=np.array(self.low), max=np.array(self.high), cube=self.cube)
 
 
 class ShowCubes(AbstractChange):
@@ -90,8 +90,8 @@ class SampleRegion(AbstractChore[tuple[Region, np.ndarray]]):
 
     title = "Sampling poses in the region"
 
-    least: Corner
-    greatest: Corner
+    low: Corner
+    high: Corner
     robot: str
 
     @classmethod
@@ -119,8 +119,8 @@ class MapCubes(AbstractChore[CubeMap]):
 
     title = "Computing the cubes of the region"
 
-    least: Corner
-    greatest: Corner
+    low: Corner
+    high: Corner
     cube: float
     robot: str
 

@@ -1,8 +1,8 @@
 """Commands as plain data and back, by their field's types; files in them go beside the journal.
 
 A command is a frozen record of plain values, so every command is written and read by the same few rules. A
-field that an older journal lacks has its default; a field that is unknown here is refused. A line ends with a
-checksum of what comes before it; lines of older versions have none.
+field that an older journal lacks has its default, one that was renamed its value, and any other is refused. A
+line ends with a checksum of what comes before it; lines of older versions have none.
 """
 
 import dataclasses
@@ -28,6 +28,15 @@ LONGEST_SUFFIX = 8
 CHECK = "check"
 """Name of a line's checksum, its last value."""
 CHECKSUM = re.compile(rf', "{CHECK}": "([0-9a-f]{{8}})"}}\s*$'.encode())
+
+FORMER = {
+    "least": "low",
+    "greatest": "high",
+    "asked": "is_chosen",
+    "bent": "is_deflected",
+    "bending": "deflection",
+}
+"""Fields that have another name in journals of earlier versions."""
 
 Load = Callable[[str], bytes]
 Read = Callable[[Any, Load], Any]
@@ -100,6 +109,7 @@ def _plain(value: Any, files: dict[str, bytes], ending: str) -> Any:
 
 def _build(kind: Any, values: Mapping[str, Any], load: Load) -> Any:
     readers = _readers(kind)
+    values = {name if name in readers else FORMER.get(name, name): value for name, value in values.items()}
     if unknown := sorted(set(values) - set(readers)):
         raise ValueError(f"'{kind.__name__}' has no '{unknown[0]}'")
     return kind(**{name: readers[name](value, load) for name, value in values.items()})

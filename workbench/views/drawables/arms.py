@@ -12,7 +12,7 @@ from workbench.session.deflection import bend, bending_robot, drawable_bending, 
 from workbench.session.joint_errors import shown_effect
 from workbench.session.state import Field, Focus, Session
 from workbench.views.appearance.bodies import body_frames
-from workbench.views.appearance.colours import BENT, BLAMED, BRANCH, CALIBRATED
+from workbench.views.appearance.colours import BLAMED, BRANCH, CALIBRATED, DEFLECTED
 from workbench.views.appearance.shapes import ball
 from workbench.views.drawables.drawable import Arm, Label, Mesh
 from workbench.views.drawables.nominal_arm import bodies_of, nominal_arm_at
@@ -41,13 +41,13 @@ def arms(session: Session) -> Iterator[Item]:
         yield Item("arm/calibrated", calibrated_arm, inputs, shown=is_shown)
 
 
-def bent_arm(session: Session) -> Iterator[Item]:
+def deflected_arm(session: Session) -> Iterator[Item]:
     """The arm deflected by its effects, labelled with its exaggeration, over the rigid one."""
     robot, overlay = bending_robot(session), session.choices.overlay
     if robot is not None:
-        inputs = robot, drawn_joints(session), overlay.bending
-        yield Item("arm/bent", _bent, inputs, shown=overlay.bent)
-        yield Item("arm/bent_words", _bent_words, inputs, shown=overlay.bent)
+        inputs = robot, drawn_joints(session), overlay.deflection
+        yield Item("arm/bent", _deflected, inputs, shown=overlay.is_deflected)
+        yield Item("arm/bent_words", _deflection_label, inputs, shown=overlay.is_deflected)
 
 
 def blame(session: Session) -> Iterator[Item]:
@@ -96,13 +96,13 @@ def deviating_arm(robot: Robot, q: np.ndarray) -> Arm:
     return Arm(bodies=bodies, frames=body_frames(robot, q), ghost=CALIBRATED, opacity=0.3)
 
 
-def _bent(robot: Robot, q: np.ndarray, bending: float) -> Arm:
+def _deflected(robot: Robot, q: np.ndarray, bending: float) -> Arm:
     shift = bend(robot, q).shift
     frames = body_frames(robot, q, shift=drawable_bending(robot, q, bending) * shift)
-    return Arm(bodies=bodies_of(robot, has_foot=False), frames=frames, ghost=BENT, opacity=0.42)
+    return Arm(bodies=bodies_of(robot, has_foot=False), frames=frames, ghost=DEFLECTED, opacity=0.42)
 
 
-def _bent_words(robot: Robot, q: np.ndarray, bending: float) -> Label:
+def _deflection_label(robot: Robot, q: np.ndarray, bending: float) -> Label:
     times = drawable_bending(robot, q, bending)
     frames = body_frames(robot, q, shift=times * bend(robot, q).shift)
     return Label(text=f"bent × {times:.3g}", place=frames[-1, :3, 3] + np.array([0.0, 0.0, ABOVE]))

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 
 from workbench.base.registry import Registry
 from workbench.session.state import Session
-from workbench.views.drawables.arms import arms, bent_arm, blame, branches
+from workbench.views.drawables.arms import arms, blame, branches, deflected_arm
 from workbench.views.drawables.events import happened
 from workbench.views.drawables.measured import measured, selected_row_marks
 from workbench.views.drawables.plate import plate, plate_before
@@ -23,7 +23,7 @@ ON_PAGE: Registry[Callable[[Session], Iterator[Item]]] = Registry(
     envelope,
     branches,
     selected_row_marks,
-    bent_arm,
+    deflected_arm,
     blame,
     arm_on_trajectory,
     group="workbench.page_drawables",
@@ -39,5 +39,5 @@ def on_page(session: Session) -> Iterator[Item]:
 
 def in_motion(session: Session) -> Iterator[Item]:
     """What moves while a trajectory is played."""
-    for subject in (arms, bent_arm, blame, arm_on_trajectory):
+    for subject in (arms, deflected_arm, blame, arm_on_trajectory):
         yield from subject(session)

@@ -11,7 +11,7 @@ from workbench.session.commands.arm import drawn_joints
 from workbench.session.commands.compare import MIN_EXAGGERATION, SetOverlay
 from workbench.session.deflection import MAX_DRAWN, Bending, bend, bending_robot, drawable_bending
 from workbench.session.state import Session, Tab
-from workbench.views.appearance.colours import BENT, css
+from workbench.views.appearance.colours import DEFLECTED, css
 from workbench.views.page.html import MUTED, badge, block, table, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
@@ -32,34 +32,34 @@ class BendingPanel(AbstractPanel):
         overlay = self._worker.session.choices.overlay
         self._folder = gui.add_folder("Bending under load", visible=False)
         with self._folder:
-            self._bent = gui.add_checkbox(
+            self._is_on = gui.add_checkbox(
                 "Bent arm",
-                overlay.bent,
+                overlay.is_deflected,
                 hint="Show the violet arm, deflected by play, compliance and other effects of its model.",
             )
             self._times = self.slider(
                 "Bending ×",
-                int(overlay.bending),
+                int(overlay.deflection),
                 (int(MIN_EXAGGERATION), MAX_BENDING, 1),
                 "Exaggeration of the violet arm's deflection.",
             )
             self._table = gui.add_html("")
-        for control in (self._bent, self._times):
+        for control in (self._is_on, self._times):
             self.sends(control, self._set)
 
     def show(self, session: Session) -> None:
         robot, q = bending_robot(session), drawn_joints(session)
-        set_value(self._bent, session.choices.overlay.bent)
-        set_value(self._times, int(session.choices.overlay.bending))
+        set_value(self._is_on, session.choices.overlay.is_deflected)
+        set_value(self._times, int(session.choices.overlay.deflection))
         self._folder.visible = robot is not None
         if robot is None:
             return
-        content = _joints(robot, bend(robot, q)) + _drawn(robot, q, session.choices.overlay.bending)
+        content = _joints(robot, bend(robot, q)) + _drawn(robot, q, session.choices.overlay.deflection)
         self._table.content = block(content, testid="bending", style="margin:4px 0")
 
     def _set(self) -> SetOverlay:
-        bent, times = bool(self._bent.value), float(self._times.value)
-        return SetOverlay(replace(self._worker.session.choices.overlay, bent=bent, bending=times))
+        is_on, times = bool(self._is_on.value), float(self._times.value)
+        return SetOverlay(replace(self._worker.session.choices.overlay, is_deflected=is_on, deflection=times))
 
 
 def _drawn(robot: Robot, q: np.ndarray, wanted: float) -> str:
@@ -86,6 +86,6 @@ def _joints(robot: Robot, bending: Bending) -> str:
     names = ", ".join(dict.fromkeys(str(effect.name) for effect in robot.effects))
     return (
         table(("", "N m about", "across", "turned", "tilted"), rows)
-        + f'<div style="margin-top:4px">{badge("Bent arm", css(BENT))} '
+        + f'<div style="margin-top:4px">{badge("Bent arm", css(DEFLECTED))} '
         f'<span style="color:{MUTED}">by {text(names)}</span></div>'
     )

@@ -14,10 +14,10 @@ from workbench.session.cubes import FACTORS, LARGER_IS_BETTER, TITLES, UNITS, Cu
 from workbench.session.deflection import bending_robot
 from workbench.session.state import Field, Focus, Session
 from workbench.views.appearance.colours import (
-    BENT,
     BLOCKED,
     BRANCH,
     CALIBRATED,
+    DEFLECTED,
     EVENT,
     FITTED,
     JOINT,
@@ -128,8 +128,8 @@ def things(session: Session, *, is_alone: bool = False) -> str:
         marks += [("blocked", BLOCKED)] if any(s.reached and s.hit for s in session.states) else []
     if session.results.calibrated is not None and overlay.calibrated and focus is not Focus.TARGET:
         marks += [("nominal arm", JOINT), ("calibrated arm", CALIBRATED)]
-    if bending_robot(session) is not None and overlay.bent:
-        marks.append(("deflected arm", BENT))
+    if bending_robot(session) is not None and overlay.is_deflected:
+        marks.append(("deflected arm", DEFLECTED))
     if overlay.ghosts and focus is Focus.TARGET:
         marks.append(("other branches", BRANCH))
     if not marks:

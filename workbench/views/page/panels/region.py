@@ -98,7 +98,7 @@ class RegionPanel(AbstractPanel):
     def _view(self) -> ShowCubes:
         view = replace(
             self._worker.session.cube_view,
-            asked=True,
+            is_chosen=True,
             field=FIELDS[self._field.value],
             cut=CUTS[self._cut.value],
             layer=int(self._layer.value) - 1,
