@@ -168,7 +168,13 @@ def _drawn(kind, arm, state, rng):
         found = [draw(name, arm, state, rng, joint=j) for name, _ in kind.effects for j in range(arm.dof)]
         return tuple(e for e in found if e is not None)
     chosen = [POOL[rng.integers(len(POOL))] if item == ANY else item for item in kind.effects]
-    found = [draw(name, arm, state, rng, detail=detail) for name, detail in chosen]
+    joints = rng.permutation(arm.dof)[: len(chosen)] if kind.of_many else [None] * len(chosen)
+    if len(joints) < len(chosen):
+        return None
+    found = [
+        draw(name, arm, state, rng, detail=detail, joint=None if joint is None else int(joint))
+        for (name, detail), joint in zip(chosen, joints, strict=True)
+    ]
     if None in found or len({(e.name, e.joints, e.detail) for e in found}) < len(found):
         return None
     apart = min(len({e.name for e in found}), len({e.joints[:1] or e.name for e in found})) == len(found)

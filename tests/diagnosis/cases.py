@@ -88,6 +88,11 @@ class Kind:
     leaning: float = 0.0
 
     @property
+    def of_many(self) -> bool:
+        """Whether several joints, all different, have one and the same effect."""
+        return len(self.effects) > 1 and self.effects[0] != ANY and len(set(self.effects)) == 1
+
+    @property
     def nameless(self) -> bool:
         """Whether the catalogue has no name for what is hidden."""
         return bool(self.effects) and all(name in NAMELESS for name, _ in self.effects)
@@ -123,6 +128,7 @@ CASES = {
     "wind-up": Kind((("wind-up", None),)),
     "misseated": Kind(misseated=True),
     "misseated-any": Kind((ANY,), misseated=True),
+    **{f"loose-{k}": Kind((("backlash", "moment"),) * k) for k in (3, 5, 4, 2)},
 }
 WITHOUT = ("none", "misseated")
 """Kinds without an effect."""
@@ -131,6 +137,7 @@ POOL = tuple(
     for name, kind in CASES.items()
     if kind.effects
     and kind.effects[0] != ANY
+    and not kind.of_many
     and not kind.nameless
     and name not in ("ripple", "leaning-mount")
 )

@@ -62,7 +62,7 @@ def candidate_columns(
             return np.zeros((block.stop - block.start, 0))
         link = block.observation.link
         found = effect_twists(
-            robot, motion, effects, weighed=weighed, varying=_acting(problem, block)[1], link=link
+            robot, motion, effects, weighed=weighed, varying=acting(problem, block)[1], link=link
         )
         seen = _seen(problem, x, block, *found)
         return seen if not weighed else np.concatenate([seen[:, :own], placed(block, seen[:, own:])], axis=1)
@@ -70,7 +70,7 @@ def candidate_columns(
     def placed(block: RowBlock, seen: np.ndarray) -> np.ndarray:
         """Columns of what acts in a block's session in the places of what acts in any."""
         index = {name: k for k, name in enumerate(problem.inertia_tolerance)}
-        mine = [index[problem.names[place]] for place in _acting(problem, block)[0]]
+        mine = [index[problem.names[place]] for place in acting(problem, block)[0]]
         out = np.zeros((len(seen), len(weighed), len(index)))
         out[:, :, mine] = seen.reshape(len(seen), len(weighed), -1)
         return out.reshape(len(seen), -1)
@@ -78,7 +78,7 @@ def candidate_columns(
     yield from zip(problem.blocks, in_order(columns, tuple(_arms(problem, x))), strict=True)
 
 
-def _acting(problem: Problem, block: RowBlock) -> tuple[np.ndarray, np.ndarray]:
+def acting(problem: Problem, block: RowBlock) -> tuple[np.ndarray, np.ndarray]:
     """Places in x, and columns of `load_regressor`, of what acts on a block's rows through loads alone."""
     if block.deflected is None:
         return np.zeros(0, np.int64), np.zeros(0, np.int64)

@@ -17,6 +17,7 @@ from workbench.data.dataset import Dataset
 from workbench.diagnosis.candidates import Catalogue, catalogue
 from workbench.diagnosis.events import Changeable, changeable, promising
 from workbench.diagnosis.evidence import Model, drop, rescaled, solve, validated
+from workbench.diagnosis.flanks import holding_likeliest
 from workbench.diagnosis.gram_matrices import Grams, compress
 from workbench.diagnosis.refit import FittedModel, large, linear_answer, refit, with_own_noise
 from workbench.diagnosis.stepwise_search import FEW, WORTH, FoundEffects, as_found, supported
@@ -307,7 +308,7 @@ def _on_all_rows(stage: Stage) -> Problem:
     problem = stage.fitted.problem
     if stage.keep.all():
         return problem
-    return problem.again(data=stage.rows, noise=stage.geometric.noise)
+    return holding_likeliest(problem.again(data=stage.rows, noise=stage.geometric.noise), stage.fitted.fit.x)
 
 
 def _key(candidate: Candidate) -> str:
