@@ -24,6 +24,7 @@ from scipy import special
 from workbench.arm.effects.axes import own_components
 from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.wrenches import load_regressor
+from workbench.base.types import Outcome
 from workbench.diagnosis.candidate_columns import acting
 from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -31,6 +32,8 @@ from workbench.identification.problem import Problem
 
 PATTERNS = 12
 """Most patterns of flanks that are fitted."""
+LOST = Outcome.CANCELLED, Outcome.DIVERGED
+"""Fits after which no other pattern is tried."""
 SWEEPS, DAMPING = 40, 0.5
 """Most rounds of expectation propagation, and the part of each change that is taken."""
 SETTLED = 1e-3
@@ -95,10 +98,9 @@ def search_flanks(
         x, is_weighed = found.x, belief is not None or not weighing
         odds, misfit = _odds(held, x, side)
         belief = _belief(_loads(held, x, side), odds)
-        strain = -float(special.log_expit(side * belief.lean).sum())
-        fitted.append((misfit + strain, held, found))
+        fitted.append((misfit, held, found))
         last, side = side, _likelier(side, odds + belief.lean)
-        if (is_weighed and np.array_equal(side, last)) or not found.outcome.ok:
+        if (is_weighed and np.array_equal(side, last)) or found.outcome in LOST:
             break
     _, held, found = min(fitted[1:] or fitted, key=lambda f: f[0])
     return held, found
@@ -197,9 +199,9 @@ def _believing(
 
 
 def _odds(held: Problem, x: Float[np.ndarray, " p"], side: Sides) -> tuple[Sides, float]:
-    """Log odds of the positive flanks by the rows' residuals, the others as they are; and ½ |r|².
+    """Log odds of the positive flanks by the rows' residuals, the others as they are; and |r|².
 
-    Both in units of the noise that the fit leaves: what was assumed may be that of an arm without play.
+    The odds are those of the noise that the fit leaves: what was assumed may be that of an arm without play.
     """
     at, rows = held.evaluate(x), held.component_rows
     residual, out = at.residual[: held.size], np.empty(side.shape)
@@ -207,7 +209,7 @@ def _odds(held: Problem, x: Float[np.ndarray, " p"], side: Sides) -> tuple[Sides
         change = 2.0 * x[place] * at.jacobian[: held.size, place]  # of the residual, by the other flank
         out[:, k] = np.bincount(rows, residual * change + 0.5 * change**2, len(side))
     variance = float(np.median(residual[held.inverse_sigma > 0.0] ** 2)) / MEDIAN
-    return side * out / max(variance, 1e-12), 0.5 * float(residual @ residual) / max(variance, 1e-12)
+    return side * out / max(variance, 1e-12), float(residual @ residual)
 
 
 def _belief(loads: _Loads, odds: Sides) -> _Belief:

@@ -33,6 +33,8 @@ POOL = 400
 """Poses to choose from …"""
 MANY = 100_000
 """… or fewer, where poses times unknowns would be more than this."""
+MEASURED = 2000
+"""Measured rows, evenly spread, from which is told what all of them show."""
 WIDER = 0.1
 """Part of the measured box by which a pose may leave it."""
 CLEAR = 0.01
@@ -86,7 +88,9 @@ def next_poses(
         return pool.q, ()
     requested = carriers(effects)
     unmeasured = problem.again(data=pool, noise=problem.typical_noise, inertia=False)
-    now, new = (_columns(problem, x, p, requested) for p in (problem, unmeasured))
+    measured = _some_rows(problem)
+    now, new = (_columns(problem, x, p, requested) for p in (measured, unmeasured))
+    now *= np.sqrt(len(problem.data) / len(measured.data))
     new = new[np.argsort(unmeasured.component_rows, kind="stable")]
     # what the rows hardly show but a new pose does would else outweigh all others beyond rounding
     new_size = np.linalg.norm(new, axis=0) / np.sqrt(len(pool))
@@ -99,6 +103,15 @@ def next_poses(
     unknowns = _unknowns(problem, requested)
     reasons = tuple(_reason(*step, known=known, scale=scale, unknowns=unknowns) for step in steps)
     return pool.q[chosen], reasons
+
+
+def _some_rows(problem: Problem) -> Problem:
+    """A problem with `MEASURED` of its rows at most."""
+    every = -(-len(problem.data) // MEASURED)
+    if every == 1:
+        return problem
+    rows = problem.data.take(np.arange(0, len(problem.data), every))
+    return problem.again(data=rows, noise=problem.noise)
 
 
 Step = tuple[float, np.ndarray, np.ndarray]

@@ -16,7 +16,8 @@ from enum import StrEnum
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy import special
+from scipy import linalg, special
+from scipy.linalg import blas
 
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.problem import Problem
@@ -115,16 +116,29 @@ def row_sizes(
         root: Square root of the covariance of x; None to leave leverage out.
     """
     room, residual = np.ones(problem.size), np.empty(problem.size)
+    root = None if root is None else _triangular(root)
     for block, piece in problem.pieces(x):
         if block is None:
             continue
         rows = slice(block.start, block.stop)
         residual[rows] = piece.residual
         if root is not None:
-            leverage = ((piece.jacobian @ root) ** 2).sum(1)
+            leverage = _leverage(piece.jacobian, root)
             mine = fitted[problem.component_rows[rows]]
             room[rows] = np.where(mine, np.maximum(1.0 - leverage, 0.1), 1.0 + leverage)
     return _sizes(problem, residual, room)
+
+
+def _triangular(root: Float[np.ndarray, "p r"]) -> Float[np.ndarray, "p p"]:
+    """A lower triangular square root of the same covariance: half the work to multiply by."""
+    upper = linalg.qr(np.pad(root.T, ((0, max(len(root) - root.shape[1], 0)), (0, 0))), mode="r")[0]
+    return np.asfortranarray(upper.T)
+
+
+def _leverage(jacobian: Float[np.ndarray, "m p"], root: Float[np.ndarray, "p p"]) -> Float[np.ndarray, " m"]:
+    """Diagonal of J C Jᵀ by the triangular root of C; the Jacobian is lost."""
+    whitened = blas.dtrmm(1.0, root, jacobian.T, trans_a=1, lower=1, overwrite_b=1)
+    return np.einsum("pm,pm->m", whitened, whitened)
 
 
 def limits(sizes: Float[np.ndarray, "rows 3"]) -> Float[np.ndarray, " 3"]:

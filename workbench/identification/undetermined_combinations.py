@@ -144,16 +144,17 @@ def factorise_pieces(
         pieces: Residuals and Jacobians, whitened.
         units: Natural unit of every parameter.
     """
-    p, square, r = len(units), 0.0, np.zeros((0, len(units) + 1))
+    p, square = len(units), 0.0
+    r = np.zeros((p + 1, p + 1), order="F")
     for residual, jacobian in pieces:
         if not len(residual):
             continue
-        table = np.empty((len(r) + len(residual), p + 1), order="F")
-        table[: len(r)], table[len(r) :, p] = r, residual
-        np.multiply(jacobian, units, out=table[len(r) :, :p])
-        r = np.triu(lapack.dgeqrf(table, lwork=PANEL * (p + 1), overwrite_a=True)[0][: p + 1])
+        table = np.empty((len(residual), p + 1), order="F")
+        table[:, p] = residual
+        np.multiply(jacobian, units, out=table[:, :p])
+        r = lapack.dtpqrt(0, min(PANEL, p + 1), r, table, overwrite_a=True, overwrite_b=True)[0]
         square += float(residual @ residual)
-    return _decomposed(r[: min(p, len(r))], square, units)
+    return _decomposed(r[:p], square, units)
 
 
 def _decomposed(r: Float[np.ndarray, "k p1"], square: float, units: Float[np.ndarray, " p"]) -> Factor:

@@ -19,7 +19,7 @@ from workbench.arm.effects.effect import AbstractEffect, offered
 from workbench.arm.effects.law import Loads
 
 CAUSES = ("moment", "motion")
-SOFT = 0.01
+SOFT = 0.002
 """Width that a diagnosis takes, as part of the moment's standard deviation over the rows."""
 
 

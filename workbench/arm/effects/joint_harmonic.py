@@ -6,11 +6,13 @@ over one order k, or over a band of orders: the teeth of a gear show with their 
 learned on part of a turn fades out beyond its `range`: many orders predict nothing where no row was.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import final
 
 import numpy as np
+from jaxtyping import Complex, Float
 
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
@@ -77,11 +79,11 @@ class JointHarmonic(AbstractEffect):
         return Learned(low, high, HALF_TURN / self.orders[-1])
 
     def law(self, chain, motion, wrenches):
-        rows, joints, orders = len(motion), len(self.joints), np.array(self.orders)
-        angle = motion.q[:, list(self.joints), None] * orders
-        out = np.zeros((rows, joints, joints, len(orders), 2))
-        for j in range(joints):
-            out[:, j, j, :, 0], out[:, j, j, :, 1] = np.cos(angle[:, j]), np.sin(angle[:, j])
+        rows, joints = len(motion), len(self.joints)
+        out = np.zeros((rows, joints, joints, len(self.orders), 2))
+        for j, joint in enumerate(self.joints):
+            wave = _waves(motion.q[:, joint], self.orders)
+            out[:, j, j, :, 0], out[:, j, j, :, 1] = wave.real, wave.imag
         if self.learned is not None:
             out *= self.learned.weight(motion.q[:, self.joints[0]])[:, None, None, None, None]
         return out.reshape(rows, joints, len(self.names))
@@ -159,3 +161,11 @@ def highest_order(q: np.ndarray) -> int:
 def places(q: np.ndarray) -> int:
     """How many different positions [to a milliradian or millimetre] of a joint occur."""
     return len(np.unique(np.round(q, 3)))
+
+
+def _waves(angle: Float[np.ndarray, " rows"], orders: Sequence[int]) -> Complex[np.ndarray, "rows k"]:
+    """e^(i k angle) for some k; for many of them each power from the one before, without sines."""
+    if len(orders) < MIN_BAND:
+        return np.exp(1j * angle[:, None] * np.array(orders))
+    once = np.broadcast_to(np.exp(1j * angle)[:, None], (len(angle), orders[-1]))
+    return np.cumprod(once, axis=1)[:, np.array(orders) - 1]
