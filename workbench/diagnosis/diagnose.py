@@ -1,12 +1,13 @@
-"""Diagnosis from end to end: geometry, outliers, effects, verdict, what to measure next."""
+"""Diagnosis from end to end: a search for causes, the arm that is saved, what is claimed of it, advice."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
-from typing import NamedTuple, Unpack
+from typing import Unpack
 
 import numpy as np
+from jaxtyping import Bool, Float, Int
 
 from workbench.arm.effects import extrapolation_notes
 from workbench.arm.masses import with_assumed_masses
@@ -18,35 +19,27 @@ from workbench.base.progress import part_of, progress
 from workbench.base.threads import one_thread
 from workbench.data.dataset import Dataset
 from workbench.data.directions import with_directions
-from workbench.diagnosis.claimed_causes import (
-    CERTAIN,
-    PROBABLE,
-    Cause,
-    ResidualMap,
-    find_causes,
-    odds_of_events,
-)
-from workbench.diagnosis.event_notes import arm_now, without_undecided
+from workbench.diagnosis.cause_search import CauseSearch, search_causes
+from workbench.diagnosis.claimed_causes import Cause, ResidualMap, find_causes
+from workbench.diagnosis.event_notes import Now, arm_now
 from workbench.diagnosis.evidence import Model, drop
 from workbench.diagnosis.final_fit import fitted_on_all
-from workbench.diagnosis.next_poses import Measurable, next_poses
+from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, harm_done, judged
-from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
+from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.standing import standing_causes, standing_notes
 from workbench.diagnosis.structure import Structure, structure_of
 from workbench.diagnosis.trial import Trial
-from workbench.diagnosis.undetectable import describe, hidden_variance, undetectable
-from workbench.diagnosis.verdict import conclude, coverage, explains_little, too_few_rows, weights_that_differ
+from workbench.diagnosis.undetectable import Undetectable, describe, hidden_variance, undetectable
+from workbench.diagnosis.verdict import conclude, coverage, weights_that_differ
 from workbench.identification import noise as noises
 from workbench.identification.exchanged_rows import exchange_note, exchanged_rows
 from workbench.identification.fit import Fit
 from workbench.identification.fit_choices import ChoiceFields, FitChoices
-from workbench.identification.joint_reading_noise import readings
+from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.own_preparation import preparation_of
-from workbench.identification.preparation import Prepared
 from workbench.identification.problem import Noise
-from workbench.identification.result import Validation
-from workbench.identification.row_errors import Errors, RowErrors, degradation_warning
+from workbench.identification.row_errors import RowErrors, degradation_warning
 from workbench.identification.set_apart import (
     GROSS_REASON,
     prepare_without_gross_outliers,
@@ -54,9 +47,6 @@ from workbench.identification.set_apart import (
     suspects,
 )
 from workbench.plate.door import door
-
-LOST = 1.5
-"""Times the error of the geometry on the fitted rows from which on a fit with effects went astray."""
 
 
 @door(FitChoices)
@@ -83,238 +73,255 @@ def diagnose(
     """
     if (own := preparation_of(data)) is not None:
         raise OptionError(f"{data.source}: {own.undiagnosed}")
-    choices, robot_as_given = FitChoices.of(choices, **fields), robot
-    robot = with_assumed_masses(robot)
-    began = perf_counter()
+    began, choices = perf_counter(), FitChoices.of(choices, **fields)
+    weighed, rng, advice = with_assumed_masses(robot), np.random.default_rng(choices.seed), Advice()
     with part_of(0.0, 0.3):
-        ready, gross = prepare_without_gross_outliers(robot, with_directions(data), _with_directions(choices))
-    rng = np.random.default_rng(choices.seed)
-    search = _search(robot, ready, rng)
-    return _build_diagnosis(
-        robot,
-        search.ready,
-        search,
-        choices.noise,
-        rng,
-        gross=gross,
-        began=began,
-        measurable=measurable,
-        robot_as_given=robot_as_given,
-    )
-
-
-class _Judged(NamedTuple):
-    """An arm on the fitted rows and on the held-out ones."""
-
-    errors: Validation
-    rows: tuple[RowErrors, RowErrors]
+        ready, gross = prepare_without_gross_outliers(
+            weighed, with_directions(data), _with_directions(choices)
+        )
+    search = search_causes(weighed, ready, rng)
+    saved = _saved_arm(search, advice)
+    claims = _claims(search, saved, file=robot, known=choices.noise, rng=rng, advice=advice)
+    progress(0.9, "choosing poses to measure next")
+    next_ones = _measured_next(search, saved, claims, rng=rng, measurable=measurable, advice=advice)
+    result = _diagnosis(search, saved, claims, next_ones, file=robot, gross=gross, advice=advice)
+    progress(1.0, "done")
+    return replace(result, seconds=perf_counter() - began)
 
 
 @dataclass(frozen=True, eq=False)
-class _CauseSearch:
-    """What was fitted.
+class _Saved:
+    """The arm that is saved.
 
     Args:
-        ready: The rows, without held-out ones that don't tell on which side of an event they lie.
-        first: The geometry alone.
-        rounds: The searches, from the first to the last.
-        short: Why none was made; None if one was.
-        before: The geometry on the rows that judge.
-        after: The last round's arm on them.
-        nominal: The nominal arm on them.
+        fit: The last search's model on all rows …
+        suspects: … but these of the held-out ones, which no arm explains.
+        note: What was fitted once more; None where nothing was.
+        undetectable: Effects of load that the rows can't show.
+        std: Standard errors of the coefficients [SI], with what these add.
+        effects: What the model holds, the clearest first.
+        judge: Tries other models out.
+        now: Since when the arm is as it is saved; None where nothing happened.
     """
 
-    ready: Prepared
-    first: Stage
-    rounds: Sequence[Searched]
-    short: str | None
-    before: _Judged
-    after: _Judged
-    nominal: Validation
-
-    @property
-    def is_lost(self) -> bool:
-        """Whether the fit with what was found ended far above the geometry alone, which it contains."""
-        before, after = (v.errors.train.position_mm.rms for v in (self.before, self.after))
-        return bool(after > LOST * before)
+    fit: Fit
+    suspects: Bool[np.ndarray, " held"]
+    note: str | None
+    undetectable: tuple[Undetectable, ...]
+    std: Mapping[str, float]
+    effects: tuple[Accepted, ...]
+    judge: Trial
+    now: Now | None
 
 
-def _search(robot: Robot, ready: Prepared, rng: np.random.Generator) -> _CauseSearch:
-    """Fit the geometry, then look for effects; what then explains next to nothing is the wrong robot's."""
-    progress(0.3, "fitting the geometry, setting outliers apart")
-    first = geometry_first(ready.problem)
-    short = too_few_rows(first.fitted.fit)
-    found = _rounds_with_sure_events(first, rng) if short is None else rounds(first, rng, search=False)
-    progress(0.8, "judging what was found")
-    search = _validated_search(ready, first, found, short)
-    if search.is_lost:
-        search = _validated_search(ready, first, rounds(first, rng, events=()), short)
-    if search.is_lost or explains_little(search.nominal.train, search.after.errors.train, robot.reach):
-        search = _validated_search(ready, first, rounds(first, rng, search=False), short)
-    return search
+@dataclass(frozen=True, eq=False)
+class _Claims:
+    """What is said of the arm; fields as in `Diagnosis`."""
+
+    causes: tuple[Cause, ...]
+    residual_map: ResidualMap | None
+    structure: Structure
+    noise: Noise
+    floor: Noise | None
+    joint_noise: Readings | None
+    verdict: Verdict
+    message: str
 
 
-def _rounds_with_sure_events(first: Stage, rng: np.random.Generator) -> tuple[Searched, ...]:
-    """The search for events and effects, made again without the events that it doubts.
-
-    Rows in an order of their own look alike, so where they still do nothing less than certain happened.
-    """
-    found = rounds(first, rng)
-    while odds := odds_of_events(found[-1]):
-        needed = PROBABLE
-        if min(odds.values()) < CERTAIN and structure_of(found[-1].stage.fitted.fit, rng).found:
-            needed = CERTAIN
-        sure = [event for event, its_odds in odds.items() if its_odds >= needed]
-        if len(sure) == len(odds):
-            break
-        found = rounds(first, rng, events=sure)
-    return found
-
-
-def _validated_search(
-    ready: Prepared, first: Stage, found: Sequence[Searched], short: str | None
-) -> _CauseSearch:
-    """What was found, with its errors on the rows that are on a known side of its events."""
-    ready = without_undecided(ready, found[-1])
-    before, after = _validated(ready, first), _validated(ready, found[-1].stage)
-    return _CauseSearch(ready, first, found, short, before, after, _nominal(ready))
-
-
-def _build_diagnosis(
-    robot: Robot,
-    ready: Prepared,
-    search: _CauseSearch,
-    noise: Noise | None,
-    rng: np.random.Generator,
-    *,
-    gross: np.ndarray,
-    began: float,
-    measurable: Measurable | None,
-    robot_as_given: Robot,
-) -> Diagnosis:
-    """The effects with what they add, the verdict, and what to measure next."""
-    last = search.rounds[-1]
+def _saved_arm(search: CauseSearch, advice: Advice) -> _Saved:
+    """The last round's arm fitted on all rows, with the standard errors and rivals of its effects."""
+    last, ready, geometry = search.rounds[-1], search.ready, search.first.fitted
     fit = last.stage.fitted.fit
-    geometry = search.first.fitted
-    suspect_rows = suspects(ready, last.stage.fitted.fit, geometry.problem.named(geometry.fit.x))
-    final, refit_note = fitted_on_all(ready, last, suspect_rows)
-    before, after = judged(search.before.errors), judged(search.after.errors)
-    is_short = search.short is not None
-    motion, judge, advice = Motion.of(fit.problem.data), Trial(ready, last), Advice()
+    suspect_rows = suspects(ready, fit, geometry.problem.named(geometry.fit.x))
+    final, note = fitted_on_all(ready, last, suspect_rows)
+    motion, judge = Motion.of(fit.problem.data), Trial(ready, last)
     missing = advice.ask(
-        "what the rows can't show", lambda: () if is_short else undetectable(last, fit.calibrated, motion), ()
+        "what the rows can't show",
+        lambda: () if search.short else undetectable(last, fit.calibrated, motion),
+        (),
     )
     std = _standard_errors(final, hidden_variance(last, missing))
-    accepted = _accepted(
-        last, final, judge, std, advice, alone_mm=before.position_mm.mean, after_mm=after.position_mm.mean
-    )
-    joint_noise = readings(fit.problem.with_noise(last.stage.geometric.noise))
-    floor = noises.stated(ready.problem) or noise or noises.from_repeats(ready.problem.data)
-    residual_noise = noises.of_residual(fit.problem, fit.x, fit.factor) or last.stage.geometric.noise
-    alone_mm, all_mm = (v.errors.train.position_mm.rms for v in (search.before, search.after))
-    together_mm = float(np.sqrt(max(alone_mm**2 - all_mm**2, 0.0)))
-    causes = (
-        find_causes(last, final.calibrated, motion, floor, std, together_mm=together_mm) if accepted else ()
-    )
-    causes = (*causes, *standing_causes(final, robot_as_given, residual_noise))
-    residual_map = _residual_map(last.found.model, accepted, causes, judge, search)
-    structure = (
-        Structure()
-        if is_short
-        else advice.ask("the structure of what is left", lambda: structure_of(fit, rng), Structure())
-    )
+    alone_mm, after_mm = (judged(v.errors).position_mm.mean for v in (search.before, search.after))
+    effects = _accepted(last, final, judge, std, advice, alone_mm=alone_mm, after_mm=after_mm)
+    now = arm_now(ready, final, suspect_rows)
+    return _Saved(final, suspect_rows, note, missing, std, effects, judge, now)
+
+
+def _claims(
+    search: CauseSearch,
+    saved: _Saved,
+    *,
+    file: Robot,
+    known: Noise | None,
+    rng: np.random.Generator,
+    advice: Advice,
+) -> _Claims:
+    """Causes, residual map, structure of what is left, and the verdict.
+
+    Args:
+        file: The robot as it was given.
+        known: Noise that was stated beforehand.
+    """
+    last, ready = search.rounds[-1], search.ready
+    fit, geometric = last.stage.fitted.fit, last.stage.geometric
+    noise = noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise
+    floor = noises.stated(ready.problem) or known or noises.from_repeats(ready.problem.data)
+    joint_noise = readings(fit.problem.with_noise(geometric.noise))
+    causes = (*_found_causes(search, saved, floor), *standing_causes(saved.fit, file, noise))
+    residual_map = _residual_map(last.found.model, saved.effects, causes, saved.judge, search)
+    structure = Structure()
+    if search.short is None:
+        structure = advice.ask("the structure of what is left", lambda: structure_of(fit, rng), structure)
     verdict, message = conclude(
         causes,
         residual_map,
         nominal=judged(search.nominal),
-        reach=robot.reach,
-        noise=residual_noise,
-        before=before,
-        after=after,
+        reach=search.robot.reach,
+        noise=noise,
+        before=judged(search.before.errors),
+        after=judged(search.after.errors),
         floor=floor,
         structure=structure,
         distrusted=last.found.distrusted,
         joint_noise=joint_noise,
-        chain=robot.chain,
+        chain=search.robot.chain,
     )
     if search.short is not None:
         verdict, message = Verdict.NONE, search.short
-    elif missing and any(a.effect.loads for a in accepted):
-        message = f"{message} {describe(missing)}"
-    fitted, held = ready.nominal_rows
-    if worse := degradation_warning((fitted.take(last.stage.keep), held), search.after.rows):
-        message = f"{message} Warning: {worse}."
-    if accepted and (worse := harm_done(search.before.rows[1], search.after.rows[1])):
-        message = f"{message} Warning: {worse}."
-    progress(0.9, "choosing poses to measure next")
-    requested = [e.effect for e in accepted] + [e for c in causes for e in c.look_alikes]
-    seen = [] if is_short else coverage(fit.problem.data, robot.chain)
-    beyond = extrapolation_notes([a.effect for a in accepted], robot.chain, ready.held.q, ready.held.row)
-    notes = [*ready.notes, *last.offered.notes, *seen, *(f"held out: {text}" for text in beyond)]
-    if suspect_rows.any():
-        notes.append(suspect_note(ready.held.row[suspect_rows].tolist(), after))
-    if refit_note is not None:
-        notes.append(refit_note)
-    outliers = np.union1d(gross, ready.train_rows[~last.stage.keep]).astype(np.int64)
-    if pairs := advice.ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
-        notes.append(exchange_note(pairs))
-    if now := arm_now(ready, final, suspect_rows):
-        message = f"{message} {now.sentence}"
-    keep, (fitted, held) = last.stage.keep, ready.nominal_rows
-    poses, reasons = advice.ask(
+    message = " ".join([message, *_additions(search, saved)])
+    return _Claims(causes, residual_map, structure, noise, floor, joint_noise, verdict, message)
+
+
+def _found_causes(search: CauseSearch, saved: _Saved, floor: Noise | None) -> tuple[Cause, ...]:
+    """The causes among the accepted effects."""
+    if not saved.effects:
+        return ()
+    last = search.rounds[-1]
+    motion = Motion.of(last.stage.fitted.problem.data)
+    alone_mm, all_mm = (v.errors.train.position_mm.rms for v in (search.before, search.after))
+    together_mm = float(np.sqrt(max(alone_mm**2 - all_mm**2, 0.0)))
+    return find_causes(last, saved.fit.calibrated, motion, floor, saved.std, together_mm=together_mm)
+
+
+def _additions(search: CauseSearch, saved: _Saved) -> Iterator[str]:
+    """Sentences that follow the verdict: what can't be seen, what got worse, which arm is saved."""
+    if search.short is None and saved.undetectable and any(a.effect.loads for a in saved.effects):
+        yield describe(saved.undetectable)
+    if worse := degradation_warning(_nominal_rows(search), search.after.rows):
+        yield f"Warning: {worse}."
+    if saved.effects and (worse := harm_done(search.before.rows[1], search.after.rows[1])):
+        yield f"Warning: {worse}."
+    if saved.now:
+        yield saved.now.sentence
+
+
+def _nominal_rows(search: CauseSearch) -> tuple[RowErrors, RowErrors]:
+    """Errors of the nominal arm on the fitted rows, outliers left out, and on the held-out rows."""
+    fitted, held = search.ready.nominal_rows
+    return fitted.take(search.rounds[-1].stage.keep), held
+
+
+def _measured_next(
+    search: CauseSearch,
+    saved: _Saved,
+    claims: _Claims,
+    *,
+    rng: np.random.Generator,
+    measurable: Measurable | None,
+    advice: Advice,
+) -> tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]]:
+    """Poses that sharpen the accepted effects, and tell them from their look-alikes."""
+    fit = search.rounds[-1].stage.fitted.fit
+    requested = [a.effect for a in saved.effects] + [e for c in claims.causes for e in c.look_alikes]
+    return advice.ask(
         "poses to measure next",
         lambda: next_poses(fit.problem, fit.x, requested, rng=rng, measurable=measurable),
-        (np.zeros((0, robot.dof)), ()),
+        (np.zeros((0, search.robot.dof)), ()),
     )
-    ranking = advice.ask("the ranking of candidates", Trial(ready, search.rounds[0]).ranking, ())
-    result = Diagnosis(
-        nominal_robot=robot,
+
+
+def _notes(
+    search: CauseSearch, saved: _Saved, outliers: Int[np.ndarray, " k"], file: Robot, advice: Advice
+) -> Iterator[str]:
+    """What users should know beside the verdict, one sentence each."""
+    ready, last = search.ready, search.rounds[-1]
+    fit, effects = last.stage.fitted.fit, [a.effect for a in saved.effects]
+    chain = search.robot.chain
+    yield from ready.notes
+    yield from last.offered.notes
+    yield from [] if search.short else coverage(fit.problem.data, chain)
+    yield from (
+        f"held out: {text}" for text in extrapolation_notes(effects, chain, ready.held.q, ready.held.row)
+    )
+    if saved.suspects.any():
+        yield suspect_note(ready.held.row[saved.suspects].tolist(), judged(search.after.errors))
+    if saved.note is not None:
+        yield saved.note
+    if pairs := advice.ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
+        yield exchange_note(pairs)
+    yield from weights_that_differ(saved.fit, file)
+    yield from standing_notes(saved.fit, file)
+    motion = Motion.of(fit.problem.data)
+    yield from (text for e in effects if (text := e.caveat(motion)))
+
+
+def _diagnosis(
+    search: CauseSearch,
+    saved: _Saved,
+    claims: _Claims,
+    next_ones: tuple[Float[np.ndarray, "_ n"], tuple[NextReason, ...]],
+    *,
+    file: Robot,
+    gross: np.ndarray,
+    advice: Advice,
+) -> Diagnosis:
+    """All of it in one record; `gross` are rows that were set apart before anything was fitted."""
+    ready, stage = search.ready, search.rounds[-1].stage
+    fit = stage.fitted.fit
+    outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
+    noise = claims.noise if fit.problem.sees_rotation else claims.noise._replace(rotation=np.nan)
+    poses, reasons = next_ones
+    return Diagnosis(
+        nominal_robot=search.robot,
         data=ready.data,
         train_rows=ready.train_rows,
         held_out_rows=ready.held_out_rows,
         held_out_data=ready.held,
         excluded=tuple(e for e in ready.excluded if e[1] != GROSS_REASON),
         outliers=outliers,
-        suspects=np.flatnonzero(suspect_rows),
+        suspects=np.flatnonzero(saved.suspects),
         nominal=search.nominal,
         before_fit=search.first.fitted.fit,
         after_fit=fit,
-        final_fit=final,
+        final_fit=saved.fit,
         aligned=ready.aligned,
-        nominal_rows=(fitted.take(keep), held),
+        nominal_rows=_nominal_rows(search),
         before=search.before.errors,
         after=search.after.errors,
         before_rows=search.before.rows,
         after_rows=search.after.rows,
-        effects=accepted,
-        causes=causes,
-        residual_map=residual_map,
-        ranking=ranking,
-        noise=residual_noise if fit.problem.sees_rotation else residual_noise._replace(rotation=np.nan),
-        floor=floor,
-        joint_noise=joint_noise,
-        structure=structure,
-        now=now,
-        verdict=verdict,
-        message=message,
-        undetectable=missing,
+        effects=saved.effects,
+        causes=claims.causes,
+        residual_map=claims.residual_map,
+        ranking=advice.ask("the ranking of candidates", Trial(ready, search.rounds[0]).ranking, ()),
+        noise=noise,
+        floor=claims.floor,
+        joint_noise=claims.joint_noise,
+        structure=claims.structure,
+        now=saved.now,
+        verdict=claims.verdict,
+        message=claims.message,
+        undetectable=saved.undetectable,
         measure_next=poses,
         next_reasons=reasons,
-        notes=(
-            *notes,
-            *weights_that_differ(final, robot_as_given),
-            *standing_notes(final, robot_as_given),
-            *(c for a in accepted if (c := a.effect.caveat(motion))),
-        ),
+        notes=tuple(_notes(search, saved, outliers, file, advice)),
         warnings=tuple(advice.warnings),
-        seconds=perf_counter() - began,
+        seconds=0.0,
     )
-    progress(1.0, "done")
-    return result
 
 
 def _residual_map(
-    model: Model, accepted: Sequence[Accepted], causes: Sequence[Cause], judge: Trial, search: _CauseSearch
+    model: Model, accepted: Sequence[Accepted], causes: Sequence[Cause], judge: Trial, search: CauseSearch
 ) -> ResidualMap | None:
     """The accepted effects that are no causes, with what they add to those that are."""
     claimed = {e.names for c in causes for e in c.effects}
@@ -332,20 +339,6 @@ def _with_directions(choices: FitChoices) -> FitChoices:
     """The choices with directions of motion in held-out rows of another file."""
     rows = choices.held_out
     return replace(choices, held_out=with_directions(rows)) if isinstance(rows, Dataset) else choices
-
-
-def _nominal(ready: Prepared) -> Validation:
-    """Errors of the nominal arm with the best base and tool."""
-    fitted, held = ready.nominal_rows
-    return Validation(Errors.of(fitted), held.summary)
-
-
-def _validated(ready: Prepared, stage: Stage) -> _Judged:
-    """Errors on the fitted rows, outliers left out, and on the held-out rows."""
-    fit = stage.fitted.fit
-    arm = fit.calibrated
-    train, held = replace(ready, problem=fit.problem).errors(arm, fit.problem.instrument(fit.x))
-    return _Judged(Validation(Errors.of(train), held.summary), (train, held))
 
 
 def _standard_errors(fit: Fit, hidden: Mapping[str, float]) -> dict[str, float]:

@@ -131,8 +131,9 @@ def row_sizes(
 
 def _triangular(root: Float[np.ndarray, "p r"]) -> Float[np.ndarray, "p p"]:
     """A lower triangular square root of the same covariance: half the work to multiply by."""
-    upper = linalg.qr(np.pad(root.T, ((0, max(len(root) - root.shape[1], 0)), (0, 0))), mode="r")[0]
-    return np.asfortranarray(upper.T)
+    size = len(root)
+    upper = linalg.qr(np.pad(root.T, ((0, max(size - root.shape[1], 0)), (0, 0))), mode="r")[0]
+    return np.asfortranarray(upper[:size].T)
 
 
 def _leverage(jacobian: Float[np.ndarray, "m p"], root: Float[np.ndarray, "p p"]) -> Float[np.ndarray, " m"]:

@@ -1,0 +1,118 @@
+"""The search of a diagnosis: geometry alone, then rounds of events and effects, until what was found stands.
+
+What a search finds is judged on rows that took no part in it. It is made again without events that it
+doubts, without events where a fit with them went astray, and without anything where nothing explains much.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from workbench.arm.robot import Robot
+from workbench.base.progress import progress
+from workbench.diagnosis.claimed_causes import CERTAIN, PROBABLE, odds_of_events
+from workbench.diagnosis.event_notes import without_undecided
+from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
+from workbench.diagnosis.structure import structure_of
+from workbench.diagnosis.verdict import explains_little, too_few_rows
+from workbench.identification.preparation import Prepared
+from workbench.identification.result import Validation
+from workbench.identification.row_errors import Errors, RowErrors
+
+LOST = 1.5
+"""Times the error of the geometry on the fitted rows from which on a fit with effects went astray."""
+
+
+class JudgedArm(NamedTuple):
+    """An arm on the fitted rows and on the held-out ones."""
+
+    errors: Validation
+    rows: tuple[RowErrors, RowErrors]
+
+
+@dataclass(frozen=True, eq=False)
+class CauseSearch:
+    """What was fitted.
+
+    Args:
+        robot: The nominal arm, with masses assumed where its file lacks some.
+        ready: The rows, without held-out ones that don't tell on which side of an event they lie.
+        first: The geometry alone.
+        rounds: The searches, from the first to the last.
+        short: Why none was made; None if one was.
+        before: The geometry on the rows that judge.
+        after: The last round's arm on them.
+        nominal: The nominal arm on them.
+    """
+
+    robot: Robot
+    ready: Prepared
+    first: Stage
+    rounds: Sequence[Searched]
+    short: str | None
+    before: JudgedArm
+    after: JudgedArm
+    nominal: Validation
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether the fit with what was found ended far above the geometry alone, which it contains."""
+        before, after = (v.errors.train.position_mm.rms for v in (self.before, self.after))
+        return bool(after > LOST * before)
+
+
+def search_causes(robot: Robot, ready: Prepared, rng: np.random.Generator) -> CauseSearch:
+    """Fit the geometry, then look for effects; what then explains next to nothing is the wrong robot's."""
+    progress(0.3, "fitting the geometry, setting outliers apart")
+    first = geometry_first(ready.problem)
+    short = too_few_rows(first.fitted.fit)
+    found = _rounds_with_sure_events(first, rng) if short is None else rounds(first, rng, search=False)
+    progress(0.8, "judging what was found")
+    search = _validated_search(robot, ready, first, found, short)
+    if search.is_lost:
+        search = _validated_search(robot, ready, first, rounds(first, rng, events=()), short)
+    if search.is_lost or explains_little(search.nominal.train, search.after.errors.train, robot.reach):
+        search = _validated_search(robot, ready, first, rounds(first, rng, search=False), short)
+    return search
+
+
+def _rounds_with_sure_events(first: Stage, rng: np.random.Generator) -> tuple[Searched, ...]:
+    """The search for events and effects, made again without the events that it doubts.
+
+    Rows in an order of their own look alike, so where they still do nothing less than certain happened.
+    """
+    found = rounds(first, rng)
+    while odds := odds_of_events(found[-1]):
+        needed = PROBABLE
+        if min(odds.values()) < CERTAIN and structure_of(found[-1].stage.fitted.fit, rng).found:
+            needed = CERTAIN
+        sure = [event for event, its_odds in odds.items() if its_odds >= needed]
+        if len(sure) == len(odds):
+            break
+        found = rounds(first, rng, events=sure)
+    return found
+
+
+def _validated_search(
+    robot: Robot, ready: Prepared, first: Stage, found: Sequence[Searched], short: str | None
+) -> CauseSearch:
+    """What was found, with its errors on the rows that are on a known side of its events."""
+    ready = without_undecided(ready, found[-1])
+    before, after = _validated(ready, first), _validated(ready, found[-1].stage)
+    return CauseSearch(robot, ready, first, found, short, before, after, _nominal(ready))
+
+
+def _nominal(ready: Prepared) -> Validation:
+    """Errors of the nominal arm with the best base and tool."""
+    fitted, held = ready.nominal_rows
+    return Validation(Errors.of(fitted), held.summary)
+
+
+def _validated(ready: Prepared, stage: Stage) -> JudgedArm:
+    """Errors on the fitted rows, outliers left out, and on the held-out rows."""
+    fit = stage.fitted.fit
+    arm = fit.calibrated
+    train, held = replace(ready, problem=fit.problem).errors(arm, fit.problem.instrument(fit.x))
+    return JudgedArm(Validation(Errors.of(train), held.summary), (train, held))
