@@ -16,6 +16,13 @@ bends them.
 
 The uncertainty is the larger of that from the likelihood (`pixel_noise`) and of what the blocks, each left
 out once, show; the geometry's prior is as wide as the pictures say.
+
+Constants that stay as given are not known for that. With x̂ and Σ of the step that lets most go, any
+other step's arm x is expected to be off by
+
+    expected² = |J̃ (x̂ − x)|² + mean tr(J̃ Σ J̃ᵀ) + 3 s_p²,
+
+J̃ at poses near the measured places in whatever orientation, s_p averaged over its likelihood.
 """
 
 from collections.abc import Callable, Sequence
@@ -24,9 +31,10 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial.distance import cdist
 
 from workbench.arm.frame import FRAME_PARTS
-from workbench.arm.kinematics.forward import sensitivity
+from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import in_mm
@@ -39,7 +47,7 @@ from workbench.extras.camera.pixel_noise import (
     PixelPrior,
     Variances,
     evidence,
-    largest,
+    mean_lack,
     mean_width,
     most_likely,
     unlikelihood,
@@ -72,6 +80,8 @@ BLOCKS = 10
 CONFOUNDED = 1e-5
 """A constant whose column is this small after removing that of camera and target can't be separated from
 them."""
+DRAWN, OTHERS = 4000, 100
+"""Joint positions that are drawn, and those of them at which the error is expected."""
 UNSEEN = 1e-9
 """Information that is left of an unknown, such as a board's place, which only the block left out shows."""
 
@@ -85,7 +95,15 @@ class Fitted(NamedTuple):
     noise: Noise
     is_lack_shown: bool
     shares: np.ndarray = np.zeros(0)
-    most_lack: float = 0.0
+
+
+class Tried(NamedTuple):
+    """A step's numbers, its fit, and the covariance of that by likelihood and by the blocks."""
+
+    step: Step
+    at: Fitted
+    covariance: np.ndarray
+    left_out: np.ndarray
 
 
 def select_camera_step(
@@ -128,25 +146,31 @@ def select_camera_step(
         data = doubted.given
         begin = _alike(build(robot, data, free=()))
     last, taken, at = begin.problem, begin, begin
-    steps = [_step("camera and target alone", begin, begin)]
+    tried = [_tried("camera and target alone", begin, begin)]
     for name, names in fits.items():
         last, at = free_of(data if name == ZEROS else doubted.data, names)
         bends = None
         if doubted.off and name == ZEROS:
             bends = doubted.considered(build(robot, doubted.data, free=at.free, noise=at.noise))
-        step = judged(_step(name, at, taken, bends, _evidence(last, at)), steps, len(data))
-        steps.append(replace(step, refused=BENT) if doubted.off and name == GEOMETRY else step)
-        if not steps[-1].refused:
+        one = _tried(name, at, taken, bends, _evidence(last, at))
+        step = judged(one.step, [t.step for t in tried], len(data))
+        step = replace(step, refused=BENT) if doubted.off and name == GEOMETRY else step
+        tried.append(one._replace(step=step))
+        if not step.refused:
             taken = at
-    if seek is not None and steps[-1].name == GEOMETRY and at.is_lack_shown and not doubted.off:
+    if seek is not None and tried[-1].step.name == GEOMETRY and at.is_lack_shown and not doubted.off:
         deflected = _with_effects(robot, data, last, at, zeros, build, seek)
-        step = _step(EFFECTS, deflected or at, taken)
+        one = _tried(EFFECTS, deflected or at, taken)
+        step = one.step
         nothing = (
             f"no effect of the arm stands out in the {in_mm(step.lack)} that the geometry leaves unexplained"
         )
-        steps.append(judged(step, steps, len(data)) if deflected else replace(step, refused=nothing))
-        if deflected and not steps[-1].refused:
+        before = [t.step for t in tried]
+        step = judged(step, before, len(data)) if deflected else replace(step, refused=nothing)
+        tried.append(one._replace(step=step))
+        if deflected and not step.refused:
             at = taken = deflected
+    steps = _expected(tried, robot, data)
     number = max(k for k, step in enumerate(steps) if not step.refused)
     advice = "" if doubted.off else advised(steps, number, data)
     if doubted.off and steps[-1].name != GEOMETRY:
@@ -194,8 +218,7 @@ def _alike(problem: Problem) -> Fitted:
     problem, x, nothing = fit.problem, fit.x, np.zeros(len(fit.x))
     begin = Variances(Noise(1e-3, 1e-3, (), problem.noise.own))
     found = most_likely(Pictures.at(problem, x), PixelPrior.of(problem, x, nothing), begin)
-    maximum = largest(Pictures.at(problem, x), PixelPrior.of(problem, x, nothing), found).position
-    return Fitted(problem, x, (), found.noise, found.is_shown, most_lack=maximum)
+    return Fitted(problem, x, (), found.noise, found.is_shown, nothing)
 
 
 def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
@@ -219,8 +242,7 @@ def _fitted(problem: Problem, shrunk: tuple[str, ...]) -> Fitted:
         ):
             break
     free = tuple(p.name for p in problem.parameters if p.is_geometry or p.is_coefficient)
-    maximum = largest(Pictures.at(problem, x), PixelPrior.of(problem, x, shares), found).position
-    return Fitted(now, x, free, now.noise, found.is_shown, shares, maximum)
+    return Fitted(now, x, free, now.noise, found.is_shown, shares)
 
 
 def _with_effects(
@@ -268,13 +290,12 @@ class Effect(NamedTuple):
     rotation: Float[np.ndarray, "k k"]
 
     @classmethod
-    def of(cls, robot: Robot, data: Dataset, names: tuple[str, ...]) -> "Effect":
-        """Of some constants at the measured poses."""
+    def of(cls, robot: Robot, motion: Motion, names: tuple[str, ...]) -> "Effect":
+        """Of some constants at some poses."""
         if not names:
             return cls(np.zeros((0, 0)), np.zeros((0, 0)))
         frames = tuple(f"{kind}.{part}" for kind in ("base", "tool") for part in FRAME_PARTS)
-        robot = robot.in_session(data.sessions[0])
-        _, twists = sensitivity(robot, Motion.of(data), (*names, *frames))
+        _, twists = sensitivity(robot, motion, (*names, *frames))
         found = []
         for axes in (slice(0, 3), slice(3, 6)):
             flat = twists[:, axes].reshape(-1, twists.shape[2])
@@ -284,13 +305,43 @@ class Effect(NamedTuple):
         return cls(*found)
 
 
-def _step(
+def _other_poses(robot: Robot, data: Dataset) -> Motion:
+    """Random joint positions at which the tool is nearest to where it was measured, in any orientation."""
+    rng, near = np.random.default_rng(0), Motion.of(data)
+    q = rng.uniform(*robot.search_limits.T, (DRAWN, robot.dof))
+    motion = replace(near.take(rng.integers(0, len(near), DRAWN)), q=q)
+    places, measured = (tool_poses(robot, each)[:, :3, 3] for each in (motion, near))
+    return motion.take(np.argsort(cdist(places, measured).min(1))[:OTHERS])
+
+
+def _expected(tried: Sequence[Tried], robot: Robot, data: Dataset) -> list[Step]:
+    """The steps with the error of the tool that each leaves at other poses, by what the last one knows."""
+    robot = robot.in_session(data.sessions[0])
+    last = [t for t in tried if t.step.name != EFFECTS or not t.step.refused][-1]
+    at = last.at
+    problem, names = at.problem, at.free
+    arm = [problem.names.index(n) for n in names]
+    own = problem.robot_at(at.x).in_session(data.sessions[0])
+    effect = Effect.of(own, _other_poses(robot, data), names).position
+    square = max(np.sum(effect * c[np.ix_(arm, arm)]) for c in last[2:])
+    known = PixelPrior.of(problem, at.x, np.zeros(len(at.x)))
+    square += 3.0 * mean_lack(Pictures.at(problem, at.x), known, Variances(at.noise)) ** 2
+    steps = []
+    for step, each, *_ in tried:
+        values = each.problem.named(each.x)
+        off = at.x[arm] - np.array([values.get(n, problem.start[k]) for n, k in zip(names, arm, strict=True)])
+        steps.append(replace(step, expected=float(np.sqrt(max(square + off @ effect @ off, 0.0)))))
+    return steps
+
+
+def _tried(
     name: str, at: Fitted, before: Fitted, bends: Considered | None = None, speaks: float = 0.0
-) -> Step:
-    """A step's numbers, against the one that was taken before; `bends` adds to its uncertainty."""
+) -> Tried:
+    """A step and its numbers, against the one that was taken before; `bends` adds to its uncertainty."""
     problem, x = at.problem, at.x
     arm = [problem.names.index(n) for n in at.free]
-    effect = Effect.of(problem.robot_at(x), problem.data, at.free)
+    robot = problem.robot_at(x).in_session(problem.data.sessions[0])
+    effect = Effect.of(robot, Motion.of(problem.data), at.free)
     covariance, left_out, pixel = _left_out(problem, x)
     if bends is not None:
         covariance += bends.covariance(problem.names, x, factor_at(problem, x).root)
@@ -302,7 +353,7 @@ def _step(
     lever = Pictures.at(before.problem, before.x).lever
     uncertainty, turned = (float(np.sqrt(max(*pair, 0.0))) for pair in (wide[:2], wide[2:]))
     each = np.diag(effect.position @ covariance[np.ix_(arm, arm)])
-    return Step(
+    step = Step(
         name=name,
         free=at.free,
         pixel=pixel,
@@ -310,13 +361,12 @@ def _step(
         uncertainty=uncertainty,
         turned=turned,
         lack=float(np.sqrt(3.0) * at.noise.position),
-        most_lack=float(np.sqrt(3.0) * at.most_lack),
         lack_seen=float(np.sqrt(3.0) * np.hypot(at.noise.position, lever * at.noise.rotation)),
         uncertainty_seen=float(np.hypot(uncertainty, lever * turned)),
-        is_lack_shown=at.is_lack_shown,
         evidence=speaks,
         weakest=at.free[int(np.argmax(each))] if at.free else "",
     )
+    return Tried(step, at, covariance, left_out)
 
 
 def _left_out(problem: Problem, x: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:

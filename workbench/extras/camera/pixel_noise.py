@@ -204,12 +204,25 @@ def mean_width(pictures: Pictures, knowledge: PixelPrior, begin: Variances) -> f
     Source: Gelman, Prior distributions for variance parameters in hierarchical models, Bayesian Analysis 1,
     2006.
     """
+    costs = _costs(pictures, knowledge, begin, 3)
+    return float(np.sqrt(np.average(WIDTHS**2, weights=np.exp(-0.5 * costs))))
+
+
+def mean_lack(pictures: Pictures, knowledge: PixelPrior, begin: Variances) -> float:
+    """The same of s_p [m], what the model lacks of the tool's place along each axis."""
+    costs = _costs(pictures, knowledge, begin, 1)
+    return float(np.sqrt(np.average(WIDTHS**2, weights=WIDTHS * np.exp(-0.5 * costs))))
+
+
+def _costs(
+    pictures: Pictures, knowledge: PixelPrior, begin: Variances, which: int
+) -> Float[np.ndarray, " widths"]:
+    """Twice the negative log likelihood of a size at each of `WIDTHS`, less the least of them."""
     costs, now = [], begin
     for width in WIDTHS:
-        now, cost = _at_width(pictures, knowledge, now, width)
+        now, cost = _at_size(pictures, knowledge, now, which, width)
         costs.append(cost)
-    likely = np.exp(-0.5 * (np.array(costs) - min(costs)))
-    return float(np.sqrt(likely @ WIDTHS**2 / likely.sum()))
+    return np.array(costs) - min(costs)
 
 
 def evidence(pictures: Pictures, knowledge: PixelPrior, begin: Variances) -> float:
@@ -218,10 +231,10 @@ def evidence(pictures: Pictures, knowledge: PixelPrior, begin: Variances) -> flo
     It weighs what all pictures say, and changes little from one half of them to the other.
     """
     found = most_likely(pictures, knowledge, begin)
-    best = _at_width(pictures, knowledge, found, max(found.width, MIN_SIZE[3]))[1]
+    best = _at_size(pictures, knowledge, found, 3, max(found.width, MIN_SIZE[3]))[1]
     held = found._replace(noise=found.noise._replace(position=UNCALIBRATED, rotation=UNCALIBRATED))
     return max(
-        min(_at_width(pictures, knowledge, each, MIN_SIZE[3])[1] for each in (found, held)) - best, 0.0
+        min(_at_size(pictures, knowledge, each, 3, MIN_SIZE[3])[1] for each in (found, held)) - best, 0.0
     )
 
 
@@ -236,23 +249,35 @@ def unlikelihood(pictures: Pictures, knowledge: PixelPrior, begin: Variances) ->
     return float(cost + knowledge.square - np.linalg.slogdet(knowledge.information)[1])
 
 
-def _at_width(
-    pictures: Pictures, knowledge: PixelPrior, begin: Variances, width: float
+def _at_size(
+    pictures: Pictures, knowledge: PixelPrior, begin: Variances, which: int, size: float
 ) -> tuple[Variances, float]:
-    """The most likely σ, s_p and s_r where τ is given, and twice their negative log likelihood."""
+    """The most likely of σ, s_p, s_r and τ where one of them is given, and twice their negative log
+    likelihood; with τ given these three alone are sought."""
+    noise, count = begin.noise, 4 if knowledge.shares.any() else 3
+    first = np.array([noise.own, noise.position, noise.rotation, begin.width])[:count]
+    rest = np.arange(count) != which
+    low, high = MIN_SIZE[:count][rest], MAX_SIZE[:count][rest]
+    sizes = np.full(count, size)
 
-    def cost(at: np.ndarray) -> tuple[float, np.ndarray]:
-        value, gradient = _cost(pictures, knowledge, np.append(at, np.log(width)))
-        return value, gradient[:3]
+    def cost(logs: np.ndarray) -> tuple[float, np.ndarray]:
+        sizes[rest] = np.exp(logs)
+        value, gradient = _cost(pictures, knowledge, np.log(sizes))
+        return value, gradient[rest]
 
-    first = np.clip([begin.noise.own, begin.noise.position, begin.noise.rotation], MIN_SIZE[:3], MAX_SIZE[:3])
-    bounds = np.log(np.array([MIN_SIZE, MAX_SIZE]).T[:3])
     found = optimize.minimize(
-        cost, np.log(first), method="L-BFGS-B", jac=True, bounds=bounds, options={"ftol": 1e-7}
+        cost,
+        np.log(np.clip(first[rest], low, high)),
+        method="L-BFGS-B",
+        jac=True,
+        bounds=np.log(np.array([low, high]).T),
+        options={"ftol": 1e-7},
     )
-    own, position, rotation = np.exp(found.x).tolist()
-    noise = begin.noise._replace(own=own, position=position, rotation=rotation)
-    return begin._replace(noise=noise), float(found.fun)
+    sizes[rest] = np.exp(found.x)
+    own, position, rotation = sizes[:3].tolist()
+    width = begin.width if which == 3 or count < 4 else float(sizes[3])
+    noise = noise._replace(own=own, position=position, rotation=rotation)
+    return begin._replace(noise=noise, width=width), float(found.fun)
 
 
 def _cost(

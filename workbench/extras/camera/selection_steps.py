@@ -43,10 +43,10 @@ class Step:
         lack: Distance of the tool [m] that the model leaves unexplained in a picture.
         lack_seen: The same with the tool's orientation, at the lever at which cameras see it.
         uncertainty_seen: Likewise the tool's uncertainty.
-        is_lack_shown: Whether it is more than chance.
         evidence: Twice the gain in log likelihood by its constants.
-        most_lack: The largest `lack` that the pictures leave possible (1 σ); few leave much.
         weakest: The constant whose uncertainty moves the tool most.
+        expected: Error of the tool's position [m] near the measured places in any orientation, with what
+            stays as given and what no constant explains.
         refused: Why it was not taken; "" where it was.
     """
 
@@ -59,20 +59,14 @@ class Step:
     lack: float
     lack_seen: float
     uncertainty_seen: float
-    is_lack_shown: bool = True
     evidence: float = 0.0
-    most_lack: float = 0.0
     weakest: str = ""
+    expected: float = np.nan
     refused: str = ""
 
     @property
-    def expected(self) -> float:
-        """Expected error of the tool's position [m], with what no constant explains."""
-        return float(np.hypot(self.uncertainty, max(self.lack, self.most_lack)))
-
-    @property
     def expected_seen(self) -> float:
-        """The same with the tool's orientation, by which steps are compared [m]."""
+        """What it leaves with the tool's orientation, by which effects are judged [m]."""
         return float(np.hypot(self.uncertainty_seen, self.lack_seen))
 
     def json(self) -> Json:
@@ -166,10 +160,9 @@ def _refused(steps: Sequence[Step], advice: str, doubts: tuple[str, ...]) -> str
 
 
 def _decisions(steps: Sequence[Step], step: Step, advice: str) -> Iterator[str]:
-    part = f", {in_mm(step.uncertainty)} of it by the constants' uncertainty" if step.free else ""
     yield (
-        f"{step.name}: expected error of the tool at other poses {in_mm(step.expected)}{part}; corners of "
-        f"pictures left out {step.pixel:.2f} px"
+        f"{step.name}: expected error of the tool near the measured places, in any orientation, "
+        f"{in_mm(step.expected)}; corners of pictures left out {step.pixel:.2f} px"
     )
     yield from (f"{step.name} not taken: {step.refused}" for step in steps if step.refused)
     if advice:
