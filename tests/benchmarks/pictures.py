@@ -8,10 +8,10 @@ Everything that makes the pictures is here and shares nothing with the package: 
 and turns of links, sag under weight, backlash, eccentric gears, boards and bodies before one or two cameras
 projected by OpenCV, focal lengths that the files state 3 % wrong or not at all.
 
-An answer is worse if its error exceeds the nominal arm's by more than 2 σ of the constants that it states. Errors are
-those of the tool's place at poses within `NEAR` of the measured ones, in any orientation, after the best
-base and tool frame. `wrist` arms have wrong wrist joints only,
-which turn the tool and hardly move it; in `small-turn` the tool keeps its orientation to some degrees.
+An answer is worse if its error exceeds the nominal arm's by more than 2 σ of the constants that it states.
+Errors are those of the tool's place at poses within `NEAR` of the measured ones, in any orientation, after
+the best base and tool frame. `wrist` arms have wrong wrist joints only, which turn the tool and hardly move
+it; in `small-turn` the tool keeps its orientation to some degrees.
 """
 
 import argparse

@@ -81,6 +81,11 @@ class Camera:
         """How the names of its unknowns begin."""
         return f"camera[{self.name}]"
 
+    @property
+    def as_opencv(self) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "5"]]:
+        """Its matrix and distortion as OpenCV takes them."""
+        return as_opencv(self.intrinsics)
+
     def project(self, points: Float[np.ndarray, "*lead 3"]) -> Projected:
         """Pixels of points in the camera's frame [m]."""
         return project(points, self.intrinsics)
@@ -98,6 +103,12 @@ class Camera:
         return np.where(np.isfinite(found), found, seen)
 
 
+def as_opencv(intrinsics: Float[np.ndarray, "9"]) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "5"]]:
+    """Camera matrix and distortion of a camera's constants."""
+    fx, fy, cx, cy, *distortion = np.asarray(intrinsics, float).tolist()
+    return np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]), np.array(distortion)
+
+
 def project(points: Float[np.ndarray, "*lead 3"], intrinsics: Float[np.ndarray, "9"]) -> Projected:
     """Pixels of points in a camera's frame."""
     lead = points.shape[:-1]
@@ -105,9 +116,8 @@ def project(points: Float[np.ndarray, "*lead 3"], intrinsics: Float[np.ndarray, 
     if not len(flat):
         return Projected(np.zeros((*lead, 2)), np.zeros((*lead, 2, 3)), np.zeros((*lead, 2, 9)))
     flat[:, 2] = np.maximum(flat[:, 2], NEAREST)
-    fx, fy, cx, cy, *distortion = np.asarray(intrinsics, float).tolist()
-    lens, nil = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]]), np.zeros(3)
-    found, slopes = opencv("projecting points").projectPoints(flat, nil, nil, lens, np.array(distortion))
+    nil = np.zeros(3)
+    found, slopes = opencv("projecting points").projectPoints(flat, nil, nil, *as_opencv(intrinsics))
     slopes = slopes.reshape(*lead, 2, -1)  # by rotation, translation, focal lengths, centre, distortion
     return Projected(found.reshape(*lead, 2), slopes[..., 3:6], slopes[..., 6:15])
 

@@ -8,14 +8,11 @@ bundle identifies the lens again, with the arm.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import least_squares
 
-from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import Freedom, frozen
 from workbench.base.wording import plural
@@ -33,6 +30,8 @@ LENSES = ((0.5, 0.0), (0.7, -0.2), (1.0, 0.0), (1.8, 0.0), (3.2, 0.0))
 """Focal lengths that are tried, per width of the picture (fields of view from 90° to 18°), with k1."""
 REFINED, VIEWS = 3, 16
 """Lenses that are refined, and pictures of each board that take part."""
+WRONG, MIN_VIEW = 6.0, 6
+"""Times the median of a picture beyond which its corners are left out, and corners that it must have left."""
 SPARE = 24
 """Numbers that the pictures must have beyond the target's pose in each."""
 SIZES = (
@@ -106,12 +105,12 @@ class _Tried:
 
     Args:
         camera: The lens.
-        views: Points [m], where they were seen [px], and the board's rotation vector and place.
+        views: Points [m], and where they were seen [px]; those far off left out.
         off: Mean distance of corners from where they were seen [px], large ones clipped.
     """
 
     camera: Camera
-    views: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
+    views: tuple[tuple[np.ndarray, np.ndarray], ...]
     off: float
 
     @classmethod
@@ -120,45 +119,28 @@ class _Tried:
         camera = replace(camera, intrinsics=frozen(np.array(lens)))
         views, off = [], [np.array([FAR_OFF])]
         for target, seen in boards:
-            rows, poses, far = placed_alone(seen, camera, target)
+            rows, _, far = placed_alone(seen, camera, target)
             off.append(np.minimum(far[np.isfinite(far)], FAR_OFF))
-            for row, pose in zip(rows, poses, strict=True):
-                there = np.isfinite(seen[row, :, 0])
-                six = np.concatenate([se3.matrix_to_rotvec(pose[:3, :3]), pose[:3, 3]])
-                views.append((target.points[there], seen[row, there], six))
+            for row, each in zip(rows, far, strict=True):
+                near = each <= max(WRONG * float(np.nanmedian(each)), 2.0)
+                if near.sum() >= MIN_VIEW:
+                    views.append((target.points[near], seen[row, near]))
         return cls(camera, tuple(views), float(np.concatenate(off).mean()))
 
     def refined(self) -> tuple[float, Float[np.ndarray, "9"]]:
-        """Cost and intrinsics after a robust search in fx, fy, cx, cy, k1, k2 and the poses."""
-        known, sigma = self.camera.intrinsics[:6], self.camera.sigma[:6]
-        sizes = [2 * len(points) for points, _, _ in self.views]
-        ends = np.cumsum([6, *sizes])
-
-        @lru_cache(maxsize=1)
-        def at(content: bytes) -> tuple[np.ndarray, np.ndarray]:
-            values = np.frombuffer(content)
-            (fx, fy, cx, cy), more = values[:4], np.append(values[4:6], np.zeros(3))
-            lens = np.array([[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]])
-            off, slopes = np.zeros(ends[-1]), np.zeros((ends[-1], len(values)))
-            off[:6], slopes[:6, :6] = (values[:6] - known) / sigma, np.diag(1.0 / sigma)
-            for k, (points, seen, _) in enumerate(self.views):
-                six, mine = slice(6 * k + 6, 6 * k + 12), slice(ends[k], ends[k + 1])
-                turn, place = values[six][:3], values[six][3:]
-                found, by = opencv("projecting points").projectPoints(points, turn, place, lens, more)
-                off[mine] = found.ravel() - seen.ravel()
-                slopes[mine, six], slopes[mine, :6] = by[:, :6], by[:, 6:12]
-            return off, slopes
-
-        begin = np.concatenate([known, *(six for _, _, six in self.views)])
-        search = least_squares(
-            lambda x: at(x.tobytes())[0],
-            begin,
-            jac=lambda x: at(x.tobytes())[1],
-            loss="soft_l1",
-            x_scale="jac",
-            max_nfev=50,
-        )
-        return float(search.cost), np.append(search.x[:6], np.zeros(3))
+        """Error [px] and intrinsics after OpenCV's search in fx, fy, cx, cy, k1, k2 and the poses."""
+        cv2 = opencv("calibrating a lens")
+        points, pixels = ([part[k].astype(np.float32) for part in self.views] for k in (0, 1))
+        flags = cv2.CALIB_USE_INTRINSIC_GUESS | cv2.CALIB_ZERO_TANGENT_DIST | cv2.CALIB_FIX_K3
+        until = cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 200, 1e-12
+        try:
+            off, lens, more, *_ = cv2.calibrateCamera(
+                points, pixels, self.camera.size, *self.camera.as_opencv, flags=flags, criteria=until
+            )
+        except cv2.error:
+            return self.off, self.camera.intrinsics
+        k1, k2 = more.ravel()[:2]
+        return off, np.array([lens[0, 0], lens[1, 1], lens[0, 2], lens[1, 2], k1, k2, 0.0, 0.0, 0.0])
 
 
 def _started(camera: Camera, rig: Rig, pixels: Float[np.ndarray, "rows points 2"]) -> Camera:

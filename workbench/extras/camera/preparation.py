@@ -48,10 +48,8 @@ class PicturePreparation(AbstractPreparation):
         _check_number(data)
         if (turn := _greatest_turn(robot, data)) > ENOUGH_TURN:
             return data
-        turned = f"the tool turned by {np.rad2deg(turn):.0f}° only"
-        return replace(
-            data, notes=(*data.notes, f"{turned}, and the result holds for no others; {TURN_MORE}")
-        )
+        turned = f"the tool turned by {np.rad2deg(turn):.0f}° only, which leaves other orientations open"
+        return replace(data, notes=(*data.notes, f"{turned}; {TURN_MORE}"))
 
     def decide(
         self,

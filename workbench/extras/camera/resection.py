@@ -242,29 +242,27 @@ def _spans_plane(points: np.ndarray) -> bool:
 def _solved(
     points: Float[np.ndarray, "n 3"], rays: Float[np.ndarray, "n 2"], way: int
 ) -> Float[np.ndarray, "solutions 4 4"]:
-    """The two best poses by one of OpenCV's solvers, the only one twice; none where it fails."""
+    """Poses by one of OpenCV's solvers in pairs: the two best, or each twice; none where it fails."""
     cv2 = opencv("placing a camera by the target's points")
+    groups, lens = [np.arange(len(points))], (np.eye(3), None)
     if way == cv2.SOLVEPNP_SQPNP and len(points) < OUTVOTED:  # a body of few points suits several poses
-        triples = list(combinations(range(len(points)), 3))
-        return np.concatenate([_of_three(points[list(t)], rays[list(t)]) for t in triples])
-    try:
-        _, turns, places, _ = cv2.solvePnPGeneric(points, rays, np.eye(3), None, flags=way)
-    except cv2.error:  # SQPnP refuses rays close together
-        _, turns, places, _ = cv2.solvePnPGeneric(points, rays, np.eye(3), None, flags=cv2.SOLVEPNP_EPNP)
-    found = [se3.pose(se3.rotvec_to_matrix(r.ravel()), t.ravel()) for r, t in zip(turns, places, strict=True)]
-    poses = np.array([pose for pose in found if np.isfinite(pose).all()]).reshape(-1, 4, 4)
-    return np.repeat(poses, 2, axis=0) if len(poses) == 1 else poses[:2]
-
-
-def _of_three(
-    points: Float[np.ndarray, "3 3"], rays: Float[np.ndarray, "3 2"]
-) -> Float[np.ndarray, "solutions 4 4"]:
-    """All poses of three points, each twice."""
-    cv2 = opencv("placing a camera by the target's points")
-    _, turns, places = cv2.solveP3P(points, rays, np.eye(3), None, flags=cv2.SOLVEPNP_P3P)
-    found = [se3.pose(se3.rotvec_to_matrix(r.ravel()), t.ravel()) for r, t in zip(turns, places, strict=True)]
-    kept = np.array([pose for pose in found if np.isfinite(pose).all()]).reshape(-1, 4, 4)
-    return np.repeat(kept, 2, axis=0)
+        groups, way = [list(three) for three in combinations(range(len(points)), 3)], cv2.SOLVEPNP_P3P
+    found = []
+    for mine in groups:
+        try:
+            if way == cv2.SOLVEPNP_P3P:
+                _, turns, places = cv2.solveP3P(points[mine], rays[mine], *lens, flags=way)
+            else:
+                _, turns, places, _ = cv2.solvePnPGeneric(points[mine], rays[mine], *lens, flags=way)
+        except cv2.error:  # SQPnP refuses rays close together
+            _, turns, places, _ = cv2.solvePnPGeneric(
+                points[mine], rays[mine], *lens, flags=cv2.SOLVEPNP_EPNP
+            )
+        pairs = zip(turns, places, strict=True)
+        poses = (se3.pose(se3.rotvec_to_matrix(r.ravel()), t.ravel()) for r, t in pairs)
+        found += [pose for pose in poses if np.isfinite(pose).all()]
+    is_pair = way == cv2.SOLVEPNP_IPPE and len(found) > 1
+    return np.array(found[:2] if is_pair else np.repeat(found, 2, axis=0)).reshape(-1, 4, 4)
 
 
 def _refined(

@@ -1,0 +1,53 @@
+"""The error that is expected of the tool at other poses, against virtual arms of another code."""
+
+import camera_arms as virtual
+import numpy as np
+import pytest
+from test_camera_fit import check_zeros, written
+
+import workbench as wb
+
+NEAR = 0.15
+
+
+def near_error(arm, shots, robot, rng):
+    """Error [mm] at poses near the measured places, in any orientation, the best frames granted."""
+    q = rng.uniform(-virtual.LIMIT, virtual.LIMIT, (3000, len(arm.dh)))
+    tools = arm.poses(q, np.sign(rng.normal(size=q.shape)))
+    kept = np.linalg.norm(tools[:, None, :3, 3] - shots.truth[:, :3, 3], axis=2).min(1) < NEAR
+    return 1e3 * virtual.rigid_error(wb.tool_poses(robot, q[kept]), tools[kept])
+
+
+@pytest.mark.parametrize("turned", [0.1, np.inf], ids=["within 15°", "any way"])
+@pytest.mark.parametrize("name", ["ur5", "industrial", "7R"])
+def test_errors_at_other_poses_are_as_large_as_expected(tmp_path, name, turned):
+    """Zeros alone or nothing is taken of arms whose geometry is off; small turns leave other ways open."""
+    ratios = []
+    for seed in range(4):
+        rng = np.random.default_rng([seed, 36])
+        sag = rng.uniform(0.3, 1.5, len(virtual.ARMS[name])) * 1e-5
+        off = {"zeros": np.deg2rad(0.1), "angle": 1e-4, "length": 1e-4}
+        arm = virtual.made(rng, name, compliance=sag, **off)
+        shots = virtual.scene(rng, arm, 20, turned=turned)
+        robot, data = written(tmp_path, name, shots, free='"auto"')
+        run = wb.identify(robot, data, algorithms=("opt2",), held_out=0.0)
+        error = near_error(arm, shots, run.robot, np.random.default_rng([seed, 37]))
+        ratios.append(error / (1e3 * run.identifiability.step.expected))
+    assert max(ratios) < 2.0
+    assert 0.25 < np.sqrt(np.mean(np.square(ratios))) < 1.4
+
+
+@pytest.mark.parametrize("on_tool", [False, True], ids=["eye to hand", "eye in hand"])
+def test_a_wrist_that_turns_the_tool_and_hardly_moves_it_is_corrected(tmp_path, on_tool):
+    """The zero of joint 5 alone is off by half a degree: 0.35 mm at the tool, the board turned."""
+    rng = np.random.default_rng(5)
+    arm = virtual.made(rng, "hobby", angle=5e-5, length=5e-5)
+    arm.zeros[4] = np.deg2rad(0.5)
+    shots = virtual.scene(rng, arm, 20, on_tool=on_tool)
+    robot, data = written(tmp_path, "hobby", shots, mounted="tool" if on_tool else "world")
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    assert run.identifiability.taken
+    check_zeros(run.best.fit, arm)
+    before, after = (near_error(arm, shots, r, np.random.default_rng(6)) for r in (robot, run.robot))
+    assert before < 0.6
+    assert after < 0.5 * before
