@@ -21,6 +21,10 @@ class AbstractReadings(ABC):
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "AbstractReadings":
         """The chosen rows."""
 
+    def joined(self, other: "AbstractReadings | None") -> "AbstractReadings | None":
+        """These rows and then the other's, where their errors are to be judged together; None where not."""
+        return None
+
     @property
     @abstractmethod
     def has_tool_poses(self) -> bool:

@@ -78,7 +78,12 @@ class Prepared:
             instrument: Places of anchors, contacts or markers that were found with it [m].
         """
         fitted, held = self.problem.data, self.held
-        return self.errors_on(fitted, robot, instrument), self.errors_on(held, robot, instrument)
+        readings = None if fitted.readings is None else fitted.readings.joined(held.readings)
+        if readings is None:
+            return self.errors_on(fitted, robot, instrument), self.errors_on(held, robot, instrument)
+        both = replace(fitted, readings=None).joined(replace(held, readings=None))
+        errors = self.errors_on(replace(both, readings=readings), robot, instrument)
+        return errors.take(np.arange(len(fitted))), errors.take(np.arange(len(fitted), len(both)))
 
     def errors_on(self, rows: Dataset, robot: Robot, instrument: Mapping[str, float]) -> RowErrors:
         """Errors of a model on some of the fitted or held-out rows; arguments as of `errors`."""
@@ -275,7 +280,8 @@ def _judging(
     rows: _Rows, own: AbstractPreparation | None, problem: Problem, frames: FrameChoice, choices: FitChoices
 ) -> tuple[_Rows, tuple[str, ...], list[str]]:
     """Held-out rows that can be judged, their sessions that no fitted row has, and notes."""
-    rows, notes = _comparable(rows, own, is_same_file=not isinstance(choices.held_out, Dataset))
+    is_same_file = not isinstance(choices.held_out, Dataset)
+    rows, notes = _comparable(rows, own, problem.data, is_same_file=is_same_file)
     held, placing = _placeable(rows.held, {**choices.known, **dict.fromkeys(problem.names, 0.0)})
     notes += placing
     new = tuple(name for name in held.sessions if name not in rows.fitted.sessions)
@@ -289,12 +295,12 @@ def _judging(
 
 
 def _comparable(
-    rows: _Rows, own: AbstractPreparation | None, *, is_same_file: bool
+    rows: _Rows, own: AbstractPreparation | None, fitted: Dataset, *, is_same_file: bool
 ) -> tuple[_Rows, list[str]]:
-    """Held-out rows that can be compared with the fitted ones, and notes on them."""
+    """Held-out rows that can be compared with the fitted ones as these were fitted, and notes on them."""
     if own is None or preparation_of(rows.held) is not own:
         return rows, []
-    comparable = own.comparable(rows.held, rows.fitted)
+    comparable = own.comparable(rows.held, fitted)
     notes = [*comparable.notes[len(rows.held.notes) :]]
     held, held_out_rows, lost = _in_use(comparable, rows.held_out_rows)
     judging = rows._replace(held=held, held_out_rows=held_out_rows)

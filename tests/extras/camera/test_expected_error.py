@@ -6,6 +6,8 @@ import pytest
 from test_camera_fit import check_zeros, written
 
 import workbench as wb
+from workbench.extras.camera import panels
+from workbench.identification.report.results_json import identification_json
 
 NEAR = 0.15
 
@@ -51,3 +53,34 @@ def test_a_wrist_that_turns_the_tool_and_hardly_moves_it_is_corrected(tmp_path, 
     before, after = (near_error(arm, shots, r, np.random.default_rng(6)) for r in (robot, run.robot))
     assert before < 0.6
     assert after < 0.5 * before
+
+
+def test_held_out_pictures_are_judged_by_the_lens_that_was_found(tmp_path):
+    """A focal length 3 % too long was let go, and held-out pictures were 20 px and 47 mm off by it."""
+    rng = np.random.default_rng(1)
+    arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
+    shots = virtual.scene(rng, arm, 25)
+    robot, data = written(tmp_path, "ur5", shots, k=virtual.K * [1.03, 1.03, 1.0, 1.0])
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    assert run.identifiability.doubts
+    train, held = run.best.train, run.best.held_out
+    assert held.own.rms < 1.5 * train.own.rms
+    assert held.position_mm.rms < 1.5 * train.position_mm.rms
+
+
+def test_held_out_pictures_and_expected_error_agree_and_the_figure_is_one(tmp_path):
+    """Four pictures alone were said to be off by 3.5 mm where 0.3 mm was true and 0.5 mm expected."""
+    rng = np.random.default_rng(3)
+    arm = virtual.made(rng, "industrial", zeros=np.deg2rad(0.3), length=1e-4, angle=1e-4)
+    shots = virtual.scene(rng, arm, 20)
+    robot, data = written(tmp_path, "industrial", shots, free='"auto"')
+    run = wb.identify(robot, data, algorithms=("opt2",))
+    step = run.identifiability.step
+    expected, held = 1e3 * step.expected, run.best.held_out.position_mm.rms
+    assert 0.4 < held / expected < 2.5
+    told = [s for s in identification_json(run)["camera"]["steps"] if s["name"] == step.name]
+    assert told[0]["expected_mm"] == pytest.approx(expected)
+    assert any(
+        f"{expected:.3g} mm" in note for note in run.notes if note.startswith(f"{step.name}: expected")
+    )
+    assert f"{float(f'{expected:.2g}'):g} mm" in panels._steps(run.identifiability)

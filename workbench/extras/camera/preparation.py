@@ -16,7 +16,7 @@ from workbench.data.prediction import predict
 from workbench.extras.camera.checks import mismatched_pictures
 from workbench.extras.camera.model_selection import select_camera_step
 from workbench.extras.camera.pixel_noise import Pictures, PixelPrior, Variances, most_likely
-from workbench.extras.camera.readings import PictureReadings, rig_of
+from workbench.extras.camera.readings import PictureReadings, rig_of, with_rig
 from workbench.extras.camera.resection import with_boards, with_boards_in_view, with_sessions_in_view
 from workbench.extras.camera.rig import owner_in
 from workbench.extras.camera.selection_steps import Identifiability
@@ -64,7 +64,11 @@ class PicturePreparation(AbstractPreparation):
 
     def comparable(self, held: Dataset, fitted: Dataset) -> Dataset:
         held = with_boards(held, [target.owner for target in rig_of(fitted).targets])
-        rig = rig_of(held)
+        freedom = {camera.owner: camera.free for camera in rig_of(fitted).cameras}
+        own = rig_of(held)
+        cameras = (replace(c, free=freedom.get(c.owner, c.free)) for c in own.cameras)
+        rig = replace(own, cameras=tuple(cameras))
+        held = with_rig(held, rig)
         known = {owner_in(p, s) for p in rig.posed for s in fitted.sessions}
         held = with_sessions_in_view(held, MIN_PICTURES, known)
         sessions = held.take(held.included).sessions if held.included.any() else ()

@@ -58,6 +58,13 @@ class PictureReadings(AbstractReadings):
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "PictureReadings":
         return replace(self, pixels=self.pixels[rows], image=self.image[rows], sight=self.sight[rows])
 
+    def joined(self, other: AbstractReadings | None) -> "PictureReadings | None":
+        """Few pictures alone don't tell how far a tool is off: those of the same rig are judged together."""
+        if not isinstance(other, PictureReadings) or self.rig.owners != other.rig.owners:
+            return None
+        pairs = {name: (getattr(self, name), getattr(other, name)) for name in ("pixels", "image", "sight")}
+        return replace(self, **{name: np.concatenate(pair) for name, pair in pairs.items()})
+
     @property
     def sights(self) -> Float[np.ndarray, "rows 4 4"]:
         """Of the board and the camera that see each other most often."""

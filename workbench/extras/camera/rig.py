@@ -81,6 +81,11 @@ class Rig:
         return (*self.cameras, *self.targets)
 
     @property
+    def owners(self) -> tuple[tuple[str, int], ...]:
+        """How the names of its parts' unknowns begin, and the number of points of each board."""
+        return (*((c.owner, 0) for c in self.cameras), *((t.owner, len(t)) for t in self.targets))
+
+    @property
     def mounted(self) -> Mount:
         """What carries the target."""
         return self.targets[0].mounted

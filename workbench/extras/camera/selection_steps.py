@@ -170,7 +170,7 @@ def _decisions(steps: Sequence[Step], step: Step, advice: str) -> Iterator[str]:
 
 
 def _noise_text(noise: Noise) -> str:
-    lack = f"{1e3 * noise.position:.2g} mm, {np.rad2deg(noise.rotation):.2g}°"
+    lack = f"{1e3 * noise.position:.3f} mm, {np.rad2deg(noise.rotation):.3f}°"
     pixel = np.sqrt(2.0) * noise.own
     return f"corners {pixel:.2f} px; what the model lacks of the tool's pose {lack} about each axis"
 
