@@ -307,8 +307,8 @@ class Effect(NamedTuple):
 
 def _other_poses(robot: Robot, data: Dataset) -> Motion:
     """Random joint positions at which the tool is nearest to where it was measured, in any orientation."""
-    rng, near = np.random.default_rng(0), Motion.of(data)
-    q = rng.uniform(*robot.search_limits.T, (DRAWN, robot.dof))
+    rng, near, (low, high) = np.random.default_rng(0), Motion.of(data), robot.search_limits.T
+    q = rng.uniform(low, high, (DRAWN, robot.dof))
     motion = replace(near.take(rng.integers(0, len(near), DRAWN)), q=q)
     places, measured = (tool_poses(robot, each)[:, :3, 3] for each in (motion, near))
     return motion.take(np.argsort(cdist(places, measured).min(1))[:OTHERS])

@@ -62,8 +62,11 @@ class PictureReadings(AbstractReadings):
         """Few pictures alone don't tell how far a tool is off: those of the same rig are judged together."""
         if not isinstance(other, PictureReadings) or self.rig.owners != other.rig.owners:
             return None
-        pairs = {name: (getattr(self, name), getattr(other, name)) for name in ("pixels", "image", "sight")}
-        return replace(self, **{name: np.concatenate(pair) for name, pair in pairs.items()})
+        pixels, image, sight = (
+            np.concatenate([getattr(each, name) for each in (self, other)])
+            for name in ("pixels", "image", "sight")
+        )
+        return PictureReadings(pixels, image, self.rig, sight)
 
     @property
     def sights(self) -> Float[np.ndarray, "rows 4 4"]:

@@ -244,7 +244,7 @@ def _solved(
 ) -> Float[np.ndarray, "solutions 4 4"]:
     """Poses by one of OpenCV's solvers in pairs: the two best, or each twice; none where it fails."""
     cv2 = opencv("placing a camera by the target's points")
-    groups, lens = [np.arange(len(points))], (np.eye(3), None)
+    groups, lens = [list(range(len(points)))], (np.eye(3), None)
     if way == cv2.SOLVEPNP_SQPNP and len(points) < OUTVOTED:  # a body of few points suits several poses
         groups, way = [list(three) for three in combinations(range(len(points)), 3)], cv2.SOLVEPNP_P3P
     found = []
