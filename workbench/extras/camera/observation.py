@@ -165,7 +165,7 @@ class PixelObservation(AbstractObservation):
         cameras, boards = self._placed(poses)
         found = dict.fromkeys(self.unknowns, 0.0)
         for stand, pose in zip(chain(*self.stands), (*cameras, *boards), strict=True):
-            found |= _coordinates(stand.owner, pose)
+            found |= coordinates(stand.owner, pose)
         for camera in self.rig.cameras:
             if camera.free is not Freedom.FIXED:
                 names = (f"{camera.owner}.{part}" for part in INTRINSICS)
@@ -338,7 +338,7 @@ def _mean(poses: Float[np.ndarray, "n 4 4"]) -> Float[np.ndarray, "4 4"]:
     return se3.pose(turn, np.median(poses[:, :3, 3], axis=0))
 
 
-def _coordinates(owner: str, pose: Float[np.ndarray, "4 4"]) -> dict[str, float]:
+def coordinates(owner: str, pose: Float[np.ndarray, "4 4"]) -> dict[str, float]:
     """The six unknowns of a pose, by name."""
     six = np.concatenate([pose[:3, 3], se3.matrix_to_rotvec(pose[:3, :3])])
     return dict(zip((f"{owner}.{part}" for part in POSE), six.tolist(), strict=True))
@@ -350,5 +350,4 @@ def _times(rows: Float[np.ndarray, "n 2 3"], matrix: Float[np.ndarray, "3 3"]) -
 
 def _turned(rows: Float[np.ndarray, "n 2 3"], arm: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "n 2 3"]:
     """Rows times [arm]×: b × a."""
-    (bx, by, bz), (ax, ay, az) = np.moveaxis(rows, 2, 0), arm.T[:, :, None]
-    return np.stack([by * az - bz * ay, bz * ax - bx * az, bx * ay - by * ax], axis=2)
+    return np.cross(rows, arm[:, None])

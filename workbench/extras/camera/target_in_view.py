@@ -12,6 +12,7 @@ less than 60° from its normal; corners of markers seen more flatly are no longe
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -22,8 +23,9 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.base.types import frozen
+from workbench.base.types import Freedom, frozen
 from workbench.extras.camera.camera import Mount
+from workbench.extras.camera.observation import PixelObservation, coordinates
 from workbench.extras.camera.rig import Rig
 from workbench.plate.poses.sight import AbstractSight
 
@@ -139,20 +141,11 @@ class TargetInView(AbstractSight):
 
     def _by_twist(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows m 6"]:
         """Whitened pixels of all points in sight per twist of the tool."""
-        parts = []
-        for k, camera in enumerate(self.rig.cameras):
-            at, (_, sight) = self.in_camera(poses, k), self.seen(poses, k)
-            points = self.rig.points @ at[:, :3, :3].transpose(0, 2, 1) + at[:, None, :3, 3]
-            by_point = camera.project(points).by_point * (sight[..., None, None] / self.noise)
-            on_tool = camera.mounted is Mount.TOOL
-            eye = poses @ self.cameras[k] if on_tool else np.broadcast_to(self.cameras[k], poses.shape)
-            place = points @ eye[:, :3, :3].transpose(0, 2, 1) + eye[:, None, :3, 3]
-            arm = place - poses[:, None, :3, 3]
-            turned = np.zeros((*arm.shape[:2], 3, 6))
-            turned[..., :3] = np.eye(3)
-            turned[..., 0, 4], turned[..., 0, 5] = arm[..., 2], -arm[..., 1]
-            turned[..., 1, 3], turned[..., 1, 5] = -arm[..., 2], arm[..., 0]
-            turned[..., 2, 3], turned[..., 2, 4] = arm[..., 1], -arm[..., 0]
-            moved = eye[:, None, :3, :3].transpose(0, 1, 3, 2) @ turned * (-1.0 if on_tool else 1.0)
-            parts.append((by_point @ moved).reshape(len(poses), -1, 6))
-        return np.concatenate(parts, axis=1)
+        sight = np.stack([self.seen(poses, k)[1] for k in range(len(self.cameras))], axis=1)
+        unknown = np.full((*sight.shape[:2], 1, 4, 4), np.nan)
+        rig, sessions = self.rig.with_intrinsics(Freedom.FIXED), np.full(len(poses), "")
+        observation = PixelObservation(np.where(sight[..., None], np.zeros(2), np.nan), unknown, rig, sessions)
+        values = dict.fromkeys(observation.unknowns, 0.0)
+        for stand, pose in zip(chain(*observation.stands), (*self.cameras, self.target), strict=True):
+            values |= coordinates(stand.owner, pose)
+        return observation.see(poses, np.array([*values.values()])).by_twist / self.noise
