@@ -91,16 +91,13 @@ class Camera:
         return project(points, self.intrinsics)
 
     def normalised(self, pixels: Float[np.ndarray, "*lead 2"]) -> Float[np.ndarray, "*lead 2"]:
-        """X/Z and Y/Z of the rays through pixels, by fixed-point iteration."""
-        f, c = self.intrinsics[:2], self.intrinsics[2:4]
-        seen = (pixels - c) / f
-        found = seen
-        with np.errstate(over="ignore", invalid="ignore"):
-            for _ in range(UNDISTORT_ROUNDS):
-                there = np.concatenate([found, np.ones_like(found[..., :1])], axis=-1)
-                step = seen - (self.project(there).pixel - c) / f
-                found = found + np.clip(step, -0.1, 0.1)
-        return np.where(np.isfinite(found), found, seen)
+        """X/Z and Y/Z of the rays through pixels."""
+        cv2, flat = opencv("looking along rays"), np.ascontiguousarray(pixels, float).reshape(-1, 1, 2)
+        if not len(flat):
+            return np.zeros(pixels.shape)
+        rounds = cv2.TERM_CRITERIA_COUNT, UNDISTORT_ROUNDS, 0.0
+        found = cv2.undistortPoints(flat, *self.as_opencv, criteria=rounds).reshape(pixels.shape)
+        return np.where(np.isfinite(found), found, (pixels - self.intrinsics[2:4]) / self.intrinsics[:2])
 
 
 def as_opencv(intrinsics: Float[np.ndarray, "9"]) -> tuple[Float[np.ndarray, "3 3"], Float[np.ndarray, "5"]]:

@@ -184,16 +184,18 @@ def _near(robot: Robot, data: Dataset) -> Robot:
 
 
 def _shifts(robot: Robot, fit: Optimum) -> tuple[JointShift, ...]:
-    """How far each zero is from where the calibration had it."""
+    """How far each zero is from where the calibration had it, which knew it only so well itself."""
     wide, chain = fit.quantile(0.95), robot.chain
+    recorded = {} if robot.calibration is None else robot.calibration.std
+    std = {n: float(np.hypot(fit.std[n], recorded.get(n, 0.0))) for n in robot.joint_offsets}
     return tuple(
         JointShift(
             joint=joint,
             name=name,
             unit=chain.elements[chain.index[name]].unit,
             shift=fit.values[name] - float(chain.values[chain.index[name]]),
-            std=fit.std[name],
-            half=wide * fit.std[name],
+            std=std[name],
+            half=wide * std[name],
             determined=fit.std[name] < TOLD * UNKNOWN,
         )
         for joint, name in enumerate(robot.joint_offsets)
