@@ -53,8 +53,8 @@ def framed(arm, base=FIXED, tool=FIXED):
     return replace(arm, calibration=record)
 
 
-def measured(arm, shifts, *, rows=8, seed=0, bent=(), known=KNOWN, noise=1.0):
-    """Poses of an arm whose geometry is off by what a calibration leaves, and whose zeros were shifted.
+def measured(arm, shifts, *, rows=8, seed=0, bent=(), known=KNOWN, zeros=KNOWN, noise=1.0):
+    """Poses of an arm whose constants are off by what a calibration leaves, and whose zeros were shifted.
 
     The poses are computed by the generator, which shares no code with the package.
     """
@@ -62,7 +62,7 @@ def measured(arm, shifts, *, rows=8, seed=0, bent=(), known=KNOWN, noise=1.0):
     table = np.zeros((arm.dof, 5))
     for element in arm.elements:
         joint, part = int(element.name[5 : element.name.index(".")]) - 1, element.name.split(".")[1]
-        value = element.value + rng.normal(0.0, known) * (element.free and element.joint is None)
+        value = element.value + (known if element.joint is None else zeros) * element.free * rng.normal()
         value += dict(bent).get(element.name, 0.0)
         table[joint, ("theta", "d", "a", "alpha", "beta").index(part)] = value
     table[:, 0] += shifts
@@ -135,14 +135,16 @@ def test_geometry_counts_as_known_as_its_record_says(aria):
         hits = []
         for seed in range(6):
             shifts = 0.01 * (np.arange(6) == seed)
-            found[arm] = wb.rezero(arm, measured(arm, shifts, known=5e-4, seed=seed))
+            found[arm] = wb.rezero(arm, measured(arm, shifts, known=5e-4, zeros=0.0, seed=seed))
             assert [s.joint for s in found[arm].moved] == [seed]
             hits += [abs(s.shift - t) <= s.half for s, t in zip(found[arm].shifts, shifts, strict=True)]
         covered[arm] = np.mean(hits)
     assert covered[calibrated] < 0.9 < covered[new]
     assert len(found[new].notes) == len(found[calibrated].notes) + 1
     wider = replace(calibrated.calibration, std=dict.fromkeys(aria.default_free, 8e-4))
-    wide = wb.rezero(replace(calibrated, calibration=wider), measured(new, shifts, known=5e-4, seed=5))
+    wide = wb.rezero(
+        replace(calibrated, calibration=wider), measured(new, shifts, known=5e-4, zeros=0.0, seed=5)
+    )
     assert np.mean([s.std for s in wide.shifts]) > np.mean([s.std for s in found[new].shifts])
 
 
@@ -242,7 +244,7 @@ def test_bad_options_are_refused(aria, options):
 
 def test_it_prints_as_a_table_and_as_html(aria):
     found = wb.rezero(framed(aria), measured(framed(aria), np.deg2rad([0, 0, 0, 0.5, 0, 0])))
-    assert "joint 4 by 0.49" in repr(found)
+    assert "joint 4 by 0.488°" in repr(found)
     assert "<table>" in found._repr_html_()
 
 
