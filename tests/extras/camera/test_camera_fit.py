@@ -26,8 +26,6 @@ from workbench.identification.noise import factor_at
 from workbench.identification.preparation import prepare
 from workbench.identification.problem import Noise, Problem
 
-NORMAL = 1.96
-
 
 def written(
     folder, name, shots, *, mounted="world", free="false", cameras=1, solids=1, k=virtual.K, target=""

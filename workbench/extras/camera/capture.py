@@ -10,14 +10,13 @@ from jaxtyping import Float
 from workbench.base.files import write_text
 from workbench.base.wording import plural
 from workbench.extras.camera.camera import write_cameras
+from workbench.extras.camera.detect import MIN_FOUND
 from workbench.extras.camera.rig import Rig
 from workbench.extras.camera.target import write_target
 from workbench.session.state import AbstractPart
 
 SHARP = 2.0
 """Blur of a picture [px, standard deviation] from which on it is not kept."""
-MIN_CORNERS = 4
-"""Corners that a kept picture shows."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +50,8 @@ class Shot:
     @property
     def refused(self) -> str:
         """Why it is not kept; "" where it is."""
-        if self.reason or len(self.ids) < MIN_CORNERS:
-            return self.reason or f"it shows {plural(len(self.ids), 'corner')}; {MIN_CORNERS} are needed"
+        if self.reason or len(self.ids) < MIN_FOUND:
+            return self.reason or f"it shows {plural(len(self.ids), 'corner')}; {MIN_FOUND} are needed"
         if self.blur > SHARP:
             return (
                 f"it is blurred by {self.blur:.1f} px, more than {SHARP:g}: hold still, focus, or add light"

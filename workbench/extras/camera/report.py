@@ -17,8 +17,6 @@ from workbench.report.json import Json
 
 SURE, MIN_MOVED = 3.0, np.deg2rad(0.03)
 """Standard errors, and an angle [rad], beyond which a joint's zero is said to have moved."""
-NORMAL = 1.96
-"""Standard errors of a 95 % interval."""
 
 
 class Zero(NamedTuple):
@@ -36,11 +34,11 @@ class Zero(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The change with its 95 % interval."""
+        """The change with its standard error."""
         scale, unit = (np.rad2deg(1.0), "°") if self.unit == "rad" else (1e3, " mm")
         return (
             f"{self.joint}: its zero is off by {scale * self.change:+.3f}{unit} ± "
-            f"{scale * NORMAL * self.std:.3f}{unit} (95 %)"
+            f"{scale * self.std:.3f}{unit} (one standard error)"
         )
 
 

@@ -14,6 +14,7 @@ from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.capture import Capture, Previews, Shot
 from workbench.extras.camera.folder import only_folder, packed, read_folder, shown_pictures, unpacked
 from workbench.extras.camera.pixel_table import plain_names
+from workbench.extras.camera.preparation import MIN_PICTURES
 from workbench.extras.camera.readings import PictureReadings, rig_of
 from workbench.extras.camera.rig import Rig, read_rig
 from workbench.extras.camera.templates import Board
@@ -144,10 +145,6 @@ def facts_of(data: Dataset) -> tuple[tuple[str, str], ...]:
         ("Camera", "; ".join(cameras)),
         ("Target", f"{rig.text}, {ON[rig.mounted]}"),
     )
-
-
-MIN_PICTURES = 4
-"""Pictures that are enough to be used."""
 
 
 class BeginShooting(AbstractChange):

@@ -144,7 +144,9 @@ class TargetInView(AbstractSight):
         sight = np.stack([self.seen(poses, k)[1] for k in range(len(self.cameras))], axis=1)
         unknown = np.full((*sight.shape[:2], 1, 4, 4), np.nan)
         rig, sessions = self.rig.with_intrinsics(Freedom.FIXED), np.full(len(poses), "")
-        observation = PixelObservation(np.where(sight[..., None], np.zeros(2), np.nan), unknown, rig, sessions)
+        observation = PixelObservation(
+            np.where(sight[..., None], np.zeros(2), np.nan), unknown, rig, sessions
+        )
         values = dict.fromkeys(observation.unknowns, 0.0)
         for stand, pose in zip(chain(*observation.stands), (*self.cameras, self.target), strict=True):
             values |= coordinates(stand.owner, pose)
