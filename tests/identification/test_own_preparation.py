@@ -34,6 +34,9 @@ class Touches(AbstractReadings):
     def take(self, rows):
         return Touches(len(np.arange(self.rows)[rows]))
 
+    def joined(self, other):
+        return Touches(self.rows + len(other))
+
     @property
     def numbers(self):
         return np.zeros((self.rows, 0))

@@ -21,9 +21,9 @@ class AbstractReadings(ABC):
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "AbstractReadings":
         """The chosen rows."""
 
+    @abstractmethod
     def joined(self, other: "AbstractReadings | None") -> "AbstractReadings | None":
         """These rows and then the other's, where their errors are to be judged together; None where not."""
-        return None
 
     @property
     @abstractmethod
