@@ -204,7 +204,7 @@ def test_reasons():
     robot = load_robot("aria")
     far = inverse.solve(robot, down(2.0, 0.0, 0.205))
     assert not far.reachable
-    assert "beyond the arm's greatest reach" in far.reason
+    assert "beyond the arm's maximum reach" in far.reason
     assert far.nearest.position_error > 0.9
     askew = inverse.solve(robot, down(0.75, 0.2, 0.1))
     assert "not in this orientation" in askew.reason

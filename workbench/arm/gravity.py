@@ -20,7 +20,7 @@ LEVELLED = 1e-4
 
 
 def level_axes(gravity: Vector3) -> Matrix3:
-    """The least turn that brings z upwards, against gravity; z is up where there is none."""
+    """The smallest turn that brings z upwards, against gravity; z is up where there is none."""
     size = float(np.linalg.norm(gravity))
     if size == 0.0:
         return np.eye(3)

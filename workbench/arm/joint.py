@@ -14,7 +14,7 @@ MASS_TOLERANCE, COM_TOLERANCE = 0.1, 0.015
 INERTIA = ("mass", "com_x", "com_y", "com_z")
 """What is known of the weight of a link."""
 EXACT = 1e-6
-"""Least standard deviation of a mass [kg] or centre [m]."""
+"""Minimum standard deviation of a mass [kg] or centre [m]."""
 
 
 class JointKind(StrEnum):
@@ -32,12 +32,12 @@ class Joint:
     Args:
         name: `joint1` … for moving joints, `fixed1` … for the others.
         kind: Revolute, prismatic or fixed.
-        limits: Least and greatest coordinate [rad or m]; infinite where there is none.
+        limits: Minimum and maximum coordinate [rad or m]; infinite where there is none.
         mass: Mass of the link [kg]; None if unknown.
         com: Its centre of mass in the link frame [m].
         mass_tolerance: Relative standard deviation of the mass.
         com_tolerance: Standard deviation of the centre of mass, each axis [m].
-        max_moment: Greatest moment about the axis [N m].
+        max_moment: Maximum moment about the axis [N m].
     """
 
     name: str

@@ -4,7 +4,7 @@
 
 Every row is divided by its instrument's standard deviation, so C is the covariance of the parameters. For
 singular values, ranks and indices the columns must compare as well. The choice here: an angle counts as
-the arc at one characteristic length L, the greatest distance to which the arm reaches. The unit of every
+the arc at one characteristic length L, the maximum distance to which the arm reaches. The unit of every
 scaled parameter is then the metre, and a scaled parameter of δ moves the tool by no more than about δ.
 
 Sources: Golub & Van Loan, Matrix Computations (4th ed.), §5.5 (pseudo-inverse, rank); Schröer, Albright &

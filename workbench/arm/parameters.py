@@ -23,8 +23,8 @@ class Parameter:
         name: `joint2.alpha`, `base.x`, `base[front].yaw`, `anchor[A].z` …
         unit: `rad` or `m`; `kg` for a mass.
         nominal: Where the search begins, in that unit.
-        lower: Least value for bounded algorithms.
-        upper: Greatest value for bounded algorithms.
+        lower: Minimum value for bounded algorithms.
+        upper: Maximum value for bounded algorithms.
         is_coefficient: Whether it is the size of an effect, in whatever unit that has.
         is_inertia: Whether it is a link's mass, a coordinate of its centre, or an angle of gravity that acts
             through loads alone.

@@ -51,7 +51,7 @@ def is_whole_degrees(value: float) -> bool:
 
 
 def _distance(robot: Robot) -> float:
-    """Greatest distance of the tool from the base over a few joint positions [m]."""
+    """Maximum distance of the tool from the base over a few joint positions [m]."""
     low, high = np.array([_span(joint) for joint in robot.moving]).T
     q = np.random.default_rng(0).uniform(low, high, (POSES, robot.dof))
     chain = robot.with_effects().with_frames(base=Frame()).chain

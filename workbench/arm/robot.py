@@ -116,7 +116,7 @@ class Robot:
                 or a data frame with such columns.
             convention: `dh`, `hayati`, `craig`, `craig-hayati` or `three-rotation`.
             name: For people.
-            limits: Least and greatest position of each moving joint [rad or m].
+            limits: Minimum and maximum position of each moving joint [rad or m].
 
         Raises:
             FileError, RobotError: the table describes no robot; the message names the entry.
@@ -206,7 +206,7 @@ class Robot:
 
     @cached_property
     def limits(self) -> Float[np.ndarray, "n 2"]:
-        """Least and greatest coordinate of every moving joint [rad or m]."""
+        """Minimum and maximum coordinate of every moving joint [rad or m]."""
         return frozen(np.array([j.limits for j in self.moving], float))
 
     @cached_property

@@ -41,7 +41,7 @@ SAMPLES = 500
 EXACT = 1e-9
 """Difference [m] that is none."""
 ITERATIONS = 30
-"""Greatest number of Gauss–Newton steps."""
+"""Maximum number of Gauss–Newton steps."""
 
 
 class PoseErrors(NamedTuple):
@@ -49,9 +49,9 @@ class PoseErrors(NamedTuple):
 
     Args:
         position_mean: Mean distance of the tools [m].
-        position_max: Greatest distance [m].
+        position_max: Maximum distance [m].
         rotation_mean: Mean angle between the tools [rad].
-        rotation_max: Greatest angle [rad].
+        rotation_max: Maximum angle [rad].
     """
 
     position_mean: float
@@ -226,7 +226,7 @@ def away_text(name: str, robot: Robot, left: PoseErrors, poses: int) -> tuple[st
 
 
 def off_text(robot: Robot, left: PoseErrors) -> tuple[str, str]:
-    """Mean and greatest difference from a calibrated arm; in orientation, where that was observed."""
+    """Mean and maximum difference from a calibrated arm; in orientation, where that was observed."""
     (_, sees_rotation), _ = _observed(robot)
     if not sees_rotation:
         return in_mm(left.position_mean), in_mm(left.position_max)

@@ -36,7 +36,7 @@ class Column:
         kept: Whether measurements keep it; else a reader uses it up.
         text: What it is, for messages; empty if the name says it.
         shown: Unit for people, and what our own is multiplied by for it; our own if empty.
-        usual: Mean on virtual arms, and greatest deviation from it [our own unit].
+        usual: Mean on virtual arms, and maximum deviation from it [our own unit].
     """
 
     name: str

@@ -131,10 +131,10 @@ def poses(
     towards: Annotated[
         str | None, option('Orientation to stay close to: "roll,pitch,yaw" in degrees, or a plate.')
     ] = None,
-    cone: Annotated[str, option("With --towards: greatest angle from it.")] = "60deg",
-    margin: Annotated[str, option("Least distance of revolute joints from their limits.")] = "0deg",
-    spread: Annotated[str, option("Least distance between tool positions.")] = "0mm",
-    travel: Annotated[str | None, option("Greatest travel of any joint from one pose to the next.")] = None,
+    cone: Annotated[str, option("With --towards: maximum angle from it.")] = "60deg",
+    margin: Annotated[str, option("Minimum distance of revolute joints from their limits.")] = "0deg",
+    spread: Annotated[str, option("Minimum distance between tool positions.")] = "0mm",
+    travel: Annotated[str | None, option("Maximum travel of any joint from one pose to the next.")] = None,
     method: Annotated[str, option("exchange, or greedy: the choice before any exchange.")] = "exchange",
     unknown: opt.UnknownOption = None,
     out: Annotated[Path | None, option("Write the joint positions here (.csv).")] = None,

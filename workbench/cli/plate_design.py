@@ -19,7 +19,7 @@ class BlockOptions:
     angles: Annotated[str | None, option('The only tilts allowed: "0deg,15deg,30deg"; any if not given.')] = (
         None
     )
-    tilt: Annotated[str, option("Greatest tilt of a block.")] = "45deg"
+    tilt: Annotated[str, option("Maximum tilt of a block.")] = "45deg"
     turn: Annotated[str, option("Blocks are rotated in multiples of this angle; 0deg: any angle.")] = "0deg"
 
     def of(self, reading: str):
@@ -41,9 +41,9 @@ class BlockOptions:
 class MarginOptions:
     """Options for the margins of a designed plate."""
 
-    clearance: Annotated[str, option("Least distance from plate, blocks, table, arm.")] = "10mm"
-    limit_margin: Annotated[str, option("Least distance of joints from their limits.")] = "10deg"
-    spacing: Annotated[str, option("Least distance of two targets on the plate.")] = "80mm"
+    clearance: Annotated[str, option("Minimum distance from plate, blocks, table, arm.")] = "10mm"
+    limit_margin: Annotated[str, option("Minimum distance of joints from their limits.")] = "10deg"
+    spacing: Annotated[str, option("Minimum distance of two targets on the plate.")] = "80mm"
     retreat: Annotated[str, option("Distance over which the probe must be able to retract.")] = "50mm"
     floor: Annotated[str, option("Height of the table in the robot's base; none: there is no table.")] = "0mm"
 

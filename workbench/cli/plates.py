@@ -137,7 +137,7 @@ def cluster(
     index: Annotated[
         str, option("Criterion for choosing between sets of equal O: I (predicted error), O1 … O5, A, D.")
     ] = "I",
-    cone: Annotated[str, option("With --plate: greatest angle from its orientations.")] = "60deg",
+    cone: Annotated[str, option("With --plate: maximum angle from its orientations.")] = "60deg",
     out: Annotated[Path | None, option("Write the poses as a plate here (.toml).")] = None,
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,

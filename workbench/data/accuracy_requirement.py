@@ -29,8 +29,8 @@ class Wanted:
     """Maximum errors of an arm at every pose.
 
     Args:
-        position: Greatest position error [m].
-        rotation: Greatest orientation error [rad]; None: not judged.
+        position: Maximum position error [m].
+        rotation: Maximum orientation error [rad]; None: not judged.
         per_axis: Whether each axis alone has to keep it, as ARIA eq. (3) asks.
         why: What keeping it is good for, one sentence for people; empty if nobody said.
 
@@ -124,7 +124,7 @@ class WantedCheck:
         judged: Rows with a measured point; the others are not judged.
         limits: Of each entry, as `Wanted.limits`.
         within: Whether each entry keeps its limit; True where an entry was not measured.
-        worst: Greatest magnitude of each entry [m], [rad]; NaN where none was measured.
+        worst: Maximum magnitude of each entry [m], [rad]; NaN where none was measured.
     """
 
     wanted: Wanted
@@ -172,8 +172,8 @@ class Requirement:
 
     Args:
         radius: Radius r_t of what the tip has to hit [m].
-        insertion: Greatest distance l_max from the tool to the tip [m].
-        per_axis: Greatest error of the tool's position along each axis [m].
+        insertion: Maximum distance l_max from the tool to the tip [m].
+        per_axis: Maximum error of the tool's position along each axis [m].
 
     Raises:
         OptionError: a length that is not positive, or a position error that alone misses the target.
@@ -202,7 +202,7 @@ class Requirement:
 
     @property
     def angle(self) -> float:
-        """Greatest orientation error about each axis [rad], eq. (3)."""
+        """Maximum orientation error about each axis [rad], eq. (3)."""
         sine = (self.radius - self.displacement) / (2.0 * np.sqrt(2.0) * self.insertion)
         return 2.0 * float(np.arcsin(min(sine, 1.0)))
 

@@ -18,7 +18,7 @@ SPLIT = re.compile(r"^before row \d+$| ?from row \d+′*$")
 
 
 SAME_RUN = 0.5
-"""Part of the least time between rows of a file that rows of two files of one run are apart."""
+"""Part of the minimum time between rows of a file that rows of two files of one run are apart."""
 
 
 def clock_of(data: Dataset) -> tuple[Float[np.ndarray, " rows"], bool]:

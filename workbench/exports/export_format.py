@@ -137,12 +137,12 @@ class Exported:
 
     @property
     def position(self) -> float | None:
-        """Greatest distance [m]; None as `left`."""
+        """Maximum distance [m]; None as `left`."""
         return None if self.left is None else self.left.position_max
 
     @property
     def rotation(self) -> float | None:
-        """Greatest angle [rad]; None as `left`."""
+        """Maximum angle [rad]; None as `left`."""
         return None if self.left is None else self.left.rotation_max
 
 

@@ -56,7 +56,7 @@ def identify(
         data: Measurements.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
         algorithms: Names from `ALGORITHMS`.
-        bounds: Least and greatest value by name, for OPT1.
+        bounds: Minimum and maximum value by name, for OPT1.
         loss: Whether rows that no arm explains are set apart, or how the residuals of all rows count.
         deviation: How far the arm's constants are expected from nominal [rad, m]; `auto`: found from the
             rows; infinite: not at all, so that only what no row shows stays nominal.

@@ -38,7 +38,7 @@ MARGIN = 3.0
 MAX_ROWS = 2000
 """Rows from which the variances are told, evenly spread; more would hardly change them."""
 MIN_VARIANCE_SHARE = 1e-4
-"""Least variance of a channel, as part of what is left, where rows state none …"""
+"""Minimum variance of a channel, as part of what is left, where rows state none …"""
 MIN_READING_VARIANCE = 1e-3
 """… and that of a joint below which its readings count as exact."""
 ALONE = 3.0

@@ -112,7 +112,7 @@ class Problem:
             free: Constants of the arm that are unknown; the robot's default ones if None.
             frames: What of base and tool is unknown; nothing if None.
             noise: Standard deviations [m], [rad] on top of those that rows bring themselves.
-            bounds: Least and greatest value by name, for bounded algorithms.
+            bounds: Minimum and maximum value by name, for bounded algorithms.
             known: Values of the instrument's unknowns that are known, such as `anchor[A].x` [m].
             effects: Coefficients of the robot's effects that are unknown, such as `joint3.compliance`; the
                 others act as they are.
@@ -183,7 +183,7 @@ class Problem:
 
     @cached_property
     def bounds(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
-        """Least and greatest values."""
+        """Minimum and maximum values."""
         return (
             frozen(np.array([p.lower for p in self.parameters])),
             frozen(np.array([p.upper for p in self.parameters])),

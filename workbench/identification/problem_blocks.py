@@ -30,7 +30,7 @@ from workbench.data.prediction import predict
 from workbench.identification.frame_freedom import FrameFreedom, frame_name, gravity_names
 
 MIN_SIGMA = 1e-9
-"""Least standard deviation of a component [m or rad]."""
+"""Minimum standard deviation of a component [m or rad]."""
 PIECE = 256
 """Rows that are evaluated at once: their twists stay in the processor's cache and, with hundreds of
 coefficients too, in memory that the process keeps: larger tables are given back and asked for each time."""

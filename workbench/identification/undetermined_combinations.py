@@ -23,7 +23,7 @@ RANK_TOLERANCE = 1e-10
 PANEL = 32
 """Columns that the factorisation takes at once; numpy's leaves it less room, and takes four times as long."""
 PIVOT = 1e-11
-"""Least pivot of inner products, columns scaled to 1, from which on they tell directions well enough."""
+"""Minimum pivot of inner products, columns scaled to 1, from which on they tell directions well enough."""
 HARDLY = 0.2
 """Standard error [natural units] above which a combination of parameters counts as hardly seen."""
 
@@ -108,7 +108,7 @@ class Factor:
 
 
 def independent_columns(columns: Float[np.ndarray, "m p"], minimum: Float[np.ndarray, " p"]) -> list[int]:
-    """Columns of which those kept before leave more than a least length, in their order."""
+    """Columns of which those kept before leave more than a minimum length, in their order."""
     basis, kept = np.zeros((len(columns), 0)), []
     for i, rest in enumerate(columns.T):
         for _ in range(2):  # once more against rounding

@@ -70,7 +70,7 @@ class Compensation(AbstractShown):
         before: What the calibrated arm would miss without correction.
         after: What it is predicted to miss with it.
         kept: Rows that a correction would have made worse.
-        speed: Greatest speed of every joint with the correction [rad/s or m/s]; None without time.
+        speed: Maximum speed of every joint with the correction [rad/s or m/s]; None without time.
     """
 
     tables = "workbench.paths.report:compensation_table"
@@ -102,7 +102,7 @@ def compensate(
     Args:
         motion: What drives the arm's effects beside q, a row each, and the time; nothing if None.
         method: `one-step` or `iterated`.
-        max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.
+        max_speed: Maximum speed of any joint [rad/s or m/s]; not checked if None.
 
     Raises:
         DataError: a row that a limit, a singularity or the speed forbids; names row
@@ -223,11 +223,11 @@ def _play(robot: Robot) -> float:
 
 
 def _speeds(robot: Robot, state: Motion, maximum: float | None) -> np.ndarray | None:
-    """Greatest speed of every joint between two rows; refuse one above `maximum`."""
+    """Maximum speed of every joint between two rows; refuse one above `maximum`."""
     if state.time is None or len(state) < 2:
         if maximum is not None:
             raise OptionError(
-                "a greatest speed is given, but the trajectory has no time; add the column time[s]"
+                "a maximum speed is given, but the trajectory has no time; add the column time[s]"
             )
         return None
     speed = np.abs(np.diff(state.q, axis=0)) / np.diff(state.time)[:, None]

@@ -89,7 +89,7 @@ def plan(
         duration: Time from beginning to end [s].
         rows: Number of samples, evenly in time.
         axis: Direction of the tool's z axis; into the curve's plane from above if None.
-        max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.
+        max_speed: Maximum speed of any joint [rad/s or m/s]; not checked if None.
     """
     if not (duration > 0.0 and np.isfinite(duration)) or rows < MIN_ROWS:
         raise OptionError(

@@ -47,7 +47,7 @@ def path_json(planned: Planned, moments: JointMoments | None) -> Json:
 
 
 def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType:
-    """Range, greatest speed and greatest loads of every joint, and what was decided."""
+    """Range, maximum speed and maximum loads of every joint, and what was decided."""
     table = new_table("", "joint", "from", "to", "fastest [/s]", "torque [N m]", "across [N m]")
     speed = np.abs(np.asarray(planned.motion.velocity)).max(axis=0)
     loads = np.full((planned.robot.dof, 2), np.nan)

@@ -94,7 +94,7 @@ def _aims(points: Positions) -> Float[np.ndarray, "rows 4 4"]:
 def _followed_from(
     arm: ReducedArm, points: np.ndarray, start: np.ndarray, limits: np.ndarray
 ) -> np.ndarray | None:
-    """Postures one after the other by the least motion; None where a point is not met within the limits."""
+    """Postures one after another by the smallest motion; None where a point is not met within the limits."""
     x = [start]
     for aim in _aims(points):
         step = refine(arm, aim[None], x[-1][None], task=Task.POSITION, limits=limits)
@@ -107,7 +107,7 @@ def _followed_from(
 def _optimised(
     arm: ReducedArm, points: np.ndarray, x: np.ndarray, wanted: Vector3, limits: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """The postures of least cost near the given ones, and their cost."""
+    """The postures of smallest cost near the given ones, and their cost."""
     closed = bool(np.linalg.norm(points[-1] - points[0]) < ALLOWED)
     bends = _bends(len(x), closed)
     residual, jacobian = _terms(arm, points, x, wanted, limits, bends)

@@ -58,7 +58,7 @@ def compensate_trajectory(
         method: `iterated`, or `one-step` (Katana eq. 5.22).
         payload: Mass at the tool [kg]; the trajectory's own where None.
         temperature: Temperature [degC]; the trajectory's own where None.
-        max_speed: Greatest speed of any joint [rad/s or m/s]; not checked if None.
+        max_speed: Maximum speed of any joint [rad/s or m/s]; not checked if None.
         positions_only: Whether orientations do not matter; by default they are corrected where the
             calibration observed them, and by an arm near nominal where it did not.
         moving: Whether the inertia of the links counts beside their weight.

@@ -38,7 +38,7 @@ CONED = 2000
 ROOMY = PoseLimits(margin=0.2, dexterity=0.1)
 """Limits where none are given: arms with errors of 5 mm and 5° in every constant reached all such poses."""
 TOLERANCE = 0.01
-"""Greatest relative difference of O within a set before it is made equal."""
+"""Maximum relative difference of O within a set before it is made equal."""
 BANDS = 8
 """Bands that are searched for the best set."""
 MAX_BAND_POSES = 300
@@ -75,7 +75,7 @@ class Cluster:
 
     @property
     def difference(self) -> float:
-        """Relative difference of the least and the greatest O."""
+        """Relative difference of the minimum and the maximum O."""
         return float(self.o.max() / self.o.min() - 1.0)
 
 

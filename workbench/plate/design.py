@@ -50,7 +50,7 @@ def optimise_plate(
     tool: bool | None = None,
     seed: int = 0,
 ) -> PlateDesign:
-    """The plate with the least predicted error in its region.
+    """The plate with the smallest predicted error in its region.
 
     Args:
         robot: Nominal arm with limits.
@@ -184,7 +184,7 @@ def cluster_region(
         side: Side L of the cubes [m]; the region's own if None.
         index: What is made large among sets with equal O: `O1` … `O5`, `A`, `D`, or `I`.
         towards: Orientations of the tool about which a cone opens; any orientation if None.
-        cone: Greatest angle from the nearest of them [rad].
+        cone: Maximum angle from the nearest of them [rad].
         solid: A plate that the arm must not run into, as long as there are such poses; none if None.
         seed: Of the random candidates.
     """

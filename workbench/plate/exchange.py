@@ -25,7 +25,7 @@ from workbench.base.types import Outcome
 from workbench.plate.criterion import AbstractCriterion
 
 MAX_EXCHANGE_ROUNDS = 50
-"""Greatest number of rounds from one start."""
+"""Maximum number of rounds from one start."""
 TRIED = 24
 """Options of a slot that are tried at a time."""
 
@@ -60,7 +60,7 @@ def descend(
         improve: Gives a slot its best option; takes the cost before and returns that afterwards, the very
             same where nothing is changed.
         cost: Of the start.
-        rounds: Greatest number of them.
+        rounds: Maximum number of them.
 
     Returns:
         Cost of the start and after each round, and how it ended.
@@ -91,7 +91,7 @@ def exchange(
     follow: Bool[np.ndarray, "options options"] | None = None,
     locked: Bool[np.ndarray, " slots"] | None = None,
 ) -> Exchanged:
-    """Choose an option for every slot so that the criterion of their summed information is least.
+    """Choose an option for every slot so that the criterion of their summed information is smallest.
 
     Args:
         options: Information AᵀA of each option.

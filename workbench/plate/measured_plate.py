@@ -28,7 +28,7 @@ UNCERTAINTY = (5e-6, float(np.deg2rad(0.01)))
 """Standard deviations of a measuring machine that does not say: position along each axis [m], rotation about
 each [rad] of a face as wide as a block."""
 THINNEST = 0.01
-"""Least edge of a region that is drawn about measured targets [m]."""
+"""Minimum edge of a region that is drawn about measured targets [m]."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -189,7 +189,7 @@ def _blocks(linearisation: Linearisation) -> Iterator[tuple[np.ndarray, np.ndarr
 
 
 def _ends(spectrum: Float[np.ndarray, " p"], minimum: float, maximum: float = 0.0) -> Float[np.ndarray, " p"]:
-    """A derivative by the least and the greatest singular value alone."""
+    """A derivative by the minimum and the maximum singular value alone."""
     slope = np.zeros_like(spectrum)
     slope[-1] += minimum
     slope[0] += maximum
@@ -216,14 +216,14 @@ _OF_SETS = (
     ),
     SetIndex(
         "O3",
-        "least singular value: the worst determined combination (E-optimality) [1/m]",
+        "smallest singular value: the worst determined combination (E-optimality) [1/m]",
         "Nahvi, Hollerbach & Hayward, IEEE Int. Conf. Robotics and Automation, 1994",
         of_spectrum=lambda s, m: s[:, -1],
         by_value=lambda value, s, m: _ends(s, 1.0),
     ),
     SetIndex(  # O2 · O3: a large and a round ellipsoid at once
         "O4",
-        "noise amplification index: least singular value and roundness together [1/m]",
+        "noise amplification index: smallest singular value and roundness together [1/m]",
         "Nahvi & Hollerbach, IEEE Int. Conf. Robotics and Automation, 1996",
         of_spectrum=lambda s, m: s[:, -1] ** 2 / s[:, 0],
         by_value=lambda value, s, m: _ends(s, 2.0 * s[-1] / s[0], -((s[-1] / s[0]) ** 2)),

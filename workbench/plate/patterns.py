@@ -23,7 +23,7 @@ MAX_TARGETS = 200
 CIRCLE, TARGETS = "Circle", 10
 """Name and number of targets of the default plate."""
 ROOM = 0.14
-"""Least radius of that circle [m]: its blocks stand side by side."""
+"""Minimum radius of that circle [m]: its blocks stand side by side."""
 TILTS = (float(np.deg2rad(-150.0)), float(np.deg2rad(-160.0)))
 """Roll angles of Table 2 [rad]."""
 

@@ -19,9 +19,9 @@ class Region:
     """A cuboid along the axes of the robot's base.
 
     Args:
-        min: Least corner [m].
-        max: Greatest corner [m].
-        cube: Greatest side of a cube [m].
+        min: Lower corner [m].
+        max: Upper corner [m].
+        cube: Maximum side of a cube [m].
     """
 
     min: Vector3

@@ -46,7 +46,7 @@ def region_poses(
         region: Where the tool is, evenly spread.
         number: How many poses of the tool; each gives as many rows as it has branches within limits.
         towards: Orientations about which the cone opens, robot's base; about any if None.
-        cone: Greatest angle from one of them [rad].
+        cone: Maximum angle from one of them [rad].
     """
     _check_reach(robot, region)
     rows: list[np.ndarray] = []
@@ -104,7 +104,7 @@ def nearby_poses(
     Args:
         region: Where the tool is, evenly spread.
         measured: Joint positions of the measured poses [rad or m].
-        cone: Greatest angle from the orientation of the measured pose whose place is nearest [rad].
+        cone: Maximum angle from the orientation of the measured pose whose place is nearest [rad].
     """
     places = in_base(robot, measured)
     found = np.zeros((0, robot.dof))

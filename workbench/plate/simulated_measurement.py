@@ -71,7 +71,7 @@ def measure_poses(
         instrument: What measures.
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
-        errors: Greatest manufacturing errors of lengths [m] and angles [rad], where `actual` is None.
+        errors: Maximum manufacturing errors of lengths [m] and angles [rad], where `actual` is None.
         seed: Of the hidden errors, the poses and the noise.
 
     Returns:
@@ -118,7 +118,7 @@ def measure_plate(
         instrument: What measures; `plate` is the seat itself.
         actual: The arm to measure; one with hidden manufacturing errors if None.
         effects: Also hidden in it, such as `joint-compliance:2`; see `data.simulation.hidden_effects`.
-        errors: Greatest manufacturing errors of lengths [m] and angles [rad], where `actual` is None.
+        errors: Maximum manufacturing errors of lengths [m] and angles [rad], where `actual` is None.
         seed: Of the hidden errors and the noise.
 
     Returns:

@@ -40,7 +40,7 @@ LIMITS = ((3e-3, 10e-6, -8e-6), (6e-3, 12e-6, -12e-6), (10e-3, 15e-6, -14e-6), (
 
 
 def max_clearance(diameter: float) -> float:
-    """Greatest clearance of a g6 pin in an H7 hole [m]."""
+    """Maximum clearance of a g6 pin in an H7 hole [m]."""
     for up_to, hole, pin in LIMITS:
         if 0.0 < diameter <= up_to + 1e-9:
             return hole - pin
@@ -50,7 +50,7 @@ def max_clearance(diameter: float) -> float:
 
 
 def pin_play(seat: float, index: float, offset: float) -> tuple[float, float]:
-    """Greatest shift [m] and turn [rad] of a probe on two g6 pins in H7 holes.
+    """Maximum shift [m] and turn [rad] of a probe on two g6 pins in H7 holes.
 
     Args:
         seat: Diameter of the pin at the face's centre [m].
@@ -66,9 +66,9 @@ class Production:
     """Tolerances of production.
 
     Args:
-        position: Greatest error of a hole's place along each axis [m].
-        angle: Greatest error of a block's angle about each axis [rad].
-        play: Greatest shift [m] and turn [rad] of the probe in a seat.
+        position: Maximum error of a hole's place along each axis [m].
+        angle: Maximum error of a block's angle about each axis [rad].
+        play: Maximum shift [m] and turn [rad] of the probe in a seat.
     """
 
     position: float = 0.0

@@ -220,7 +220,7 @@ class PlateHistory:
         undone: Steps that redo goes forward to, nearest last.
         scores: After every step, oldest first.
         past: The plates that had these scores.
-        best: The plate with the least predicted error so far.
+        best: The plate with the smallest predicted error so far.
         best_score: Its score.
     """
 

@@ -28,7 +28,7 @@ from workbench.session.state import RunningJob, Session, Severity
 from workbench.session.view import AbstractKeeper, AbstractView
 
 PROGRESS_INTERVAL = 0.1
-"""Least time between two progress messages that are drawn [s]."""
+"""Minimum time between two progress messages that are drawn [s]."""
 QUIET = 0.25
 """Without a command for so long, views draw what they have put off [s]."""
 log = logging.getLogger(__name__)

@@ -52,7 +52,7 @@ class EffectArm(Protocol):
 
     @property
     def search_limits(self) -> Float[np.ndarray, "n 2"]:
-        """Least and greatest position of every joint, all finite [rad or m]."""
+        """Minimum and maximum position of every joint, all finite [rad or m]."""
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,9 @@ class AbstractEffect(AbstractLaw):
     of_many_joints: ClassVar[bool] = False
     """Whether joints have it together as a rule, so that a diagnosis tries it on all of them at once."""
     typical_size: ClassVar[float | None] = None
-    """Usual greatest coefficient [SI]; None if a virtual arm should choose one that shows well."""
+    """Usual maximum coefficient [SI]; None if a virtual arm should choose one that shows well."""
     surprise_size: ClassVar[float | None] = None
-    """Usual greatest coefficient [SI] where it may be the surprise of a virtual arm; None if it never is."""
+    """Usual maximum coefficient [SI] where it may be the surprise of a virtual arm; None if it never is."""
     credible: ClassVar[tuple[float, float]] = (0.05, 0.01)
     """Farthest that it can move a turning or sliding element over the rows [rad, m] and be believed. By
     default 3° and 10 mm: hobby servos and belts come near, and an arm that is farther off is broken."""
@@ -112,7 +112,7 @@ class AbstractEffect(AbstractLaw):
 
     @classmethod
     def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
-        """One to hide in a virtual arm, whose greatest coefficient is about 1; all are 1 by default.
+        """One to hide in a virtual arm, whose maximum coefficient is about 1; all are 1 by default.
 
         Args:
             joint: Counted from 0; of no meaning where it concerns the whole arm.
@@ -179,7 +179,7 @@ class AbstractEffect(AbstractLaw):
         return readable(float(values[largest]), self.units(chain)[largest])
 
     def amplitude(self, chain: Chain, motion: Motion) -> str:
-        """Greatest deviation of its joint's error from the mean over some rows, for laws without loads."""
+        """Maximum deviation of its joint's error from the mean over some rows, for laws without loads."""
         error = self.increments(chain, motion, NO_WRENCHES)[:, 0]
         return readable(float(np.abs(error - error.mean()).max()), self.units(chain)[0])
 

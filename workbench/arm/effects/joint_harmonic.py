@@ -43,7 +43,7 @@ class JointHarmonic(AbstractEffect):
 
     Args:
         order: k, how often it repeats a turn; or several, increasing.
-        range: Least and greatest position of its one joint where it was learned [rad]; it holds anywhere if
+        range: Minimum and maximum position of its one joint where it was learned [rad]; it holds anywhere if
             empty.
     """
 

@@ -37,7 +37,7 @@ class LocalJointError(AbstractEffect):
 
     Args:
         knots: Increasing joint positions [rad or m], at least three; within one turn if periodic.
-        range: Least and greatest joint position where it was learned; from the first knot to the last if
+        range: Minimum and maximum joint position where it was learned; from the first knot to the last if
             empty, or anywhere if periodic.
         periodic: Whether it repeats every turn.
     """

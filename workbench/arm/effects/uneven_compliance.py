@@ -30,8 +30,8 @@ class UnevenCompliance(AbstractEffect):
     """Three coefficients, of one joint.
 
     Args:
-        load: Greatest load τ_0 where it was learned [N m or N]; it does nothing at 0.
-        range: Least and greatest joint position there [rad or m].
+        load: Maximum load τ_0 where it was learned [N m or N]; it does nothing at 0.
+        range: Minimum and maximum joint position there [rad or m].
     """
 
     load: float = 0.0
@@ -69,7 +69,7 @@ class UnevenCompliance(AbstractEffect):
         if len(self.joints) != 1:
             return f"has {len(self.joints)} joints but needs one"
         if not self.load >= 0.0:
-            return f"has load = {self.load:g}; give the greatest load that it was learned at"
+            return f"has load = {self.load:g}; give the maximum load that it was learned at"
         return range_problem(self.range) or (None if self.range else "needs the range of its joint")
 
     def sentence(self, chain, motion):

@@ -21,8 +21,8 @@ class Learned(NamedTuple):
     """A range of joint positions.
 
     Args:
-        low: Least position [rad or m].
-        high: Greatest.
+        low: Minimum position [rad or m].
+        high: Maximum.
         spacing: Distance between neighbouring knots of the map [rad or m].
     """
 
@@ -48,4 +48,4 @@ def range_problem(given: tuple[float, ...]) -> str | None:
     """What is wrong with a range as a file gives it; None if nothing is."""
     if not given or (len(given) == 2 and given[0] < given[1]):
         return None
-    return f"has range = {list(given)}; give the least and the greatest joint position"
+    return f"has range = {list(given)}; give the minimum and the maximum joint position"

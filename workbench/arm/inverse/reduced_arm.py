@@ -35,7 +35,7 @@ class ReducedArm:
         constants: C_0 … C_n, base and tool included.
         slides: Whether each joint translates.
         columns: Column of q that drives each joint of the chain.
-        limits: Least and greatest coordinate per joint of the chain [rad or m].
+        limits: Minimum and maximum coordinate per joint of the chain [rad or m].
         length: Length of the stretched arm [m]: the unit that makes its Jacobian dimensionless.
     """
 

@@ -81,7 +81,7 @@ def nearest_orientation(
 
 
 def limits_reason(arm: ReducedArm, x: Float[np.ndarray, "rows n"], limits: Float[np.ndarray, "n 2"]) -> str:
-    """Which limits keep the arm from the solutions that there are: those of the least violation.
+    """Which limits keep the arm from the solutions that there are: those of the smallest violation.
 
     Args:
         x: Solutions outside the limits, in the chain's order, at their best turn.
@@ -139,7 +139,7 @@ def _distance_reason(arm: ReducedArm, target: Float[np.ndarray, "4 4"], closest:
     tool = arm.geometry(closest.x)[0]
     further = _from_shoulder(arm, target[:3, 3]) >= _from_shoulder(arm, tool[0, :, 3])
     if further:
-        return f"the target is {in_mm(gap)} beyond the arm's greatest reach"
+        return f"the target is {in_mm(gap)} beyond the arm's maximum reach"
     return f"the target is {in_mm(gap)} too close to the arm's base"
 
 

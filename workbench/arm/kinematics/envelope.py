@@ -42,7 +42,7 @@ def ring_at(robot: Robot, height: float) -> Float[np.ndarray, "places 3"]:
 
 
 def maximum_reach(robot: Robot) -> float:
-    """Greatest distance of the tool from the base's origin in any of these postures [m]."""
+    """Maximum distance of the tool from the base's origin in any of these postures [m]."""
     return float(np.linalg.norm(_places(robot), axis=1).max())
 
 
@@ -56,7 +56,7 @@ def _places(robot: Robot) -> Float[np.ndarray, "postures 3"]:
 
 @lru_cache(maxsize=4)
 def _outermost(robot: Robot) -> tuple[float, float, Float[np.ndarray, "layers directions"]]:
-    """Least height, height of a layer, greatest distance from the vertical axis by layer and direction."""
+    """Minimum height, height of a layer, maximum distance from the vertical axis by layer and direction."""
     places = _places(robot)
     bottom = float(places[:, 2].min())
     step = (float(places[:, 2].max()) - bottom) / LAYERS * (1.0 + 1e-9) or 1.0
@@ -69,7 +69,7 @@ def _outermost(robot: Robot) -> tuple[float, float, Float[np.ndarray, "layers di
 
 
 def _smooth(table: Float[np.ndarray, "layers directions"]) -> Float[np.ndarray, "layers directions"]:
-    """Greatest distance about every direction, then the mean of the nearest: random ones are ragged."""
+    """Maximum distance about every direction, then the mean of the nearest: random ones are ragged."""
     near = np.stack([np.roll(table, turn, axis=1) for turn in (-2, -1, 0, 1, 2)])
     maximum = np.fmax.reduce(near)
     near = np.stack([np.roll(maximum, turn, axis=1) for turn in (-2, -1, 0, 1, 2)])

@@ -2,7 +2,7 @@
 
 A deviation is imposed on one constant at a time, +0.05° on an angle and +0.1 mm on a length, and the tool
 moves by so much. A length moves it by its own deviation everywhere; an angle by its lever, so that its
-influence depends on the configuration. The weights k of a pose are its influences as shares of the greatest:
+influence depends on the configuration. The weights k of a pose are its influences as shares of the maximum:
 
     e_i(q) = |p(q; φ + δ_i) − p(q; φ)|,      k_i(q) = e_i(q) / max_j e_j(q)
 """
@@ -36,13 +36,13 @@ class Influence:
 
     @property
     def weights(self) -> Float[np.ndarray, "rows p"]:
-        """k of every pose: shares of its greatest influence (Katana §3.6); zero where nothing moves."""
+        """k of every pose: shares of its maximum influence (Katana §3.6); zero where nothing moves."""
         maximum = self.distances.max(axis=1, keepdims=True)
         return self.distances / np.where(maximum > 0.0, maximum, 1.0)
 
     @property
     def minimum(self) -> Float[np.ndarray, " p"]:
-        """Least influence of each constant over the poses [m]."""
+        """Minimum influence of each constant over the poses [m]."""
         return self.distances.min(axis=0)
 
     @property
@@ -52,7 +52,7 @@ class Influence:
 
     @property
     def maximum(self) -> Float[np.ndarray, " p"]:
-        """Greatest influence of each constant over the poses [m]."""
+        """Maximum influence of each constant over the poses [m]."""
         return self.distances.max(axis=0)
 
     @property

@@ -30,7 +30,7 @@ MIN_POSES = 3
 WEIGHT = 0.25
 """Length at which an angle counts, as a share of the arm's."""
 NEAR = (0.005, float(np.deg2rad(0.5)))
-"""Greatest error of a reading that fits: position, as a share of the arm's length, and angle [rad]."""
+"""Maximum error of a reading that fits: position, as a share of the arm's length, and angle [rad]."""
 SAME_READING = 0.01
 """Two readings that differ by less than this share of the arm's length are one."""
 CLEARLY = 5.0
@@ -60,8 +60,8 @@ class FoundConvention:
         signs: Which joints count the other way than in the table (−1).
         offsets: What is added to the joints after their sign [rad or m].
         assumptions: What was assumed of table and numbers.
-        position: Greatest error at the typed poses [m].
-        rotation: Greatest angle there [rad].
+        position: Maximum error at the typed poses [m].
+        rotation: Maximum angle there [rad].
         tried: Number of readings.
     """
 

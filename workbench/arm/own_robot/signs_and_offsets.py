@@ -66,6 +66,6 @@ def _of_table(robot: Robot, signs: np.ndarray, offsets: np.ndarray) -> Robot:
 
 
 def _limits(limits: Sequence[float], sign: float, offset: float) -> tuple[float, float]:
-    """Least and greatest position as the pendant counts."""
+    """Minimum and maximum position as the pendant counts."""
     low, high = sorted(float(sign * (v - offset)) for v in limits)
     return low, high

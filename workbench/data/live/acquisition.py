@@ -26,7 +26,7 @@ from workbench.data.live.sample import Sample
 THINNED = 0.02
 """Samples that follow the last one sooner than this are not looked at for motion [s]."""
 POSITION_STILL = 1e-3
-"""Greatest range of positions that a noisy instrument measures of an arm that stands still [m]."""
+"""Maximum range of positions that a noisy instrument measures of an arm that stands still [m]."""
 ORIENTATION_STILL = float(np.deg2rad(0.2))
 """Likewise of orientations [rad]; the joints decide more sharply."""
 MAX_DISTANCE, MAX_ANGLE = 0.03, float(np.deg2rad(5.0))

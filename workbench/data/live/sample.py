@@ -21,7 +21,7 @@ from workbench.base.types import frozen
 NORM_TOLERANCE = 0.01
 """A quaternion whose norm differs from 1 by more than this is refused."""
 LONGEST_LINE = 65536
-"""Greatest number of characters of a line."""
+"""Maximum number of characters of a line."""
 
 Fail = Callable[..., FileError]
 

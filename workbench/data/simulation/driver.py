@@ -28,7 +28,7 @@ from workbench.data.simulation.instruments import Instrument, Observes
 PEAK = 15.0 / 8.0
 """Peak speed of the minimum-jerk curve over its mean speed."""
 MIN_MOTION_TIME = 0.3
-"""Least time of any motion [s]."""
+"""Minimum time of any motion [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -2,7 +2,7 @@
 
     NAME[:joint[:size]]      joint-compliance:2:4e-5, backlash:3, thermal-growth
 
-A size is the greatest coefficient, in the effect's own SI unit. Without one, the effect bends an element of
+A size is the maximum coefficient, in the effect's own SI unit. Without one, the effect bends an element of
 the arm by at most `BEND` over random joint positions (and an hour), or grows as aluminium does. What drives
 the effects (loads, temperature, time, direction of motion) varies from row to row, each by itself.
 """

@@ -45,9 +45,9 @@ class Sight:
     """Limits of sight.
 
     Args:
-        near: Least distance [m].
-        far: Greatest distance [m].
-        cone: Greatest angle between the line of sight and the direction that the target looks in [rad]; None
+        near: Minimum distance [m].
+        far: Maximum distance [m].
+        cone: Maximum angle between the line of sight and the direction that the target looks in [rad]; None
             for targets that are seen from all sides or turned to the instrument.
     """
 
@@ -81,7 +81,7 @@ class Instrument:
         sight: What it can see at all; everything if None.
         place: Where it stands in the measuring frame [m], for its sight; before the arm if None.
         samples: How many readings are averaged into one.
-        stroke: Least and greatest distance that it can measure [m]; any if None.
+        stroke: Minimum and maximum distance that it can measure [m]; any if None.
 
     Raises:
         OptionError: a negative deviation, a pose without one for its rotation, or no samples.

@@ -27,7 +27,7 @@ from workbench.data.simulation.readings import read, three_anchors, touch, unsee
 
 AUTO, MIXED = "auto", "mixed"
 LENGTH_ERROR = 1e-3
-"""Greatest manufacturing error of a length, as of a good industrial arm [m]."""
+"""Maximum manufacturing error of a length, as of a good industrial arm [m]."""
 ANGLE_ERROR = float(np.deg2rad(0.3))
 """The same of an angle [rad]."""
 LIKELY_ERRORS = LENGTH_ERROR, ANGLE_ERROR
@@ -46,8 +46,8 @@ def virtual_arm(
     Args:
         robot: The nominal arm.
         rng: Source of the errors.
-        length: Greatest error of a length [m].
-        angle: Greatest error of an angle [rad].
+        length: Maximum error of a length [m].
+        angle: Maximum error of an angle [rad].
         names: Constants with errors; the robot's default free ones if None.
 
     Returns:
@@ -121,7 +121,7 @@ def simulate_targets(
         instrument: What measures it: `plate` is the seat itself. One that touches fixed points holds the
             tool's position with its noise and sees nothing else; equal places are one point.
         rng: Source of the noise.
-        branch: `auto` (the branch that reaches all targets with the greatest margin to the limits; each
+        branch: `auto` (the branch that reaches all targets with the largest margin to the limits; each
             target's own best where none does), `mixed` (every branch as often as the others), the name of
             a branch, or one of these names per target.
         near: Joint positions of the nominal arm at the targets, such as a plate's chosen ones: the actual
@@ -262,7 +262,7 @@ def _named(target: dict, name: str | None, number: int) -> np.ndarray:
 
 
 def _roomiest(solutions: list[dict]) -> str | None:
-    """The branch that all targets share and whose least margin to the limits is greatest."""
+    """The branch that all targets share and whose minimum margin to the limits is greatest."""
     shared = [name for name in solutions[0] if all(name in target for target in solutions)]
     return max(shared, key=lambda name: min(t[name].margin for t in solutions), default=None)
 

@@ -4,7 +4,7 @@ At each pose the smallest change of constants that explains its residual is soug
 
     ΔE = C Jᵀ(J Jᵀ)⁺ ΔP,      E ← E + k ∘ ΔE,      ΔP ← ΔP − J (k ∘ ΔE),      C < 1,
 
-where k are the influences of the constants at that pose as shares of the greatest. The steps end when ΔP is
+where k are the influences of the constants at that pose as shares of the maximum. The steps end when ΔP is
 below what the instrument resolves. Their limit has a closed form that no longer holds C, and is what is
 computed here, with K = diag(k):
 
@@ -48,8 +48,8 @@ class InfluenceBased(AbstractIdentifier):
     Args:
         weighted: Whether constants are weighted by their influence; if not, the thesis's standard
             identification (k = 1).
-        gain: Least relative decrease of the cost by one round that still counts as help.
-        limit: Greatest number of rounds.
+        gain: Minimum relative decrease of the cost by one round that still counts as help.
+        limit: Maximum number of rounds.
     """
 
     weighted: bool = True
@@ -107,6 +107,6 @@ def _stacks(component_rows: Int[np.ndarray, " m"]) -> list[Int[np.ndarray, "pose
 
 
 def pose_weights(moves: Float[np.ndarray, "rows m p"]) -> Float[np.ndarray, "rows p"]:
-    """k of each pose: how far each deviation moves it, as a share of the greatest (Katana §3.6)."""
+    """k of each pose: how far each deviation moves it, as a share of the maximum (Katana §3.6)."""
     lengths = np.linalg.norm(moves, axis=1)
     return lengths / np.maximum(lengths.max(axis=1, keepdims=True), 1e-300)

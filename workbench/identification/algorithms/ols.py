@@ -23,7 +23,7 @@ class Ols(AbstractIdentifier):
     """Gauss–Newton.
 
     Args:
-        limit: Greatest number of iterations.
+        limit: Maximum number of iterations.
         halvings: How often a step may be halved.
     """
 
@@ -31,7 +31,7 @@ class Ols(AbstractIdentifier):
     halvings: int = 12
     name = "ols"
     title = "OLS"
-    summary = "Gauss–Newton steps of least length (ordinary least squares): fast, exact near the nominal arm."
+    summary = "Gauss–Newton steps of minimum norm (ordinary least squares): fast, exact near the nominal arm."
 
     def search(self, problem: Problem) -> SearchOutcome:
         def halved(x, at, factor, cost):

@@ -32,7 +32,7 @@ class Opt1(AbstractIdentifier):
     """Bounded minimisation of the scalar cost.
 
     Args:
-        limit: Greatest number of iterations.
+        limit: Maximum number of iterations.
     """
 
     limit: int = 2000

@@ -27,8 +27,8 @@ class Opt2(AbstractIdentifier):
     """Levenberg–Marquardt.
 
     Args:
-        limit: Greatest number of accepted steps.
-        rejections: Greatest number of rejected steps in a row.
+        limit: Maximum number of accepted steps.
+        rejections: Maximum number of rejected steps in a row.
         damping: First λ, as a part of the largest squared singular value of the whitened Jacobian.
     """
 

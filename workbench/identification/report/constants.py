@@ -64,7 +64,7 @@ MM = 1e3
 
 
 def influence_figure(found: Influence, *, printed: dict[str, float] | None = None) -> Figure:
-    """Least, mean and greatest influence of every constant over the poses.
+    """Minimum, mean and maximum influence of every constant over the poses.
 
     Args:
         printed: Means that a source prints [m], by constant; drawn as rings.

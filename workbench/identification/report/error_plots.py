@@ -21,7 +21,7 @@ KINDS = (
 )
 """Errors of rows, the factor from SI to the unit in which they are drawn, and that unit."""
 POINTS = 400
-"""Greatest number of points in one plot of single rows; more are thinned evenly, and it is said."""
+"""Maximum number of points in one plot of single rows; more are thinned evenly, and it is said."""
 GAP = 0.2
 """A part of the range this long without rows breaks the running median."""
 

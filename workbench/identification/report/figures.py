@@ -27,7 +27,7 @@ from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, INK, DrawnFigure, Picture, draw, grid, look, new_figure
 
 STEMS = 200
-"""Greatest number of measurements that are drawn one by one."""
+"""Maximum number of measurements that are drawn one by one."""
 OWN_SCALE = 3.0
 """The nominal column gets a scale of its own where its errors are this many times larger."""
 LABELS = ("X", "Y", "Z", "norm")

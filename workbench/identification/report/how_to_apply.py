@@ -23,7 +23,7 @@ from workbench.report.numbers import short, signed
 from workbench.report.tables import folded, line, new_table, unbroken
 
 ROWS = 500
-"""Greatest number of measured joint positions over which the numbers are chosen."""
+"""Maximum number of measured joint positions over which the numbers are chosen."""
 TEXT = ("joint offsets only", "joint offsets and tool", "joint offsets, tool and base")
 VARIANTS = (
     (ControllerPart.OFFSETS,),

@@ -26,7 +26,7 @@ from workbench.report.sections import sections_of
 
 PAGE = "report.html"
 LISTED = 50
-"""Greatest number of rows that a list in the page names one by one; the rest is in the JSON file."""
+"""Maximum number of rows that a list in the page names one by one; the rest is in the JSON file."""
 
 
 def write_report(result: Identification, folder: Path | str, *, wanted: Wanted | None = None) -> Path:
@@ -120,7 +120,7 @@ def _facts(result: Identification) -> list[tuple[str, str]]:
 
 
 def error_cards(before: Errors, after: Errors) -> list[dict[str, str]]:
-    """What the page shows first: mean and greatest errors before and after."""
+    """What the page shows first: mean and maximum errors before and after."""
     cards = []
     for what, unit, old, new in (
         ("position error", " mm", before.position_mm, after.position_mm),

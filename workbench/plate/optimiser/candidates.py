@@ -107,7 +107,7 @@ class Setting:
 
     @property
     def spacing(self) -> float:
-        """Least distance of two targets on the plate; blocks never overlap [m]."""
+        """Minimum distance of two targets on the plate; blocks never overlap [m]."""
         return max(self.constraints.spacing, float(np.sqrt(2.0)) * SIDE if self.reading.blocks else 0.0)
 
     def sigma(self, places: Places) -> Float[np.ndarray, "rows 2"]:

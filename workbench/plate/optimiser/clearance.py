@@ -51,11 +51,11 @@ class Surroundings:
     def distances(
         self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
     ) -> Float[np.ndarray, "rows 3"]:
-        """Least distance from itself, the table and the plate in every row, at most `far` [m].
+        """Minimum distance from itself, the table and the plate in every row, at most `far` [m].
 
         Args:
             placements: Where the arm's pieces are.
-            far: Greatest distance of interest [m].
+            far: Maximum distance of interest [m].
             minimum: Where only more or less than this matters: rows with less may be given as 0 [m].
         """
         arm = self.arm

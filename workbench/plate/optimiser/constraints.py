@@ -23,10 +23,10 @@ class Constraints:
     """Margins that every target of a fixture keeps.
 
     Args:
-        clearance: Least distance of the arm from blocks, plate, table and itself [m].
-        limit_margin: Least distance of every joint from its limits [rad or m].
-        spacing: Least distance of two targets on the plate [m].
-        edge: Least distance of a target from the plate's edge [m].
+        clearance: Minimum distance of the arm from blocks, plate, table and itself [m].
+        limit_margin: Minimum distance of every joint from its limits [rad or m].
+        spacing: Minimum distance of two targets on the plate [m].
+        edge: Minimum distance of a target from the plate's edge [m].
         retreat: The probe must be able to go back so far along its axis with the same clearance [m].
         floor: Height of the table in the robot's base [m]; None if there is none.
     """

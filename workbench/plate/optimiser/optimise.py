@@ -99,7 +99,7 @@ def optimise_plate(
     request: DesignRequest | None = None,
     names: tuple[str, ...] | None = None,
 ) -> PlateDesign:
-    """The plate with the least predicted error that keeps all constraints.
+    """The plate with the smallest predicted error that keeps all constraints.
 
     Args:
         plate: Where the plate lies and how large it is; its targets are one of the starts, and those that

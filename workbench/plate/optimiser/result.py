@@ -31,10 +31,10 @@ class PlateDesign(AbstractShown):
         start_cost: Cost of the given plate in its best branches, collisions or not; infinite if it
             has not as many reachable targets [m].
         start_kept: Whether the given plate keeps all constraints.
-        clearance: Least distance of the arm from plate, table, blocks and itself at each target and during
+        clearance: Minimum distance of the arm from plate, table, blocks and itself at each target and during
             the retreat from it [m]; the probe against its own block does not count.
-        limit_margin: Least distance of a joint from its limits at each target [rad or m].
-        spacing: Least distance of two targets on the plate [m].
+        limit_margin: Minimum distance of a joint from its limits at each target [rad or m].
+        spacing: Minimum distance of two targets on the plate [m].
         assumptions: What these errors include: instrument, making, and play in the seats.
         history: Criterion after every round of the search [m].
         notes: What else is worth knowing, one sentence each.

@@ -1,4 +1,4 @@
-"""Search: exchange among candidates, then polish, for the least predicted error in the region.
+"""Search: exchange among candidates, then polish, for the smallest predicted error in the region.
 
 The exchange changes one target at a time to the candidate that lowers the criterion most among those that are
 far enough from the other targets and collide with nothing, until a round changes nothing. The polish is the
@@ -31,7 +31,7 @@ from workbench.plate.optimiser.candidates import Candidates, Neighbours, Setting
 from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
 
 MAX_EXCHANGE_ROUNDS = 30
-"""Greatest number of rounds of an exchange."""
+"""Maximum number of rounds of an exchange."""
 TRIES = 400
 """Candidates checked for collisions in one exchange, best first."""
 BETTER = 1e-6
@@ -120,7 +120,7 @@ class Search:
         return base - float(values[found])
 
     def _best(self, near: Neighbours, values: np.ndarray, others: list[int], *, minimum: float) -> int | None:
-        """The candidate of greatest value above `minimum` that goes with the others."""
+        """The candidate of largest value above `minimum` that goes with the others."""
         fit = near.spaced(others) & (values > minimum)
         rows = np.flatnonzero(fit)
         for candidate in rows[np.argsort(-values[rows], kind="stable")][:TRIES]:

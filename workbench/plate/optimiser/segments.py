@@ -1,6 +1,6 @@
 """Distances of line segments from each other and from convex bodies of six faces, compiled for many rows.
 
-Where a segment is outside a convex polyhedron, the least distance lies between the segment and an edge, or
+Where a segment is outside a convex polyhedron, the minimum distance lies between the segment and an edge, or
 between one end of it and a face.
 
 Source: Ericson, Real-Time Collision Detection (2005), §5.1.9 (closest points of two segments), §5.3.8 (a
@@ -28,7 +28,7 @@ EDGES = np.array(
 def segment_distances(
     first: Float[np.ndarray, "rows pairs 2 3"], second: Float[np.ndarray, "rows pairs 2 3"]
 ) -> Float[np.ndarray, "rows pairs"]:
-    """Least distance of two segments, given by their ends [m]."""
+    """Minimum distance of two segments, given by their ends [m]."""
     result = np.empty(first.shape[:2])
     _segments(np.ascontiguousarray(first), np.ascontiguousarray(second), result)
     return result

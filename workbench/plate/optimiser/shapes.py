@@ -106,11 +106,11 @@ class AbstractArmShape(ABC):
     def own_distances(
         self, placements: Placements, *, far: float = MAX_MEASURED_DISTANCE, minimum: float | None = None
     ) -> Float[np.ndarray, " rows"]:
-        """Least distance between pieces of the arm that must not touch, at most `far` [m].
+        """Minimum distance between pieces of the arm that must not touch, at most `far` [m].
 
         Args:
             placements: Where the pieces are.
-            far: Greatest distance of interest [m].
+            far: Maximum distance of interest [m].
             minimum: Where only more or less than this matters: rows with less may be given as 0 [m].
         """
 
@@ -124,13 +124,13 @@ class AbstractArmShape(ABC):
         far: float = MAX_MEASURED_DISTANCE,
         minimum: float | None = None,
     ) -> Float[np.ndarray, " rows"]:
-        """Least distance of some pieces from a hull in every row, at most `far` [m].
+        """Minimum distance of some pieces from a hull in every row, at most `far` [m].
 
         Args:
             placements: Where the pieces are.
             hulls: One for all rows, or one for each.
             checked: Which pieces count.
-            far: Greatest distance of interest [m].
+            far: Maximum distance of interest [m].
             minimum: As for `own_distances`.
         """
 

@@ -7,7 +7,7 @@ normal (spin). With a = azimuth, t = tilt, s = spin the tool's rotation in the p
     R = Rz(a) Ry(t) Rz(s) Rx(π),
 
 so that the tool's z axis points into the face along −Rz(a) Ry(t) e_z. Flat blocks have t = 0 and one
-height, stepped ones t = 0 and any height, tilted ones any tilt up to the greatest.
+height, stepped ones t = 0 and any height, tilted ones any tilt up to the maximum.
 """
 
 from dataclasses import dataclass
@@ -23,9 +23,9 @@ from workbench.plate.plate import SQUARE, Plate
 SIDE = 0.046
 """Side of the square bar that blocks are cut from [m]."""
 STEEPEST = float(np.deg2rad(65.0))
-"""Greatest tilt of a block that stands on the plate [rad]."""
+"""Maximum tilt of a block that stands on the plate [rad]."""
 FOOT = 0.012
-"""Least height of a block's lower edge: thread and dowels need it [m]."""
+"""Minimum height of a block's lower edge: thread and dowels need it [m]."""
 FLAT_HEIGHT = 0.05
 """Height of flat blocks [m]."""
 
@@ -54,9 +54,9 @@ class Blocks:
 
     Args:
         style: Flat, stepped or tilted.
-        heights: Least and greatest height of a face's centre above the plate [m].
+        heights: Minimum and maximum height of a face's centre above the plate [m].
         greatest_tilt: Of a face [rad].
-        tilts: The only tilts that may be made, for cheap making; any up to the greatest if empty [rad].
+        tilts: The only tilts that may be made, for cheap making; any up to the maximum if empty [rad].
         turn: Azimuths and spins are multiples of this [rad]; any if 0.
         grid: Distance of the holes that blocks stand on, about the plate's centre [m]; anywhere if 0.
         levels: The only heights there are, such as those of posts [m]; any within `heights` if empty.

@@ -25,7 +25,7 @@ from workbench.plate.plate import SQUARE, Kind, Plate, Target
 from workbench.plate.tolerances import tolerances_of
 
 WALL = 0.002
-"""Least material between bores that face each other, and between a bore and an edge [m]."""
+"""Minimum material between bores that face each other, and between a bore and an edge [m]."""
 
 
 def fixture_of(plate: Plate, *, stock: Stock | None = None) -> Fixture:
@@ -229,7 +229,7 @@ FLANGE = 0.008
 LEVEL = 1e-6
 """A plate leans if its normal is off the vertical by more [rad]."""
 MIN_STANDOFF = 0.025
-"""Least length of a stand-off: two threads and a wall [m]."""
+"""Minimum length of a stand-off: two threads and a wall [m]."""
 RIM = 0.03
 """Material of the bottom plate around its holes [m]."""
 

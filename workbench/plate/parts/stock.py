@@ -85,7 +85,7 @@ class Stock:
 
     @property
     def play(self) -> tuple[float, float]:
-        """Greatest shift [m] and turn [rad] of a probe on g6 pins in a seat."""
+        """Maximum shift [m] and turn [rad] of a probe on g6 pins in a seat."""
         return pin_play(self.seat, self.index, self.index_offset)
 
     @property

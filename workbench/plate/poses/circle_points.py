@@ -53,7 +53,7 @@ def levers(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "r
 
 
 def _posture(robot: Robot, rng: np.random.Generator) -> Float[np.ndarray, " n"]:
-    """The posture whose levers have the greatest product."""
+    """The posture whose levers have the largest product."""
     low, high = robot.search_limits.T
     q = rng.uniform(low, high, (POSTURES, robot.dof))
     return q[np.argmax(np.log(levers(robot, q) + MIN_LEVER).sum(axis=1))]

@@ -178,12 +178,12 @@ def d_exchange(
 def d_bound(
     blocks: Float[np.ndarray, "options r p"], number: int, *, share: float = 2e-3, steps: int = 2000
 ) -> float:
-    """Least proven upper bound of O1 over all choices of so many candidates, repeats allowed.
+    """Smallest proven upper bound of O1 over all choices of so many candidates, repeats allowed.
 
     Args:
         blocks: Scaled, whitened Jacobian of each candidate.
         share: Stop when the bound is proven to lie within this share of the continuous optimum.
-        steps: Greatest number of multiplicative steps.
+        steps: Maximum number of multiplicative steps.
     """
     count, rows, size = blocks.shape
     flat = flattened(blocks)

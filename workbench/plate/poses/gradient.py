@@ -24,11 +24,11 @@ from workbench.plate.poses.sight import AbstractSight
 STEP = 1e-5
 """Half-width of the central differences of the Jacobian [rad or m]; their error is about 1e-10."""
 POLISH_STEPS = 100
-"""Greatest number of steps of the continuous improvement."""
+"""Maximum number of steps of the continuous improvement."""
 STRIDE = 0.1
 """First stride of poses with limits [rad or m]."""
 MIN_STRIDE = 1e-4
-"""Least stride of poses with limits [rad or m]."""
+"""Minimum stride of poses with limits [rad or m]."""
 
 Climbed = tuple[np.ndarray, list[float], Outcome]
 

@@ -123,7 +123,7 @@ class PoseSet:
 
     @property
     def travels(self) -> Float[np.ndarray, " steps"]:
-        """Greatest travel of any joint from each pose to the next [rad or m]."""
+        """Maximum travel of any joint from each pose to the next [rad or m]."""
         return travels(self.q)
 
 
@@ -223,7 +223,7 @@ def _single(task: PoseTask) -> PoseSet:
 
 
 def _best_single(start, gains, clash, follow) -> np.ndarray:
-    """Each pose of a feasible set in turn exchanged for the candidate of greatest O that keeps the limits."""
+    """Each pose of a feasible set in turn exchanged for the candidate of largest O that keeps the limits."""
     chosen = start.copy()
     for slot in range(len(chosen)):
         open_ones = ~clash[np.delete(chosen, slot)].any(0)

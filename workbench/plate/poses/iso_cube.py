@@ -35,7 +35,7 @@ FULL = 3
 COLUMN = 0.1
 """Radius about the base's z axis, as a share of the arm's reach, that the arm's own base takes up."""
 MIN_MOVE = float(np.deg2rad(2.0))
-"""Least motion of every joint between poses [rad], or as many radii of the arm's reach [m/m]."""
+"""Minimum motion of every joint between poses [rad], or as many radii of the arm's reach [m/m]."""
 SWAPS = 20_000
 """Exchanges tried for the order of measuring."""
 POINTS = np.array([[0.5, 0.5], [0.1, 0.1], [0.9, 0.1], [0.9, 0.9], [0.1, 0.9]])
@@ -55,7 +55,7 @@ class CubePoses:
     Args:
         cube: The cube in the robot's base.
         q: Joint positions [rad or m].
-        min_move: Least motion of any joint between poses that follow each other [rad or m].
+        min_move: Minimum motion of any joint between poses that follow each other [rad or m].
     """
 
     cube: Region

@@ -1,7 +1,7 @@
 """The order in which poses are measured: short moves from each to the next.
 
 A move is as long as the travel of the joint that travels most, as all joints move together. A
-path through all poses with the least sum of moves is sought: from every pose the nearest that is left, the
+path through all poses with the smallest sum of moves is sought: from every pose the nearest that is left, the
 best such path, then stretches of it are turned round as long as that shortens it (2-opt).
 
 Source: Croes, Operations Research 6(6), 1958 (2-opt).
@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 
 
 def travels(q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, " steps"]:
-    """Greatest travel of any joint from each pose to the next [rad or m]."""
+    """Maximum travel of any joint from each pose to the next [rad or m]."""
     return np.abs(np.diff(q, axis=0)).max(1, initial=0.0)
 
 
@@ -23,7 +23,7 @@ def measuring_order(
 
     Args:
         q: Joint positions [rad or m]; where `longest` is given they come in an order that keeps it.
-        longest: Greatest travel of any joint from one pose to the next [rad or m]; any if None.
+        longest: Maximum travel of any joint from one pose to the next [rad or m]; any if None.
 
     Returns:
         Row numbers in the order of measuring; never a longer sum of moves than as the rows came.

@@ -35,13 +35,13 @@ class PoseLimits:
     Args:
         region: Where the tool is; anywhere if None.
         towards: Orientations of the tool about which the cone opens; any orientation if None.
-        cone: Greatest angle between the tool's orientation and the nearest of them [rad].
-        margin: Least distance of a turning joint from its limits [rad].
-        dexterity: Least singular value of the geometric Jacobian, lengths in units of the arm's reach.
-        spread: Least distance between the tool's places in two poses [m].
-        travel: Greatest travel of any joint from one pose to the next [rad or m]; any if None.
+        cone: Maximum angle between the tool's orientation and the nearest of them [rad].
+        margin: Minimum distance of a turning joint from its limits [rad].
+        dexterity: Minimum singular value of the geometric Jacobian, lengths in units of the arm's reach.
+        spread: Minimum distance between the tool's places in two poses [m].
+        travel: Maximum travel of any joint from one pose to the next [rad or m]; any if None.
         view: What the instrument has to see; nothing if None.
-        clearance: Least distance of the arm from itself, and from the table [m]; not looked at if None.
+        clearance: Minimum distance of the arm from itself, and from the table [m]; not looked at if None.
         floor: Height of the table that the arm stands on, in the robot's base [m]; none if None.
         solid: A plate whose solid the arm must not run into; none if None.
 

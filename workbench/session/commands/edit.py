@@ -165,7 +165,7 @@ class ChooseBranch(AbstractChange):
 
 
 class MixBranches(AbstractTargetStep):
-    """Take the mix of branches that predicts the least error; branches chosen by hand stay."""
+    """Take the mix of branches that predicts the smallest error; branches chosen by hand stay."""
 
     title = "Choose the best mix of branches"
 

@@ -98,8 +98,8 @@ class SetWanted(AbstractChange):
     """Set the maximum errors of the calibrated arm.
 
     Args:
-        position: Greatest position error [m]; None: nothing is wanted, and nothing judged.
-        rotation: Greatest orientation error [rad]; None: orientations are not judged.
+        position: Maximum position error [m]; None: nothing is wanted, and nothing judged.
+        rotation: Maximum orientation error [rad]; None: orientations are not judged.
         per_axis: Whether each axis alone has to keep it.
     """
 

@@ -1,4 +1,4 @@
-"""Commands for whole plates: equal index (ARIA §4.2), least error, trials on virtual arms."""
+"""Commands for whole plates: equal index (ARIA §4.2), smallest error, trials on virtual arms."""
 
 from dataclasses import replace
 
@@ -49,7 +49,7 @@ class ClusterTargets(AbstractTask[Plate]):
 
 
 class ImprovePlate(AbstractTask[tuple[Target, ...]]):
-    """Let the program place all targets but the locked ones for the least predicted error in the region.
+    """Let the program place all targets but the locked ones for the smallest predicted error in the region.
 
     Args:
         seed: Of the search.

@@ -30,9 +30,9 @@ class SetRegion(AbstractChange):
     """Give the region other corners or other cubes.
 
     Args:
-        low: Corner with the least coordinates [m].
-        high: Corner with the greatest [m].
-        cube: Greatest side of a cube [m].
+        low: Corner with the smallest coordinates [m].
+        high: Corner with the largest [m].
+        cube: Maximum side of a cube [m].
         step: Whether undo goes back to before it; not so between the first and the last place of a drag.
     """
 

@@ -60,7 +60,7 @@ class Replayed:
         steps: Commands that were done again.
         compared: How many values were compared.
         differences: Those that differ by more than rounding.
-        rounding: Greatest difference that rounding explains; 0 where all digits are the same.
+        rounding: Maximum difference that rounding explains; 0 where all digits are the same.
     """
 
     session: Session

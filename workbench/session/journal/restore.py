@@ -29,7 +29,7 @@ from workbench.session.state import Session
 
 MEAN_ERROR = "position_mm.mean"
 MET = 1e-6
-"""Greatest distance of the tool from a target that a recorded posture meets [m, rad]."""
+"""Maximum distance of the tool from a target that a recorded posture meets [m, rad]."""
 
 
 @dataclass(frozen=True, eq=False)
