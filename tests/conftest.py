@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 from hypothesis import HealthCheck, settings
+from threadpoolctl import threadpool_limits
 from xdist.scheduler import LoadFileScheduling
 
 # One thread of linear algebra a worker: several workers with several threads each only wait for each other.
@@ -54,7 +55,7 @@ def pytest_configure(config: pytest.Config) -> None:
     Dispatcher.compile = compile_in_turn
 
 
-SHARING = ("/test_browser", "studies/test_", "identification/report/")
+SHARING = ("/test_browser", "/test_round_trip", "studies/test_", "identification/report/")
 """Beginnings of tests' names that share what one worker builds for all of them."""
 FIRST = ("browser", "data", "views", "session", "test_readme", "plate", "cli", "diagnosis", "extras")
 """Marks, folders and files that take long, longest first: one that comes late leaves a worker idle."""
@@ -67,6 +68,7 @@ def pytest_sessionstart(session: pytest.Session) -> None:
     They import the package, whose checked types (`--jaxtyping-packages`) are arranged before this.
     """
     if hasattr(session.config, "workerinput") or not session.config.getoption("numprocesses", None):
+        threadpool_limits(1, user_api="blas")  # a plugin may have loaded it before it was told so above
         for name in ("browser", "session_at_work"):
             session.config.pluginmanager.import_plugin(name)
 

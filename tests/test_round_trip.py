@@ -89,12 +89,15 @@ def real(name: str, shared: Path, folder: Path) -> Measured:
     return Measured(robot, folder / "rows.csv")
 
 
-def named(name: str, request: pytest.FixtureRequest, factory: pytest.TempPathFactory) -> Measured:
-    folder = factory.mktemp(name)
-    if name in VIRTUAL:
-        make, seed, turned = VIRTUAL[name]
-        return virtual(make(), folder, seed=seed, turned=turned)
-    return real(name, request.getfixturevalue("shared_data"), folder)
+@cache
+def named(name: str, shared: Path | None, place: Path) -> Measured:
+    """Once for all tests, those of forms too: what is fitted to it is fitted once."""
+    folder = place / f"round-trip-{name}"
+    folder.mkdir()
+    if shared is not None:
+        return real(name, shared, folder)
+    make, seed, turned = VIRTUAL[name]
+    return virtual(make(), folder, seed=seed, turned=turned)
 
 
 REAL = [
@@ -105,7 +108,8 @@ REAL = [
 
 @pytest.fixture(scope="module", params=[*VIRTUAL, *REAL])
 def measured(request, tmp_path_factory) -> Measured:
-    return named(request.param, request, tmp_path_factory)
+    shared = None if request.param in VIRTUAL else request.getfixturevalue("shared_data")
+    return named(request.param, shared, tmp_path_factory.getbasetemp())
 
 
 # Entrances ----------------------------------------------------------------------------------------------

@@ -25,7 +25,7 @@ from real_arms import set_names
 
 import workbench as wb
 from tests.exports.readers import spreadsheet
-from tests.extras.controllers import test_saved_forms as forms
+from tests.extras.controllers import test_round_trip_of_forms as forms
 from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.arm.usable import usable_arm

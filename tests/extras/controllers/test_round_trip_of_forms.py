@@ -5,12 +5,12 @@ import ctypes
 import numpy as np
 import pytest
 import round_trip as trip
+from test_round_trip import MICRON, TURN, at_observed, check_form, measured, saved
 
 import workbench as wb
 from tests.exports import readers
 from tests.extras.controllers.test_controllers import refusing
 from tests.extras.controllers.test_programs import InC, in_python, pointer
-from tests.test_round_trip import MICRON, TURN, at_observed, check_form, measured, saved
 from workbench.arm.robot_toml import robot_text
 from workbench.base.errors import OptionError, RobotError
 from workbench.exports import FORMS, Job, export_robot
