@@ -85,6 +85,10 @@ class Sight:
         basis = _basis(np.column_stack([self.geometry, *(self.displacement(e) for e in others)]))
         return _beside(basis, self.displacement(effect)), basis
 
+    def beside_geometry(self, moved, still):
+        """What geometry leaves of the way from some poses of these rows to others, in noise units."""
+        return float(np.linalg.norm(_beside(_basis(self.geometry), self._white(change(moved, still)))))
+
     def _white(self, twists):
         return (twists / np.repeat(self.sigma, 3)).ravel()
 
