@@ -41,6 +41,8 @@ CLEAR = 0.01
 """Distance that links keep from each other [m]."""
 OPEN = 1e3
 """Standard error, in units of one row's worth of all rows, from which on nothing was known before."""
+VAGUE = 100.0
+"""Standard error, in the same units, above which an unknown that was open is still as good as unknown."""
 ALIKE = 0.3
 """Correlation from which on one unknown is told from another."""
 WEAK = 1e-8
@@ -168,12 +170,15 @@ def _reason(
 ) -> NextReason:
     """Of all that is asked for, what a pose sharpens most, and from what it tells it best."""
     old, new = (np.sqrt(np.diag(c)) for c in (before, after))
-    best = known + int(np.argmin((new / old)[known:]))
+    is_vague = (old > OPEN) & (new > VAGUE)
+    best = known + int(np.argmin((new / old + is_vague)[known:]))
     mine = unknowns[best]
     alike = np.abs(before[best]) / (old * old[best])
     alike[[u.owner == mine.owner for u in unknowns]] = 0.0
     other = int(np.argmax(alike))
-    if old[best] > OPEN:
+    if is_vague[best]:
+        words = f"begins to show {mine.name}"
+    elif old[best] > OPEN:
         factor, unit = readable_unit(mine.unit)
         words = f"makes {mine.name} observable: ± {factor * new[best] / scale[best]:.2g} {unit}"
     else:
