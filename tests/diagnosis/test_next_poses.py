@@ -10,7 +10,7 @@ from generator import move, turn
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.next_poses import WEAK, _covariance, next_poses
+from workbench.diagnosis.next_poses import WEAK, _covariance, _reason, _Unknown, next_poses
 from workbench.diagnosis.report import html_report, plots
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import diagnosis_tables
