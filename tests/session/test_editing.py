@@ -10,16 +10,8 @@ from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.predicted_error import predicted_error
 from workbench.session import replay
 from workbench.session.commands.drag import GrabTarget, MoveTarget, SelectTarget
-from workbench.session.commands.edit import (
-    AddTarget,
-    ChooseBranch,
-    CopyTarget,
-    DeleteTarget,
-    LockTarget,
-    MixBranches,
-    RenumberTarget,
-)
-from workbench.session.commands.target_placement import ApplyPattern, PlaceTargets, SnapTarget
+from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
+from workbench.session.commands.target_placement import ApplyPattern
 from workbench.session.commands.undo import RestoreBest, Undo
 from workbench.session.state import Severity
 
@@ -49,24 +41,10 @@ def test_the_last_target_stays(do):
     assert session.page.messages[-1].severity is Severity.ERROR
 
 
-def test_renumbering_moves_the_others_by_one(do, first):
-    session = do(RenumberTarget(8, 1))
-    wanted = places(first)[[0, 8, 1, 2, 3, 4, 5, 6, 7, 9]]
-    assert places(session) == pytest.approx(wanted)
-    assert session.selected == 1
-    # the set has not changed, only the order of its rows
-    assert session.score.indices["O1"] == pytest.approx(first.score.indices["O1"], rel=1e-9)
-
-
 def test_a_locked_target_stays_in_place_through_everything(do, first, tmp_path):
     held = do(LockTarget(3, True))
     rpy = (-2.6, 0.0, 0.0)
-    for command in (
-        MoveTarget(3, (0.4, 0.4, 0.3), rpy),
-        GrabTarget(3, 7),
-        DeleteTarget(3),
-        SnapTarget(3, "grid"),
-    ):
+    for command in (MoveTarget(3, (0.4, 0.4, 0.3), rpy), GrabTarget(3, 7), DeleteTarget(3)):
         session = do(command)
         assert session.plate is held.plate
         assert "locked" in session.page.messages[-1].text
@@ -92,41 +70,15 @@ def test_patterns_lie_within_their_width_and_apart(do, name):
     assert session.plate.targets[1].rpy[0] == TILTS[1]
 
 
-def test_a_bad_pattern_or_table_changes_nothing(do, first):
+def test_a_bad_pattern_changes_nothing(do, first):
     for command in (
         ApplyPattern("star", 9, (0.3, 0.35, 0.25), 0.2, TILTS),
         ApplyPattern("line", 0, (0.3, 0.35, 0.25), 0.2, TILTS),
         ApplyPattern("line", 3, (0.3, 0.35, np.inf), 0.2, TILTS),
-        PlaceTargets(()),
-        PlaceTargets(((0.3, 0.3, 0.3, 0.0, 0.0),)),
-        PlaceTargets(((0.3, 0.3, np.nan, 0.0, 0.0, 0.0),)),
-        SnapTarget(0, "moon"),
     ):
         session = do(command)
         assert session.plate is first.plate
         assert session.page.messages[-1].severity is Severity.ERROR
-
-
-def test_a_typed_table_moves_adds_and_keeps(do, first):
-    rows = [(*t.xyz.tolist(), *t.rpy.tolist()) for t in first.plate.targets]
-    rows[4] = (0.2, 0.45, 0.25, *rows[4][3:])
-    session = do(PlaceTargets((*rows, (0.3, 0.35, 0.3, -2.7, 0.0, 0.2))))
-    assert len(session.plate) == 11
-    assert session.plate.targets[0] is first.plate.targets[0]
-    assert session.plate.targets[4].xyz.tolist() == [0.2, 0.45, 0.25]
-    assert len(do(PlaceTargets(tuple(rows[:3]))).plate) == 3
-
-
-def test_snapping(do, first):
-    moved = do(MoveTarget(0, (0.5137, 0.3491, 0.2612), (-2.6, 0.0, 0.0)))
-    on_grid = do(SnapTarget(0, "grid")).plate.targets[0].xyz
-    assert on_grid == pytest.approx([0.51, 0.35, 0.26], abs=1e-12)
-    centre = do(Undo(), SnapTarget(0, "cube")).plate.targets[0].xyz
-    gaps = np.linalg.norm(moved.plate.region.centres - moved.plate.targets[0].xyz, axis=1)
-    assert centre == pytest.approx(moved.plate.region.centres[gaps.argmin()])
-    on_plate = do(Undo(), SnapTarget(0, "plate")).plate.targets[0].xyz
-    local = se3.apply(se3.inverse(first.plate.pose), on_plate)
-    assert local[2] == pytest.approx(0.05, abs=1e-12)
 
 
 def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
@@ -137,7 +89,6 @@ def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
     assert session.states[4].branch == other.name
     tool = tool_poses(session.robot, Motion(session.states[4].q[None]))[0]
     assert np.abs(se3.pose_error(session.plate.targets[4].pose, tool)).max() < 1e-8
-    assert do(MixBranches()).states[4].branch == other.name
     assert do(ChooseBranch(4, "auto")).plate.targets[4].branch == "auto"
     refused = do(ChooseBranch(4, "nonsense"))
     assert refused.page.messages[-1].severity is Severity.ERROR

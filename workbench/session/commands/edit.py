@@ -1,4 +1,4 @@
-"""Commands that change the set of targets: add, copy, delete, renumber, lock."""
+"""Commands that change the set of targets: add, copy, delete, lock, choose branches."""
 
 from dataclasses import replace
 
@@ -9,16 +9,9 @@ from workbench.base.types import Vector3, frozen
 from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import AUTO, Target
 from workbench.session.command import AbstractChange, computed
-from workbench.session.commands.target_placement import place_plate
 from workbench.session.reach import place
 from workbench.session.state import Session
-from workbench.session.target_steps import (
-    AbstractTargetStep,
-    check_free,
-    check_unlocked,
-    move_targets,
-    with_item,
-)
+from workbench.session.target_steps import check_free, check_unlocked, move_targets, with_item
 
 BESIDE = np.array([0.06, 0.0, 0.0])
 """Where a copy stands, from its original [m]."""
@@ -73,33 +66,6 @@ class DeleteTarget(AbstractChange):
         targets = _without(session.plate.targets, self.target)
         states = _without(session.states, self.target)
         return move_targets(session, replace(session.plate, targets=targets), states)
-
-
-class RenumberTarget(AbstractChange):
-    """Give a target another number in the order of measuring; those between move by one.
-
-    Args:
-        target: Which one, counted from 0.
-        place: Its new place, counted from 0.
-    """
-
-    target: int
-    place: int
-
-    title = computed(lambda self: f"Renumber target {self.target + 1} to {self.place + 1}")
-
-    def check(self, session: Session) -> None:
-        session.check_target(self.target)
-        session.check_target(self.place)
-        check_free(session)
-
-    def apply(self, session: Session) -> Session:
-        def moved(items: tuple) -> tuple:
-            rest = _without(items, self.target)
-            return (*rest[: self.place], items[self.target], *rest[self.place :])
-
-        plate = replace(session.plate, targets=moved(session.plate.targets))
-        return move_targets(session, plate, moved(session.states), selected=self.place)
 
 
 class LockTarget(AbstractChange):
@@ -162,12 +128,3 @@ class ChooseBranch(AbstractChange):
         return move_targets(
             session, plate, with_item(session.states, self.target, state), selected=self.target
         )
-
-
-class MixBranches(AbstractTargetStep):
-    """Take the mix of branches that predicts the smallest error; branches chosen by hand stay."""
-
-    title = "Choose the best mix of branches"
-
-    def apply(self, session: Session) -> Session:
-        return place_plate(session, session.plate, seed=len(session.history.scores))
