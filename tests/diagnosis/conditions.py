@@ -15,6 +15,9 @@ from decide import Sight, decidable, shows
 from generator import rotation
 from laws import State, wound
 from laws import poses as deflected_poses
+from load_sides import open_rows
+
+from workbench.data.dataset import Dataset
 
 GRID = 5
 """Positions of each joint on a grid of poses."""
@@ -98,15 +101,25 @@ def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
         payload=state.payload if case.data.payload is not None else None,
         sigma=_stated(given, rng, len(seen)),
     )
+    exact, filed = states_of(case.exact), replace(case.actual, masses=told.masses, coms=told.coms)
+    is_open = open_rows(case.actual, filed, case.hidden, state, exact, given.masses, given.coms)
     return replace(
         case,
         robot=robot_of(told, arm, given.free),
         data=data,
+        exact=case.exact.take(~is_open),
+        open_rows=int(is_open.sum()),
         state=state,
         misseated=(),
         sigma=given.sigma,
         seen=_seen(case, given, state),
     )
+
+
+def states_of(rows: Dataset) -> State:
+    """Drivers of rows as a file has them."""
+    payload = np.zeros(len(rows)) if rows.payload is None else rows.payload
+    return State(rows.q, rows.direction, rows.time, rows.temperature, payload)
 
 
 def _seen(case: Case, given: Conditions, state: State) -> bool:

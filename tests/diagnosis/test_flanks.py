@@ -5,16 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from arms import SIGMA, make, states
+from conditions import CONDITIONS, states_of, under
 from draws import draw, settled
 from generator import rotation
-from laws import poses
+from laws import poses, straight_moments
 from problems import geometric
+from scipy import stats
 
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.types import Outcome
 from workbench.diagnosis.candidates import catalogue
 from workbench.diagnosis.evidence import Term
+from workbench.diagnosis.flanks import Propagated, open_flanks
 from workbench.diagnosis.refit import refit
 
 LOOSE = {"aria": (1, 2, 3), "katana": (1, 2, 3), "three-parallel": (1, 2, 3, 4)}
@@ -69,3 +72,46 @@ def test_the_fitted_arm_is_good_where_no_play_hangs_between_its_flanks(arm):
     motion = Motion(fresh.q, payload=fresh.payload if case.data.payload is not None else None)
     found = tool_poses(fit.calibrated.in_session(""), motion)
     assert np.sqrt(((found - truth)[:, :3, 3] ** 2).mean()) < 0.5 * SIGMA[0]
+
+
+@pytest.mark.parametrize(("kind", "arm", "seed"), [("loose-5", "industrial", 3), ("loose-3", "katana", 17)])
+def test_flanks_tell_of_masses_that_the_file_has_wrong(kind, arm, seed):
+    """Centres are 10 mm off: in some rows a load has the other sign, but their poses show the flank."""
+    case = under(CONDITIONS["masses10"], kind, seed, arm)
+    play = {e.joints[0]: e.size[0] for e in case.hidden}
+    fit = fitted(case, play)
+    found, std = fit.problem.named(fit.x), fit.problem.named(fit.std)
+    for joint, size in play.items():
+        name = f"joint{joint + 1}.backlash"
+        assert abs(found[name] - size) < 4.0 * std[name]
+    assert fit.variance_factor == pytest.approx(1.0, abs=0.25)
+    doubt = open_flanks(fit)
+    assert set(doubt) <= set(play)
+    assert all(load > 0.0 and 0.0 < part < 0.2 for load, part in doubt.values())
+    error = np.linalg.norm(
+        tool_poses(fit.calibrated.in_session(""), Motion.of(case.exact))[:, :3, 3] - case.exact.position,
+        axis=1,
+    )
+    state = states_of(case.exact)
+    load = np.abs(straight_moments(case.actual, state)[:, :, 2])
+    sure = np.all([load[:, j] > 3.0 * up_to for j, (up_to, _) in doubt.items()], axis=0)
+    assert sure.mean() > 0.5
+    assert error[sure].max() < 5.0 * SIGMA[0]
+
+
+def test_a_normal_distribution_in_place_of_flanks_is_that_of_quadrature():
+    """One mass, four rows: two sure of their flank, one contradicted by its load, one that tells nothing."""
+    size, slope = np.array([1.0, -2.0, 0.5, 3.0]), np.array([[1.5], [1.0], [-1.0], [2.0]])
+    right = np.array([0.999, 0.98, 0.01, 0.5])
+    m = np.linspace(-8.0, 8.0, 20_001)
+    side = stats.norm.cdf(size[:, None] + slope * m)
+    weight = stats.norm.pdf(m) * np.prod(
+        right[:, None] * side + (1.0 - right[:, None]) * (1.0 - side), axis=0
+    )
+    total = weight.sum() * (m[1] - m[0])
+    mean = (weight * m).sum() / weight.sum()
+    variance = (weight * (m - mean) ** 2).sum() / weight.sum()
+    found = Propagated.of(size, slope, right)
+    assert found.mean[0] == pytest.approx(mean, abs=0.03)
+    assert found.spread[0, 0] == pytest.approx(variance, rel=0.1)
+    assert found.evidence == pytest.approx(np.log(total), abs=0.05)

@@ -24,13 +24,20 @@ from workbench.diagnosis.claimed_causes import Cause, ResidualMap, find_causes
 from workbench.diagnosis.event_notes import Now, arm_now
 from workbench.diagnosis.evidence import Model, drop
 from workbench.diagnosis.final_fit import fitted_on_all
+from workbench.diagnosis.flanks import open_flanks
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, harm_done, judged
 from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.standing import standing_causes, standing_notes
 from workbench.diagnosis.structure import Structure, structure_of
 from workbench.diagnosis.trial import Trial
-from workbench.diagnosis.undetectable import Undetectable, describe, hidden_variance, undetectable
+from workbench.diagnosis.undetectable import (
+    Undetectable,
+    describe,
+    hidden_variance,
+    open_flanks_text,
+    undetectable,
+)
 from workbench.diagnosis.verdict import conclude, coverage, weights_that_differ
 from workbench.identification import noise as noises
 from workbench.identification.exchanged_rows import exchange_note, exchanged_rows
@@ -188,7 +195,7 @@ def _claims(
     )
     if search.short is not None:
         verdict, message = Verdict.NONE, search.short
-    message = " ".join([message, *_additions(search, saved)])
+    message = " ".join([message, *_additions(search, saved, advice)])
     return _Claims(causes, residual_map, structure, noise, floor, joint_noise, verdict, message)
 
 
@@ -203,10 +210,12 @@ def _found_causes(search: CauseSearch, saved: _Saved, floor: Noise | None) -> tu
     return find_causes(last, saved.fit.calibrated, motion, floor, saved.std, together_mm=together_mm)
 
 
-def _additions(search: CauseSearch, saved: _Saved) -> Iterator[str]:
+def _additions(search: CauseSearch, saved: _Saved, advice: Advice) -> Iterator[str]:
     """Sentences that follow the verdict: what can't be seen, what got worse, which arm is saved."""
     if search.short is None and saved.undetectable and any(a.effect.loads for a in saved.effects):
         yield describe(saved.undetectable)
+    if missing := advice.ask("which flanks are known", lambda: open_flanks(saved.fit), {}):
+        yield open_flanks_text(missing, search.robot.chain)
     if worse := degradation_warning(_nominal_rows(search), search.after.rows):
         yield f"Warning: {worse}."
     if saved.effects and (worse := harm_done(search.before.rows[1], search.after.rows[1])):

@@ -28,6 +28,7 @@ from workbench.base.types import Outcome
 from workbench.diagnosis.candidate_columns import acting
 from workbench.identification.algorithms.identifier import SearchOutcome
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 
 PATTERNS = 12
@@ -42,6 +43,8 @@ UNCERTAIN = 0.01
 """τ₀, as part of the load's standard deviation over the rows: friction, and what bends the arm."""
 SCALES = 0.02, 0.1, 0.3, 1.0
 """Parts of their stated standard deviations by which masses may be off."""
+TWO_SIDED = 1.96
+"""Standard deviations either side of what is known with 95 %."""
 MEDIAN = 0.455
 """Of the square of a normal variable with unit variance."""
 SURE = 30.0
@@ -59,10 +62,14 @@ class _Loads:
     Args:
         size: By the masses as known without the flanks, in units of τ₀.
         slope: Derivative in these, V of them, in units of τ₀ and their standard deviations.
+        off: By how many of these the masses at x differ.
+        unit: τ₀ of each joint [N m or N].
     """
 
     size: Sides
     slope: Float[np.ndarray, "rows j v"]
+    off: Float[np.ndarray, " v"]
+    unit: Float[np.ndarray, " j"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +127,25 @@ def holding_likeliest(problem: Problem, x: Float[np.ndarray, " p"]) -> Problem:
     return _holding(problem, side)
 
 
+def open_flanks(fit: Fit) -> dict[int, tuple[float, float]]:
+    """Joints of which the masses leave open on which flank they rest where their load is small: up to which
+    load [N m or N], and in what part of the rows."""
+    weighing, out = _weighing(fit.problem), {}
+    if not weighing or not _play(fit.problem):
+        return {}
+    middle = np.zeros((len(fit.problem.data), len(_play(fit.problem))))
+    loads = _loads(fit.problem, fit.x, middle)
+    spread = np.array([fit.problem.inertia_tolerance[fit.problem.names[i]] for i in weighing])
+    known = fit.covariance[np.ix_(weighing, weighing)] / np.outer(spread, spread)
+    width = TWO_SIDED * np.sqrt(np.einsum("rjv,vw,rjw->rj", loads.slope, known, loads.slope))
+    is_open = np.abs(loads.size + loads.slope @ loads.off) < width
+    for k, joint in enumerate(_play(fit.problem)):
+        if is_open[:, k].any():
+            mine = width[is_open[:, k], k]
+            out[joint] = float(np.median(mine) * loads.unit[k]), float(is_open[:, k].mean())
+    return out
+
+
 def _play(problem: Problem) -> dict[int, int]:
     """Joints with play that a load decides, and the places of its unknown size."""
     place = {name: i for i, name in enumerate(problem.names)}
@@ -164,10 +190,11 @@ def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Loads:
                 slope[np.ix_(block.rows, np.array([k]), np.searchsorted(weighing, mine))] = by_mass[
                     :, None, *own
                 ]
-    softness = np.maximum(UNCERTAIN * size.std(0), 1e-12)
+    unit = np.maximum(UNCERTAIN * size.std(0), 1e-12)
     spread = np.array([problem.inertia_tolerance[problem.names[i]] for i in weighing])
-    off = np.array([x[i] - problem.parameters[i].nominal for i in weighing])
-    return _Loads((size - slope @ off) / softness, slope * spread / softness[:, None])
+    off = np.array([x[i] - problem.parameters[i].nominal for i in weighing]) / spread
+    slope *= spread / unit[:, None]
+    return _Loads(size / unit - slope @ off, slope, off, unit)
 
 
 def _holding(problem: Problem, side: Sides) -> Problem:
@@ -217,7 +244,7 @@ def _belief(loads: _Loads, odds: Sides) -> _Belief:
     wide = np.sqrt(1.0 + (loads.slope**2).sum(2))
     near = np.abs(loads.size) < FAR * wide
     right = special.expit(np.clip(odds, -SURE, SURE))
-    kinds = [_Propagated.of(loads.size[near], s * loads.slope[near], right[near]) for s in SCALES]
+    kinds = [Propagated.of(loads.size[near], s * loads.slope[near], right[near]) for s in SCALES]
     best = max(kinds, key=lambda k: k.evidence)
     scale = SCALES[kinds.index(best)]
     slope = scale * loads.slope
@@ -231,7 +258,7 @@ def _belief(loads: _Loads, odds: Sides) -> _Belief:
 
 
 @dataclass(frozen=True, eq=False)
-class _Propagated:
+class Propagated:
     """A normal distribution in place of that of the masses, from the flanks of K loads.
 
     Args:
@@ -253,7 +280,7 @@ class _Propagated:
     @classmethod
     def of(
         cls, size: Float[np.ndarray, " k"], slope: Float[np.ndarray, "k v"], right: Float[np.ndarray, " k"]
-    ) -> "_Propagated":
+    ) -> "Propagated":
         """Expectation propagation, all loads at once.
 
         Args:

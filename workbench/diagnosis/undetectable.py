@@ -10,7 +10,7 @@ large as the largest of them that was found, d, so that with the weight w = d²/
 expected to be (w ĉ)² + w σ², and the variances of the found coefficients grow by (A⁺ a)² times that.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -18,7 +18,7 @@ import numpy as np
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect, Candidate, Loads
-from workbench.arm.effects.axes import across, own
+from workbench.arm.effects.axes import across, own, turns
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.wrenches import motion_wrenches
@@ -122,6 +122,16 @@ def describe(missing: Sequence[Undetectable]) -> str:
         f"{_listed(names)} of {joint_list(which)} ({reason})" for (reason, which), names in groups.items()
     ]
     return f"Not identifiable from these rows: {'; '.join(parts)}." if parts else ""
+
+
+def open_flanks_text(loads: Mapping[int, tuple[float, float]], chain: Chain) -> str:
+    """One sentence on joints with play whose flank is open below some load, in a part of the rows."""
+    parts = [
+        f"joint {j + 1} below {load:.2g} {'N·m' if turns(chain, j) else 'N'} ({part:.0%} of the poses)"
+        for j, (load, part) in sorted(loads.items())
+    ]
+    which = "its play a joint rests under little load"
+    return f"The masses leave open on which side of {which}: {', '.join(parts)}."
 
 
 def _asked(searched: Searched) -> list[Candidate]:
