@@ -84,6 +84,14 @@ def test_few_rows_are_not_told_that_joints_moved_together(soft):
     assert not [note for note in found.notes if "together" in note]
 
 
+@pytest.mark.parametrize(("count", "looked"), [(18, False), (40, True)])
+def test_structure_that_was_not_looked_for_is_not_denied(soft, count, looked):
+    robot, rows = soft
+    found = diagnose(robot, replace(rows.take(np.arange(count)), sigma=None), held_out=0.0)
+    assert bool(found.structure.tests) is looked
+    assert ("shows no structure" in found.message) is looked
+
+
 def test_a_repeated_row_is_not_its_own_neighbour():
     q = np.repeat(np.random.default_rng(0).uniform(-1.0, 1.0, (30, 6)), 4, axis=0)
     near = neighbours(q, 3)

@@ -73,7 +73,9 @@ def conclude(
     alone = joint_noise is not None and bool(joint_noise.alone)
     is_structured = bool(structure.found) and not (alone and all(a.is_of_joint for a in structure.found))
     more = bool(is_structured or distrusted)
-    rest = "shows no structure, so it is taken to be noise"
+    rest = "is taken to be noise: too few rows to look for structure"
+    if structure.tests:
+        rest = "shows no structure, so it is taken to be noise"
     if structure.found:
         rest = f"{structure.sentence} in the readings of joints that scatter"
     if floor is not None:
