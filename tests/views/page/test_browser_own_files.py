@@ -93,7 +93,8 @@ def test_a_robot_from_its_table_and_a_file_without_units(app, look, tmp_path):
     for column, meaning in (("A1", "q1[deg]"), ("X", "x[mm]")):
         screen.choose("Column", column)
         screen.choose("is", meaning)
-        screen.page.locator('[data-testid="columns"]', has_text=meaning).wait_for()
+        read_as = screen.page.locator('[data-testid="columns"] td', has_text=meaning)
+        read_as.first.wait_for()  # not as the problem above proposes
     session = screen.until(lambda session: session.measurements.loaded is not None)
     np.testing.assert_allclose(session.measurements.loaded.dataset.q, q, atol=1e-6)
     np.testing.assert_allclose(session.measurements.loaded.dataset.position, 1e-3 * place, atol=1e-7)

@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import dataclass, replace
 
 from workbench.base.columns import Per
+from workbench.base.entrance import remedy
 from workbench.base.errors import FileError, UnitError, WorkbenchError
 from workbench.base.units import EXAMPLES, REMARKS, Conversion, Quantity, conversion, parse_heading
 from workbench.base.wording import listed, span
@@ -13,6 +14,7 @@ from workbench.data.columns import known_columns
 from workbench.data.readers.headings import is_commanded, meaning, quantities_of, split_ending
 from workbench.data.readers.table import NUMBER, Table
 
+CHOOSE_ON_PAGE = "choose what it is in the Measure tab, under 'Columns of the file'"
 _JOINT = re.compile(r"q\d+")
 _NUMBER = quantities_of("qw")[0]
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
@@ -82,9 +84,12 @@ def _with_unit(column: TableColumn, table: Table, unit: str | None) -> TableColu
         offered = wanted.split(" or ")
         turns = "deg" in offered and _beyond_a_turn(table, quantities)
         first = "deg" if turns else offered[0]
+        elsewhere = remedy(
+            f"say columns='{column.key}[{first}]={column.heading}' (--columns)", page=CHOOSE_ON_PAGE
+        )
         message = (
             f"{where}: the unit is missing: write '{column.heading}[{first}]' in the header "
-            f"({wanted}, as it is), or say columns='{column.key}[{first}]={column.heading}' (--columns)"
+            f"({wanted}, as it is), or {elsewhere}"
         )
         return replace(column, problem=UnitError(message, unit=""))
     try:

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
+from workbench.base.entrance import remedy
 from workbench.base.errors import FileError, OptionError
 from workbench.base.units import is_unit, parse_heading
 from workbench.base.wording import listed
@@ -105,7 +106,8 @@ def with_headings(grid: Grid) -> Table:
     if start == 0:
         raise grid.error(
             f"the file has no header: write the names of its {len(grid.rows[0])} columns above the numbers, "
-            "such as q1[deg],…,x[mm],y[mm],z[mm], or say them with columns='q1[deg],…,-,x[mm]' (--columns)",
+            "such as q1[deg],…,x[mm],y[mm],z[mm]"
+            + remedy(", or say them with columns='q1[deg],…,-,x[mm]' (--columns)", page=""),
             0,
         )
     head = max(range(start), key=lambda i: (_known(grid.rows[i]), i))
@@ -114,7 +116,7 @@ def with_headings(grid: Grid) -> Table:
             raise grid.error("it has no row of numbers: this is not a table of measurements")
         raise grid.error(
             f"none of the headings {listed(grid.rows[head])} is known: name the columns q1[rad], …, x[m], "
-            "y[m], z[m], or say what they are with columns='q1[deg]=…' (--columns)",
+            "y[m], z[m]" + remedy(", or say what they are with columns='q1[deg]=…' (--columns)", page=""),
             head,
         )
     return _below(grid, head=head, start=start)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from workbench.base.entrance import remedy
 from workbench.base.errors import FileError, OptionError
 from workbench.base.wording import listed
 from workbench.data.binary_tables import read_arrays, read_columns, read_workbook, text_of
@@ -84,8 +85,11 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
     if naming is None or not naming.pairs:
         raise OptionError(
             f"{path}: a MATLAB file says not which matrix is what; it holds {_contents(variables)}: "
-            "write e.g. columns='q[rad|column]=Q,xyz[mm|column]=P' (--columns), 'column' where one "
-            "measurement is a column"
+            + remedy(
+                "write e.g. columns='q[rad|column]=Q,xyz[mm|column]=P' (--columns), 'column' where one "
+                "measurement is a column",
+                page="give it to 'workbench identify --columns', or load a CSV here",
+            )
         )
     headings: list[str] = []
     columns: list[list[str]] = []

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base.entrance import remedy
 from workbench.base.errors import DataError, OptionError
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import Naming
@@ -80,4 +81,6 @@ def chosen(names: list[str], wanted: str | None, what: str, key: str) -> str:
     if wanted is None and len(names) == 1:
         return names[0]
     why = f"'{wanted}' is none of them" if wanted is not None else "more than one"
-    raise OptionError(f'{what} {listed(names)}: {why}; choose with columns="{key}=NAME" (--columns)')
+    elsewhere = "choose with 'workbench identify --columns', or load a CSV here"
+    how = remedy(f'choose with columns="{key}=NAME" (--columns)', page=elsewhere)
+    raise OptionError(f"{what} {listed(names)}: {why}; {how}")

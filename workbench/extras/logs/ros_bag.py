@@ -12,6 +12,7 @@ from typing import Any, final
 import numpy as np
 
 from workbench.base import se3
+from workbench.base.entrance import remedy
 from workbench.base.errors import DataError
 from workbench.base.wording import listed
 from workbench.data.readers.columns_option import Naming
@@ -73,7 +74,11 @@ def _joints(path: Path, topic: str, found: dict[str, Any], naming: Naming | None
     if not headings:
         raise DataError(
             f"{path}: the joints of {topic} are called {listed(found['names'])}, which does not say their "
-            'order: name them with columns="shoulder=q1,elbow=q2 …" (--columns), or a mapping'
+            "order: name them with "
+            + remedy(
+                'columns="shoulder=q1,elbow=q2 …" (--columns), or a mapping',
+                page="'workbench identify --columns', or load a CSV here",
+            )
         )
     read = ", ".join(f"{name} is {key}" for key, name in sorted(headings.items()))
     notes = [f"joints from {topic}: {read}"]

@@ -16,6 +16,7 @@ from workbench.base.progress import progress
 from workbench.base.wording import first_of
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import checked
+from workbench.data.readers.columns import CHOOSE_ON_PAGE
 from workbench.data.readers.preview import Preview
 from workbench.data.simulation.hidden_effects import hidden_effects, surprise
 from workbench.data.simulation.instruments import INSTRUMENTS, Instrument, Observes
@@ -39,10 +40,6 @@ from workbench.session.state import Field, Focus, Measurements, Results, Session
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
-OPTION = " (--columns)"
-"""How a problem names what its words are given to; the page has no such option."""
-HERE = "or choose what it is in the Measure tab, under 'Columns of the file'"
-ELSEWHERE = "give them to 'workbench identify --columns', or load a CSV here"
 CHECKS = 40
 """Poses in the region that a virtual arm is measured at besides the targets, to be held out."""
 MARGIN, ACROSS = 0.01, 12
@@ -94,8 +91,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
                 if understood.dataset is None and understood.columns and understood.layout == "plain":
                     return replace(file, match=self._other_arm(path, session.robot, understood))
                 if understood.dataset is None:
-                    problem = understood.problems[0]
-                    raise DataError(_on_page(problem, ELSEWHERE) if OPTION in problem else problem)
+                    raise DataError(understood.problems[0])
                 dataset = understood.dataset
                 notes = tuple(note.replace(f"{folder}/", "") for note in dataset.notes)
                 dataset = replace(dataset, source=path.name, notes=notes)
@@ -138,7 +134,9 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             session = replace(session, measurements=replace(session.measurements, unread=result))
             if result.match is not None and result.match.rival:
                 return self._warned(session, Severity.WARNING, f"{result.name}: {result.match.text}")
-            return self._warned(session, Severity.ERROR, _on_page(result.preview.problems[0], HERE))
+            problem = result.preview.problems[0]
+            text = problem if CHOOSE_ON_PAGE in problem else f"{problem}; or {CHOOSE_ON_PAGE}"
+            return self._warned(session, Severity.ERROR, text)
         session = with_data(session, result)
         text = f"{len(result.dataset)} rows read from {result.name}"
         if result.match is not None and result.is_foreign:
@@ -363,11 +361,6 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
         ("Instrument", command.instrument_in(session).note or "the plate's seats"),
         ("Noise", f"{position * 1e3:.3g} mm" + (f", {np.rad2deg(rotation):.3g}°" if rotation else "")),
     )
-
-
-def _on_page(problem: str, remedy: str) -> str:
-    text = re.sub(rf", or say [^;]*{re.escape(OPTION)}", "", problem)
-    return text if text != problem and remedy == ELSEWHERE else f"{text.replace(OPTION, '')}; {remedy}"
 
 
 def too_large(name: str, size: int, maximum: int) -> str:
