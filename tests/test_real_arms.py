@@ -18,6 +18,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.statics.deflection import deflect
 from workbench.base import se3
 from workbench.base.types import Freedom
+from workbench.data.directions import with_directions
 from workbench.data.readers import read_measurements
 from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.identify import identify
@@ -164,10 +165,12 @@ def test_no_effect_of_the_wam_is_larger_than_a_sound_arm_can_have(shared_data):
     robot, data = load(shared_data, "wam")
     said = diagnose(robot, data)
     arm = said.robot
-    shift = np.abs(deflect(arm, Motion.of(data)).shift)
     turns = [k for k, e in enumerate(arm.chain.elements) if e.axis < Axis.TX]
+    motion = Motion.of(with_directions(data))
     assert said.effects
-    assert shift[:, turns].max() < 0.06
+    for effect in arm.effects:
+        shift = deflect(arm.with_effects(effect), motion).shift
+        assert np.abs(shift[:, turns]).max() < 0.06
     assert all(max(abs(c) / s for c, s in zip(a.effect.coefficients, a.std, strict=True)) > 3.0
                for a in said.effects)  # fmt: skip
     assert said.after.held_out.position_mm.mean < said.before.held_out.position_mm.mean
@@ -175,7 +178,10 @@ def test_no_effect_of_the_wam_is_larger_than_a_sound_arm_can_have(shared_data):
 
 @pytest.mark.parametrize("seed", [0, 2])
 def test_what_is_certain_of_the_wam_survives_twenty_more_rows(seed, shared_data):
-    """Joint 5 was certain to turn 1.5 % too far on 216 rows, and had no cause on 236."""
+    """Joint 5 was certain to turn 1.5 % too far on 216 rows, and had no cause on 236.
+
+    The largest single effect, by a fit of other code, follows the side from which joint 1 came: 1.65 mrad.
+    """
     robot, data = load(shared_data, "wam")
     parts = [diagnose(robot, rows, seed=seed) for rows in (data.take(np.arange(len(data) - 20)), data)]
     certain, named = (
@@ -184,10 +190,13 @@ def test_what_is_certain_of_the_wam_survives_twenty_more_rows(seed, shared_data)
     )
     assert certain[0] <= named[1]
     assert certain[1] <= named[0]
-    scales = [
+    plays = [
         a.effect.coefficients[0]
         for said in parts
         for a in said.effects
-        if (a.effect.name, a.effect.joints) == ("encoder-scale", (4,))
+        if (a.effect.name, a.effect.joints) == ("backlash", (0,))
     ]
-    assert scales == pytest.approx([0.0155, 0.0155], abs=0.002)
+    assert plays == pytest.approx([1.65e-3, 1.65e-3], abs=2e-4)
+    assert all(
+        said.after.held_out.position_mm.mean < 0.8 * said.before.held_out.position_mm.mean for said in parts
+    )
