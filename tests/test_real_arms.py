@@ -120,6 +120,11 @@ def test_diagnosis_lowers_held_out_errors(name, shared_data, capsys):
     assert after <= (NO_WORSE * before if bound is None else bound)
 
 
+def test_what_is_saved_of_balls_in_sockets_has_converged(shared_data):
+    """The base turns about both sockets almost unseen: the command ended with status 2 after 60 steps."""
+    assert diagnose(*load(shared_data, "iiwa14")).final_fit.outcome.ok
+
+
 @pytest.mark.parametrize("name", ["ur5", "wam", "panda_1", "iiwa14"])
 def test_no_saved_wrist_is_turned(name, shared_data):
     """One reflector, or a ball, hardly shows the last joints: they stay where the maker has them."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from jaxtyping import Bool
 
-from workbench.diagnosis.refit import refit
+from workbench.diagnosis.refit import LAST_STEPS, refit
 from workbench.diagnosis.rounds import Searched
 from workbench.identification.fit import Fit
 from workbench.identification.preparation import Prepared
@@ -39,6 +39,7 @@ def fitted_on_all(
         last.found.model,
         data=rows,
         begin=before.problem.named(before.x),
+        steps=LAST_STEPS,
     ).fit
     if before.outcome.ok and not found.outcome.ok:
         return (

@@ -23,7 +23,9 @@ from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 
 STEPS = 60
-"""Most steps of a fit."""
+"""Most steps of a fit …"""
+LAST_STEPS = 600
+"""… and of the last one, which is saved: balls in sockets leave turns of the base that are hardly seen."""
 LARGE = 10_000_000
 """Numbers of a Jacobian from which on it is not formed any more, and masses are taken as they are."""
 SHORTER = (1.0, 0.3, 0.1)
@@ -67,6 +69,7 @@ def refit(
     *,
     data: Dataset | None = None,
     begin: Mapping[str, float] | None = None,
+    steps: int = STEPS,
 ) -> FittedModel:
     """Fit geometry and a model's effects, and let the noise be what the fit leaves.
 
@@ -76,6 +79,7 @@ def refit(
         model: Accepted effects.
         data: Other rows than the problem's.
         begin: Where unknowns were found by an earlier fit [SI]; the others begin at their nominal values.
+        steps: Most steps.
     """
     own = problem.robot.effects
     robot = problem.robot.with_effects(*own, *(t.candidate.effect for t in model))
@@ -87,7 +91,7 @@ def refit(
     if grams is not None and model:
         built = _expected(built, grams, model)
     here = built.at(begin or {})
-    algorithm = Opt2(limit=STEPS)
+    algorithm = Opt2(limit=steps)
     if grams is not None and large(built):
         known = _by_grams(built, grams, model) if huge(built) else _by_jacobian(built, here, grams)
         search = _chord(built, here, known)
