@@ -293,15 +293,15 @@ def find_causes(
             if not kept.holds or len(unclear) == len(sizes):
                 odds = min(odds, MARGINAL)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
-        words = sentence_of(whole, unsure, std, arm, motion)
+        text = sentence_of(whole, unsure, std, arm, motion)
         if doubt is not None:
-            words = f"{words}; {doubt}"
+            text = f"{text}; {doubt}"
         found.append(
             Cause(
                 effects=effects,
                 odds=odds,
                 contribution_mm=min(explained, together_mm) if is_strained else explained,
-                sentence=words if not rivals else f"{words}; or else {_listed(rivals)}",
+                sentence=text if not rivals else f"{text}; or else {_listed(rivals)}",
                 look_alikes=rivals,
                 unsure=unsure,
             )

@@ -41,5 +41,5 @@ def sentence_of(
 ) -> str:
     """What an effect does in the joints that are named, and which others may do so too."""
     named = without_joints(effect, unsure)
-    words = named.stated(arm.chain, motion, np.array([std[n] for n in named.names]))
-    return f"{words}; for {joint_list(unsure)} the rows don't show it clearly" if unsure else words
+    text = named.stated(arm.chain, motion, np.array([std[n] for n in named.names]))
+    return f"{text}; for {joint_list(unsure)} the rows don't show it clearly" if unsure else text

@@ -105,21 +105,21 @@ def conclude(
         verdict = Verdict.UNEXPLAINED if more else Verdict.NONE
         return verdict, f"{lead}No effect was found beside the geometry; {rest}."
     verdict = Verdict.PARTLY if more else Verdict.EXPLAINED
-    words = [f"{c.sentence} ({c.confidence})." for c in causes[:3]]
+    sentences = [f"{c.sentence} ({c.confidence})." for c in causes[:3]]
     if len(causes) > 3:
-        words.append(f"{len(causes) - 3} more causes are listed.")
+        sentences.append(f"{len(causes) - 3} more causes are listed.")
     if residual_map is not None:
-        words += [
+        sentences += [
             *([] if causes else ["No cause was found beside the geometry."]),
             f"{residual_map.sentence}.",
         ]
     if not causes:
-        return verdict, f"{lead}{' '.join(words)} {rest[0].upper()}{rest[1:]}."
+        return verdict, f"{lead}{' '.join(sentences)} {rest[0].upper()}{rest[1:]}."
     fall = "reduces the error"
     if np.isfinite(left):
         fall += f" from {before.position_mm.mean:.3g} to {left:.3g} mm"
     subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding these"
-    return verdict, f"{lead}{' '.join(words)} {subject} {fall}; {rest}."
+    return verdict, f"{lead}{' '.join(sentences)} {subject} {fall}; {rest}."
 
 
 def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:

@@ -42,8 +42,8 @@ def against_drivers(found: Accepted, rows: Rows) -> Figure:
             _pair(line, view, rows)
         panels[0, 0].set_title("without this effect")
         panels[0, 1].set_title("with this effect")
-        handles, words = panels[0, 0].get_legend_handles_labels()
-        figure.legend(handles, words, loc="outside upper center", ncols=4)
+        handles, text = panels[0, 0].get_legend_handles_labels()
+        figure.legend(handles, text, loc="outside upper center", ncols=4)
     return figure
 
 
@@ -75,13 +75,13 @@ def _points(axes: Axes, x, values, weight, held) -> None:
     """Rows, faint where they say little of the increment."""
     says = np.flatnonzero(weight > DIM * np.median(weight))
     chosen = says[np.unique(np.linspace(0, len(says) - 1, min(len(says), POINTS)).round().astype(int))]
-    for mine, colour, marker, words in (
+    for mine, colour, marker, text in (
         (~held, COLOURS[0], "o", "fitted rows"),
         (held, COLOURS[2], "D", "held-out rows"),
     ):
         part = chosen[mine[chosen]]
         if len(part):
-            axes.plot(x[part], values[part], marker, ms=3.8, color=colour, alpha=0.65, mew=0, label=words)
+            axes.plot(x[part], values[part], marker, ms=3.8, color=colour, alpha=0.65, mew=0, label=text)
 
 
 def _means(axes: Axes, view: IncrementCurve, values, law, weight) -> None:
@@ -115,8 +115,8 @@ def _curve(axes: Axes, view: IncrementCurve) -> None:
             here = view.x == side
             if here.any():
                 level = view.scale * float(view.law[here][0])
-                words = "the law found" if side < 0 else None
-                axes.plot([side - 0.35, side + 0.35], [level] * 2, color=COLOURS[1], lw=2.2, label=words)
+                text = "the law found" if side < 0 else None
+                axes.plot([side - 0.35, side + 0.35], [level] * 2, color=COLOURS[1], lw=2.2, label=text)
         return
     axes.plot(x, view.scale * y, color=COLOURS[1], lw=2.0, label="the law found", zorder=3)
 

@@ -76,9 +76,9 @@ def _histogram(axes: Axes, result: Diagnosis, name: str, scale: float, unit: str
     count = int(np.clip(np.sqrt(len(before)) * 2.5, 12, 60))
     bins = np.linspace(0.0, 1.05 * top, count).tolist()
     drawn = zip((before, after), INKS[1:], MODELS[1:], strict=True)
-    for values, ink, words in islice(drawn, 2 if result.effects else 1):
+    for values, ink, text in islice(drawn, 2 if result.effects else 1):
         axes.hist(values, bins=bins, color=ink, alpha=0.45)
-        axes.hist(values, bins=bins, color=ink, histtype="step", lw=1.4, label=words)
+        axes.hist(values, bins=bins, color=ink, histtype="step", lw=1.4, label=text)
     axes.set_xlabel(f"{name} error [{unit}]")
     axes.set_ylabel("rows")
     axes.set_xlim(0.0, 1.05 * top)

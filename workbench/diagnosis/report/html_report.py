@@ -57,11 +57,11 @@ def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
             files[f"{PICTURES}{picture.name}.png"] = png(figure)
     progress(0.9, "writing the page")
     old = (p.name for p in Path(folder).glob(f"{PICTURES}*.png"))
-    numbers, words = diagnosis_json(result), _words(result)
-    words["sections"], more = sections_of(result, advice)
-    words["notes"] = (*result.warnings, *advice.warnings, *result.notes)
+    numbers, fields = diagnosis_json(result), _words(result)
+    fields["sections"], more = sections_of(result, advice)
+    fields["notes"] = (*result.warnings, *advice.warnings, *result.notes)
     path = write_page(
-        folder, PAGE, drawings, numbers | more, numbers=RESULT, files=files, replaces=old, **words
+        folder, PAGE, drawings, numbers | more, numbers=RESULT, files=files, replaces=old, **fields
     )
     progress(1.0, "done")
     return path

@@ -63,8 +63,8 @@ def _of_events(result: Diagnosis) -> tuple[Picture, ...]:
     """What happened while the rows were measured."""
     if not result.events:
         return ()
-    words = "Fitted rows. Dashed lines: what happened, and the first row after it."
-    return (Picture("events", "Errors row by row", words, partial(row_by_row, result)),)
+    text = "Fitted rows. Dashed lines: what happened, and the first row after it."
+    return (Picture("events", "Errors row by row", text, partial(row_by_row, result)),)
 
 
 def _of_structure(result: Diagnosis) -> tuple[Picture, ...]:
@@ -72,12 +72,12 @@ def _of_structure(result: Diagnosis) -> tuple[Picture, ...]:
     found = result.structure
     if found.shown is None:
         return ()
-    words = f"it {found.sentence}" if found.found else f"no structure along any of {len(found.axes)} axes"
+    text = f"it {found.sentence}" if found.found else f"no structure along any of {len(found.axes)} axes"
     return (
         Picture(
             "structure",
             f"What is left along {found.shown.name}",
-            f"Fitted rows at the final model: {words}. Lines: means of neighbouring rows. Noise scatters "
+            f"Fitted rows at the final model: {text}. Lines: means of neighbouring rows. Noise scatters "
             "about zero everywhere; dashed lines: events that were found.",
             partial(along_axis, result),
         ),

@@ -42,8 +42,8 @@ def ranking(result: Diagnosis) -> Figure | None:
 def _gains(axes: Axes, best, place, mine) -> None:
     """Log evidence."""
     gains = np.array([r.gain for r in best])
-    for chosen, colour, words in ((mine, COLOURS[1], "added to the model"), (~mine, NOMINAL, "not added")):
-        axes.barh(place[chosen], gains[chosen], color=colour, height=0.65, label=words)
+    for chosen, colour, text in ((mine, COLOURS[1], "added to the model"), (~mine, NOMINAL, "not added")):
+        axes.barh(place[chosen], gains[chosen], color=colour, height=0.65, label=text)
     for y, candidate in zip(place, best, strict=True):
         axes.annotate(f" {candidate.gain:.1f}", (max(candidate.gain, 0.0), y), va="center", fontsize=7)
     axes.set_yticks(place, [r.effect.label for r in best])

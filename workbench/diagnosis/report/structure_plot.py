@@ -55,12 +55,12 @@ def row_by_row(result: Diagnosis) -> Figure | None:
     with look():
         figure = new_figure(10.0, 2.9)
         axes = figure.subplots()
-        for (fit, rows), ink, words in zip(fits, INKS[1:], MODELS[1:], strict=True):
+        for (fit, rows), ink, text in zip(fits, INKS[1:], MODELS[1:], strict=True):
             clock = events[0].clock(Motion.of(fit.problem.data))
             if clock is None:
                 return None
             minutes = clock / (60.0 if events[0].is_timed else 1.0)
-            axes.plot(minutes, scale * getattr(rows, name), "o", ms=3.5, color=ink, mew=0, label=words)
+            axes.plot(minutes, scale * getattr(rows, name), "o", ms=3.5, color=ink, mew=0, label=text)
         _mark(axes, events)
         axes.set_xlabel("time [min]" if events[0].is_timed else "row of the file")
         axes.set_ylabel(f"{name} error [{unit}]")

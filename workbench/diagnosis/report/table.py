@@ -137,8 +137,8 @@ def effects_table(result: Diagnosis) -> Table:
     table = new_table(title, folded("effect"), folded("coefficients"), "without\n[mm]", "with\n[mm]")
     for found in result.effects:
         sizes = lines(found.effect, found.std, result.calibrated.chain)
-        words = "\n".join(f"{name.partition('.')[2] if '.' in name else name} {size}" for name, size in sizes)
-        table.add_row(found.effect.label, words, short(found.before_mm), short(found.after_mm))
+        text = "\n".join(f"{name.partition('.')[2] if '.' in name else name} {size}" for name, size in sizes)
+        table.add_row(found.effect.label, text, short(found.before_mm), short(found.after_mm))
     return table
 
 

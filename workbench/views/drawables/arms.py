@@ -56,8 +56,8 @@ def blame(session: Session) -> Iterator[Item]:
     for k, joint in enumerate(() if effect is None else effect.joints):
         inputs = session.robot, drawn_joints(session), joint
         yield Item(f"arm/blame/{joint + 1}", _glow, inputs)
-        words = effect.label if effect is not None and k == 0 else ""
-        yield Item(f"arm/blame_words/{joint + 1}", _glow_words, (*inputs, words))
+        text = effect.label if effect is not None and k == 0 else ""
+        yield Item(f"arm/blame_words/{joint + 1}", _glow_words, (*inputs, text))
 
 
 def branches(session: Session) -> Iterator[Item]:
@@ -113,9 +113,9 @@ def _glow(robot: Robot, q: np.ndarray, joint: int) -> Mesh:
     return Mesh(solid=ball(GLOW * robot.reach, np.zeros(3)), colour=BLAMED, opacity=0.35, pose=place)
 
 
-def _glow_words(robot: Robot, q: np.ndarray, joint: int, words: str) -> Label | None:
+def _glow_words(robot: Robot, q: np.ndarray, joint: int, text: str) -> Label | None:
     place = body_frames(robot, q)[joint + 1, :3, 3] + np.array([0.0, 0.0, 1.2 * GLOW * robot.reach])
-    return Label(text=words, place=place) if words else None
+    return Label(text=text, place=place) if text else None
 
 
 def _branch(robot: Robot, q: np.ndarray | None) -> Arm | None:

@@ -39,21 +39,21 @@ def block(content: str, *, testid: str | None = None, style: str = "") -> str:
     return f'<div{name} style="{FONT};padding:0 12px;{style}">{content}</div>'
 
 
-def note(words: str, testid: str, *, margin: str = "4px 0") -> str:
+def note(sentence: str, testid: str, *, margin: str = "4px 0") -> str:
     """A sentence in place of a result."""
-    return block(text(words), testid=testid, style=f"color:{MUTED};margin:{margin}")
+    return block(text(sentence), testid=testid, style=f"color:{MUTED};margin:{margin}")
 
 
-def heading(words: str) -> str:
+def heading(title: str) -> str:
     return (
         f'<div style="font-weight:600;font-size:12px;color:{MUTED};letter-spacing:.02em;'
-        f'margin:8px 0 3px">{text(words)}</div>'
+        f'margin:8px 0 3px">{text(title)}</div>'
     )
 
 
-def folded(words: str, content: str) -> str:
+def folded(title: str, content: str) -> str:
     """Content below a heading that a click opens; nothing where there is none."""
-    summary = f'<summary style="cursor:pointer">{text(words)}</summary>'
+    summary = f'<summary style="cursor:pointer">{text(title)}</summary>'
     style = f"margin:8px 0;font-size:12.5px;color:{MUTED}"
     inner = f'<div style="color:var(--mantine-color-text);margin-top:4px">{content}</div>'
     return f'<details style="{style}">{summary}{inner}</details>' if content else ""
@@ -95,19 +95,19 @@ def bullets(lines: Iterable[str], *, style: str = "margin:0") -> str:
 
 
 def label(
-    x: float | str, y: float, words: str, *, anchor: str = "start", size: int = 12, fill: str = MUTED
+    x: float | str, y: float, shown: str, *, anchor: str = "start", size: int = 12, fill: str = MUTED
 ) -> str:
     """Words in a drawing (SVG)."""
     x = x if isinstance(x, str) else f"{x:.1f}"
     look = f'font-size="{size}" text-anchor="{anchor}" style="fill:{fill}"'
-    return f'<text x="{x}" y="{y:.1f}" {look}>{text(words)}</text>'
+    return f'<text x="{x}" y="{y:.1f}" {look}>{text(shown)}</text>'
 
 
-def badge(words: str, colour: str) -> str:
+def badge(title: str, colour: str) -> str:
     """A coloured dot and a word."""
     return (
         f'<span style="display:inline-block;width:9px;height:9px;border-radius:50%;background:{colour};'
-        f'margin-right:6px"></span><span style="font-weight:600">{text(words)}</span>'
+        f'margin-right:6px"></span><span style="font-weight:600">{text(title)}</span>'
     )
 
 

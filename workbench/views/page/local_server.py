@@ -57,7 +57,7 @@ class LocalServer(viser.ViserServer):
 
     key = ""
     telling = ""
-    heard: Callable[[str], None] = staticmethod(lambda words: None)
+    heard: Callable[[str], None] = staticmethod(lambda text: None)
 
 
 def local_server(

@@ -112,10 +112,10 @@ class BrowserView(AbstractView):
             if name not in self._failed:
                 self._failed.add(name)
                 log.exception("%s can't be shown", name)
-                words = (
+                sentence = (
                     f"{name} can't be shown ({type(error).__name__}: {error}); everything else is up to date"
                 )
-                self._worker.submit(Tell(words))
+                self._worker.submit(Tell(sentence))
             return None
 
     def _follow(self, is_dark: bool) -> None:
@@ -174,5 +174,5 @@ def _fit_panel(server: viser.ViserServer, client: viser.ClientHandle) -> None:
 
 
 def _link(address: str) -> str:
-    words = f'Link to this session: <a href="{text(address)}">{text(address)}</a>'
-    return block(words, testid="link", style=f"color:{MUTED};overflow-wrap:anywhere")
+    link = f'Link to this session: <a href="{text(address)}">{text(address)}</a>'
+    return block(link, testid="link", style=f"color:{MUTED};overflow-wrap:anywhere")

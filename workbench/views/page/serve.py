@@ -85,8 +85,8 @@ def serve(
             from workbench.plate.patterns import circle_before
             from workbench.views.page.scene.start_scene import first_picture
 
-            def told(part: float, words: str) -> None:
-                waiting.content = block(f"Coming to the last state: {100 * part:.0f} % ({text(words)})")
+            def told(part: float, sentence: str) -> None:
+                waiting.content = block(f"Coming to the last state: {100 * part:.0f} % ({text(sentence)})")
 
             drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
             _go_on(stop)

@@ -35,24 +35,24 @@ class PageSignals:
         dark = f'<source media="(prefers-color-scheme: dark)" srcset="{self._address("dark")}">'
         return f'<picture>{dark}<img src="{self._address("light")}" alt="" {STYLE}></picture>'
 
-    def pressed(self, words: str, do: Callable[[], None]) -> str:
+    def pressed(self, text: str, do: Callable[[], None]) -> str:
         """Where a link leads that does something: a page gets no answer there, and stays as it is."""
-        self._answers[words] = do
-        return self._address(words)
+        self._answers[text] = do
+        return self._address(text)
 
-    def drawn(self, words: str) -> tuple[str, threading.Event]:
+    def drawn(self, text: str) -> tuple[str, threading.Event]:
         """HTML that tells once it is on the page, and what is set then."""
-        event = self._waiting[words] = threading.Event()
-        return f'<img src="{self._address(words)}" alt="" {STYLE}>', event
+        event = self._waiting[text] = threading.Event()
+        return f'<img src="{self._address(text)}" alt="" {STYLE}>', event
 
-    def _heard(self, words: str) -> None:
-        if (event := self._waiting.pop(words, None)) is not None:
+    def _heard(self, text: str) -> None:
+        if (event := self._waiting.pop(text, None)) is not None:
             event.set()
-        elif words in self._answers:
-            self._answers[words]()
+        elif text in self._answers:
+            self._answers[text]()
 
-    def _address(self, words: str) -> str:
-        return self._server.telling + words if isinstance(self._server, LocalServer) else ""
+    def _address(self, text: str) -> str:
+        return self._server.telling + text if isinstance(self._server, LocalServer) else ""
 
 
 PATIENCE = 5.0

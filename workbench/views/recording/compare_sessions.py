@@ -194,9 +194,9 @@ def _figures(session: Session) -> Iterator[tuple[str, float]]:
     yield "predicted error [°]", math.degrees(score.rotation)
     found, run = session.results.identification, session.results.run
     if found is not None and run is not None:
-        for words, errors in (("before", found.nominal), ("after", run)):
-            yield f"mean error {words} [mm]", judged(errors).position_mm.mean
-            yield f"greatest error {words} [mm]", judged(errors).position_mm.max
+        for text, errors in (("before", found.nominal), ("after", run)):
+            yield f"mean error {text} [mm]", judged(errors).position_mm.mean
+            yield f"greatest error {text} [mm]", judged(errors).position_mm.max
 
 
 def _moves(fits: Sequence[Fit]) -> tuple[Move, ...]:

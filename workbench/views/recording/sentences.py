@@ -21,29 +21,29 @@ UNITS = {"rad": (float(np.rad2deg(1.0)), "°"), "m": (1e3, "mm")}
 
 def sentence(entry: Entry, session: Session, says: list[str]) -> str:
     """A command and its result."""
-    words = entry.command.title
+    sentence = entry.command.title
     if isinstance(entry.command, MoveTarget | DropTarget) and entry.ending is Ending.DONE:
-        words += _place(session)
+        sentence += _place(session)
     if entry.ending in (Ending.CANCELLED, Ending.FAILED):
-        words += f" ({entry.ending})"
+        sentence += f" ({entry.ending})"
     text = "; ".join(says) or entry.text
-    return f"{words}: {text}" if text else words
+    return f"{sentence}: {text}" if text else sentence
 
 
 def _place(session: Session) -> str:
     """Where the target stands now, and what that means."""
     state, (x, y, z) = session.states[session.selected], 1e3 * session.plate.targets[session.selected].xyz
-    words = f": target {session.selected + 1} is at {x:.1f}, {y:.1f}, {z:.1f} mm"
+    text = f": target {session.selected + 1} is at {x:.1f}, {y:.1f}, {z:.1f} mm"
     if not state.measurable:
-        return f"{words}, {state.obstacle}"
-    return with_predicted(words, session.score.position)
+        return f"{text}, {state.obstacle}"
+    return with_predicted(text, session.score.position)
 
 
-def with_predicted(words: str, error: float | None) -> str:
+def with_predicted(text: str, error: float | None) -> str:
     """A sentence with the predicted error [m] behind it, where there is one."""
     if error is None or not np.isfinite(error):
-        return words
-    return f"{words}; predicted error {1e3 * error:.3g} mm rms"
+        return text
+    return f"{text}; predicted error {1e3 * error:.3g} mm rms"
 
 
 def about(session: Session) -> str:
@@ -131,7 +131,7 @@ def _tables(found: Diagnosis) -> Iterator[str]:
         yield "|---|---|---:|---:|"
         yield from (_effect(effect, found) for effect in found.effects)
     yield ""
-    yield from (f"- {words}" for words in remarks(found))
+    yield from (f"- {text}" for text in remarks(found))
 
 
 def model_errors(found: Diagnosis) -> Iterator[tuple[str, str]]:
@@ -149,7 +149,7 @@ def remarks(found: Diagnosis) -> Iterator[str]:
         yield f"outliers: {outlier_text(found)}"
     if len(found.measure_next):
         yield f"{len(found.measure_next)} poses are proposed to be measured next"
-    yield from (f"note: {words}" for words in found.notes)
+    yield from (f"note: {text}" for text in found.notes)
 
 
 def _effect(accepted: Accepted, found: Diagnosis) -> str:

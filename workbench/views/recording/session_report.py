@@ -110,9 +110,9 @@ def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:
             place = _moved_to(entry.command, line.numbers)
         if _is_passed(line):
             continue
-        words = line.title if entry.ending is Ending.DONE else f"{line.title} ({entry.ending})"
-        words = place if isinstance(entry.command, DropTarget) and place else words
-        yield step, f"{entry.at:.1f} s", "; ".join([words, *line.says])
+        text = line.title if entry.ending is Ending.DONE else f"{line.title} ({entry.ending})"
+        text = place if isinstance(entry.command, DropTarget) and place else text
+        yield step, f"{entry.at:.1f} s", "; ".join([text, *line.says])
 
 
 def _is_passed(line: JournalLine) -> bool:
@@ -122,8 +122,8 @@ def _is_passed(line: JournalLine) -> bool:
 
 
 def _moved_to(command: MoveTarget, numbers: dict[str, Any]) -> str:
-    words = f"Move target {command.target + 1} to {_place(np.array(command.xyz))} mm"
+    text = f"Move target {command.target + 1} to {_place(np.array(command.xyz))} mm"
     state = numbers.get("targets", {}).get(f"{command.target + 1}", {})
     if not state.get("reached", True):
-        return f"{words}, out of reach"
-    return with_predicted(words, numbers.get("score", {}).get("position_rms"))
+        return f"{text}, out of reach"
+    return with_predicted(text, numbers.get("score", {}).get("position_rms"))

@@ -52,8 +52,8 @@ class Log(AbstractTimeline):
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         if moment.entry is None:
             self._told = moment.session.page.message_count
-            words = "The session begins" if moment.step == 0 else "The session goes on"
-            canvas.log("log", rr.TextLog(words, level="INFO"))
+            summary = "The session begins" if moment.step == 0 else "The session goes on"
+            canvas.log("log", rr.TextLog(summary, level="INFO"))
             return
         says = [m.text for m in moment.session.page.messages if m.number > self._told]
         self._told = moment.session.page.message_count
