@@ -79,6 +79,7 @@ class GuideStep:
 
 
 LOAD = Action("Measure", Tab.MEASURE)
+COLUMNS = Action("Columns of the file", Tab.MEASURE)
 MORE = Action("Measure more", Tab.MEASURE)
 FIT = Action("Identify the geometry", Tab.CALIBRATE, Identify())
 CAUSE = Action("Find the cause", Tab.CALIBRATE, Diagnose())
@@ -134,6 +135,8 @@ def _guide(session: Session) -> GuideStep:
         return GuideStep(concluded, Tone.GOOD, LOAD)
     if loaded is None and file is not None and file.match is not None and file.match.rival:
         return _foreign(file.match)
+    if file is not None and file.match is None and (loaded is None or loaded.is_foreign):
+        return GuideStep(f"{file.name} is not read yet: say what its columns are.", Tone.CAREFUL, COLUMNS)
     if loaded is None or _takes_next_poses(session):
         return _design(session)
     results, found = session.results, session.results.diagnosis
@@ -185,6 +188,8 @@ def _measuring(measuring: Measuring) -> GuideStep:
         )
         here = Action(f"Store it as target {number + 1}", Tab.MEASURE, StoreRow(target=number))
         return GuideStep(text, Tone.CAREFUL, here, done)
+    if stored == len(measuring.numbers):
+        return GuideStep(f"All {stored} targets are stored.", Tone.GOOD, done)
     text = "Drive the arm to the current target, wait until it is still, store the row"
     return GuideStep(f"{text}; {stored} of {len(measuring.numbers)} stored.", next=done)
 

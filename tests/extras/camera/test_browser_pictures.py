@@ -89,7 +89,6 @@ def test_an_archive_of_the_folder_is_chosen_with_the_button(app, look, aria, tmp
 
 
 def the_board_and_the_files_of_its_pictures_are_saved(screen, folder):
-    screen.page.get_by_text("Print a board").click()
     screen.choose("Board is", "in the cell")
     for name in ("Board (PDF)", "Files beside the pictures (ZIP)"):
         with screen.page.expect_download() as saved:

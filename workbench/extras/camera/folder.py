@@ -71,7 +71,7 @@ def scan_folder(place: Path | str) -> Folder:
     if joints is None and corners is None:
         raise FileError(
             "has no table of the joints at which the pictures were taken: add a CSV with the columns image, "
-            "q1[deg] …",
+            "q1[deg] …; or, for camera and board alone, x[mm], y[mm], z[mm], qw, qx, qy, qz of the tool",
             path=str(place),
         )
     return Folder(read_rig(camera, target), corners, joints, place)

@@ -78,7 +78,7 @@ class CamerasPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         board = Board()
         with gui.add_folder("Pictures of a board", expand_by_default=True):
-            with gui.add_folder("Print a board", expand_by_default=False):
+            with gui.add_folder("Your board, or one to print", expand_by_default=True):
                 self._squares = gui.add_text("Squares", f"{board.across}x{board.down}", hint="Across x down.")
                 self._side = self.number(
                     "Square [mm]",
@@ -281,7 +281,7 @@ def _steps(identifiability: Identifiability) -> str:
         )
         for step in identifiability.steps
     ]
-    return table(("let go", "error expected", "± of constants", "corners off", "taken"), rows, testid="steps")
+    return table(("let go", "expected", "uncertain", "corners", "taken"), rows, testid="steps")
 
 
 ENDING = ".tar,.zip"

@@ -84,7 +84,10 @@ class ImprovePlate(AbstractTask[tuple[Target, ...]]):
         if not is_better(better.score, session.score):
             return session.tell(Severity.INFO, "the search found no better plate")
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
-        return better.tell(Severity.LOG, f"predicted error in the region: {before:.3g} → {now:.3g} mm")
+        told = (
+            Severity.LOG if session.measurements.loaded is None else Severity.INFO
+        )  # else the strip says it
+        return better.tell(told, f"predicted error in the region: {before:.3g} → {now:.3g} mm")
 
 
 class AbstractPlateTrial(AbstractTask[PlateTrial]):

@@ -137,7 +137,10 @@ setInterval(() => {{
 }}, 300);
 addEventListener("change", e => {{
   const [most, told] = window.limits?.[e.target.id?.replace("file_upload_", "")] ?? [Infinity, ""];
-  if (!([...e.target.files ?? []].some(file => file.size > most))) return;
+  if (!([...e.target.files ?? []].some(file => file.size > most))) {{
+    if (e.target.type === "file") setTimeout(() => e.target.value = "");  // the same file can be given again
+    return;
+  }}
   e.stopImmediatePropagation();
   e.target.value = "";
   new Image().src = told;

@@ -23,6 +23,7 @@ class ColumnsPanel(AbstractPanel):
 
     tab, order = Tab.MEASURE, 20
     depends = (lambda session: file_of(session), "robot")
+    _shown: MeasurementFile | None = None
 
     def build(self, gui: viser.GuiApi) -> None:
         self._folder = gui.add_folder("Columns of the file", visible=False)
@@ -57,9 +58,10 @@ class ColumnsPanel(AbstractPanel):
         self._column.visible = self._is.visible = plain
         self._list.content = listing(file)
         if plain:
-            chosen = self._column.value if self._column.value in headings else _first_doubtful(file)
-            set_options(self._column, headings, chosen)
+            is_same = file is self._shown and self._column.value in headings
+            set_options(self._column, headings, self._column.value if is_same else _first_doubtful(file))
             self._show_meaning(file)
+        self._shown = file
 
     def _show_meaning(self, file: MeasurementFile | None) -> None:
         """The dropdown as the chosen column is understood."""

@@ -59,7 +59,8 @@ class JointsPanel(AbstractPanel):
 
 def joint_plots(session: Session, rows: Comparison) -> str:
     """All plots and their legend."""
-    robot, effect, found = session.robot.with_effects(), shown_effect(session), session.results.diagnosis
+    effect, found, fit = shown_effect(session), session.results.diagnosis, session.results.identification
+    robot = (session.robot if fit is None else fit.aligned).with_effects()  # with the tool that was measured
     left = -1e3 * along_joints(robot, rows.q, rows.residuals)
     law = None if effect is None or found is None else law_along_joints(found, effect.label)
     top, inks = _top(left, rows), _inks(rows)

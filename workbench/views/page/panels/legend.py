@@ -22,6 +22,7 @@ from workbench.views.appearance.colours import (
     FITTED,
     JOINT,
     LEFT_OUT,
+    MARK,
     NOMINAL,
     OUT_OF_REACH,
     REACHED,
@@ -122,6 +123,8 @@ def things(session: Session, *, is_alone: bool = False) -> str:
     marks: list[tuple[str, tuple[int, int, int]]] = []
     if rows is not None and not rows.stages and overlay.points and focus is not Focus.TRACK:
         marks.append(("measured", FITTED))
+    if rows is not None and overlay.points and focus is Focus.ROW:
+        marks.append(("selected row", MARK))
     if session.shows_plate:
         marks += [("target", REACHED), ("selected", SELECTED)]
         marks += [("out of reach", OUT_OF_REACH)] if any(not s.reached for s in session.states) else []
