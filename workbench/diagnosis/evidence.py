@@ -313,8 +313,11 @@ def curvature(
 
 
 def solver_of(block: Float[np.ndarray, "n n"]) -> Callable[[np.ndarray], np.ndarray]:
+    """Solver for right sides (n,) or (n, k)."""
     factor, scale = factored(block)
-    return lambda right: scale * linalg.cho_solve((factor, True), scale * right, check_finite=False)
+    return lambda right: (
+        (scale * linalg.cho_solve((factor, True), (scale * right.T).T, check_finite=False).T).T
+    )
 
 
 def factored(block: Float[np.ndarray, "n n"]) -> tuple[Float[np.ndarray, "n n"], Float[np.ndarray, " n"]]:

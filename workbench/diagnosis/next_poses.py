@@ -43,6 +43,8 @@ OPEN = 1e3
 """Standard error, in units of one row's worth of all rows, from which on nothing was known before."""
 VAGUE = 100.0
 """Standard error, in the same units, above which an unknown that was open is still as good as unknown."""
+SLIGHT = 0.005
+"""Part of a standard error below which no number is stated of its fall."""
 ALIKE = 0.3
 """Correlation from which on one unknown is told from another."""
 WEAK = 1e-8
@@ -187,7 +189,8 @@ def _reason(
             if alike[other] > ALIKE
             else f"sharpens {mine.name}"
         )
-        words = f"{verb}: ± {100.0 * (1.0 - new[best] / old[best]):.0f} % smaller"
+        fall = 1.0 - new[best] / old[best]
+        words = f"{verb}: ± {100.0 * fall:.0f} % smaller" if fall > SLIGHT else f"{verb}, by less than 1 %"
     return NextReason(words, float(new[best] / old[best]), gain)
 
 

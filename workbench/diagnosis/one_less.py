@@ -25,6 +25,7 @@ from workbench.diagnosis.evidence import (
     left_by,
     offer,
     own_columns,
+    solver_of,
 )
 from workbench.diagnosis.gram_matrices import Grams, among
 
@@ -64,8 +65,9 @@ class _Whole:
         """
         rest = np.delete(np.arange(len(self._found)), places)
         inner = among(self._inverse, places)
-        taken = linalg.solve(inner, self._inverse[np.ix_(places, rest)], assume_a="pos", check_finite=False)
-        half = (across[:, places] + across[:, rest] @ taken.T) @ linalg.cholesky(inner, lower=True)
+        factor, scale = factored(inner)
+        taken = solver_of(inner)(self._inverse[np.ix_(places, rest)])
+        half = (across[:, places] + across[:, rest] @ taken.T) @ (factor / scale[:, None])
         return half @ half.T
 
     def without(self, places: Int[np.ndarray, " b"]) -> tuple[np.ndarray, np.ndarray]:
@@ -73,7 +75,7 @@ class _Whole:
         residual."""
         rest, wide = np.delete(np.arange(len(self._found)), places), np.append(places, -1)
         across = self._inverse[np.ix_(rest, places)]
-        taken = linalg.solve(among(self._inverse, places), across.T, assume_a="pos", check_finite=False).T
+        taken = solver_of(among(self._inverse, places))(across.T).T
         found = np.zeros(len(self._found))
         found[rest] = self._found[rest] - taken @ self._found[places]
         explained = self._inner[np.ix_(wide, rest)] @ np.column_stack([-taken, found[rest]])
