@@ -38,6 +38,7 @@ class Joint:
         mass_tolerance: Relative standard deviation of the mass.
         com_tolerance: Standard deviation of the centre of mass, each axis [m].
         max_moment: Maximum moment about the axis [N m].
+        label: What the robot's own file calls it, such as `shoulder_pan_joint`; empty: nothing.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Joint:
     mass_tolerance: float = MASS_TOLERANCE
     com_tolerance: float = COM_TOLERANCE
     max_moment: float | None = None
+    label: str = ""
 
     @property
     def inertia(self) -> dict[str, float]:

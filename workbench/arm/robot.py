@@ -198,11 +198,7 @@ class Robot:
     @property
     def joint_names(self) -> tuple[str, ...]:
         """Names of the moving joints as the robot's file has them, else joint1, joint2, …"""
-        own = (f"joint{i + 1}" for i in range(self.dof))
-        if self.urdf is None:
-            return tuple(own)
-        entries = zip(self.urdf.joints, self.joints, strict=True)
-        return tuple(name for name, joint in entries if joint.kind is not JointKind.FIXED)
+        return tuple(joint.label or joint.name for joint in self.moving)
 
     @cached_property
     def limits(self) -> Float[np.ndarray, "n 2"]:

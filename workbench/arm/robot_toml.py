@@ -77,6 +77,9 @@ class _RobotReader(AbstractTableReader):
         if moment is not None and moment < 0:
             raise self.fail(f"{name} max_moment is {moment:g} N m; give its size, which can't be negative")
         com = frozen(self.numbers(table.get("com", [0, 0, 0]), 3, f"{name} com"))
+        label = table.get("name", "")
+        if not isinstance(label, str):
+            raise self.fail(f"{name} has the name {label!r}; put it in quotes")
         return Joint(
             name=name,
             kind=self.kind(table, name),
@@ -86,6 +89,7 @@ class _RobotReader(AbstractTableReader):
             mass_tolerance=self.tolerance(table, name, "mass_tolerance", MASS_TOLERANCE),
             com_tolerance=self.tolerance(table, name, "com_tolerance", COM_TOLERANCE),
             max_moment=moment,
+            label=label,
         )
 
     def tolerance(self, table: dict, name: str, key: str, default: float) -> float:
@@ -379,7 +383,9 @@ def write_toml(robot: Robot, path: Path | str) -> Path:
 
 
 def _joint_facts(joint: Joint) -> dict[str, Any]:
-    facts: dict[str, Any] = {} if joint.kind is JointKind.REVOLUTE else {"type": str(joint.kind)}
+    facts: dict[str, Any] = {"name": joint.label} if joint.label else {}
+    if joint.kind is not JointKind.REVOLUTE:
+        facts["type"] = str(joint.kind)
     if np.isfinite(joint.limits).all():
         facts["limits"] = [float(v) for v in joint.limits]
     if joint.mass is not None:

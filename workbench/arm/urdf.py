@@ -297,6 +297,7 @@ def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: lis
     effort = joint.limit.effort if joint.limit is not None else None
     return Joint(
         name=name,
+        label=joint.name,
         kind=kind,
         limits=limits,
         mass=mass,
