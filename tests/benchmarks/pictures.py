@@ -98,6 +98,7 @@ class Setting:
         on_tool: Whether the camera rides on the tool.
         turn: How far the tool turns [°]; None: as it likes.
         kind: Of arms; "" for any of the first three.
+        charuco: Whether the file gives a board as printed, to 0.2 %, and not as points that were measured.
     """
 
     free: str | None
@@ -109,6 +110,7 @@ class Setting:
     turn: float | None = None
     kind: str = ""
     pictures: int = 30
+    charuco: bool = False
 
 
 SETTINGS = {
@@ -118,9 +120,10 @@ SETTINGS = {
     "hand": Setting(None, on_tool=True),
     "few": Setting('"auto"', focal=0.03, pictures=12),
     "points": Setting("false", board=False, cameras=2, few=(1, 6)),
-    "wrist": Setting('"auto"', kind="wrist"),
-    "wrist-hand": Setting('"auto"', on_tool=True, kind="wrist"),
-    "small-turn": Setting('"auto"', turn=12.0),
+    "wrist": Setting('"auto"', kind="wrist", charuco=True),
+    "wrist-hand": Setting('"auto"', on_tool=True, kind="wrist", charuco=True),
+    "small-turn": Setting('"auto"', turn=12.0, charuco=True),
+    "printed": Setting("false", focal=0.03, charuco=True),
 }
 USUAL = ("board", "fixed", "body", "hand")
 
@@ -300,7 +303,7 @@ class Capture:
             cameras = (f'[[camera]]\nname = "c{c}"\n{text}' for c in range(setting.cameras))
             (folder / "camera.toml").write_text("".join(cameras))
         points = "".join(f"[[point]]\nid = {k}\nxyz = {p.tolist()}\n" for k, p in enumerate(self.points))
-        if setting.board:
+        if setting.charuco:
             points = f"[charuco]\nsquares = [{ACROSS}, {DOWN}]\nsquare = {SQUARE}\nmarker = {0.75 * SQUARE}\n"
         (folder / "target.toml").write_text(f'mounted = "{there}"\n{points}')
         joints = "".join(

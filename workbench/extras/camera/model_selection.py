@@ -22,7 +22,7 @@ other step's arm x is expected to be off by
 
     expected² = |J̃ (x̂ − x)|² + mean tr(J̃ Σ J̃ᵀ) + 3 s_p²,
 
-J̃ at poses near the measured places in whatever orientation, s_p averaged over its likelihood.
+J̃ at poses within 15 cm of the measured places in whatever orientation, s_p averaged over its likelihood.
 """
 
 from collections.abc import Callable, Sequence
@@ -56,6 +56,7 @@ from workbench.extras.camera.selection_steps import (
     BENT,
     EFFECTS,
     GEOMETRY,
+    NEARBY,
     ZEROS,
     Identifiability,
     Step,
@@ -80,8 +81,8 @@ BLOCKS = 10
 CONFOUNDED = 1e-5
 """A constant whose column is this small after removing that of camera and target can't be separated from
 them."""
-DRAWN, OTHERS = 4000, 100
-"""Joint positions that are drawn, and those of them at which the error is expected."""
+DRAWN, OTHERS = 3000, 60
+"""Joint positions that are drawn, and the fewest of them at which the error is expected."""
 UNSEEN = 1e-9
 """Information that is left of an unknown, such as a board's place, which only the block left out shows."""
 
@@ -306,12 +307,12 @@ class Effect(NamedTuple):
 
 
 def _other_poses(robot: Robot, data: Dataset) -> Motion:
-    """Random joint positions at which the tool is nearest to where it was measured, in any orientation."""
-    rng, near, (low, high) = np.random.default_rng(0), Motion.of(data), robot.search_limits.T
+    """Random joint positions at which the tool is near to where it was measured, in any orientation."""
+    rng, measured, (low, high) = np.random.default_rng(0), Motion.of(data), robot.search_limits.T
     q = rng.uniform(low, high, (DRAWN, robot.dof))
-    motion = replace(near.take(rng.integers(0, len(near), DRAWN)), q=q)
-    places, measured = (tool_poses(robot, each)[:, :3, 3] for each in (motion, near))
-    return motion.take(np.argsort(cdist(places, measured).min(1))[:OTHERS])
+    motion = replace(measured.take(rng.integers(0, len(measured), DRAWN)), q=q)
+    apart = cdist(*(tool_poses(robot, each)[:, :3, 3] for each in (motion, measured))).min(1)
+    return motion.take(np.flatnonzero(apart <= max(NEARBY, np.sort(apart)[OTHERS])))
 
 
 def _expected(tried: Sequence[Tried], robot: Robot, data: Dataset) -> list[Step]:

@@ -16,6 +16,8 @@ from workbench.identification.problem import Noise
 from workbench.report.json import Json
 
 ZEROS, GEOMETRY, EFFECTS = "joint zeros", "geometry", "geometry and effects"
+NEARBY = 0.15
+"""Distance from the measured places [m] within which the error is expected."""
 CLEARLY = 2.0
 """A step that moves the tool by less, times what it is uncertain, in squares, needs more pictures."""
 NEEDED = {ZEROS: 1.0, GEOMETRY: 2.0, EFFECTS: 0.0}
@@ -45,7 +47,7 @@ class Step:
         uncertainty_seen: Likewise the tool's uncertainty.
         evidence: Twice the gain in log likelihood by its constants.
         weakest: The constant whose uncertainty moves the tool most.
-        expected: Error of the tool's position [m] near the measured places in any orientation, with what
+        expected: Error of the tool's position [m] within `NEARBY` in any orientation, with what
             stays as given and what no constant explains.
         refused: Why it was not taken; "" where it was.
     """
@@ -161,8 +163,8 @@ def _refused(steps: Sequence[Step], advice: str, doubts: tuple[str, ...]) -> str
 
 def _decisions(steps: Sequence[Step], step: Step, advice: str) -> Iterator[str]:
     yield (
-        f"{step.name}: expected error of the tool near the measured places, in any orientation, "
-        f"{in_mm(step.expected)}; corners of pictures left out {step.pixel:.2f} px"
+        f"{step.name}: expected error of the tool within {100 * NEARBY:g} cm of the measured places, in any "
+        f"orientation, {in_mm(step.expected)}; corners of pictures left out {step.pixel:.2f} px"
     )
     yield from (f"{step.name} not taken: {step.refused}" for step in steps if step.refused)
     if advice:
