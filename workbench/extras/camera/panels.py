@@ -275,13 +275,12 @@ def _steps(identifiability: Identifiability) -> str:
         (
             f"<span style='white-space:normal'>{text(step.name)}</span>",
             f"{number(1e3 * step.expected, 2)} mm",
-            f"{number(1e3 * step.uncertainty, 2)} mm" if step.free else "–",
             f"{step.pixel:.2f} px",
             "no" if step.refused else "yes",
         )
         for step in identifiability.steps
     ]
-    return table(("let go", "expected", "uncertain", "corners", "taken"), rows, testid="steps")
+    return table(("let go", "expected", "corners", "taken"), rows, testid="steps")
 
 
 ENDING = ".tar,.zip"
