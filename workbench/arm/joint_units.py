@@ -52,6 +52,11 @@ def shown_units(robot: Robot) -> tuple[str, ...]:
     return tuple(" mm" if slides else "°" for slides in sliding(robot))
 
 
+def joint_titles(robot: Robot) -> list[str]:
+    """What the moving joints are called for people: by number, and as the robot's file has them."""
+    return [f"{k} {joint.label}" if joint.label else f"Joint {k}" for k, joint in enumerate(robot.moving, 1)]
+
+
 def joint_text(robot: Robot, q: Float[np.ndarray, " n"]) -> str:
     """`−12.5°, 30.0°, 250.0 mm`."""
     shown = shown_joints(robot, q).round(1) + 0.0

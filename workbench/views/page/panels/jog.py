@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 import viser
 
-from workbench.arm.joint_units import shown_joints, shown_units
+from workbench.arm.joint_units import joint_titles, shown_joints, shown_units
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -17,6 +17,9 @@ from workbench.session.worker import Worker
 from workbench.views.page.html import MUTED, block, note, number, table
 from workbench.views.page.panels.coordinates import Coordinates, Measure
 from workbench.views.page.panels.panel import AFTERWARDS, AbstractPanel, set_value
+
+ROUNDED = 1e-6
+"""What numbers may be off by conversion of units; a limit of 180° is not shown as 180.1°."""
 
 
 class JogPanel(AbstractPanel):
@@ -56,9 +59,11 @@ class JogPanel(AbstractPanel):
                 self.sends(slider, partial(self._jog, i))
                 self._sliders.append(slider)
         ends = shown_joints(robot, robot.search_limits.T).T
-        for slider, (low, high), unit in zip(self._sliders, ends, shown_units(robot), strict=False):
-            slider.label = f"{slider.label.partition(' [')[0]} [{unit.strip()}]"
-            slider.min, slider.max = float(np.floor(10 * low) / 10), float(np.ceil(10 * high) / 10)
+        told = zip(self._sliders, ends, shown_units(robot), joint_titles(robot), strict=False)
+        for slider, (low, high), unit, title in told:
+            slider.label = f"{title} [{unit.strip()}]"
+            slider.min = float(np.floor(10 * low + ROUNDED) / 10)
+            slider.max = float(np.ceil(10 * high - ROUNDED) / 10)
         for i, slider in enumerate(self._sliders):
             slider.visible = i < robot.dof
 

@@ -7,14 +7,14 @@ import numpy as np
 import viser
 from jaxtyping import Float
 
-from workbench.arm.joint_units import shown_joints, shown_units
+from workbench.arm.joint_units import joint_titles, shown_joints, shown_units
 from workbench.report.chart import Chart, Marks
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, ModelStage
 from workbench.session.joint_errors import NO_LAW, along_joints, candidates, law_along_joints, shown_effect
 from workbench.session.state import Session, Tab
 from workbench.views.appearance.colours import BLAMED, css, stage_colours
-from workbench.views.page.html import MUTED, badge, block, heading
+from workbench.views.page.html import MUTED, badge, block, heading, text
 from workbench.views.page.panels.panel import AbstractPanel, set_options
 
 HEIGHT = 64.0
@@ -65,11 +65,12 @@ def joint_plots(session: Session, rows: Comparison) -> str:
     law = None if effect is None or found is None else law_along_joints(found, effect.label)
     top, inks = _top(left, rows), _inks(rows)
     q, at = shown_joints(robot, rows.q), None if law is None else shown_joints(robot, law[0])
-    parts = []
+    parts, titles = [], joint_titles(session.robot)
     for j, unit in enumerate(shown_units(robot)):
         mine = None if law is None or at is None else (at[:, j], 1e3 * law[1][:, j])
         is_blamed = effect is not None and j in effect.joints
-        name = f'<b style="color:{css(BLAMED)}">Joint {j + 1} ◄</b>' if is_blamed else f"Joint {j + 1}"
+        name = text(titles[j])
+        name = f'<b style="color:{css(BLAMED)}">{name} ◄</b>' if is_blamed else name
         parts.append(f"<div>{name}: {_plot(q[:, j], left[:, j], inks, mine, top, unit)}</div>")
     return "".join(
         (
