@@ -97,10 +97,10 @@ def test_intervals_cover_and_the_joint_that_moved_is_named(name):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ARMS)
-def test_intervals_cover_95_percent_of_200_draws(name):
-    covered, named = shifted_in_turn(framed(ARMS[name]), 2, 200)
-    assert covered == pytest.approx(0.95, abs=0.03)
-    assert sum(joint in found for joint, found in named) >= 190
+def test_intervals_cover_95_percent(name):
+    covered, named = shifted_in_turn(framed(ARMS[name]), 2, 80)
+    assert covered == pytest.approx(0.95, abs=0.03)  # of 400 to 560 intervals: three standard errors
+    assert sum(joint in found for joint, found in named) >= 78
 
 
 def test_what_a_base_and_a_tool_hide_is_said_and_left_as_calibrated(aria):
