@@ -19,7 +19,7 @@ from workbench.base.errors import DataError, OptionError
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.prediction import row_components
 from workbench.extras.service.verification.certificate import MAP, PAGE, write_certificate
-from workbench.extras.service.verification.intervals import Bounds, least_share, tolerance_bound
+from workbench.extras.service.verification.intervals import Bounds, minimum_share, tolerance_bound
 from workbench.extras.service.verification.iso9283 import RepeatedPose, pose_labels, repeated_poses
 
 
@@ -128,8 +128,8 @@ def test_repeated_poses_of_a_measured_arm(shared_data):
 def test_bounds_of_all_poses_are_exact():
     assert tolerance_bound(np.arange(59.0)) == 58.0  # 0.95^59 = 0.0485
     assert np.isnan(tolerance_bound(np.arange(58.0)))
-    assert least_share(100, 100) == pytest.approx(0.05 ** (1 / 100))
-    assert least_share(0, 5) == 0.0
+    assert minimum_share(100, 100) == pytest.approx(0.05 ** (1 / 100))
+    assert minimum_share(0, 5) == 0.0
 
 
 def test_intervals_of_means_agree_with_the_normal_law():

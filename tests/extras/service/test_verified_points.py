@@ -59,7 +59,7 @@ def test_orientations_in_some_rows_bound_the_share_by_those_rows(tmp_path):
         wb.load_robot(robot_file(tmp_path / "arm.toml")), data, wanted=Wanted(position=1e-4, rotation=1e-4)
     )
     assert found.passed
-    assert found.least_share == pytest.approx(0.05**0.2, rel=1e-6)
+    assert found.minimum_share == pytest.approx(0.05**0.2, rel=1e-6)
 
 
 def test_nothing_is_verified_where_no_fresh_row_has_a_position(mixed, tmp_path):

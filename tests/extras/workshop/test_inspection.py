@@ -23,7 +23,7 @@ def test_what_is_checked_and_what_is_bought(slanted, plate_of):
         *("height over B", "mitre", "index hole from downhill"),
         *("distance of the dowel holes", "level lines of the face against C"),
     } <= {c["feature"] for c in checks}
-    assert all(float(c["least"]) < float(c["nominal"]) < float(c["greatest"]) for c in checks)
+    assert all(float(c["minimum"]) < float(c["nominal"]) < float(c["maximum"]) for c in checks)
     assert all(c["measured"] == "" for c in checks)
     holes = {h["hole"]: h for h in csv.DictReader(io.StringIO(holes_csv(slanted)))}
     assert len(holes) == len(slanted.slab.bores)  # every hole has a name of its own, by which it is checked

@@ -19,7 +19,7 @@ def loading(
     added_mass: Annotated[float, option("Mass that can be attached to the tool [kg].")] = 0.0,
     pairs: Annotated[int, option("Pairs of postures for each joint and purpose.")] = 4,
     repeats: Annotated[int, option("Readings per posture.")] = 10,
-    force: Annotated[float, option("Greatest side pull at the tool [N].")] = 40.0,
+    force: Annotated[float, option("Maximum side pull at the tool [N].")] = 40.0,
     centre_tolerance: Annotated[
         str, option("Standard deviation of the links' centres of mass along each axis.")
     ] = "2mm",

@@ -29,7 +29,7 @@ DENSE = 0.25
 """Samples that are this near to each other show when something moved [s]."""
 STEP = 0.02
 MIN_CORRELATION, MIN_CORRELATION_RATIO = 0.6, 1.1
-"""Least correlation of both motions, and how much better it is than at any other offset."""
+"""Minimum correlation of both motions, and how much better it is than at any other offset."""
 TURNS = {key for keys in GROUPS.values() for key in keys} - {"x", "y", "z"}
 
 Times = Float[np.ndarray, " samples"]

@@ -35,7 +35,7 @@ class Yield:
         planned: Arms that did so in the planned branches.
         position: Root mean square position error of each arm in the region [m].
         rotation: And rotation error [rad].
-        worst: Greatest error of each arm along any axis: position [m], rotation [rad].
+        worst: Maximum error of each arm along any axis: position [m], rotation [rad].
         within: Share of each arm's judged poses that meet the requirement.
         cells: Cubes of the region that were judged.
         predicted: Predicted root mean square errors in each of these cubes [m], [rad].

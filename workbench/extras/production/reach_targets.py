@@ -20,11 +20,11 @@ from workbench.arm.statics.deflection import shift_of
 from workbench.base import se3
 
 MAX_NEWTON_STEPS = 15
-"""Greatest number of Newton steps."""
+"""Maximum number of Newton steps."""
 BENDINGS = 5
 """After so many steps the arms move too little to be deflected otherwise."""
 STRIDE = 0.3
-"""Greatest change of a joint in one step [rad or m]."""
+"""Maximum change of a joint in one step [rad or m]."""
 ARRIVED = 1e-9
 """The steps end when no target is missed by more than this [m, rad]."""
 MET = 1e-6

@@ -57,8 +57,8 @@ def try_plate(
         production: Its tolerances; as the plate says if None. Targets that say how well they are known keep
             that.
         undeclared: Effects that every actual arm has and the calibration does not know.
-        length: Greatest manufacturing error of a length [m].
-        angle: Greatest manufacturing error of an angle [rad].
+        length: Maximum manufacturing error of a length [m].
+        angle: Maximum manufacturing error of an angle [rad].
         wanted: What every pose has to keep; ARIA eq. (3) if None.
         towards: Plate about whose targets' orientations the poses of the region are turned by up to 60°, so
             that plates compare; this one if None.

@@ -26,7 +26,7 @@ from workbench.extras.production.yield_inputs import YieldJob
 CHUNK = 250
 """Arms that are computed as one stack, with one seed."""
 CALIBRATING = 16
-"""Greatest number of Gauss–Newton steps."""
+"""Maximum number of Gauss–Newton steps."""
 TOLERANCE = 1e-9
 """A calibration has settled when no constant moves by more than this [m, rad]."""
 
@@ -39,7 +39,7 @@ class Chunk:
         reached: Arms that met all targets within their joint limits.
         position: Root mean square position error of each arm over its tests [m].
         rotation: The same of the orientation [rad].
-        worst: Greatest error of each arm along any axis: position [m] and rotation [rad].
+        worst: Maximum error of each arm along any axis: position [m] and rotation [rad].
         within: Share of each arm's tests that meet the requirement.
         planned: Arms that did so in the planned branches.
         squares: Sum over these of the squared position [m²] and rotation error [rad²] at each pose of the

@@ -118,8 +118,8 @@ class YieldJob:
         constrained: What of [p; φ] each target constrains.
         errors: What goes wrong.
         sigma: By which the identification weights its rows [m, rad].
-        length: Greatest manufacturing error of a length [m].
-        angle: Greatest manufacturing error of an angle [rad].
+        length: Maximum manufacturing error of a length [m].
+        angle: Maximum manufacturing error of an angle [rad].
         bank: Joint positions of the evaluation poses [rad or m].
         cells: Cube of the region that each of them lies in.
         tests: At how many of them each arm is judged.

@@ -13,7 +13,7 @@ from workbench.plate.plate import Kind, Plate
 
 def inspection_csv(plate: Plate, fixture: Fixture) -> str:
     """Inspection list: nominal, minimum and maximum value, and a column for the measured one."""
-    head = ("item", "part", "feature", "unit", "nominal", "least", "greatest", "measured")
+    head = ("item", "part", "feature", "unit", "nominal", "minimum", "maximum", "measured")
     checks = [
         *_checks_of_holes(fixture),
         *_checks_of_blocks(fixture),

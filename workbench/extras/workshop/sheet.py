@@ -18,7 +18,7 @@ from workbench.report.numbers import short
 HEADINGS = ("block", "x", "y", "height", "tilt", "turn", "branch")
 UNITS = ("", "", "mm", "mm", "mm", "°", "°", "")
 LISTED = 40
-"""Greatest number of blocks in the table; the rest is in the list of blocks."""
+"""Maximum number of blocks in the table; the rest is in the list of blocks."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -51,7 +51,7 @@ from workbench.identification.problem import Noise
 REPEATS = 10
 """Readings of every posture, whose mean is taken."""
 FORCE = 40.0
-"""Greatest sideways pull at the tool [N]."""
+"""Maximum sideways pull at the tool [N]."""
 CLEARANCE = (0.015, 0.025)
 """Range of a virtual arm's clearances [°] (Katana Tables 4.3 and 4.4)."""
 BACKLASH = (0.045, 0.065)
@@ -59,7 +59,7 @@ BACKLASH = (0.045, 0.065)
 STIFFNESS = (70.0, 125.0)
 """Range of its stiffnesses [kg m/°] (ibid.)."""
 MIN_MASS = 0.1
-"""Least share of its stated mass that a link of a virtual arm has."""
+"""Minimum share of its stated mass that a link of a virtual arm has."""
 SPARE = 4.0
 """Variance of the residual, in that of the stated noise, above which a fit is refused."""
 
@@ -112,7 +112,7 @@ def run_load_test(
         added_mass: Mass that can be hung onto the tool [kg].
         each: Pairs of postures for every joint and purpose.
         repeats: Readings of every posture.
-        force: Greatest sideways pull at the tool for joints that gravity does not turn [N].
+        force: Maximum sideways pull at the tool for joints that gravity does not turn [N].
         centre_tolerance: How well the links' centres of mass are known along each axis [m]; their masses as
             the robot file states. More than a few mm take an added mass, else the loads' sides are in doubt.
         seed: Of postures, hidden arm and noise.

@@ -40,11 +40,11 @@ SOFT = 2e-5
 RESOLVED = 10.0
 """Resolutions that a joint must bend by for a stiffness within a tenth."""
 FIRM = 0.1
-"""Least moment that firmly presses a joint to one side of its play [N m]."""
+"""Minimum moment that firmly presses a joint to one side of its play [N m]."""
 ROUND = np.cos(np.deg2rad(150.0))
 """Cosine of the minimum angle by which a moment across an axis must turn."""
 LEVER = 0.01
-"""Least lever of a level pull at the tool that turns a joint [m]."""
+"""Minimum lever of a level pull at the tool that turns a joint [m]."""
 POSTURES = 400
 """Number of random postures."""
 MOVES = 4
@@ -52,11 +52,11 @@ MOVES = 4
 SIZES = (1.0, 0.8, 0.65, 0.5)
 """Shares of the maximum moment that is reached, for pairs of one joint and purpose in turn."""
 APART = 0.06
-"""Least distance of links that are not neighbours [m]."""
+"""Minimum distance of links that are not neighbours [m]."""
 POINTS = 5
 """Points of each link between which it is taken."""
 ABOVE = 0.05
-"""Least height of the moving links over the base's foot [m]."""
+"""Minimum height of the moving links over the base's foot [m]."""
 TRIES = 200
 """Pairs that are looked at for one joint and purpose."""
 SIDE_EFFECT_COST = 0.1
@@ -368,7 +368,7 @@ def side_loads(
 
     Args:
         joint: Joint to turn, from 0.
-        force: Greatest pull [N].
+        force: Maximum pull [N].
     """
     if force <= 0.0:
         raise OptionError(f"--force must be above 0 N, got {force:g}")

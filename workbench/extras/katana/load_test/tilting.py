@@ -28,7 +28,7 @@ from workbench.identification.problem import FrameFreedom, Noise, Problem
 KINDS = {str(kind.coefficient): kind for kind in (ClearanceTilt, Backlash, JointCompliance)}
 """The effects, by what their coefficients are called."""
 MAX_STEPS = 60
-"""Greatest number of steps of a fit."""
+"""Maximum number of steps of a fit."""
 
 
 @dataclass(frozen=True)

@@ -20,9 +20,9 @@ from workbench.arm.statics.wrenches import masses, motion_wrenches
 from workbench.base.types import JointRows
 
 LENGTH = 5e-5
-"""Greatest error of a length [m]."""
+"""Maximum error of a length [m]."""
 ANGLE = float(np.deg2rad(0.1))
-"""Greatest error of an angle [rad]."""
+"""Maximum error of an angle [rad]."""
 CENTRE = 2e-3
 """Standard deviation of a link's centre of mass along each axis, as drawings or a balance give it [m]."""
 CLEAR_SIDE_SIGMAS = 4.0

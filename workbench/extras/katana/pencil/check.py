@@ -38,9 +38,9 @@ from workbench.report.tables import new_table
 
 PLOTTED = "workbench.plotted/1"
 TURNED = float(np.deg2rad(3.0))
-"""Greatest turn of a simulated sheet on the scanner [rad]."""
+"""Maximum turn of a simulated sheet on the scanner [rad]."""
 SHIFTED = 1e-3
-"""Greatest shift of it [m]."""
+"""Maximum shift of it [m]."""
 NOT_ROUND = 1e-3
 """Distance of a trajectory from a circle from which on it is none, as a share of the radius."""
 

@@ -33,9 +33,9 @@ from workbench.base.types import Positions, Vector3, frozen
 RAYS = 1440
 """Rays about the middle."""
 INKED = 0.25
-"""Least share of green light that the print absorbs, relative to red."""
+"""Minimum share of green light that the print absorbs, relative to red."""
 DARK = 0.15
-"""Least share of red light that the pencil absorbs."""
+"""Minimum share of red light that the pencil absorbs."""
 MIN_DOTS = 500
 """Red dots below which there is no print."""
 AROUND = 0.8
@@ -45,9 +45,9 @@ WIDE = 0.06
 NEAR = 0.012
 """Half the width about the darkest place that belongs to a line, as a share of the radius."""
 OVAL = 0.02
-"""Greatest share by which a scan may be oval."""
+"""Maximum share by which a scan may be oval."""
 ROUGH = 0.04
-"""Greatest distance of the print's dots from a circle, as a share of the radius."""
+"""Maximum distance of the print's dots from a circle, as a share of the radius."""
 MARKED = (0.085, 0.125)
 """Where the long mark alone is, outside the circle, as shares of the radius."""
 OUTLIER_ROUNDS = 4

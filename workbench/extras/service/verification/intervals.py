@@ -72,7 +72,7 @@ class Bounds(NamedTuple):
 def worst_of(
     errors: Float[np.ndarray, " rows"], pose: Int[np.ndarray, " rows"]
 ) -> Float[np.ndarray, " poses"]:
-    """Greatest error of every pose's visits."""
+    """Maximum error of every pose's visits."""
     label = np.unique(pose, return_inverse=True)[1]
     worst = np.zeros(label.max() + 1)
     np.maximum.at(worst, label, errors)
@@ -87,6 +87,6 @@ def tolerance_bound(errors: Float[np.ndarray, " poses"]) -> float:
     return float(np.sort(errors)[np.argmax(confident)]) if confident.any() else float("nan")
 
 
-def least_share(within: int, poses: int) -> float:
+def minimum_share(within: int, poses: int) -> float:
     """Share of all poses that keep a limit, at least, with 95 % confidence, if so many of some poses do."""
     return float(special.betaincinv(within, poses - within + 1, 1.0 - CONFIDENCE)) if within else 0.0

@@ -102,7 +102,7 @@ def pose_labels(data: Dataset, *, same: float = SAME_POSE) -> Int[np.ndarray, " 
 
     Args:
         data: Rows; those of different sessions are different poses.
-        same: Greatest difference of any joint between visits of a pose [rad or m].
+        same: Maximum difference of any joint between visits of a pose [rad or m].
     """
     pairs = [np.zeros((0, 2), np.int64)]
     for session in data.sessions:

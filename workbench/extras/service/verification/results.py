@@ -103,7 +103,7 @@ def verification_json(result: Verification) -> Json:
                 "position_mm": _bounds(result.position, 1e3),
                 "orientation_deg": None if result.rotation is None else _bounds(result.rotation, DEG),
             },
-            "share_within_at_least": None if wanted is None else result.least_share,
+            "share_within_at_least": None if wanted is None else result.minimum_share,
             "iso9283": [
                 {
                     "rows": pose.rows,

@@ -16,7 +16,7 @@ from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.data.dataset import Dataset
 from workbench.data.prediction import RowComponents, row_components
-from workbench.extras.service.verification.intervals import Bounds, least_share, worst_of
+from workbench.extras.service.verification.intervals import Bounds, minimum_share, worst_of
 from workbench.extras.service.verification.iso9283 import (
     SAME_POSE,
     RepeatedPose,
@@ -44,7 +44,7 @@ class Verification(AbstractShown):
         rotation: Intervals of the orientation error [rad]; None where none was measured.
         repeated: AP and RP of poses that were visited several times.
         pose: Which pose each row visits, from 0.
-        same: Greatest difference of any joint between visits of one pose [rad or m].
+        same: Maximum difference of any joint between visits of one pose [rad or m].
         wanted: The requirement; None: nothing is judged.
         facts: What the certificate says beside the data, such as instrument and serial number.
         warnings: What weakens the statement, one sentence each.
@@ -106,14 +106,14 @@ class Verification(AbstractShown):
         return int(self.pose.max()) + 1
 
     @property
-    def least_share(self) -> float:
+    def minimum_share(self) -> float:
         """Share of all poses like these that keep it, at least, with 95 % confidence.
 
         Poses without a measured orientation don't count where some have one and a limit is set on it.
         """
         whole = self._has_rotation if self._judges_rotation else np.ones(len(self.within), bool)
         failed = worst_of((~self.within[whole]).astype(float), self.pose[whole])
-        return least_share(int((failed == 0.0).sum()), len(failed))
+        return minimum_share(int((failed == 0.0).sum()), len(failed))
 
     @property
     def _has_rotation(self) -> Bool[np.ndarray, " rows"]:
@@ -132,7 +132,7 @@ class Verification(AbstractShown):
         if self.passed:
             return (
                 f"Passed: all {rows} are within {limit}; with 95 % confidence so are at least "
-                f"{100.0 * self.least_share:.1f} % of all poses like these."
+                f"{100.0 * self.minimum_share:.1f} % of all poses like these."
             )
         failed = int((~self.within).sum())
         return f"Failed: {failed} of {rows} {'is' if failed == 1 else 'are'} beyond {limit}."
@@ -162,7 +162,7 @@ def verify(
             are left out.
         wanted: What every row has to keep; a number is a position error [m].
         used: Measurements of the calibration.
-        same: Greatest difference of any joint between visits of one pose [rad or m].
+        same: Maximum difference of any joint between visits of one pose [rad or m].
         fit_frames: Whether base and tool are fitted first, where they are free: the instrument was moved.
         facts: What a certificate says beside the data.
         seed: Of the bootstrap.
