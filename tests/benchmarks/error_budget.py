@@ -1,11 +1,12 @@
 """What the error of each measured arm is made of, as a stacked bar of what each step takes off it.
 
-    python tests/benchmarks/error_budget.py --json budget.jsonl --picture assets/pictures/error-budget.png
+    python tests/benchmarks/error_budget.py --json budget.jsonl --picture assets/pictures/error-budget.png \
+        --order assets/pictures/error-order.png
 
 Every arm is diagnosed on four fifths of its rows (whole grid points of the UR10); all figures are mean errors
 of the fifth that took no part. Geometry: from the nominal arm with the best base and tool to the identified
 one. Causes: effects that are named. Map: effects that predict and claim nothing. Left: noise, and what
-nothing holds.
+nothing holds. `--order` draws what is left of the fitted rows in the order in which they were measured.
 """
 
 import argparse
@@ -17,6 +18,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
+import numpy as np
 from ledger import Ledger
 from matplotlib.figure import Figure
 from real_arms import SETS, load, set_names, splits
@@ -67,12 +69,47 @@ def bars(found: dict[str, dict[str, float]]) -> Figure:
     return figure
 
 
+def left_in_order(said) -> dict[str, list]:
+    """What is left along the axis of the measuring frame in which rows after each other agree most."""
+    fitted = said.after_fit.problem.data
+    table = said.residuals().loc[np.sort(fitted.row)]
+    axes = [1e3 * table[name].to_numpy() for name in ("x[m]", "y[m]", "z[m]")]
+    best = int(np.argmax([r[1:] @ r[:-1] / (r @ r) for r in axes]))
+    names = np.full(len(fitted), "") if fitted.session is None else fitted.session
+    return {
+        "axis": "xyz"[best],
+        "row": table.index.tolist(),
+        "left_mm": axes[best].round(4).tolist(),
+        "session": names[np.argsort(fitted.row)].tolist(),
+    }
+
+
+def orders(found: dict[str, dict]) -> Figure:
+    """One panel an arm: what is left of every row, a running mean, and where sessions begin."""
+    with look():
+        figure = new_figure(8.4, 1.25 * len(found) + 0.3)
+        for axes, (name, left) in zip(figure.subplots(len(found), 1), found.items(), strict=True):
+            row, size, session = (np.array(left[part]) for part in ("row", "left_mm", "session"))
+            count = max(9, len(row) // 80)
+            mean = np.ones(count) / count
+            axes.axhline(0.0, color=NOMINAL, lw=0.6)
+            axes.plot(row, size, ".", ms=3.0 if len(row) < 2000 else 1.0, color=COLOURS[0], alpha=0.6, mew=0)
+            axes.plot(*(np.convolve(v, mean, mode="valid") for v in (row, size)), color=COLOURS[1], lw=1.2)
+            for first in np.flatnonzero(session[1:] != session[:-1]) + 1:
+                axes.axvline(row[first], color=NOMINAL, ls=":", lw=1.0)
+            axes.set_ylabel(f"{NAMES.get(name, name)}\n{left['axis']} [mm]")
+            axes.set_xlim(row[0], row[-1])
+        axes.set_xlabel("row of the file; dotted: another session")
+    return figure
+
+
 def main(arguments=None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sets", type=set_names, default=list(SETS), help="sets, commas between")
     parser.add_argument("--data", type=Path, default=DATA, help="folder of the measurements")
     parser.add_argument("--json", type=Path, help="keep every figure in this file, and go on from it")
     parser.add_argument("--picture", type=Path, help="draw the bars here (.png)")
+    parser.add_argument("--order", type=Path, help="draw what is left in the order of the rows here (.png)")
     given = parser.parse_args(arguments)
     ledger = Ledger(given.json)
     for name in given.sets:
@@ -81,7 +118,8 @@ def main(arguments=None) -> int:
             train, held = next(iter(splits(data, 0, 5)))
             said = diagnose(robot, train, held_out=held)
             words = [cause.sentence for cause in said.causes]
-            ledger.add(name, {"parts": budget(said), "causes": words, "verdict": str(said.verdict)})
+            record = {"parts": budget(said), "causes": words, "verdict": str(said.verdict)}
+            ledger.add(name, record | {"order": left_in_order(said)})
     table = new_table("mean error on held-out rows [mm]", "arm", *PARTS)
     for name, record in ledger.records.items():
         table.add_row(name, *(f"{record['parts'][part]:.3f}" for part in PARTS))
@@ -92,6 +130,9 @@ def main(arguments=None) -> int:
     if given.picture is not None:
         figure = bars({name: record["parts"] for name, record in ledger.records.items()})
         given.picture.write_bytes(png(on_white(figure)))
+    if given.order is not None:
+        figure = orders({name: record["order"] for name, record in ledger.records.items()})
+        given.order.write_bytes(png(on_white(figure)))
     return 0
 
 

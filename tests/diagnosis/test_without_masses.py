@@ -48,6 +48,14 @@ def test_the_soft_joint_is_named(arm, seed, measured):
         assert abs(size - case.hidden[0].size[0]) < 5.0 * std + 0.02 * size
 
 
+@pytest.mark.parametrize(("arm", "seed"), CASES[:2])
+def test_what_stands_for_untried_loads_is_never_certain(arm, seed):
+    """The soft bearing of a Katana without masses was a joint that certainly deflects."""
+    case = make("compliance", seed, arm)
+    (cause,) = diagnose(massless(case.robot), case.data, held_out=0.0).causes
+    assert (cause.kind, cause.confidence) == ("gravity-sag", Confidence.PROBABLE)
+
+
 def test_a_varying_payload_weighs_the_compliance():
     """What the payload adds is known, and with it the compliance itself."""
     case = make("payload", TUNING[1], "aria")

@@ -87,6 +87,10 @@ class GravitySag(AbstractEffect):
         units = {"m": "rad/m", "d": "rad/(kg*m)"}
         return tuple(units.get(term[-1], "rad") for term in self.terms.split())
 
+    def doubt(self, motion):
+        """It is tried where no masses are known, and then no bearing or link can be tried in its place."""
+        return "without masses, bearings and links that give way in its place can't be tried"
+
     def law(self, chain, motion, wrenches):
         seen = _see(self, chain, motion)
         return np.einsum("ri,rti->rt", seen.pull, seen.levers)[:, None]
