@@ -13,11 +13,13 @@ from checks import check_forward, holding, joint_wrenches
 from generator import rotation
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.effects.axes import own
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import JointKind
 from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.arm.urdf import read_urdf, write_urdf
 from workbench.base import se3
 from workbench.base.assets import built_in_robots
@@ -335,6 +337,34 @@ def test_one_flange_with_several_tools_ends_at_the_flange(tmp_path):
     )
     assert read(tmp_path, text).urdf.tip == "b"
     assert read(tmp_path, text, tip="x").urdf.tip == "x"
+
+
+@pytest.mark.parametrize("tip", [None, "finger", "lens"])
+def test_whatever_tip_is_chosen_all_tools_of_a_flange_weigh(tmp_path, tip):
+    """A gripper and a camera hang on one flange: torques at rest are Pinocchio's, which takes every body."""
+
+    def body(name, parent, mass, xyz):
+        inertia = 'ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"'
+        weighs = f'<inertial><origin xyz="0 0 0.05"/><mass value="{mass}"/><inertia {inertia}/></inertial>'
+        return (
+            f'<link name="{name}">{weighs if mass else ""}</link><joint name="to_{name}" type="fixed">'
+            f'<parent link="{parent}"/><child link="{name}"/><origin xyz="{xyz}"/></joint>'
+        )
+
+    tools = body("gripper", "c", 0.8, "0 0 0.1") + body("finger", "gripper", 0.0, "0 0.02 0.1")
+    tools += body("camera", "c", 0.3, "0.1 0 0") + body("lens", "camera", 0.0, "0 0 0.05")
+    links = urdf(joint(0, origin='xyz="0 0 1"'), joint(1, origin='xyz="0.3 0 0.2" rpy="0.4 1 0"'))
+    inertial = body("x", "x", 2.0, "0 0 0").partition("</link>")[0].partition(">")[2]
+    for name in "bc":
+        links = links.replace(f'<link name="{name}"/>', f'<link name="{name}">{inertial}</link>')
+    robot = read(tmp_path, links.replace("</robot>", f"{tools}</robot>"), tip=tip)
+    assert robot.has_masses
+    model, q = pin.buildModelFromUrdf(str(tmp_path / "robot.urdf")), rows(robot)
+    found = own(robot.chain, [0, 1], motion_wrenches(robot, Motion(q)))
+    data = model.createData()
+    expected = [pin.computeGeneralizedGravity(model, data, row).copy() for row in q]
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+    assert np.abs(found[:, 1]).max() > 0.1
 
 
 def test_a_gripper_beside_the_arm_and_a_mimic_finger(tmp_path):
