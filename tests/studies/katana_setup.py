@@ -143,7 +143,7 @@ def influences(found: Influence, cube: CubePoses) -> tuple[Finding, ...]:
                f"{three:.2f}, {four:.2f}", four > three,
                "which way θ4 counts decides how far the tool is from joint 3"),
         judged("§3.4", "118 poses, all joints move from one to the next", "yes",
-               f"least motion {np.rad2deg(cube.min_move):.1f}°", cube.least_move > 0.0,
+               f"least motion {np.rad2deg(cube.min_move):.1f}°", cube.min_move > 0.0,
                f"largest cube here {1e3 * float(np.ptp([cube.cube.min, cube.cube.max], axis=0)[0]):.0f} mm"),
     )  # fmt: skip
 
