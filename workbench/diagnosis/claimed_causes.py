@@ -21,6 +21,7 @@ However large the odds, a cause is no more than probable
   share an error count as more than they tell;
 - where the rows can't tell what drives it from what else differs between them (`AbstractEffect.doubt`).
 
+Of a slide of an arm without masses nothing can be told, as how it tips while it extends can't be tried.
 A cause that is certain names the joints of which a coefficient exceeds four standard errors, and no others.
 """
 
@@ -32,6 +33,7 @@ from functools import cached_property, partial
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect, Candidate
+from workbench.arm.effects.axes import turns
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -109,6 +111,7 @@ STRAINED = 1.5
 """… or more than so many times what all effects explain together, as if the geometry were linear so far."""
 SMOOTH = 1.0 / 3.0
 """Part of what a certain cause explains that may be smooth in what is left, or in a map of its joint."""
+UNTRIED = "without masses, how it tips as it extends can't be tried"
 LOOK_ALIKES = 3
 """Look-alikes that are listed."""
 
@@ -279,6 +282,8 @@ def find_causes(
         sizes = clearness(effects, std)
         unclear = [j for j, z in sizes.items() if z < CLEAR]
         doubt = whole.doubt(motion)
+        if not (arm.has_masses or whole.is_event or all(turns(arm.chain, j) for j in whole.joints)):
+            odds, doubt = min(odds, 1.0), UNTRIED
         if (
             is_strained
             or fall.mean() - standard_error(fall) < minimum**2 * count / len(fall)
