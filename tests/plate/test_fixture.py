@@ -44,7 +44,7 @@ def plate():
 
 
 def test_places_and_poses_are_two_ways_to_say_one_thing(plate):
-    places = Blocks(greatest_tilt=np.deg2rad(60.0)).draw(50, HALF, rng=rng())
+    places = Blocks(max_tilt=np.deg2rad(60.0)).draw(50, HALF, rng=rng())
     assert np.allclose(places_of(plate, tool_poses_at(plate, places)), places, atol=1e-9)
     assert np.allclose(tool_poses_at(plate, places_of(plate, plate.poses)), plate.poses, atol=1e-12)
 
@@ -233,7 +233,7 @@ def test_play_of_a_probe_on_two_pins():
     ("options", "said"),
     [
         ({"heights": (0.1, 0.05)}, "heights must be positive and in order"),
-        ({"greatest_tilt": 1.4}, "tilt of a block must be 0 to 65°"),
+        ({"max_tilt": 1.4}, "tilt of a block must be 0 to 65°"),
         ({"tilts": (-0.1,)}, "tilt of a block must be 0 to 65°"),
         ({"turn": -0.1}, "negative"),
     ],

@@ -31,7 +31,7 @@ class BlockOptions:
         return Blocks(
             style=opt.choice_of(BlockStyle, self.blocks, "--blocks"),
             heights=usual if self.heights is None else opt.two_lengths(self.heights, "--heights"),
-            greatest_tilt=opt.angle(self.tilt),
+            max_tilt=opt.angle(self.tilt),
             tilts=() if self.angles is None else tuple(opt.angle(part) for part in self.angles.split(",")),
             turn=opt.angle(self.turn),
         )

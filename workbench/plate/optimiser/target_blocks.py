@@ -55,7 +55,7 @@ class Blocks:
     Args:
         style: Flat, stepped or tilted.
         heights: Minimum and maximum height of a face's centre above the plate [m].
-        greatest_tilt: Of a face [rad].
+        max_tilt: Of a face [rad].
         tilts: The only tilts that may be made, for cheap making; any up to the maximum if empty [rad].
         turn: Azimuths and spins are multiples of this [rad]; any if 0.
         grid: Distance of the holes that blocks stand on, about the plate's centre [m]; anywhere if 0.
@@ -66,7 +66,7 @@ class Blocks:
 
     style: BlockStyle = BlockStyle.TILTED
     heights: tuple[float, float] = (0.04, 0.12)
-    greatest_tilt: float = float(np.deg2rad(45.0))
+    max_tilt: float = float(np.deg2rad(45.0))
     tilts: tuple[float, ...] = ()
     turn: float = 0.0
     grid: float = 0.0
@@ -77,10 +77,10 @@ class Blocks:
         low, high = self.heights
         if not 0.0 < low <= high:
             raise OptionError(f"block heights must be positive and in order, got {low:g} to {high:g} m")
-        if not all(0.0 <= t <= STEEPEST for t in (self.greatest_tilt, *self.tilts)):
+        if not all(0.0 <= t <= STEEPEST for t in (self.max_tilt, *self.tilts)):
             raise OptionError(
                 f"the tilt of a block must be 0 to {np.rad2deg(STEEPEST):.0f}°, got "
-                f"{np.rad2deg(max((self.greatest_tilt, *self.tilts), key=abs)):g}°"
+                f"{np.rad2deg(max((self.max_tilt, *self.tilts), key=abs)):g}°"
             )
         if self.grid < 0.0 or min(self.levels, default=1.0) <= 0.0:
             raise OptionError("the grid of holes must not be negative, and the levels must be positive")
@@ -94,7 +94,7 @@ class Blocks:
         places = np.empty((rows, 6))
         places[:, :2] = rng.uniform(-half, half, (rows, 2))
         places[:, 2] = rng.uniform(*self.heights, rows)
-        places[:, 3] = np.arccos(rng.uniform(np.cos(self.greatest_tilt), 1.0, rows))
+        places[:, 3] = np.arccos(rng.uniform(np.cos(self.max_tilt), 1.0, rows))
         places[:, 4:] = rng.uniform(-np.pi, np.pi, (rows, 2))
         return self.makeable(places, half)
 
@@ -107,7 +107,7 @@ class Blocks:
             made[:, :2] = self.grid * np.clip(np.round(made[:, :2] / self.grid), -maximum, maximum)
         made[:, 2] = np.clip(made[:, 2], *self.heights)
         if self.style is BlockStyle.TILTED:
-            made[:, 3] = np.clip(made[:, 3], 0.0, self.greatest_tilt)
+            made[:, 3] = np.clip(made[:, 3], 0.0, self.max_tilt)
             if self.tilts:
                 allowed = np.array(self.tilts)
                 made[:, 3] = allowed[np.abs(made[:, 3, None] - allowed).argmin(1)]
