@@ -16,13 +16,16 @@ import sys
 import tempfile
 import time
 from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[2])]
 
-from tests.benchmarks.recording import endless, places
+from tests.benchmarks.recording import PLACES, places
 from workbench.arm.built_in_arms import load_robot
 from workbench.plate.plate_toml import load_plate
+from workbench.session import Session
+from workbench.session.command import AbstractChange
 from workbench.session.commands.data import MeasureVirtualArm
 from workbench.session.commands.drag import SelectTarget
 from workbench.session.commands.identify import Identify
@@ -38,6 +41,12 @@ LONG = 8000
 """Bytes that a place's line has more than it would."""
 LONGEST = 1.5
 """Time after the first confirmed command in which a kill comes [s]."""
+
+
+def endless(first: Session) -> Iterator[AbstractChange]:
+    """One drag after the other."""
+    for turn in itertools.count():
+        yield from places(first, PLACES, target=turn % 10, turn=turn)
 
 
 def session(folder: Path, kind: str, told: int) -> None:
@@ -65,7 +74,7 @@ def session(folder: Path, kind: str, told: int) -> None:
 def only_places(begun: StartedSession, told: int) -> None:
     """The places of one drag, each longer than a page, written without end and nothing computed meanwhile."""
     worker, texts = Worker(begun.session, keepers=begun.keepers), []
-    for command in itertools.islice(places(begun.session, 20), 21):
+    for command in itertools.islice(places(begun.session, PLACES), PLACES + 1):
         worker.submit(command)
         worker.wait()
         line = json.loads(read_recording(begun.folder).lines[-1].text)
