@@ -88,7 +88,8 @@ def orders(found: dict[str, dict]) -> Figure:
     """One panel an arm: what is left of every row, a running mean, and where sessions begin."""
     with look():
         figure = new_figure(8.4, 1.25 * len(found) + 0.3)
-        for axes, (name, left) in zip(figure.subplots(len(found), 1), found.items(), strict=True):
+        panels = figure.subplots(len(found), 1, squeeze=False)[:, 0]
+        for axes, (name, left) in zip(panels, found.items(), strict=True):
             row, size, session = (np.array(left[part]) for part in ("row", "left_mm", "session"))
             count = max(9, len(row) // 80)
             mean = np.ones(count) / count
