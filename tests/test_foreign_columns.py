@@ -168,7 +168,8 @@ def test_it_drives_the_page_its_journal_and_the_recording(run_with, table):
         s = app.worker.session
         failed = app.view._failed
         app.close()
-        print([e.name for e in s.accepted], len(s.loaded.dataset.more["humidity"]), failed)
+        rows = s.measurements.loaded.dataset.more["humidity"]
+        print([e.name for e in s.results.accepted], len(rows), failed)
         """
     assert run_with("-c", dedent(code)) == "['humidity-swell'] 80 set()\n"
     assert [path for path in (run_with.home / "rec").rglob("*.rrd") if path.stat().st_size > 10_000]
@@ -177,8 +178,8 @@ def test_it_drives_the_page_its_journal_and_the_recording(run_with, table):
         from workbench.session.journal.reader import read_recording
         from workbench.session.journal.restore import restore
 
-        found = restore(read_recording(Path("rec")))
-        print([e.name for e in found.session.accepted], len(found.session.loaded.dataset.more["humidity"]))
+        s = restore(read_recording(Path("rec"))).session
+        print([e.name for e in s.results.accepted], len(s.measurements.loaded.dataset.more["humidity"]))
         """
     assert run_with("-c", dedent(code)) == "['humidity-swell'] 80\n"
     run_with("-m", "workbench", "replay", "rec", "--report", "page.html")
