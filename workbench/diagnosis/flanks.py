@@ -33,6 +33,8 @@ from workbench.identification.problem import Problem
 
 PATTERNS = 12
 """Most patterns of flanks that are fitted."""
+NO_GAIN = 0.999
+"""Part of the least misfit so far above which another pattern of flanks does not gain enough to go on."""
 LOST = Outcome.CANCELLED, Outcome.DIVERGED
 """Fits after which no other pattern is tried."""
 SWEEPS, DAMPING = 40, 0.5
@@ -108,6 +110,8 @@ def search_flanks(
         fitted.append((misfit, held, found))
         last, side = side, _likelier(side, odds + belief.lean)
         if (is_weighed and np.array_equal(side, last)) or found.outcome in LOST:
+            break
+        if len(fitted) > 2 and misfit > NO_GAIN * min(m for m, *_ in fitted[:-1]):
             break
     _, held, found = min(fitted[1:] or fitted, key=lambda f: f[0])
     return held, found
