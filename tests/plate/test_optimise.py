@@ -14,7 +14,7 @@ from workbench.base.progress import running
 from workbench.base.types import Outcome
 from workbench.plate.design import optimise_plate as plate_design
 from workbench.plate.optimiser import optimise
-from workbench.plate.optimiser.constraints import Constraints
+from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints, conflict
 from workbench.plate.optimiser.optimise import DesignRequest, Postures, optimise_plate
 from workbench.plate.optimiser.target_blocks import (
     Blocks,
@@ -309,3 +309,9 @@ def test_what_can_not_be_had_is_named(aria, plate, goal, change, design, error, 
 def test_margins_are_not_negative():
     with pytest.raises(OptionError, match="spacing"):
         Constraints(spacing=-0.1)
+
+
+@pytest.mark.parametrize("other", ["clearance from its own block", "clearance from the plate"])
+def test_a_flange_that_touches_its_own_block_asks_for_a_probe(other, plate):
+    kept = {"joint limits": np.array([True, False]), other: np.array([False, True])}
+    assert ("probe" in str(conflict(plate, 1, kept))) == (other == OWN_BLOCK)

@@ -17,6 +17,8 @@ from workbench.data.readers.table import NUMBER, Table
 CHOOSE_ON_PAGE = "choose what it is in the Measure tab, under 'Columns of the file'"
 _JOINT = re.compile(r"q\d+")
 _NUMBER = quantities_of("qw")[0]
+TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
+"""Units that are offered first where numbers are larger than the others would have them."""
 _DATE = re.compile(r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d.*")
 
 
@@ -82,8 +84,9 @@ def _with_unit(column: TableColumn, table: Table, unit: str | None) -> TableColu
                 column, remark=f"'{column.heading}' holds dates, read as seconds from the first row"
             )
         offered = wanted.split(" or ")
-        turns = "deg" in offered and _beyond_a_turn(table, quantities)
-        first = "deg" if turns else offered[0]
+        largest = _largest(table, quantities)
+        too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
+        first = next(too_large, offered[0])
         elsewhere = remedy(
             f"say columns='{column.key}[{first}]={column.heading}' (--columns)", page=CHOOSE_ON_PAGE
         )
@@ -194,10 +197,10 @@ def decisions(columns: tuple[TableColumn, ...]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(notes))
 
 
-def _beyond_a_turn(table: Table, quantities: tuple[Quantity, ...]) -> bool:
-    """Whether the columns of a kind hold angles that are too large for radians."""
+def _largest(table: Table, quantities: tuple[Quantity, ...]) -> float:
+    """Of all numbers in the columns of a kind."""
     found = (meaning(parse_heading(heading).name) for heading in table.headings)
     kind = [known is not None and quantities_of(known.key) == quantities for known in found]
     cells = (cell for column, own in zip(table.columns, kind, strict=True) if own for cell in column)
     numbers = (cell.replace(",", ".") for cell in cells if NUMBER.fullmatch(cell))
-    return any(abs(float(number.replace("\u2212", "-"))) > 2.0 * math.pi for number in numbers)
+    return max((abs(float(number.replace("\u2212", "-"))) for number in numbers), default=0.0)

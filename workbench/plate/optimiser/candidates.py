@@ -22,7 +22,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.progress import check_cancelled, progress
 from workbench.plate.optimiser.clearance import Surroundings
-from workbench.plate.optimiser.constraints import Constraints
+from workbench.plate.optimiser.constraints import OWN_BLOCK, Constraints
 from workbench.plate.optimiser.shapes import (
     MAX_MEASURED_DISTANCE,
     AbstractArmShape,
@@ -139,7 +139,7 @@ class Setting:
         stops, free = self._retreats(poses[good], q[good], placements[good])
         kept["retreat along the probe"] = _spread(free, good, len(q))
         free &= self._clear_of_own(poses[good], stops)
-        kept["clearance from its own block"] = _spread(free, good, len(q))
+        kept[OWN_BLOCK] = _spread(free, good, len(q))
         good, stops = good[free], stops[free]
         return self._candidates(places[good], poses[good], q[good], branches[good], stops), kept
 

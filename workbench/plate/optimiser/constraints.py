@@ -14,6 +14,8 @@ from workbench.plate.optimiser.shapes import ON_THE_TABLE, AbstractArmShape, Hul
 from workbench.plate.optimiser.target_blocks import SIDE
 from workbench.plate.plate import Plate
 
+OWN_BLOCK = "clearance from its own block"
+"""The constraint that a flange without a probe breaks: it touches the block that the target stands on."""
 DENSEST = np.pi / np.sqrt(12.0)
 """Share of the plane that equal circles cover at most (Thue)."""
 
@@ -123,8 +125,10 @@ def conflict(plate: Plate, number: int, kept: Mapping[str, Bool[np.ndarray, " ro
             f"spacing and clearance from other blocks conflict: {left} of {rows} solutions on plate "
             f"'{plate.name}' keep all constraints, but not {number} of them together; relax one of the two"
         )
+    probe = ", or give the robot the probe that touches the targets as its tool" if OWN_BLOCK in both else ""
     return DataError(
         f"{both[0]} and {both[1]} conflict: of {rows} solutions on plate '{plate.name}', "
         f"{int(kept[both[0]].sum())} keep the one, {int(kept[both[1]].sum())} the other, "
-        f"{int((kept[both[0]] & kept[both[1]]).sum())} both and none all constraints; relax one of the two"
+        f"{int((kept[both[0]] & kept[both[1]]).sum())} both, but none keeps every constraint; "
+        f"relax one of the two{probe}"
     )

@@ -135,7 +135,7 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             if result.match is not None and result.match.rival:
                 return self._warned(session, Severity.WARNING, f"{result.name}: {result.match.text}")
             problem = result.preview.problems[0]
-            text = problem if CHOOSE_ON_PAGE in problem else f"{problem}; or {CHOOSE_ON_PAGE}"
+            text = problem if "Columns of the file" in problem else f"{problem}; or {CHOOSE_ON_PAGE}"
             return self._warned(session, Severity.ERROR, text)
         session = with_data(session, result)
         text = f"{len(result.dataset)} rows read from {result.name}"
