@@ -188,7 +188,7 @@ def test_a_screen_has_one_standard_error_for_one_size(diagnosed):
     effects = [s.text for e in diagnosed.effects for s in sizes(e.effect, e.std, diagnosed.robot.chain)]
     assert all(" ± " in words for words in effects)
     sharpened = [r.sentence for r in diagnosed.next_reasons if "observable" not in r.sentence]
-    assert all(sentence.endswith(" % smaller") for sentence in sharpened)
+    assert all(sentence.endswith((" % smaller", "by less than 1 %")) for sentence in sharpened)
 
 
 def test_what_has_no_certain_cause_is_not_called_explained(diagnosed):
