@@ -123,7 +123,7 @@ def position_weight(
     return _weight(_twists(robot, q_region, names), 1.0 if weights is None else weights)
 
 
-def _weight(twists: Float[np.ndarray, "rows 6 p"], scales: ArrayLike) -> Float[np.ndarray, "p p"]:
+def _weight(twists: Float[np.ndarray, "rows 6 p"], scales: ArrayLike | float) -> Float[np.ndarray, "p p"]:
     moves = twists[:, :3].reshape(-1, twists.shape[2]) * scales
     return moves.T @ moves / len(twists)
 
