@@ -148,7 +148,7 @@ addEventListener("change", e => {{
 const name = (control, words) => control.setAttribute("aria-label", words);
 setInterval(() => {{
   for (const part of document.querySelectorAll(
-      ".mantine-Slider-root, .mantine-NumberInput-root, .mantine-Textarea-root")) {{
+      ".mantine-Slider-root, .mantine-NumberInput-root, .mantine-TextInput-root, .mantine-Textarea-root")) {{
     const own = [...part.querySelectorAll("[role=slider], input, textarea")]
       .filter(e => !e.ariaLabel && !e.labels?.length);
     const row = own.length ? part.closest("div:has(> div > .mantine-Text-root label)") : null;
