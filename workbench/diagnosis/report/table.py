@@ -38,7 +38,7 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
         parts.append(line("map", result.residual_map.sentence))
     if result.effects:
         parts.append(effects_table(result))
-        parts += [line("effect", found.text) for found in result.effects]
+        parts += [line(_part(result, found.effect), found.text) for found in result.effects]
     parts += _alternatives(result)
     if len(result.outliers):
         parts.append(line("outliers", outlier_text(result)))
@@ -142,20 +142,33 @@ def effects_table(result: Diagnosis) -> Table:
     return table
 
 
+def _part(result: Diagnosis, effect: AbstractEffect) -> str:
+    """What an effect of the model is: of a cause that is claimed, or of the map, which claims none."""
+    joints = {j for c in result.causes if c.kind == effect.name for j in c.joints}
+    is_claimed = any(c.kind == effect.name for c in result.causes) and joints >= set(effect.joints)
+    return "effect" if is_claimed else "in the map, not a cause"
+
+
 def alternatives(result: Diagnosis) -> list[str]:
-    """Alternatives that fit nearly as well as each effect, one line each."""
+    """Alternatives that fit nearly as well as each effect, and better than none; one line each."""
     with_all = judged(result.after).position_mm.mean
-    return [_instead(found, with_all) for found in result.effects if found.alternatives]
+    said = (_instead(found, with_all) for found in result.effects)
+    return [text for text in said if text]
 
 
 def _instead(found: Accepted, with_all: float) -> str:
+    """Empty where nothing does in the effect's place."""
     rivals = []
     for rival in found.alternatives:
+        if rival.held_out_mm is not None and rival.held_out_mm > found.before_mm:
+            continue
         error = "" if rival.held_out_mm is None or not np.isfinite(rival.held_out_mm) else (
             f" ({short(rival.held_out_mm)} mm)"
         )  # fmt: skip
         rivals.append(f"{rival.effect.label}{error}")
-    return f"Alternatives to {found.effect.phrase} ({short(with_all)} mm): {'; '.join(rivals)}"
+    return (
+        f"Alternatives to {found.effect.phrase} ({short(with_all)} mm): {'; '.join(rivals)}" if rivals else ""
+    )
 
 
 def outlier_text(result: Diagnosis) -> str:
