@@ -56,14 +56,9 @@ def test_a_plain_loop_agrees_on_random_runs():
         assert (found == expected).all()
 
 
-def test_nothing_is_derived_where_the_file_says_it_or_times_only_some_rows():
+def test_nothing_is_derived_where_the_file_says_it_or_has_no_time():
     own = data(TURN, time=np.arange(7.0), direction=np.ones((7, 1)))
     assert with_directions(own) is own
-    rows = data(TURN, time=np.array([0, 1, 2, np.nan, 4, 5, 6]))
-    assert with_directions(rows) is rows
-
-
-def test_rows_without_times_are_taken_in_the_order_of_the_file():
-    session = np.array(["b", "a", "b", "a", "b", "a", "b"])
-    timed = with_directions(data(TURN, time=np.arange(7.0), session=session))
-    assert (with_directions(data(TURN, session=session)).direction == timed.direction).all()
+    for time in (None, np.array([0, 1, 2, np.nan, 4, 5, 6])):
+        rows = data(TURN, time=time)
+        assert with_directions(rows) is rows

@@ -1,7 +1,6 @@
 """The real UR5 after a diagnosis: a format that can't hold effects gets the geometry that is best without."""
 
 import xml.etree.ElementTree as ET
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,11 +12,9 @@ from workbench.identification.file_errors import file_errors, file_text
 
 @pytest.fixture(scope="module")
 def diagnosed(shared_data):
-    """By rows whose order counts for nothing, so that no play is found: constants then stay idle."""
     folder = shared_data / "ur5_jacobi"
     arm = wb.load_robot(folder / "robot.toml")
-    rows = wb.read_measurements(folder / "measurements.csv", joints=arm.dof)
-    return wb.diagnose(arm, replace(rows, direction=np.zeros_like(rows.q)))
+    return wb.diagnose(arm, wb.read_measurements(folder / "measurements.csv", joints=arm.dof))
 
 
 def points(path, q: np.ndarray) -> np.ndarray:

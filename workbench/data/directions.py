@@ -1,8 +1,4 @@
-"""Direction of every joint's last motion, from the order of the rows; the driver of backlash.
-
-A file without times is taken to have its rows in the order in which they were measured. Where it has not, the
-directions are chance: no effect that they drive is found then.
-"""
+"""Direction of every joint's last motion, from the order of the rows in time; the driver of backlash."""
 
 from dataclasses import replace
 
@@ -16,33 +12,30 @@ STILL = 1e-6
 
 
 def with_directions(data: Dataset) -> Dataset:
-    """The rows with directions, where the file has none, from their times or else from their order.
+    """The rows with directions, where the file has none but says in which order it was measured.
 
     The arm is taken to have come straight from the row before, which holds for one continuous run; the
     first row of a session has no direction.
     """
-    if data.direction is not None or len(data) < 2:
-        return data
-    if data.time is not None and not np.isfinite(data.time).all():
+    if data.direction is not None or data.time is None or not np.isfinite(data.time).all() or len(data) < 2:
         return data
     session = np.zeros(len(data), int)
     if data.session is not None:
         session = np.unique(data.session, return_inverse=True)[1]
-    order = np.lexsort((data.row if data.time is None else data.time, session))
+    order = np.lexsort((data.time, session))
     moved = np.diff(data.q[order], axis=0, prepend=data.q[order][:1])
     moved[np.flatnonzero(np.diff(session[order], prepend=-1))] = 0.0
     sign = np.where(np.abs(moved) > STILL, np.sign(moved), 0.0)
     out = np.empty_like(sign)
     out[order] = _continued(sign, session[order])
-    known = "the order of the rows" + (", as there are no times" if data.time is None else " in time")
-    note = f"direction of motion: from {known}, each reached straight from the last"
+    note = "direction of motion: from the order of the rows in time, each reached straight from the last"
     return replace(data, direction=out, notes=(*data.notes, note))
 
 
 def with_drivers(robot: Robot, data: Dataset) -> Dataset:
-    """The rows with directions of motion, from their order, where an effect of the robot needs them.
+    """The rows with directions of motion, from their order in time, where an effect of the robot needs them.
 
-    Rows that have them, or times for only some of them, are as they were; an effect that misses them says so.
+    Rows that have them, or no times, are as they were; an effect that still misses them says so.
     """
     needed = any("direction" in effect.needs for effect in robot.effects)
     return with_directions(data) if needed else data
