@@ -16,7 +16,7 @@ from workbench.arm.effects import EFFECTS
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.diagnosis.diagnose import diagnose
+from workbench.diagnosis.diagnose import NO_DIRECTION, diagnose
 from workbench.diagnosis.report.apparent_errors import Rows
 from workbench.diagnosis.report.effect_plots import SURE, shapes
 from workbench.diagnosis.report.html_report import PAGE, RESULT, write_diagnosis
@@ -311,3 +311,9 @@ def _exact(robot, rows):
     """The rows as a robot would be measured without noise."""
     poses = tool_poses(robot, Motion.of(rows))
     return replace(rows, position=poses[:, :3, 3], rotation=poses[:, :3, :3])
+
+
+def test_play_by_motion_that_could_not_be_tried_is_said_to(diagnosed):
+    assert NO_DIRECTION in diagnosed.notes
+    _, rows = measure_poses(load_robot("aria"), 40, seed=2)
+    assert NO_DIRECTION not in diagnose(load_robot("aria"), replace(rows, time=np.arange(40.0))).notes

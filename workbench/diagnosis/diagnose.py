@@ -55,6 +55,11 @@ from workbench.identification.set_apart import (
 )
 from workbench.plate.door import door
 
+NO_DIRECTION = (
+    "play by the direction of motion was not tried: no row has a direction or a time; if rows stand in the "
+    "order in which they were measured, add time[s]"
+)
+
 
 @door(FitChoices)
 @one_thread()
@@ -272,6 +277,8 @@ def _notes(
     yield from standing_notes(saved.fit, file)
     motion = Motion.of(fit.problem.data)
     yield from (text for e in effects if (text := e.caveat(motion)))
+    if motion.direction is None:
+        yield NO_DIRECTION
 
 
 def _diagnosis(
