@@ -144,8 +144,8 @@ def effects_table(result: Diagnosis) -> Table:
 
 def _part(result: Diagnosis, effect: AbstractEffect) -> str:
     """What an effect of the model is: of a cause that is claimed, or of the map, which claims none."""
-    joints = {j for c in result.causes if c.kind == effect.name for j in c.joints}
-    is_claimed = any(c.kind == effect.name for c in result.causes) and joints >= set(effect.joints)
+    causes = [c for c in result.causes if c.kind == effect.name]  # a cause may name only its sure joints
+    is_claimed = any(set(c.joints) & set(effect.joints) or not effect.joints for c in causes)
     return "effect" if is_claimed else "in the map, not a cause"
 
 
