@@ -27,7 +27,7 @@ TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
 import numpy as np
-from arms import JUDGING, SIGMA, TUNING, robot_of, states
+from arms import SIGMA, robot_of, seeds_of, states
 from decide import APART, Sight
 from draws import draw
 from generator import four, move, rotation
@@ -290,10 +290,7 @@ def options(arguments=None):
     given.cases = given.cases.split(",")
     if strange := set(given.cases) - set(CASES):
         parser.error(f"--cases doesn't know {', '.join(sorted(strange))}; choose from {', '.join(CASES)}")
-    if ":" in given.seeds:
-        given.seeds = range(*(int(s) for s in given.seeds.split(":")))
-    else:
-        given.seeds = (JUDGING if given.seeds == "judging" else TUNING)[: given.arms]
+    given.seeds = seeds_of(given.seeds, given.arms)
     return given
 
 

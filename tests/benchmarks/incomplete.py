@@ -26,7 +26,7 @@ sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
 import lift
 import numpy as np
-from arms import JUDGING, TUNING, UnseenError
+from arms import UnseenError, seeds_of
 from calibration import bins, expected_error
 from cases import CASES, Case, Named
 from claims import Claim, claims
@@ -244,10 +244,7 @@ def options(arguments=None):
     given.gaps = given.gaps.split(",")
     if strange := set(given.gaps) - set(GAPS):
         parser.error(f"--gaps doesn't know {', '.join(sorted(strange))}; choose from {', '.join(GAPS)}")
-    if ":" in given.seeds:
-        given.seeds = range(*(int(s) for s in given.seeds.split(":")))
-    else:
-        given.seeds = (JUDGING if given.seeds == "judging" else TUNING)[: given.arms]
+    given.seeds = seeds_of(given.seeds, given.arms)
     return given
 
 

@@ -25,7 +25,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 TESTS = Path(__file__).resolve().parents[1]
 sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
-from arms import JUDGING, TUNING, UnseenError, make
+from arms import UnseenError, make, seeds_of
 from calibration import bins, expected_error, reliability
 from cases import CASES, WITHOUT, Case
 from conditions import CONDITIONS, Conditions, under
@@ -98,10 +98,7 @@ def options(arguments=None):
     given.on = GROUPS.get(given.on) or tuple(_words(given.on))
     if strange := set(given.on) - set(MORPHOLOGIES):
         parser.error(f"--on doesn't know {', '.join(sorted(strange))}; choose from {', '.join(MORPHOLOGIES)}")
-    if ":" in given.seeds:
-        given.seeds = range(*(int(s) for s in given.seeds.split(":")))
-    else:
-        given.seeds = (JUDGING if given.seeds == "judging" else TUNING)[: given.arms]
+    given.seeds = seeds_of(given.seeds, given.arms)
     return given
 
 

@@ -45,6 +45,13 @@ TRIES = 60
 __all__ = ["ARMS", "MORPHOLOGIES", "make", "states", "useful"]
 
 
+def seeds_of(text: str, number: int) -> range:
+    """Seeds by the name of their half, so many, or from the first one to the end: '5:8'."""
+    if ":" in text:
+        return range(*(int(s) for s in text.split(":")))
+    return (JUDGING if text == "judging" else TUNING)[:number]
+
+
 class UnseenError(ValueError):
     """No draw of a kind can be told apart on an arm."""
 
