@@ -83,7 +83,7 @@ def test_a_wrong_table_is_refused_and_an_unmoved_joint_is_named():
     table = rows_of(arm)
     table[2]["a"] *= 1.1
     typed = Typed(q, tool_poses(arm, Motion(q)))
-    with pytest.raises(DataError, match="none of"):
+    with pytest.raises(DataError, match=r"the nearest is [\d.]+, [\d.]+, [\d.]+ mm off \(standard DH"):
         find_convention(table_readings(table), [typed])
     q[:, 4] = 0.7
     still = Typed(q, tool_poses(arm, Motion(q)))

@@ -14,6 +14,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.urdf import write_urdf
 from workbench.base.files import write_text
+from workbench.base.installed_package import package_version
 from workbench.data.readers import read_measurements
 from workbench.data.readers.trajectory import read_trajectory
 from workbench.data.writer import RotationForm, write_measurements
@@ -205,6 +206,10 @@ def test_controller_numbers(run, measured):
     assert status == 0
     assert out
     assert json.loads(Path("c.json").read_text())
+
+
+def test_the_version_is_that_of_the_package(run):
+    assert run("--version") == (0, f"workbench {package_version()}\n", "")
 
 
 def test_every_command_has_help(run):

@@ -17,6 +17,7 @@ from typing import Annotated, Any
 import typer
 
 from workbench.base.errors import FileError
+from workbench.base.installed_package import package_version
 from workbench.base.registry import plugins
 from workbench.cli import arms, calibration, measurements, paths, plate_design, sessions, studies
 from workbench.cli import options as opt
@@ -121,6 +122,21 @@ def _is_given(context: typer.Context, name: str) -> bool:
     """Whether an option stood on the command line, by its source's name: typer brings a click of its own."""
     source = context.get_parameter_source(name)
     return source is not None and source.name != "DEFAULT"
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"workbench {package_version()}")
+        raise typer.Exit()
+
+
+@app.callback()
+def at_root(
+    version: Annotated[
+        bool, option("--version", "Show the version and exit.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Options of no command."""
 
 
 @app.command(rich_help_panel="Start")

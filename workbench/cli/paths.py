@@ -6,6 +6,7 @@ from typing import Annotated
 
 import workbench as wb
 from workbench.base.errors import DataError, FileError, OptionError
+from workbench.base.wording import plural
 from workbench.cli import options as opt
 from workbench.cli.exit_status import group
 from workbench.cli.options import argument, option
@@ -163,7 +164,9 @@ def compensate(
     opt.show(compensation_table(found))
     if program is not None:
         change = float(abs(found.q - program.q).max())
-        opt.say(f"largest change: {57.29577951308232 * change:.4f}°, in {len(program.q)} joint targets")
+        opt.say(
+            f"largest change: {57.29577951308232 * change:.4f}°, in {plural(len(program.q), 'joint target')}"
+        )
         if found.kept.any():
             lines = (str(n) for n, kept in zip(program.lines, found.kept, strict=True) if kept)
             opt.say(f"left as they were: the targets of lines {', '.join(lines)}")

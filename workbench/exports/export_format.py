@@ -90,7 +90,7 @@ class AbstractForm(ABC):
         """What it is, for a list."""
 
     def text_of(self, path: Path) -> str:
-        return read_bytes(path, wanted=f"a {self.title}").decode(errors="replace")
+        return read_bytes(path, wanted=f"a file for --for {self.name}").decode(errors="replace")
 
     @abstractmethod
     def write(self, job: Job) -> str:

@@ -13,6 +13,7 @@ from rich.text import Text
 from workbench.arm.calibration_record import Expected
 from workbench.arm.joint_units import shown_joints, sliding
 from workbench.arm.statics.moments import JointMoments
+from workbench.base.wording import plural
 from workbench.identification.row_errors import Spread
 from workbench.paths.correction import ACCEPTED_ERROR, Compensation, PathErrors
 from workbench.paths.planning import Planned
@@ -157,7 +158,9 @@ def compensation_table(found: Compensation) -> RenderableType:
     cells = (*_own(1e3 * own.position), *_own(np.rad2deg(own.rotation)))
     table.add_row("corrected: the arm used, held out", *cells)
     notes = [line("note", note) for note in found.notes]
-    return Group(Text(f"{found.commanded.calibrated.name}: {len(found.q)} rows", style="bold"), table, *notes)
+    return Group(
+        Text(f"{found.commanded.calibrated.name}: {plural(len(found.q), 'row')}", style="bold"), table, *notes
+    )
 
 
 def _own(mean: float) -> tuple[str, str]:

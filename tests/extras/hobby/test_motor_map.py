@@ -230,9 +230,9 @@ def test_percent_of_the_range_needs_the_calibration(run, files, tmp_path):
     (tmp_path / "degrees.csv").write_text(text)
     assert run("hobby", "map", "degrees.csv", "--robot", "so101", "--percent")[0] == 64
     words = ("--percent", "--calibration", "follower.json")
-    status, _, err = run("hobby", "map", "degrees.csv", "--robot", "so101", *words)
-    assert status == 64
-    assert "percent" in err
+    for file, why in (("degrees.csv", "beyond 100 %"), ("poses.csv", "in counts")):
+        status, _, err = run("hobby", "map", file, "--robot", "so101", *words)
+        assert (status, why in err) == (64, True)
     lines = [line.split(",") for line in (tmp_path / "poses.csv").read_text().splitlines()]
     for row in lines[1:]:
         for k in range(5):

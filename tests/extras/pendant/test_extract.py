@@ -225,6 +225,13 @@ def test_a_log_with_all_digits_needs_no_convention(tmp_path):
     assert angle(found.robot.predict(fresh), poses(actual, fresh, TOOL)).max() < 1e-5
 
 
+HEADS = "q1[rad],q2[rad],q3[rad],q4[rad],q5[rad],q6[rad],x[mm],y[mm],z[mm],a,b,c"
+
+
+def _in_rad(cells):
+    return [f"{np.deg2rad(float(cell)):.4f}" for cell in cells]
+
+
 @pytest.mark.parametrize(
     ("rows", "words"),
     [
@@ -232,6 +239,11 @@ def test_a_log_with_all_digits_needs_no_convention(tmp_path):
         (lambda rows: [row[:9] for row in rows], "columns"),
         (lambda rows: [[*row[:7], "O.1", *row[8:]] for row in rows], "is no number"),
         (lambda rows: [[*row[:9], *row[6:9]] for row in rows], "no convention fits"),
+        (lambda rows: [HEADS.split(","), *rows], "degrees labelled rad"),
+        (
+            lambda rows: [HEADS.replace("rad", "deg").split(","), *([*_in_rad(r[:6]), *r[6:]] for r in rows)],
+            "head them q1[rad]",
+        ),
     ],
 )
 def test_bad_readings_are_refused_in_one_sentence(run, tmp_path, rows, words):

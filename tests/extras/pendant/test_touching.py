@@ -288,6 +288,7 @@ def test_a_drawings_point_that_slipped_and_two_that_were_exchanged(run, arm, poi
     [
         (["origin", "x", "xy"], "has no tool"),
         (["A", "B", "C"], "name the touches"),
+        (None, "name the touches"),
         (["origin", "x", "x"], "do not make a frame"),
     ],
 )

@@ -42,10 +42,7 @@ SEARCH_STAGES = ((4, 60, 0.1), (4, 60, np.inf), (8, 400, np.inf))
 
 Quarters that fit as they are first, then quarters and eighths from which the offsets are refined.
 """
-CHECK = (
-    "check that the pendant shows the flange (no tool) in the robot's base (no user frame), and every number "
-    "of the table"
-)
+CHECK = "check every number, and that the pendant shows the flange (no tool) in the base (no user frame)"
 BLOCK = 4096
 """Products of first joints that are compared with all of the last ones at a time."""
 FIXED = 1e-9
@@ -102,13 +99,31 @@ class _Fit:
         return float(np.hypot(self.errors[0] / length, WEIGHT * self.errors[1]))
 
     @property
+    def fits(self) -> bool:
+        """Whether no pose is farther off than production errors and rounding explain."""
+        length = compile_arm(self.reading.robot).length
+        return self.errors[0] < NEAR[0] * length and self.errors[1] < NEAR[1]
+
+    @property
     def changes(self) -> float:
         """How far it is from the table as given."""
         return float(np.sum(self.signs < 0) + 0.5 * np.sum(np.abs(self.offsets) > FIXED))
 
+    @property
+    def assumed(self) -> str:
+        """What is assumed of table and numbers."""
+        return ", ".join((*self.reading.assumptions, *self.typed.assumptions))
+
     def at(self, q: np.ndarray) -> np.ndarray:
         """Tool poses (rows, 3, 4)."""
         return compile_arm(self.reading.robot).geometry(self.signs * q + self.offsets)[0]
+
+    def off(self, typed: Typed) -> Float[np.ndarray, "poses 2"]:
+        """How far each pose is off: distance [m], angle [rad]."""
+        full = np.tile(np.eye(4), (len(typed.q), 1, 1))
+        full[:, :3] = self.at(typed.q)
+        error = se3.pose_error(typed.poses, full)
+        return np.stack([np.linalg.norm(error[:, part], axis=1) for part in PARTS], axis=1)
 
 
 def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) -> FoundConvention:
@@ -131,18 +146,15 @@ def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) ->
                 found=len(numbers.q),
             )
         readings[0].robot.check_joints(numbers.q, "the typed poses")
-    fits: list[_Fit] = []
-    for steps, maximum, distance in SEARCH_STAGES:
-        for reading, numbers in product(readings, typed):
-            fits += _fits(reading, numbers, steps, maximum, distance)
-        if fits:
+    refined, fits = list[_Fit](), list[_Fit]()
+    for stage in SEARCH_STAGES:
+        refined += [f for pair in product(readings, typed) for f in _refined_fits(*pair, *stage)]
+        if fits := sorted((f for f in refined if f.fits), key=lambda f: f.cost):
             break
     tried = len(readings) * len(typed)
     if not fits:
-        raise DataError(
-            f"none of {tried} readings of the table fits the typed poses; {_slip(readings, typed) or CHECK}"
-        )
-    fits.sort(key=lambda f: f.cost)
+        why = _slip(readings, typed) or _how_near(refined) + CHECK
+        raise DataError(f"none of {tried} readings of the table fits the typed poses; {why}")
     best = fits[0]
     level = max(CLEARLY * best.cost, ROUNDING)
     rivals = [f for f in (*fits[1:], *_turned_back(best)) if f.cost <= level and not _same(f, best)]
@@ -171,21 +183,27 @@ def _slip(readings: Sequence[TableReading], typed: Sequence[Typed]) -> str:
         for reading, numbers in product(readings, typed):
             kept = np.arange(len(numbers.q)) != row
             others = replace(numbers, q=numbers.q[kept], poses=numbers.poses[kept])
-            found += [(fit, row, numbers) for fit in _fits(reading, others, *SEARCH_STAGES[0])]
+            fits = (fit for fit in _refined_fits(reading, others, *SEARCH_STAGES[0]) if fit.fits)
+            found += [(fit, row, numbers) for fit in fits]
     if not found:
         return ""
     best, row, numbers = min(found, key=lambda f: f[0].cost)
     if any(other != row and fit.cost < CLEARLY * best.cost + ROUNDING for fit, other, _ in found):
         return ""
-    full = np.eye(4)[None].copy()
-    full[:, :3] = best.at(numbers.q[row : row + 1])
-    error = se3.pose_error(numbers.poses[row : row + 1], full)[0]
-    position, rotation = (float(np.linalg.norm(error[part])) for part in PARTS)
-    text = ", ".join((*best.reading.assumptions, *best.typed.assumptions))
+    position, rotation = best.off(numbers)[row]
     return (
         f"pose {row + 1} alone is {in_mm(position)} and {np.rad2deg(rotation):.3g}° off, the others fit to "
-        f"{in_mm(best.errors[0])} with {text}: check its numbers"
+        f"{in_mm(best.errors[0])} with {best.assumed}: check its numbers"
     )
+
+
+def _how_near(refined: Sequence[_Fit]) -> str:
+    """The nearest reading, and how far each pose is off; empty where none reaches the poses."""
+    if not refined:
+        return ""
+    best = min(refined, key=lambda f: f.cost)
+    off = ", ".join(f"{1e3 * distance:.3g}" for distance, _ in best.off(best.typed))
+    return f"the nearest is {off} mm off ({best.assumed}); "
 
 
 def _steps(arm: ReducedArm, count: int) -> list[list[tuple[float, float]]]:
@@ -194,8 +212,10 @@ def _steps(arm: ReducedArm, count: int) -> list[list[tuple[float, float]]]:
     return [[(s, o) for s in (1.0, -1.0) for o in ([0.0] if slides else turns)] for slides in arm.slides]
 
 
-def _fits(reading: TableReading, typed: Typed, count: int, maximum: int, distance: float) -> list[_Fit]:
-    """Signs and offsets with which a reading gives the poses."""
+def _refined_fits(
+    reading: TableReading, typed: Typed, count: int, maximum: int, distance: float
+) -> list[_Fit]:
+    """Signs and offsets with which a reading comes near the poses."""
     arm = compile_arm(reading.robot)
     q, poses = typed.q[:, arm.columns], typed.poses
     if np.linalg.norm(poses[:, :3, 3], axis=1).max() > 1.05 * max(arm.length, 1e-9):
@@ -212,11 +232,10 @@ def _fits(reading: TableReading, typed: Typed, count: int, maximum: int, distanc
     grid = [np.array(list(product(*choices[a:b]))) for a, b in ((0, half), (half, arm.dof))]
     chosen = np.concatenate([grid[0][pairs[:, 0]], grid[1][pairs[:, 1]]], axis=1)
     signs, offsets, errors = _refined(arm, q, poses, chosen[..., 0], chosen[..., 1])
-    good = (errors[:, 0] < NEAR[0] * arm.length) & (errors[:, 1] < NEAR[1])
     places = arm.places
     return [
         _Fit(reading, typed, s[places], o[places], (float(e[0]), float(e[1])))
-        for s, o, e in zip(signs[good], offsets[good], errors[good], strict=True)
+        for s, o, e in zip(signs, offsets, errors, strict=True)
     ]
 
 
@@ -350,10 +369,7 @@ def _snapped(fit: _Fit) -> _Fit:
     offsets = np.where(near, quarters, fit.offsets)
     offsets = np.where(np.abs(offsets + np.pi) < FIXED, np.pi, offsets)
     trial = replace(fit, offsets=offsets)
-    full = np.tile(np.eye(4), (len(fit.typed.q), 1, 1))
-    full[:, :3] = trial.at(fit.typed.q)
-    error = se3.pose_error(fit.typed.poses, full)
-    position, rotation = (float(np.linalg.norm(error[:, part], axis=1).max()) for part in PARTS)
+    position, rotation = trial.off(fit.typed).max(0).tolist()
     trial = replace(trial, errors=(position, rotation))
     return trial if trial.cost <= max(1.5 * fit.cost, ROUNDING) else fit
 
@@ -375,5 +391,4 @@ def _undecided(best: _Fit, rivals: list[_Fit]) -> str:
 def _assumed(fit: _Fit) -> str:
     flips = ", ".join(str(k + 1) for k in np.flatnonzero(fit.signs < 0)) or "none"
     offsets = ", ".join(f"{np.rad2deg(o):.1f}" for o in fit.offsets)
-    assumed = ", ".join((*fit.reading.assumptions, *fit.typed.assumptions))
-    return f"{assumed}, joints reversed: {flips}, offsets {offsets}°"
+    return f"{fit.assumed}, joints reversed: {flips}, offsets {offsets}°"

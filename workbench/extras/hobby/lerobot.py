@@ -122,6 +122,8 @@ def as_angles(data: Dataset, motors: tuple[Motor, ...] | None, *, percent: bool)
     """
     if motors is None:
         return data
+    if percent and COUNTED in data.notes:
+        raise OptionError(f"--percent: {data.source} has columns in counts; leave --percent out")
     q = data.q.copy()
     for k, motor in enumerate(motors[: q.shape[1]]):
         if COUNTED in data.notes:

@@ -294,7 +294,7 @@ def _check(data: Dataset, q: np.ndarray, poses: np.ndarray, names: tuple[str, ..
         raise DataError(f"{data.source}: {plural(len(q), 'pose')}; take {USUAL}, every joint moved between")
     width = np.array([_width(column) for column in q.T])
     if still := [names[k] for k in np.flatnonzero(width < MOVED)]:
-        size = np.rad2deg(width.min())
+        size = abs(np.rad2deg(width.min()))
         raise DataError(
             f"{data.source}: {', '.join(still)} moved by {size:.1f}° only; move every joint by 30° or more"
         )
@@ -319,7 +319,7 @@ def _near(robot: Robot, found: list[Counting], q: np.ndarray, data: Dataset) -> 
         off = f"{in_mm(best.errors[0])} and {np.rad2deg(best.errors[1]):.2g}°"
         raise DataError(
             f"{data.source}: these poses are not those of {robot.name}: the best of all signs, zeros and "
-            f"exchanged motors leaves {off}; check the robot, and that each pose belongs to its row"
+            f"exchanged motors leaves {off}; check robot and units, and that each pose belongs to its row"
         )
     near = [c for c in found if 6 * len(q) * np.log(c.cost / best.cost) < LEVEL]
     if other := next((c for c in near if not _same(robot, c, best)), None):

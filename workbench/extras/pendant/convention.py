@@ -23,6 +23,7 @@ from workbench.base.hand_eye import hand_eye, mean_base
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
+from workbench.data.plausibility import refuse_joint_units
 from workbench.extras.pendant.orientations import ORIENTATIONS, Orientation
 from workbench.extras.pendant.readings import PendantReadings
 from workbench.identification.arm_match import CLOSE, SOME, arm_match
@@ -92,7 +93,7 @@ def find_convention(robot: Robot, readings: PendantReadings) -> Convention:
     if not found:
         raise DataError(
             f"{readings.source}: the tool is turned about one axis only, which fits in several conventions; "
-            "add poses with the tool turned about all axes"
+            "add poses with the tool turned about all axes (if the joints are in rad, head them q1[rad] …)"
         )
     best = found[0]
     if best.rotation > TURNED or best.position > SOME * robot.reach:
@@ -153,6 +154,8 @@ def as_dataset(robot: Robot, readings: PendantReadings, meaning: Convention) -> 
 
 def _tried(robot: Robot, readings: PendantReadings) -> Iterator[Convention]:
     slides = sliding(robot)
+    if "rad" in readings.units[0]:
+        refuse_joint_units(readings.joints, robot.limits, readings.source)
     bare = robot.with_effects().with_frames(base=Frame(), tool=Frame())
     own = readings.units
     joints = [own[0]] if own[0] else possible(("deg", "rad"), readings.joints[:, ~slides])

@@ -38,7 +38,7 @@ from workbench.extras.pendant.touching.causes import (
     groups_of,
     tested,
 )
-from workbench.extras.pendant.touching.touches import EXACT, SCATTERED, checked_length, read_touches, tips
+from workbench.extras.pendant.touching.touches import EXACT, Touches, checked_length, read_touches, tips
 from workbench.plate.door import door
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
@@ -48,6 +48,8 @@ from workbench.report.tables import line, new_table
 SCHEMA = "workbench.check/1"
 POWER = 0.95
 MIN_TOUCHES = 6
+SCATTERED = 0.005
+"""Scatter of touches of one seat, as a part of the reach, that no error of a calibrated arm explains."""
 WANTED = 5e-5
 """Displacement of the tip that a check should find, by default [m]."""
 MOVES = 0.01
@@ -124,8 +126,6 @@ class Check(AbstractShown):
     @property
     def health(self) -> Health:
         """What was found."""
-        if self._is_scattered:
-            return Health.UNCERTAIN
         if self.best is not None:
             kinds = {"warming": Health.WARMING, "touch": Health.SLIPPED}
             return kinds.get(self.best.cause.kind, Health.MOVED)
@@ -133,11 +133,6 @@ class Check(AbstractShown):
 
     @property
     def sentence(self) -> str:
-        if self._is_scattered:
-            return (
-                f"touches of one seat miss one another by {in_mm(self.noise)}: choose the robot that "
-                "touched, and name the seats in a column 'contact'"
-            )
         limit = f"a displacement of {in_mm(self.detectable)} by any joint"
         if self.best is None:
             if self.health is Health.GOOD:
@@ -151,10 +146,6 @@ class Check(AbstractShown):
                 f"{times} times{'' if self.touches[1] else ', or give --reference'}"
             )
         return f"{self._text(self.best)}{self._alike}"
-
-    @property
-    def _is_scattered(self) -> bool:
-        return self.noise > SCATTERED * self.calibrated.reach
 
     @property
     def _alike(self) -> str:
@@ -264,6 +255,11 @@ def check(
     judged = [t for c in causes if (t := tested(c, clear, y, spare)) is not None]
     found = sorted((t for t in judged if t.is_found), key=lambda t: t.score)
     noise = found[0].noise if found else max(float(np.sqrt(y @ y / spare)), EXACT)
+    if (scatter := noise if before is None else _scatter(robot, before)) > SCATTERED * robot.reach:
+        raise DataError(
+            f"{(before or today).source}: touches of one seat miss one another by {in_mm(scatter)}: choose "
+            "the robot that touched, and name the seats in a column 'contact'"
+        )
     warming = next((t for t in found if t.cause.kind == "warming"), None)
     return Check(
         calibrated=robot,
@@ -274,6 +270,13 @@ def check(
         touches=(len(today), 0 if before is None else len(before)),
         wanted=wanted,
     )
+
+
+def _scatter(robot: Robot, touches: Touches) -> float:
+    """Root mean square distance of the tips from the middle of their seat, in whatever posture [m]."""
+    same = np.equal.outer(touches.names, touches.names)
+    at = tips(robot, touches.q)
+    return float(np.sqrt(((at - same / same.sum(1) @ at) ** 2).sum(1).mean()))
 
 
 def _shift(

@@ -213,7 +213,7 @@ def _begin(
 ) -> tuple[np.ndarray, _Kept]:
     """A first frame in closed form, and what every touch keeps of it."""
     if points is not None:
-        if strange := next((name for name in touches.names if name not in points), None):
+        if (strange := next((name for name in touches.names if name not in points), None)) is not None:
             raise DataError(
                 f"{touches.source}: '{strange}' is no point of the drawing, which has {', '.join(points)}"
             )
@@ -226,7 +226,7 @@ def _begin(
                 f"{in_mm(drawn)}; check the units of both and the names"
             )
         return se3.best_fit(target, tips), _Kept(target, np.ones_like(target, bool))
-    if strange := next((name for name in touches.names if name not in KEEPS), None):
+    if (strange := next((name for name in touches.names if name not in KEEPS), None)) is not None:
         raise DataError(f"{touches.source}: '{strange}' is no kind of touch; {LABELS}")
     where = {kind: [k for k, name in enumerate(touches.names) if name == kind] for kind in KEEPS}
     counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in touches.names])
