@@ -71,7 +71,9 @@ def _mathml(block: bool):
 
     def visit(writer, node):
         formula = convert(node.astext(), display="block" if block else "inline")
-        writer.body.append(f'<div class="math" style="overflow-x: auto">{formula}</div>' if block else formula)
+        writer.body.append(
+            f'<div class="math" style="overflow-x: auto">{formula}</div>' if block else formula
+        )
         raise nodes.SkipNode
 
     return visit, None

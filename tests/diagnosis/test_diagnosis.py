@@ -21,7 +21,7 @@ from workbench.diagnosis.report.apparent_errors import Rows
 from workbench.diagnosis.report.effect_plots import SURE, shapes
 from workbench.diagnosis.report.html_report import PAGE, RESULT, write_diagnosis
 from workbench.diagnosis.report.results_json import diagnosis_json
-from workbench.diagnosis.report.table import Size, diagnosis_tables, lines, sizes
+from workbench.diagnosis.report.table import Size, diagnosis_tables, error_units, lines, sizes
 from workbench.identification.problem import Problem
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -117,6 +117,17 @@ def test_the_error_without_an_effect_is_that_of_a_fit_without_it(diagnosed):
         assert found.after_mm == after
         assert found.before_mm == pytest.approx(without, rel=0.2)
         assert found.before_mm > 1.2 * after
+
+
+def test_orientations_are_judged_wherever_positions_are(diagnosed, nothing):
+    """The map, each effect and each alternative have both; the message states both, before and after."""
+    found = diagnosis_json(diagnosed)
+    assert found["map"]["after_held_out_deg"] == found["after"]["held_out"]["orientation_deg"]["mean"]
+    judged = [found["map"], *found["effects"], *(r for e in found["effects"] for r in e["alternatives"])]
+    assert all(np.isfinite(part["after_held_out_deg"]) for part in judged)
+    assert all(errors.text("mean") in diagnosed.message for errors in diagnosed.error)
+    assert [unit for _, unit in error_units(diagnosed)] == ["mm", "°"]
+    assert [unit for _, unit in error_units(nothing)] == ["mm"]
 
 
 def test_what_was_not_measured_is_null(nothing):

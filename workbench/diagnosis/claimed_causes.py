@@ -62,6 +62,7 @@ from workbench.diagnosis.survival import Survival, survival
 from workbench.diagnosis.wandering import leads
 from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.problem import Noise
+from workbench.identification.row_errors import Errors
 
 LISTED = 3
 """Rivals that are listed for an effect."""
@@ -190,13 +191,15 @@ class ResidualMap:
 
     Args:
         effects: Smooth errors of joints, and effects too small to be called causes.
-        before_mm: Mean held-out error without them [mm].
-        after_mm: With them.
+        before: Held-out errors without them: of the geometry, with the causes if there are any.
+        after: With them.
+        beside_causes: Whether there are any.
     """
 
     effects: tuple[AbstractEffect, ...]
-    before_mm: float
-    after_mm: float
+    before: Errors
+    after: Errors
+    beside_causes: bool
 
     @property
     def joints(self) -> tuple[int, ...]:
@@ -205,10 +208,21 @@ class ResidualMap:
     @property
     def sentence(self) -> str:
         where = f" of {joint_list(self.joints)}" if self.joints else ""
+        without = " with the causes alone" if self.beside_causes else ""
         return (
-            f"A residual map{where} takes the error from {self.before_mm:.3g} to {self.after_mm:.3g} mm; it "
-            "predicts, but names no cause"
+            f"A residual map{where}, which predicts but names no cause, takes the error from "
+            f"{self.before.text('mean')}{without} to {self.after.text('mean')}"
         )
+
+    @property
+    def before_mm(self) -> float:
+        """Mean without them [mm]."""
+        return self.before.position_mm.mean
+
+    @property
+    def after_mm(self) -> float:
+        """Mean with them [mm]."""
+        return self.after.position_mm.mean
 
 
 def together(effects: Sequence[AbstractEffect]) -> AbstractEffect:

@@ -46,7 +46,7 @@ from workbench.identification.fit_choices import ChoiceFields, FitChoices
 from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.own_preparation import preparation_of
 from workbench.identification.problem import Noise
-from workbench.identification.row_errors import RowErrors, degradation_warning
+from workbench.identification.row_errors import UNKNOWN, Errors, RowErrors, degradation_warning
 from workbench.identification.set_apart import (
     GROSS_REASON,
     prepare_without_gross_outliers,
@@ -153,8 +153,8 @@ def _saved_arm(search: CauseSearch, advice: Advice) -> _Saved:
         (),
     )
     std = _standard_errors(final, hidden_variance(last, missing))
-    alone_mm, after_mm = (judged(v.errors).position_mm.mean for v in (search.before, search.after))
-    effects = _accepted(last, final, judge, std, advice, alone_mm=alone_mm, after_mm=after_mm)
+    alone, after = (judged(v.errors) for v in (search.before, search.after))
+    effects = _accepted(last, final, judge, std, advice, alone=alone, after=after)
     now = arm_now(ready, final, suspect_rows)
     return _Saved(final, suspect_rows, note, missing, std, effects, judge, now)
 
@@ -345,9 +345,12 @@ def _residual_map(
     if not others:
         return None
     blamed = tuple(t for t in model if t.candidate.names in claimed)
-    before, after = (judged(v.errors).position_mm.mean for v in (search.before, search.after))
+    before, after = (judged(v.errors) for v in (search.before, search.after))
     return ResidualMap(
-        effects=others, before_mm=judge.refitted_mm(blamed) if blamed else before, after_mm=after
+        effects=others,
+        before=judge.refitted(blamed) if blamed else before,
+        after=after,
+        beside_causes=bool(blamed),
     )
 
 
@@ -370,8 +373,8 @@ def _accepted(
     std: Mapping[str, float],
     advice: Advice,
     *,
-    alone_mm: float,
-    after_mm: float,
+    alone: Errors,
+    after: Errors,
 ) -> tuple[Accepted, ...]:
     """The effects of the last fit with their standard errors, rivals, and what each brings.
 
@@ -381,8 +384,8 @@ def _accepted(
         judge: Tries models out at that search.
         std: Standard errors of the coefficients [SI].
         advice: Asks for rivals, and for the errors without each effect.
-        alone_mm: Mean error of the geometry alone on the rows that judge [mm].
-        after_mm: Mean error of the whole model on them [mm].
+        alone: Errors of the geometry alone on the rows that judge.
+        after: Errors of the whole model on them.
     """
     sized = {e.names: e for e in final.calibrated.effects}
     model, out = last.found.model, []
@@ -397,8 +400,8 @@ def _accepted(
                 std=tuple(std[n] for n in effect.names),
                 gain=offered.gain,
                 p_value=float(np.exp(offered.log_p)),
-                before_mm=advice.ask(without, partial(judge.refitted_mm, rest), np.nan) if rest else alone_mm,
-                after_mm=after_mm,
+                before=advice.ask(without, partial(judge.refitted, rest), UNKNOWN) if rest else alone,
+                after=after,
                 alternatives=alternatives,
                 text=effect.sentence(final.calibrated.chain, Motion.of(final.problem.data)),
             )

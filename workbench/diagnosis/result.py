@@ -21,7 +21,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged, with_error
-from workbench.identification.row_errors import RowErrors
+from workbench.identification.row_errors import Errors, RowErrors
 from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
@@ -49,16 +49,21 @@ class Ranked:
         effect: With zero coefficients.
         gain: Log evidence that it adds [nat].
         p_value: Probability that chance would add as much, for one try.
-        held_out_mm: Mean held-out error of the arm with it [mm]; on the fitted rows where none was held out;
-            None where it was not tried out.
+        errors: Held-out errors of the arm with it; of the fitted rows where none was held out; None where it
+            was not tried out.
         shrunk: Whether its coefficients share a variance that the data decided.
     """
 
     effect: AbstractEffect
     gain: float
     p_value: float
-    held_out_mm: float | None = None
+    errors: Errors | None = None
     shrunk: bool = False
+
+    @property
+    def held_out_mm(self) -> float | None:
+        """Mean of them [mm]."""
+        return None if self.errors is None else self.errors.position_mm.mean
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -70,9 +75,9 @@ class Accepted:
         std: Their standard errors, SI, with what effects that are lost in the noise may hide in them.
         gain: Log evidence that it adds to the others [nat].
         p_value: Probability that chance would add as much, for one try; 0 below the smallest float.
-        before_mm: Mean held-out error of the final model without it, fitted anew [mm]; of the fitted rows
-            where none was held out.
-        after_mm: Of the final model with all effects, on the same rows.
+        before: Held-out errors of the final model without it, fitted anew; of the fitted rows where none was
+            held out.
+        after: Of the final model with all effects, on the same rows.
         alternatives: Effects that would do nearly as well in its place, the best first.
         text: What it does, one sentence.
     """
@@ -81,10 +86,20 @@ class Accepted:
     std: tuple[float, ...]
     gain: float
     p_value: float
-    before_mm: float
-    after_mm: float
+    before: Errors
+    after: Errors
     alternatives: tuple[Ranked, ...]
     text: str
+
+    @property
+    def before_mm(self) -> float:
+        """Mean without it [mm]."""
+        return self.before.position_mm.mean
+
+    @property
+    def after_mm(self) -> float:
+        """Mean with all effects [mm]."""
+        return self.after.position_mm.mean
 
 
 def harm_done(before: RowErrors, after: RowErrors) -> str | None:

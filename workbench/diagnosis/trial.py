@@ -9,7 +9,7 @@ from workbench.diagnosis.refit import large, linear_answer, refit, robot_with
 from workbench.diagnosis.result import Ranked
 from workbench.diagnosis.rounds import Searched
 from workbench.identification.preparation import Prepared
-from workbench.identification.row_errors import Spread
+from workbench.identification.row_errors import Errors
 
 TRIED = 12
 """Candidates of the ranking that are tried out on the rows that judge."""
@@ -25,37 +25,34 @@ class Trial:
         self._ready = ready
         self._data = ready.held if len(ready.held) else fitted.problem.data
 
-    def mean_mm(self, model: Model) -> float:
-        """Mean error of the geometry with a model's effects, by the linear solution at the fit [mm]."""
-        return self._mean_mm(
-            robot_with(self._searched.stage.fitted, self._searched.grams, model), self._found
-        )
+    def errors(self, model: Model) -> Errors:
+        """Of the geometry with a model's effects, by the linear solution at the fit."""
+        return self._errors(robot_with(self._searched.stage.fitted, self._searched.grams, model), self._found)
 
-    def refitted_mm(self, model: Model) -> float:
-        """Likewise, fitted anew where the problem is not too large for that [mm]."""
+    def refitted(self, model: Model) -> Errors:
+        """Likewise, fitted anew where the problem is not too large for that."""
         stage, grams = self._searched.stage, self._searched.grams
         if large(stage.fitted.problem):
-            return self.mean_mm(model)
+            return self.errors(model)
         begin = linear_answer(stage.fitted, grams, model)
         rows = stage.rows.take(stage.keep)
         fit = refit(stage.geometric, grams, model, data=rows, begin=begin).fit
-        return self._mean_mm(fit.calibrated, fit.problem.instrument(fit.x))
+        return self._errors(fit.calibrated, fit.problem.instrument(fit.x))
 
     def alternatives(self, term: Term) -> tuple[Ranked, ...]:
         """Rivals of a term of the search's model, with the error that they leave in its place."""
         rivals = rivals_of(self._searched, term)
-        return tuple(_ranked(rival, self.mean_mm((*rest, rival.term))) for rest, rival in rivals)
+        return tuple(_ranked(rival, self.errors((*rest, rival.term))) for rest, rival in rivals)
 
     def ranking(self) -> tuple[Ranked, ...]:
         """The candidates by what they would add to the geometry alone; the first few tried out."""
         best = enumerate(ranked(self._searched))
-        return tuple(_ranked(o, self.mean_mm((o.term,)) if k < TRIED else None) for k, o in best)
+        return tuple(_ranked(o, self.errors((o.term,)) if k < TRIED else None) for k, o in best)
 
-    def _mean_mm(self, arm: Robot, found) -> float:
-        rows = self._ready.errors_on(self._data, arm, found)
-        return 1e3 * Spread.of(rows.position).mean
+    def _errors(self, arm: Robot, found) -> Errors:
+        return Errors.of(self._ready.errors_on(self._data, arm, found))
 
 
-def _ranked(offer: Offer, mean_mm: float | None) -> Ranked:
+def _ranked(offer: Offer, errors: Errors | None) -> Ranked:
     candidate = offer.term.candidate
-    return Ranked(candidate.effect, offer.gain, float(np.exp(offer.log_p)), mean_mm, candidate.shrunk)
+    return Ranked(candidate.effect, offer.gain, float(np.exp(offer.log_p)), errors, candidate.shrunk)

@@ -99,11 +99,10 @@ def conclude(
             lead = f"The joint readings scatter by {size}, which makes {part} of what is left: {advice}. "
         else:
             rest += f"; noise of the joint readings ({size}) makes {part} of it"
-    size = f" of {left:.3g} mm" if np.isfinite(left) else ""
-    rest = f"the remaining error{size} {rest}"
     if not (causes or residual_map):
-        verdict = Verdict.UNEXPLAINED if more else Verdict.NONE
-        return verdict, f"{lead}No effect was found beside the geometry; {rest}."
+        verdict, size = Verdict.UNEXPLAINED if more else Verdict.NONE, after.text("mean")
+        of = f" of {size}" if size else ""
+        return verdict, f"{lead}No effect was found beside the geometry; the remaining error{of} {rest}."
     verdict = Verdict.PARTLY if more else Verdict.EXPLAINED
     sentences = [f"{c.sentence} ({c.confidence})." for c in causes[:3]]
     if len(causes) > 3:
@@ -114,12 +113,12 @@ def conclude(
             f"{residual_map.sentence}.",
         ]
     if not causes:
-        return verdict, f"{lead}{' '.join(sentences)} {rest[0].upper()}{rest[1:]}."
+        return verdict, f"{lead}{' '.join(sentences)} What remains {rest}."
     fall = "reduces the error"
     if np.isfinite(left):
-        fall += f" from {before.position_mm.mean:.3g} to {left:.3g} mm"
+        fall += f" from {before.text('mean')} to {after.text('mean')}"
     subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding these"
-    return verdict, f"{lead}{' '.join(sentences)} {subject} {fall}; {rest}."
+    return verdict, f"{lead}{' '.join(sentences)} {subject} {fall}; what remains {rest}."
 
 
 def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:

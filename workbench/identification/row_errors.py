@@ -155,6 +155,10 @@ class Errors:
         return ", ".join(f"{value:.3g}{unit}" for value, unit in values if np.isfinite(value))
 
 
+UNKNOWN = Errors(Spread.of(np.zeros(0)), None)
+"""Where they could not be computed."""
+
+
 def _own_spread(own: OwnErrors) -> Spread:
     """Of rows, but its root mean square is over all readings."""
     square = np.nansum(own.number * own.size**2) / max(np.nansum(own.number), 1.0)

@@ -363,7 +363,7 @@ def _identified(session: Session, found: Identification) -> GuideStep:
 
 
 def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
-    before, after = (judged(errors).position_mm.mean for errors in (found.before, found.after))
+    before, after = (judged(errors).text("mean") for errors in (found.before, found.after))
     poses = POSES if len(found.measure_next) else MORE
     if steps := splittable(session):
         row, mark = next((e.row, e.mark) for e in found.events if e.row in steps)
@@ -372,7 +372,7 @@ def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
     if found.harm is not None:
         return GuideStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
     if found.effects:
-        fall = f"{significant(before)} → {significant(after)} mm"
+        fall = f"{before} → {after}"
         if not found.causes:
             return GuideStep(
                 f"No cause can be named; a residual map predicts {fall}.", Tone.CAREFUL, ADD, poses
@@ -382,6 +382,6 @@ def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
         tone = Tone.GOOD if found.is_named else Tone.CAREFUL
         return GuideStep(f"{capital(first.label)} ({first.confidence}){others}: {fall}.", tone, ADD, poses)
     if found.verdict is Verdict.UNEXPLAINED:
-        return GuideStep(f"{significant(before)} mm left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
-    text = f"{significant(before)} mm left, all of it noise: the geometry is enough."
+        return GuideStep(f"{before} left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
+    text = f"{before} left, all of it noise: the geometry is enough."
     return GuideStep(text, Tone.GOOD, TAKE, COMPARE)

@@ -26,5 +26,8 @@ def budget_bars(found: Diagnosis) -> str:
     if found.residual_map is not None and parts["map"] > 0.0:
         rows.append(Bar("Predicted, without a name", parts["map"], GEOMETRY))
     if np.isfinite(parts["left"]):
-        rows.append(Bar("Left after all", parts["left"], NOMINAL))
+        turned = judged(found.after).orientation_deg
+        rows.append(
+            Bar("Left after all", parts["left"], NOMINAL, "" if turned is None else f"{turned.mean:.3g}°")
+        )
     return bars(rows, testid="budget")

@@ -15,6 +15,8 @@ from workbench.diagnosis.report.plots import pictures
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import (
     alternatives,
+    error_units,
+    errors_without_and_with,
     joint_headings,
     joint_noise_text,
     lines,
@@ -78,6 +80,7 @@ def _words(result: Diagnosis) -> dict[str, Any]:
         "causes": [_cause(c) for c in result.causes],
         "residual_map": result.residual_map.sentence if result.residual_map is not None else "",
         "effects": [_effect(result, k) for k in range(len(result.effects))],
+        "units": [unit for _, unit in error_units(result)],
         "held_out": result.after.held_out is not None,
         "cards": error_cards(judged(result.before), judged(result.after)),
         "facts": _facts(result),
@@ -113,8 +116,7 @@ def _effect(result: Diagnosis, place: int) -> dict[str, object]:
         "label": found.effect.label,
         "words": found.text,
         "sizes": lines(found.effect, found.std, result.calibrated.chain),
-        "before": short(found.before_mm),
-        "after": short(found.after_mm),
+        "errors": list(errors_without_and_with(found, error_units(result))),
     }
 
 

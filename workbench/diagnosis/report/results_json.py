@@ -10,6 +10,7 @@ from workbench.diagnosis.result import Accepted, Diagnosis, Ranked
 from workbench.diagnosis.structure import LEVEL, Structure
 from workbench.diagnosis.undetectable import Undetectable
 from workbench.identification.report.results_json import validation_json
+from workbench.identification.row_errors import Errors
 from workbench.report.json import Json, plain
 
 DIAGNOSIS = "workbench.diagnosis/1"
@@ -95,8 +96,8 @@ def _accepted(found: Accepted, result: Diagnosis) -> Json:
         ],
         "p_value": found.p_value,
         "gain": found.gain,
-        "before_held_out_mm": found.before_mm,
-        "after_held_out_mm": found.after_mm,
+        **_held_out("before", found.before),
+        **_held_out("after", found.after),
         "alternatives": [_ranked(r) for r in found.alternatives],
         "words": found.text,
     }
@@ -118,8 +119,17 @@ def _map(found: ResidualMap) -> Json:
     return {
         "joints": [j + 1 for j in found.joints],
         "effects": [_effect(e) for e in found.effects],
-        "before_held_out_mm": found.before_mm,
-        "after_held_out_mm": found.after_mm,
+        **_held_out("before", found.before),
+        **_held_out("after", found.after),
+    }
+
+
+def _held_out(which: str, errors: Errors | None) -> Json:
+    """Mean errors; in degrees where orientations were measured, null where nothing was tried."""
+    turned = None if errors is None else errors.orientation_deg
+    return {
+        f"{which}_held_out_mm": None if errors is None else errors.position_mm.mean,
+        **({} if turned is None else {f"{which}_held_out_deg": turned.mean}),
     }
 
 
@@ -147,7 +157,7 @@ def _undetectable(missing: Undetectable, result: Diagnosis) -> Json:
 def _ranked(candidate: Ranked) -> Json:
     return {
         **_effect(candidate.effect),
-        "after_held_out_mm": candidate.held_out_mm,
+        **_held_out("after", candidate.errors),
         "gain": candidate.gain,
         "p_value": candidate.p_value,
     }

@@ -3,6 +3,7 @@
 rich.print(diagnosis_tables(result))
 """
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,8 @@ LISTED = 6
 """Most coefficients of one effect that are listed one by one."""
 RANKED = 5
 """Number of candidates in a summary."""
+UNLIKELY, LARGE = 1e6, 100.0
+"""Odds against an alternative beyond which it is none, and what of their logarithm is looked at."""
 
 
 def diagnosis_tables(result: Diagnosis) -> RenderableType:
@@ -134,12 +137,32 @@ def effects_table(result: Diagnosis) -> Table:
     """What was added, with coefficients ± standard errors, and the mean error without and with each."""
     rows = "held-out" if result.after.held_out is not None else "fitted"
     title = f"Effects that were added; mean error of {rows} rows without each, and with all"
-    table = new_table(title, folded("effect"), folded("coefficients"), "without\n[mm]", "with\n[mm]")
+    units = error_units(result)
+    headings = [f"{which}\n[{unit}]" for _, unit in units for which in ("without", "with")]
+    table = new_table(title, folded("effect"), folded("coefficients"), *headings)
     for found in result.effects:
         sizes = lines(found.effect, found.std, result.calibrated.chain)
         text = "\n".join(f"{name.partition('.')[2] if '.' in name else name} {size}" for name, size in sizes)
-        table.add_row(found.effect.label, text, short(found.before_mm), short(found.after_mm))
+        table.add_row(found.effect.label, text, *errors_without_and_with(found, units))
     return table
+
+
+Units = Sequence[tuple[str, str]]
+"""Names of errors and their units: of what was measured."""
+
+
+def error_units(result: Diagnosis) -> Units:
+    """Positions in mm, and orientations in degrees where the rows have them."""
+    turned = judged(result.after).orientation_deg is not None
+    return [("position_mm", "mm"), *([("orientation_deg", "°")] if turned else [])]
+
+
+def errors_without_and_with(found: Accepted, units: Units) -> Iterator[str]:
+    """Mean errors without an effect and with all, unit by unit."""
+    for name, _ in units:
+        for errors in (found.before, found.after):
+            spread = getattr(errors, name)
+            yield "–" if spread is None else short(spread.mean)
 
 
 def _part(result: Diagnosis, effect: AbstractEffect) -> str:
@@ -151,23 +174,25 @@ def _part(result: Diagnosis, effect: AbstractEffect) -> str:
 
 def alternatives(result: Diagnosis) -> list[str]:
     """Alternatives that fit nearly as well as each effect, and better than none; one line each."""
-    with_all = judged(result.after).position_mm.mean
-    said = (_instead(found, with_all) for found in result.effects)
+    said = (_instead(found) for found in result.effects)
     return [text for text in said if text]
 
 
-def _instead(found: Accepted, with_all: float) -> str:
+def _instead(found: Accepted) -> str:
     """Empty where nothing does in the effect's place."""
     rivals = []
     for rival in found.alternatives:
         if rival.held_out_mm is not None and rival.held_out_mm > found.before_mm:
             continue
-        error = "" if rival.held_out_mm is None or not np.isfinite(rival.held_out_mm) else (
-            f" ({short(rival.held_out_mm)} mm)"
-        )  # fmt: skip
-        rivals.append(f"{rival.effect.label}{error}")
+        odds = float(np.exp(np.clip(found.gain - rival.gain, 0.0, LARGE)))
+        if odds > UNLIKELY:
+            continue
+        error = "" if rival.errors is None else rival.errors.text("mean")
+        rivals.append(f"{rival.effect.label} ({', '.join([*([error] if error else []), f'1 : {odds:.0f}'])})")
+    size = found.after.text("mean")
+    own = f" ({size})" if size else ""
     return (
-        f"Alternatives to {found.effect.phrase} ({short(with_all)} mm): {'; '.join(rivals)}" if rivals else ""
+        f"Alternatives to {found.effect.phrase}{own}, with their odds: {'; '.join(rivals)}" if rivals else ""
     )
 
 

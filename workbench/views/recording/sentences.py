@@ -9,7 +9,7 @@ from workbench.diagnosis.result import Accepted, Diagnosis, judged
 from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import unseen
 from workbench.identification.result import Identification
-from workbench.report.numbers import short, signed, standard_error
+from workbench.report.numbers import signed, standard_error
 from workbench.session import cubes
 from workbench.session.commands.drag import DropTarget, MoveTarget
 from workbench.session.journal.entry import Ending, Entry
@@ -123,7 +123,7 @@ def diagnosis_markdown(found: Diagnosis) -> str:
 
 
 def _tables(found: Diagnosis) -> Iterator[str]:
-    yield "| model | mean position error |"
+    yield "| model | mean error |"
     yield "|---|---:|"
     yield from (f"| {name} | {error} |" for name, error in model_errors(found))
     if found.effects:
@@ -135,10 +135,10 @@ def _tables(found: Diagnosis) -> Iterator[str]:
 
 
 def model_errors(found: Diagnosis) -> Iterator[tuple[str, str]]:
-    """Mean position error of every model, on held-out rows if there are any."""
+    """Mean errors of every model, on held-out rows if there are any."""
     models = {"nominal": found.nominal, "geometry alone": found.before, "with the effects": found.after}
     for name, validation in models.items():
-        yield name, f"{short(judged(validation).position_mm.mean)} mm"
+        yield name, judged(validation).text("mean")
 
 
 def remarks(found: Diagnosis) -> Iterator[str]:
@@ -155,5 +155,5 @@ def remarks(found: Diagnosis) -> Iterator[str]:
 def _effect(accepted: Accepted, found: Diagnosis) -> str:
     sizes = lines(accepted.effect, accepted.std, found.calibrated.chain)
     coefficients = ", ".join(f"{name} {size}" for name, size in sizes)
-    errors = f"{short(accepted.before_mm)} mm | {short(accepted.after_mm)} mm"
+    errors = f"{accepted.before.text('mean')} | {accepted.after.text('mean')}"
     return f"| {accepted.effect.label} | {coefficients} | {errors} |"

@@ -149,7 +149,7 @@ def _effects(found: Diagnosis) -> list[str]:
     for accepted in found.effects:
         others = ", ".join(r.effect.label for r in accepted.alternatives[:2])
         more = f'<div style="color:{MUTED}">Nearly as good: {text(others)}</div>' if others else ""
-        fall = f"{number(accepted.before_mm)} → {number(accepted.after_mm)} mm"
+        fall = f"{accepted.before.text('mean')} → {accepted.after.text('mean')}"
         lines.append(f"{text(accepted.effect.label)} <span style='color:{MUTED}'>({fall})</span>{more}")
     return lines
 
