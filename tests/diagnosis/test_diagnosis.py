@@ -167,9 +167,9 @@ def test_units_are_readable():
         (pytest.approx(0.36), "mrad/h"),
     ]
     soft = EFFECTS["joint-compliance"]((1,), (4.1e-5,))
-    assert lines(soft, (1e-6,), chain) == (("joint2.compliance", "0.0410 ± 0.0010 mrad/(N·m)"),)
+    assert lines(soft, (1e-6,), chain) == (("compliance", "0.0410 ± 0.0010 mrad/(N·m)"),)
     ((name, words),) = lines(DENT, (1e-4,) * 9, chain)
-    assert name == "9 coefficients, largest joint4.knot4"
+    assert name == "9 coefficients, clearest knot4"
     assert words == "2.00 ± 0.10 mrad"
 
 

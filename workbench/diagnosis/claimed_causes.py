@@ -25,7 +25,7 @@ Of a slide of an arm without masses nothing can be told, as how it tips while it
 A cause that is certain names the joints of which a coefficient exceeds four standard errors, and no others.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cached_property, partial
@@ -57,6 +57,7 @@ from workbench.diagnosis.one_less import validated_without
 from workbench.diagnosis.places import best_of, includes, place_of
 from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.smooth_part import smooth_part
+from workbench.diagnosis.standard_errors import StandardErrors
 from workbench.diagnosis.stepwise_search import kind_of
 from workbench.diagnosis.survival import Survival, survival
 from workbench.diagnosis.wandering import leads
@@ -138,17 +139,24 @@ class Cause:
         odds: Against the best other claim.
         contribution_mm: Root mean square of what it explains at the tool, on folds that took no part in its
             fit [mm]; NaN where no positions were measured.
-        sentence: What it does, in plain English.
+        claim: What it does, in plain English.
         look_alikes: Other claims that the rows can't tell from it, the best first.
         unsure: Joints of its effects that it does not name, counted from 0.
+        doubt: Why it can't be certain, as a clause; empty if it can.
     """
 
     effects: tuple[AbstractEffect, ...]
     odds: float
     contribution_mm: float
-    sentence: str
+    claim: str
     look_alikes: tuple[AbstractEffect, ...]
     unsure: tuple[int, ...] = ()
+    doubt: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """What it does, and why that isn't certain."""
+        return f"{self.claim}; {self.doubt}" if self.doubt else self.claim
 
     @property
     def kind(self) -> str:
@@ -241,7 +249,7 @@ def find_causes(
     arm: Robot,
     motion: Motion,
     floor: Noise | None,
-    std: Mapping[str, float],
+    std: StandardErrors,
     *,
     together_mm: float,
 ) -> tuple[Cause, ...]:
@@ -251,7 +259,7 @@ def find_causes(
         searched: The last search, at the final fit.
         arm: The arm as it was found.
         floor: Noise that was known beforehand.
-        std: Standard errors of its coefficients [SI].
+        std: Standard errors of its coefficients.
         together_mm: Root mean square of what all effects explain at the tool, on the fitted rows [mm].
     """
     sized = {e.names: e for e in arm.effects}
@@ -313,16 +321,15 @@ def find_causes(
                 odds = min(odds, MARGINAL)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
         text = sentence_of(whole, unsure, std, arm, motion)
-        if doubt is not None:
-            text = f"{text}; {doubt}"
         found.append(
             Cause(
                 effects=effects,
                 odds=odds,
                 contribution_mm=min(explained, together_mm) if is_strained else explained,
-                sentence=text if not rivals else f"{text}; or else {_listed(rivals)}",
+                claim=text if not rivals else f"{text}; or else {_listed(rivals)}",
                 look_alikes=rivals,
                 unsure=unsure,
+                doubt=doubt or "",
             )
         )
     return tuple(sorted(found, key=lambda c: -np.nan_to_num(c.contribution_mm)))

@@ -1,6 +1,6 @@
 """Diagnosis from end to end: a search for causes, the arm that is saved, what is claimed of it, advice."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from time import perf_counter
@@ -25,9 +25,11 @@ from workbench.diagnosis.event_notes import Now, arm_now
 from workbench.diagnosis.evidence import Model, drop
 from workbench.diagnosis.final_fit import fitted_on_all
 from workbench.diagnosis.flanks import open_flanks
+from workbench.diagnosis.named_joints import sentence_of
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, harm_done, judged
 from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.standard_errors import StandardErrors
 from workbench.diagnosis.standing import standing_causes, standing_notes
 from workbench.diagnosis.structure import Structure, structure_of
 from workbench.diagnosis.trial import Trial
@@ -110,7 +112,7 @@ class _Saved:
         suspects: … but these of the held-out ones, which no arm explains.
         note: What was fitted once more; None where nothing was.
         undetectable: Effects of load that the rows can't show.
-        std: Standard errors of the coefficients [SI], with what these add.
+        std: Standard errors of the coefficients, with what these add.
         effects: What the model holds, the clearest first.
         judge: Tries other models out.
         now: Since when the arm is as it is saved; None where nothing happened.
@@ -120,7 +122,7 @@ class _Saved:
     suspects: Bool[np.ndarray, " held"]
     note: str | None
     undetectable: tuple[Undetectable, ...]
-    std: Mapping[str, float]
+    std: StandardErrors
     effects: tuple[Accepted, ...]
     judge: Trial
     now: Now | None
@@ -152,7 +154,7 @@ def _saved_arm(search: CauseSearch, advice: Advice) -> _Saved:
         lambda: () if search.short else undetectable(last, fit.calibrated, motion),
         (),
     )
-    std = _standard_errors(final, hidden_variance(last, missing))
+    std = StandardErrors(final, hidden_variance(last, missing))
     alone, after = (judged(v.errors) for v in (search.before, search.after))
     effects = _accepted(last, final, judge, std, advice, alone=alone, after=after)
     now = arm_now(ready, final, suspect_rows)
@@ -216,9 +218,7 @@ def _found_causes(search: CauseSearch, saved: _Saved, floor: Noise | None) -> tu
 
 
 def _additions(search: CauseSearch, saved: _Saved, advice: Advice) -> Iterator[str]:
-    """Sentences that follow the verdict: what can't be seen, what got worse, which arm is saved."""
-    if search.short is None and saved.undetectable and any(a.effect.loads for a in saved.effects):
-        yield describe(saved.undetectable)
+    """Sentences that follow the verdict: which flanks are open, what got worse, which arm is saved."""
     if missing := advice.ask("which flanks are known", lambda: open_flanks(saved.fit), {}):
         yield open_flanks_text(missing, search.robot.chain)
     if worse := degradation_warning(_nominal_rows(search), search.after.rows):
@@ -271,6 +271,8 @@ def _notes(
         yield suspect_note(ready.held.row[saved.suspects].tolist(), judged(search.after.errors))
     if saved.note is not None:
         yield saved.note
+    if search.short is None and saved.undetectable and any(e.loads for e in effects):
+        yield describe(saved.undetectable)
     if pairs := advice.ask("exchanged rows", lambda: exchanged_rows(fit, ready.data, outliers), []):
         yield exchange_note(pairs)
     yield from weights_that_differ(saved.fit, file)
@@ -360,17 +362,11 @@ def _with_directions(choices: FitChoices) -> FitChoices:
     return replace(choices, held_out=with_directions(rows)) if isinstance(rows, Dataset) else choices
 
 
-def _standard_errors(fit: Fit, hidden: Mapping[str, float]) -> dict[str, float]:
-    """Of the unknowns, with what else adds to the variance of each [SI]."""
-    std = fit.problem.named(fit.std)
-    return {name: float(np.hypot(s, np.sqrt(hidden.get(name, 0.0)))) for name, s in std.items()}
-
-
 def _accepted(
     last: Searched,
     final: Fit,
     judge: Trial,
-    std: Mapping[str, float],
+    std: StandardErrors,
     advice: Advice,
     *,
     alone: Errors,
@@ -403,7 +399,7 @@ def _accepted(
                 before=advice.ask(without, partial(judge.refitted, rest), UNKNOWN) if rest else alone,
                 after=after,
                 alternatives=alternatives,
-                text=effect.sentence(final.calibrated.chain, Motion.of(final.problem.data)),
+                text=sentence_of(effect, (), std, final.calibrated, Motion.of(final.problem.data)),
             )
         )
     return tuple(out)

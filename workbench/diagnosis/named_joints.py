@@ -6,9 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.effect import CLEAR as STATED
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.base.wording import joint_list
+from workbench.diagnosis.standard_errors import StandardErrors
 
 CLEAR = 4.0
 """Standard errors of a coefficient from which on its joint may be named in a certain cause."""
@@ -37,9 +39,18 @@ def clearness(effects: Sequence[AbstractEffect], std: Mapping[str, float]) -> di
 
 
 def sentence_of(
-    effect: AbstractEffect, unsure: Sequence[int], std: Mapping[str, float], arm: Robot, motion: Motion
+    effect: AbstractEffect, unsure: Sequence[int], std: StandardErrors, arm: Robot, motion: Motion
 ) -> str:
-    """What an effect does in the joints that are named, and which others may do so too."""
-    named = without_joints(effect, unsure)
-    text = named.stated(arm.chain, motion, np.array([std[n] for n in named.names]))
-    return f"{text}; for {joint_list(unsure)} the rows don't show it clearly" if unsure else text
+    """What an effect does in the joints of which the rows show it, and which others may do so too.
+
+    Args:
+        effect: As it was found.
+        unsure: Joints that it may not name.
+        std: Of its coefficients; sizes that are no clear ones are not stated.
+    """
+    sizes = clearness([effect], std)
+    faint = [j for j, z in sizes.items() if j is not None and (j in unsure or z < STATED)]
+    faint = faint if len(faint) < len(sizes) else list(unsure)
+    shown = without_joints(effect, faint)
+    text = shown.stated(arm.chain, motion, std.covariance(shown.names))
+    return f"{text}; for {joint_list(faint)} the rows don't show it clearly" if faint else text

@@ -121,7 +121,7 @@ def describe(missing: Sequence[Undetectable]) -> str:
     parts = [
         f"{_listed(names)} of {joint_list(which)} ({reason})" for (reason, which), names in groups.items()
     ]
-    return f"Not identifiable from these rows: {'; '.join(parts)}." if parts else ""
+    return f"not identifiable from these rows: {'; '.join(parts)}" if parts else ""
 
 
 def open_flanks_text(loads: Mapping[int, tuple[float, float]], chain: Chain) -> str:

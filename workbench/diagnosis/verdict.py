@@ -8,6 +8,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import STILL
 from workbench.arm.robot import Robot
+from workbench.base.wording import capital
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.claimed_causes import Cause, ResidualMap
 from workbench.diagnosis.evidence import Offer
@@ -19,6 +20,8 @@ from workbench.identification.problem import Noise
 from workbench.identification.result import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
 from workbench.identification.row_errors import Errors
 
+SPELT_OUT = 3
+"""Most causes of which a verdict gives the sentence."""
 NOISE_LIKE = 1.25
 """What is left may be this many times the noise that was known beforehand and still count as noise."""
 LEADS = 0.5
@@ -104,9 +107,10 @@ def conclude(
         of = f" of {size}" if size else ""
         return verdict, f"{lead}No effect was found beside the geometry; the remaining error{of} {rest}."
     verdict = Verdict.PARTLY if more else Verdict.EXPLAINED
-    sentences = [f"{c.sentence} ({c.confidence})." for c in causes[:3]]
-    if len(causes) > 3:
-        sentences.append(f"{len(causes) - 3} more causes are listed.")
+    sentences = [f"{c.claim} ({c.confidence})." for c in causes[:SPELT_OUT]]
+    if len(causes) > SPELT_OUT:
+        sentences.append(f"{len(causes) - SPELT_OUT} more causes are listed.")
+    sentences += doubts(causes)
     if residual_map is not None:
         sentences += [
             *([] if causes else ["No cause was found beside the geometry."]),
@@ -119,6 +123,11 @@ def conclude(
         fall += f" from {before.text('mean')} to {after.text('mean')}"
     subject = "Adding it" if len(causes) == 1 and residual_map is None else "Adding these"
     return verdict, f"{lead}{' '.join(sentences)} {subject} {fall}; what remains {rest}."
+
+
+def doubts(causes: Sequence[Cause]) -> list[str]:
+    """Why causes can't be certain, each reason once, as sentences."""
+    return [f"{capital(doubt)}." for doubt in dict.fromkeys(c.doubt for c in causes if c.doubt)]
 
 
 def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:

@@ -26,6 +26,8 @@ from workbench.report.numbers import readable
 STILL = float(np.deg2rad(1.0))
 """A joint [rad, or m] that moves less than this shows no error of its own."""
 
+CLEAR = 2.0
+"""Standard errors below which a size is not stated as found."""
 UNDRIVEN = 1e-9
 """Laws that move an element less than this per unit [rad or m] don't move it."""
 
@@ -83,9 +85,12 @@ class AbstractEffect(AbstractLaw):
     def sentence(self, chain: Chain, motion: Motion) -> str:
         """What it does with its coefficients, in plain English with readable units, without a full stop."""
 
-    def stated(self, chain: Chain, motion: Motion, std: Float[np.ndarray, " c"]) -> str:
-        """The sentence where standard errors of its coefficients [SI] are known, which it may state."""
-        return self.sentence(chain, motion)
+    def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
+        """The sentence where the covariance of its coefficients [SI²] is known: sizes that are no clear ones
+        don't count, unless none is."""
+        clear = np.abs(self.coefficients) >= CLEAR * np.sqrt(np.diagonal(covariance))
+        sizes = np.where(clear | ~clear.any(), self.coefficients, 0.0)
+        return replace(self, coefficients=tuple(sizes.tolist())).sentence(chain, motion)
 
     @property
     def variant(self) -> str:
@@ -178,10 +183,18 @@ class AbstractEffect(AbstractLaw):
         largest = int(np.argmax(values))
         return readable(float(values[largest]), self.units(chain)[largest])
 
-    def amplitude(self, chain: Chain, motion: Motion) -> str:
-        """Maximum deviation of its joint's error from the mean over some rows, for laws without loads."""
-        error = self.increments(chain, motion, NO_WRENCHES)[:, 0]
-        return readable(float(np.abs(error - error.mean()).max()), self.units(chain)[0])
+    def amplitude(
+        self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"] | None = None
+    ) -> str:
+        """Maximum deviation of its joint's error from the mean over some rows, for laws without loads; over
+        those where it is clear, if there are any."""
+        law = self.law(chain, motion, NO_WRENCHES)[:, 0]
+        law = law - law.mean(0)
+        error = np.abs(law @ self.coefficients)
+        if covariance is not None:
+            clear = error >= CLEAR * np.sqrt(np.maximum(np.einsum("ri,ij,rj->r", law, covariance, law), 0.0))
+            error = error[clear] if clear.any() else error
+        return readable(float(error.max()), self.units(chain)[0])
 
 
 @dataclass(frozen=True, eq=False)

@@ -113,13 +113,13 @@ class AbstractEvent(AbstractEffect):
         weight = self.weight(self._clock_or_later(motion))
         return -weight[:, None, None] * np.eye(len(self.elements(chain)))
 
-    def stated(self, chain: Chain, motion: Motion, std: Float[np.ndarray, " c"]) -> str:
-        """Its sentence with the standard errors of its coefficients [SI]."""
-        size = " and ".join(self._sizes(chain, std))
+    def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
+        """Its sentence with the standard errors of its coefficients."""
+        size = " and ".join(self._sizes(chain, np.sqrt(np.diagonal(covariance))))
         return f"{self.what} by {size} {self.when(motion)}; {self.remedy(motion)}"
 
     def sentence(self, chain, motion):
-        return self.stated(chain, motion, np.full(len(self.names), np.nan))
+        return self.stated(chain, motion, np.full(2 * (len(self.names),), np.nan))
 
     def _sizes(self, chain: Chain, std: np.ndarray) -> list[str]:
         """Lengths of its translation and of its rotation, with standard errors."""

@@ -89,7 +89,7 @@ class GravitySag(AbstractEffect):
 
     def doubt(self, motion):
         """It is tried where no masses are known, and then no bearing or link can be tried in its place."""
-        return "without masses, bearings and links that give way in its place can't be tried"
+        return "without masses, bearings and links that give way instead of a joint can't be tried"
 
     def law(self, chain, motion, wrenches):
         seen = _see(self, chain, motion)
@@ -130,8 +130,7 @@ class GravitySag(AbstractEffect):
     def sentence(self, chain, motion):
         pairs = zip(self._terms, np.abs(self.coefficients).tolist(), strict=True)
         largest = readable(max((v for term, v in pairs if term[-1] in "xyz"), default=0.0), "rad")
-        products = f"products of compliance and weight up to {largest}"
-        return f"{self.where} deflects under the weight it carries, by {products}"
+        return f"{self.where} deflects under the weight it carries, each part of it by up to {largest}"
 
     @classmethod
     def offers(cls, arm, motion):

@@ -15,8 +15,9 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from workbench.arm.effects.axes import turns
-from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
+from workbench.arm.effects.effect import CLEAR, AbstractEffect, Candidate, moved_joints
 from workbench.arm.effects.valid_range import Learned, range_problem
+from workbench.arm.motion import Motion
 
 HIGHEST_ORDER = 64
 """Orders beyond this are not looked for."""
@@ -32,6 +33,8 @@ LOW = 16.0
 """… beyond this order."""
 FULL_TURN = np.deg2rad(340.0)
 """A joint that turned this far was seen all round [rad]."""
+WHOLE_PERIOD = 0.9
+"""Part of a period that the rows must hold for its order to be named."""
 MAX_NAMED_ORDERS = 3
 """Orders of a band that its sentence names."""
 
@@ -100,17 +103,39 @@ class JointHarmonic(AbstractEffect):
         return f"needs joints that turn, but joint {slides[0]} slides" if slides else None
 
     def sentence(self, chain, motion):
-        return f"{self.where} has an error of {self.amplitude(chain, motion)} that repeats {self._times()}"
+        return self._of(self.amplitude(chain, motion), motion, np.zeros(2 * (len(self.names),)))
 
-    def _times(self) -> str:
+    def stated(self, chain, motion, covariance):
+        return self._of(self.amplitude(chain, motion, covariance), motion, covariance)
+
+    def _of(self, size: str, motion: Motion, covariance: np.ndarray) -> str:
+        """The sentence: how often it repeats a turn only where the rows hold a whole period, and over which
+        part of a turn they saw it."""
+        span = float(np.ptp(motion.q[:, list(self.joints)], axis=0).max())
+        periods = span * self.orders[-1] / (2.0 * np.pi)
+        seen = f"the {np.rad2deg(span):.0f}° that it turned"
+        if periods < WHOLE_PERIOD:
+            return f"{self.where} has an error of up to {size} over {seen}, too little to see how it repeats"
+        text = f"{self.where} has an error of up to {size} that repeats {self._times(span, covariance)}"
+        if span >= FULL_TURN:
+            return text
+        return f"{text} (seen over {seen}{f', {periods:.1f} periods' if len(self.orders) == 1 else ''})"
+
+    def _times(self, span: float, covariance: np.ndarray) -> str:
         """How often a turn."""
         if len(self.orders) == 1:
             (k,) = self.orders
             return {1: "once per turn", 2: "twice per turn"}.get(k, f"{k} times per turn")
-        pairs = np.array(self.coefficients).reshape(len(self.joints), len(self.orders), 2)
-        strength = np.hypot(pairs[..., 0], pairs[..., 1]).max(0)
-        largest = sorted(self.orders[i] for i in np.argsort(-strength)[:MAX_NAMED_ORDERS])
-        return f"many times per turn, most at {', '.join(map(str, largest))}"
+        shape = (len(self.joints), len(self.orders), 2)
+        squares = np.square(self.coefficients).reshape(shape).sum(2)
+        variance = np.diagonal(covariance).reshape(shape).sum(2)
+        whole = np.array(self.orders) * span >= WHOLE_PERIOD * 2.0 * np.pi
+        strength = np.where(whole & (squares >= CLEAR**2 * variance), squares, 0.0).max(0)
+        largest = sorted(
+            self.orders[i] for i in np.argsort(-strength)[:MAX_NAMED_ORDERS] if strength[i] > 0.0
+        )
+        most = f", most at {', '.join(map(str, largest))}" if largest else ""
+        return f"many times per turn{most}"
 
     def bounds(self, chain, motion, wrenches):
         return tuple(self.credible[0] / k for _ in self.joints for k in self.orders for _ in "cs")

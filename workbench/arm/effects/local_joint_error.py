@@ -86,7 +86,12 @@ class LocalJointError(AbstractEffect):
         return None
 
     def sentence(self, chain, motion):
-        size = self.amplitude(chain, motion)
+        return self._of(self.amplitude(chain, motion))
+
+    def stated(self, chain, motion, covariance):
+        return self._of(self.amplitude(chain, motion, covariance))
+
+    def _of(self, size: str) -> str:
         return f"{self.where} has a smooth error of up to {size} that no other effect explains"
 
     @classmethod

@@ -14,6 +14,7 @@ from workbench.diagnosis.report.budget import budget_bars
 from workbench.diagnosis.report.plots import pictures
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import (
+    EXPLAINS,
     alternatives,
     error_units,
     errors_without_and_with,
@@ -25,6 +26,7 @@ from workbench.diagnosis.report.table import (
     outlier_text,
 )
 from workbench.diagnosis.result import Diagnosis, judged
+from workbench.diagnosis.verdict import doubts
 from workbench.identification.report.html_report import error_cards
 from workbench.identification.result import error_rows
 from workbench.report.figures import DrawnFigure, png
@@ -78,6 +80,7 @@ def _words(result: Diagnosis) -> dict[str, Any]:
         "message": result.message,
         "budget": Markup(budget_bars(result)),
         "causes": [_cause(c) for c in result.causes],
+        "explains": " ".join([EXPLAINS, *doubts(result.causes)]),
         "residual_map": result.residual_map.sentence if result.residual_map is not None else "",
         "effects": [_effect(result, k) for k in range(len(result.effects))],
         "units": [unit for _, unit in error_units(result)],
@@ -103,7 +106,7 @@ def _words(result: Diagnosis) -> dict[str, Any]:
 def _cause(cause: Cause) -> dict[str, object]:
     return {
         "label": cause.label,
-        "words": cause.sentence,
+        "words": cause.claim,
         "confidence": str(cause.confidence),
         "odds": odds_text(cause.odds),
         "explained": short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–",

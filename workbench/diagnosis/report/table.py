@@ -17,6 +17,7 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import first_of
 from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, judged
+from workbench.diagnosis.verdict import SPELT_OUT
 from workbench.identification.report.table import models_table
 from workbench.report.numbers import readable_unit, short, with_error
 from workbench.report.tables import folded, line, new_table, unbroken
@@ -28,6 +29,10 @@ LISTED = 6
 """Most coefficients of one effect that are listed one by one."""
 RANKED = 5
 """Number of candidates in a summary."""
+EXPLAINS = (
+    "explains: √(e₁² − e₂²) of the rms error of rows left out of the fit, e₁ without the cause, e₂ with it. "
+    "Odds against the best other claim, at most 100 : 1 where a doubt stays."
+)
 UNLIKELY, LARGE = 1e6, 100.0
 """Odds against an alternative beyond which it is none, and what of their logarithm is looked at."""
 
@@ -37,11 +42,11 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
     parts = _beginning(result)
     if result.causes:
         parts.append(causes_table(result))
-    if result.residual_map is not None:
-        parts.append(line("map", result.residual_map.sentence))
+        parts += [line("cause", cause.claim) for cause in result.causes[SPELT_OUT:]]
     if result.effects:
         parts.append(effects_table(result))
-        parts += [line(_part(result, found.effect), found.text) for found in result.effects]
+        mapped = [found for found in result.effects if not _is_claimed(result, found.effect)]
+        parts += [line("in the map, not a cause", found.text) for found in mapped]
     parts += _alternatives(result)
     if len(result.outliers):
         parts.append(line("outliers", outlier_text(result)))
@@ -120,8 +125,8 @@ def errors_table(result: Diagnosis) -> Table:
 
 def causes_table(result: Diagnosis) -> Table:
     """What is claimed, how surely, and what it explains."""
-    title = "Causes, and what each explains on rows that took no part in its fit"
-    table = new_table(title, folded("cause"), unbroken("is"), "odds", "explains\n[mm]")
+    table = new_table("Causes", folded("cause"), unbroken("is"), "odds", "explains\n[mm]")
+    table.caption, table.caption_justify = EXPLAINS, "left"
     for cause in result.causes:
         explained = short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–"
         table.add_row(cause.label, str(cause.confidence), odds_text(cause.odds), explained)
@@ -142,7 +147,7 @@ def effects_table(result: Diagnosis) -> Table:
     table = new_table(title, folded("effect"), folded("coefficients"), *headings)
     for found in result.effects:
         sizes = lines(found.effect, found.std, result.calibrated.chain)
-        text = "\n".join(f"{name.partition('.')[2] if '.' in name else name} {size}" for name, size in sizes)
+        text = "\n".join(f"{name} {size}" for name, size in sizes)
         table.add_row(found.effect.label, text, *errors_without_and_with(found, units))
     return table
 
@@ -165,11 +170,10 @@ def errors_without_and_with(found: Accepted, units: Units) -> Iterator[str]:
             yield "–" if spread is None else short(spread.mean)
 
 
-def _part(result: Diagnosis, effect: AbstractEffect) -> str:
-    """What an effect of the model is: of a cause that is claimed, or of the map, which claims none."""
+def _is_claimed(result: Diagnosis, effect: AbstractEffect) -> bool:
+    """Whether an effect of the model is of a cause, rather than of the map, which claims none."""
     causes = [c for c in result.causes if c.kind == effect.name]  # a cause may name only its sure joints
-    is_claimed = any(set(c.joints) & set(effect.joints) or not effect.joints for c in causes)
-    return "effect" if is_claimed else "in the map, not a cause"
+    return any(set(c.joints) & set(effect.joints) or not effect.joints for c in causes)
 
 
 def alternatives(result: Diagnosis) -> list[str]:
@@ -260,9 +264,14 @@ def sizes(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple
 
 
 def lines(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple[tuple[str, str], ...]:
-    """Names and values for a table; of many coefficients only the one that is surely largest."""
+    """Names and values for a table, by joint where there is one each; of many the one that is clearest."""
     found = sizes(effect, std, chain)
+    alone, one_each = len(effect.joints) == 1, len(effect.joints) == len(found) > 1
     if len(found) <= LISTED:
-        return tuple((size.name, size.text) for size in found)
-    largest = max(found, key=lambda size: abs(size.value) - size.std)
-    return ((f"{len(found)} coefficients, largest {largest.name}", largest.text),)
+        names = [
+            size.name.partition(".")[0 if one_each else 2] if alone or one_each else size.name
+            for size in found
+        ]
+        return tuple((name, size.text) for name, size in zip(names, found, strict=True))
+    clearest = max(found, key=lambda size: abs(size.value) / size.std if size.std > 0.0 else 0.0)
+    return ((f"{len(found)} coefficients, clearest {clearest.name.partition('.')[2]}", clearest.text),)
