@@ -342,7 +342,7 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
     assert stages(identified)[1].error == pytest.approx(
         geometry, rel=0.03
     )  # the diagnosis fits it for itself
-    assert f"{geometry:.3g} → " in guide(diagnosed).sentence
+    assert f"{geometry:.3g} mm" in guide(diagnosed).sentence
     figures = [f"{error:.3g}" for error in (nominal, geometry, causes)]
     assert re.findall(r"[\d.]+", words_of(numbers(stages(added)))) == figures
     for session in (diagnosed, added):

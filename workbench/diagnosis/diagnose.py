@@ -52,6 +52,7 @@ from workbench.identification.row_errors import UNKNOWN, Errors, RowErrors, degr
 from workbench.identification.set_apart import (
     GROSS_REASON,
     prepare_without_gross_outliers,
+    stand_out_note,
     suspect_note,
     suspects,
 )
@@ -269,6 +270,9 @@ def _notes(
     )
     if saved.suspects.any():
         yield suspect_note(ready.held.row[saved.suspects].tolist(), judged(search.after.errors))
+    others = ready.held.row[~saved.suspects]
+    if far := stand_out_note(others, search.after.rows[1].position[~saved.suspects]):
+        yield far
     if saved.note is not None:
         yield saved.note
     if search.short is None and saved.undetectable and any(e.loads for e in effects):
@@ -307,6 +311,15 @@ def _diagnosis(
         held_out_data=ready.held,
         excluded=tuple(e for e in ready.excluded if e[1] != GROSS_REASON),
         outliers=outliers,
+        outlier_errors=advice.ask(
+            "the errors of outliers",
+            lambda: (
+                ready.errors_on(
+                    ready.data.take(outliers), fit.calibrated, fit.problem.instrument(fit.x)
+                ).summary
+            ),
+            None,
+        ),
         suspects=np.flatnonzero(saved.suspects),
         nominal=search.nominal,
         before_fit=search.first.fitted.fit,

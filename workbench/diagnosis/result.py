@@ -139,6 +139,7 @@ class Diagnosis(AbstractShown):
         held_out_data: The held-out rows on which errors are reported.
         excluded: Rows that were kept out from the start, with the reason.
         outliers: Rows that were set apart, indices into data.
+        outlier_errors: Of the arm found on them; None where there are none.
         suspects: Held-out rows that no arm explains, indices into held_out_data.
         nominal: Errors of the nominal arm with the best base and tool.
         before_fit: Geometry alone.
@@ -177,6 +178,7 @@ class Diagnosis(AbstractShown):
     held_out_data: Dataset
     excluded: tuple[tuple[int, str], ...]
     outliers: np.ndarray
+    outlier_errors: Errors | None
     suspects: np.ndarray
     nominal: Validation
     before_fit: Fit

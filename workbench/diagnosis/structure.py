@@ -10,7 +10,7 @@ the measuring frame, in the tool's (where a slip of the tool is constant), and a
 All tests together find structure in pure noise on at most `LEVEL` of all arms (Bonferroni).
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -87,6 +87,9 @@ class Structure:
             axis has structure.
         shown: That axis.
         step: Rows between which it steps, if it is a step in the order.
+        where: Session of both, where there are several; empty otherwise.
+        drifts: How far sessions drift from their first to their last row [mm], where there are several and
+            the order has structure.
     """
 
     axes: tuple[StructureAxis, ...] = ()
@@ -95,6 +98,8 @@ class Structure:
     residual: dict[str, np.ndarray] = field(default_factory=dict)
     shown: StructureAxis | None = None
     step: tuple[int, int] | None = None
+    where: str = ""
+    drifts: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def found(self) -> tuple[StructureAxis, ...]:
@@ -107,9 +112,11 @@ class Structure:
         if not self.found:
             return ""
         if self.step is not None:
-            return f"steps between rows {self.step[0]} and {self.step[1]}"
+            within = f" of session '{self.where}'" if self.where else ""
+            return f"steps between rows {self.step[0]} and {self.step[1]}{within}"
         names = list(dict.fromkeys(a.name for a in self.found))[:2]
-        return f"follows {' and '.join(names)}"
+        drifts = ", ".join(f"session '{name}' drifts by {size:.2g} mm" for name, size in self.drifts.items())
+        return f"follows {' and '.join(names)}{f' ({drifts})' if drifts else ''}"
 
 
 def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
@@ -140,8 +147,18 @@ def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
         if found.found
         else next(a for a in axes if a.name == left.order.name and a.view == "frame")
     )
-    step = left.step(shown) if found.found and shown.name in IN_ORDER else None
-    return Structure(tuple(axes), len(axes), left.row, left.physical(shown.view), shown, step)
+    in_order = bool(found.found) and shown.name in IN_ORDER
+    step = left.step(shown) if in_order else None
+    return Structure(
+        tuple(axes),
+        len(axes),
+        left.row,
+        left.physical(shown.view),
+        shown,
+        step,
+        "" if step is None else left.session_of(step),
+        left.drifts() if in_order else {},
+    )
 
 
 class _Left:
@@ -211,6 +228,30 @@ class _Left:
         best = int(np.argmax(by_step))
         is_step = by_step[best] > max(by_curve, STEP * by_parts)
         return (int(self.row[best]), int(self.row[best + 1])) if is_step else None
+
+    def session_of(self, rows: tuple[int, int]) -> str:
+        """The session that both rows belong to, where there are several."""
+        if self.data.session is None or len(self.data.sessions) < 2:
+            return ""
+        first, last = self.data.session[np.isin(self.row, rows)].tolist()
+        return str(first) if first == last else ""
+
+    def drifts(self) -> dict[str, float]:
+        """How far positions drift within sessions, first row to last [mm], where that is no chance."""
+        lengths, sessions, out = ~self._angles.any(0), self.data.sessions, {}
+        for name in sessions if len(sessions) > 1 else ():
+            mine = self.data.in_session(name)
+            count, table = int(mine.sum()), self._size[mine][:, lengths]
+            if count < MIN_ROWS or not lengths.any():
+                continue
+            time = np.linspace(-0.5, 0.5, count)
+            slope = time @ table / (time @ time)
+            rest = table - table.mean(0) - np.outer(time, slope)
+            white = slope**2 * (time @ time) / (rest**2).sum(0) * (count - 2)
+            chance = special.fdtrc(len(slope), len(slope) * (count - 2), white.mean())
+            if chance * len(sessions) < LEVEL:
+                out[name] = 1e3 * float(np.linalg.norm(slope))
+        return out
 
 
 def _sorted_by(left: _Left) -> Iterator[tuple[str, str, np.ndarray, str]]:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Bool, Float, Int
 
 from workbench.arm.effects.events import AbstractStep
 from workbench.arm.robot import Robot
@@ -30,6 +30,8 @@ GROSS = 10.0
 """Rows off by this many times the median of the aligned nominal arm …"""
 GROSS_PART = 0.02
 """… and by this part of the reach are set apart before anything is fitted."""
+STANDS_OUT = 5.0
+"""Held-out rows off by this many times their median are named, whichever arm explains them."""
 MAX_ROUNDS = 3
 """Most rounds of setting rows apart."""
 NAMED = 15
@@ -143,6 +145,30 @@ def suspect_note(rows: list[int], errors: Errors) -> str:
     text = f"suspects among the held-out rows: no arm explains {subject}; measure {it} again, or exclude {it}"
     mean, median = errors.text("mean"), errors.text("median")
     return f"{text}. With {it} the mean held-out error is {mean}, the median {median}" if mean else text
+
+
+def stand_out_note(rows: Int[np.ndarray, " held"], errors: Float[np.ndarray, " held"]) -> str:
+    """Held-out rows that are far off, though other arms may explain them; empty where none is.
+
+    Args:
+        rows: Their numbers.
+        errors: Position error of each [m].
+    """
+    if not np.isfinite(errors).any():
+        return ""
+    median = float(np.nanmedian(errors))
+    far = errors > STANDS_OUT * median
+    if not far.any():
+        return ""
+    shown = first_of(rows[far].tolist(), NAMED)
+    subject, they = (
+        (f"rows {shown} stand", "they count") if far.sum() > 1 else (f"row {shown} stands", "it counts")
+    )
+    worst, others = float(errors[far].max()), float(np.nanmean(errors[~far]))
+    return (
+        f"held-out {subject} out: up to {1e3 * worst:.3g} mm off, where the median is {1e3 * median:.3g} mm; "
+        f"{they} in the held-out errors, whose mean is {1e3 * others:.3g} mm without"
+    )
 
 
 def _weighed(fit: Fit) -> Robot:

@@ -138,7 +138,7 @@ class GravitySag(AbstractEffect):
         is_known = arm.has_masses or has_complete_torques(motion)
         if is_known or not has_complete_payload(motion) or not np.any(arm.gravity):
             return
-        yield "gravity-sag was tried in their place: products of compliance and weight, joint by joint"
+        yield "gravity-sag was tried in their place: compliance times weight, joint by joint"
         for effect in sags(arm, motion):
             many = len(effect.names) > FEW
             yield Candidate(effect, np.eye(len(effect.names)) if many else None)

@@ -9,6 +9,7 @@ from markupsafe import Markup
 from workbench.base.advice import Advice
 from workbench.base.files import check_folder
 from workbench.base.progress import progress
+from workbench.base.wording import plural
 from workbench.diagnosis.claimed_causes import Cause
 from workbench.diagnosis.report.budget import budget_bars
 from workbench.diagnosis.report.plots import pictures
@@ -125,7 +126,7 @@ def _effect(result: Diagnosis, place: int) -> dict[str, object]:
 
 def _facts(result: Diagnosis) -> list[tuple[str, str]]:
     fitted = len(result.after_fit.problem.data)
-    rows = f"{fitted} fitted, {len(result.held_out_data)} held out, {len(result.outliers)} outliers"
+    rows = f"{fitted} fitted, {len(result.held_out_data)} held out, {plural(len(result.outliers), 'outlier')}"
     facts = [
         ("Robot", f"{result.robot.name} ({result.robot.convention}, {result.robot.dof} joints)"),
         ("Measurements", result.data.source),

@@ -141,6 +141,7 @@ def _structure(found: Structure) -> Json:
         "axes": [{"axis": a.name, "view": a.view, "p_value": a.p} for a in found.axes],
         "found": list(dict.fromkeys(a.name for a in found.found)),
         "sentence": found.sentence,
+        "drifts": [{"session": name, "mm": size} for name, size in found.drifts.items()],
     }
 
 

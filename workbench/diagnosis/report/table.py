@@ -15,7 +15,7 @@ from rich.text import Text
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
-from workbench.base.wording import first_of
+from workbench.base.wording import first_of, plural
 from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, judged
 from workbench.diagnosis.verdict import SPELT_OUT
 from workbench.identification.report.table import models_table
@@ -41,7 +41,7 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
     """Everything that a diagnosis found, the verdict first."""
     parts = _beginning(result)
     if result.causes:
-        parts.append(causes_table(result))
+        parts += [causes_table(result), Text(EXPLAINS, style="dim")]
         parts += [line("cause", cause.claim) for cause in result.causes[SPELT_OUT:]]
     if result.effects:
         parts.append(effects_table(result))
@@ -109,7 +109,7 @@ def heading(result: Diagnosis) -> str:
     fitted = len(result.after_fit.problem.data)
     rows = f"{fitted} rows fitted, {len(result.held_out_data)} held out"
     if len(result.outliers):
-        rows += f", {len(result.outliers)} outliers"
+        rows += f", {plural(len(result.outliers), 'outlier')}"
     if result.excluded:
         rows += f", {len(result.excluded)} excluded"
     return f"{result.robot.name}: {rows}"
@@ -126,7 +126,6 @@ def errors_table(result: Diagnosis) -> Table:
 def causes_table(result: Diagnosis) -> Table:
     """What is claimed, how surely, and what it explains."""
     table = new_table("Causes", folded("cause"), unbroken("is"), "odds", "explains\n[mm]")
-    table.caption, table.caption_justify = EXPLAINS, "left"
     for cause in result.causes:
         explained = short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–"
         table.add_row(cause.label, str(cause.confidence), odds_text(cause.odds), explained)
@@ -201,11 +200,14 @@ def _instead(found: Accepted) -> str:
 
 
 def outlier_text(result: Diagnosis) -> str:
-    """Which rows were excluded as outliers, and what to do."""
+    """Which rows were excluded as outliers, how far they are off, and what to do."""
     rows = sorted(result.data.row[result.outliers].tolist())
     shown = first_of(rows, NAMED)
     subject, it = (f"data rows {shown}", "them") if len(rows) > 1 else (f"data row {shown}", "it")
-    return f"{subject}: no model of the arm explains {it}; measure {it} again, or exclude {it}"
+    off = result.outlier_errors.text("max") if result.outlier_errors is not None else ""
+    most, mean = "up to " if len(rows) > 1 else "", result.after.train.text("mean")
+    size = f"{most}{off} off, where the others' mean is {mean}; " if off else ""
+    return f"{subject}: {size}no model of the arm explains {it}; measure {it} again, or exclude {it}"
 
 
 def next_table(result: Diagnosis) -> Table:
