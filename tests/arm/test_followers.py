@@ -135,7 +135,7 @@ def test_such_an_arm_is_calibrated(robot):
     names = robot.default_free
     actual = robot.with_values(dict(zip(names, rng.normal(0.0, 1e-3, len(names)).tolist(), strict=True)))
     position = tool_poses(actual, Motion(q))[:, :3, 3] + rng.normal(0.0, 2e-5, (len(q), 3))
-    known = replace(robot, base=replace(robot.base, free=Freedom.FIXED))
+    known = robot.with_frames(base=replace(robot.base, free=Freedom.FIXED))
     found = identify(known, Dataset(q=q, position=position))
     assert found.best.held_out.position_mm.mean < 0.06
 

@@ -36,8 +36,8 @@ def pair(request, tmp_path_factory):
     path = tmp_path_factory.mktemp(request.param) / "arm.toml"
     path.write_text(arm.toml("arm"))
     robot = read_toml(path)
-    bare = replace(robot, joints=tuple(replace(j, mass=None) for j in robot.joints), gravity=9.81 * DOWN)
-    return replace(arm, gravity=9.81 * DOWN), bare
+    bare = replace(robot, joints=tuple(replace(j, mass=None) for j in robot.joints))
+    return replace(arm, gravity=9.81 * DOWN), bare.under(9.81 * DOWN)
 
 
 def motion_of(robot, rows=60):

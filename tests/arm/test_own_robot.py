@@ -9,7 +9,6 @@ from scipy.spatial.transform import Rotation
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS
-from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.own_robot.check import read_joint_table
@@ -27,7 +26,7 @@ ANGLES = (se3.matrix_to_rpy, lambda r: se3.matrix_to_rpy(r)[..., ::-1], se3.matr
 
 
 def plain(name: str) -> Robot:
-    return load_robot(name).with_effects().with_frames(base=Frame(), tool=Frame())
+    return load_robot(name).bare
 
 
 def rows_of(robot: Robot, length: float = 1.0, angle: float = 1.0) -> list[dict]:

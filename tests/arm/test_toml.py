@@ -1,6 +1,7 @@
 """Robot files: what the page of formats promises, round trips, and one error for each mistake."""
 
 import contextlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame, SessionFrames
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
+from workbench.arm.mounting import Mounting
 from workbench.arm.robot import JointKind, Robot
 from workbench.arm.robot_toml import _RobotReader, read_toml, robot_from_table, write_toml
 from workbench.base import se3
@@ -108,10 +110,10 @@ base = { xyz = [2, 0, 0] }
     )
     np.testing.assert_allclose(robot.base.rpy, [0.1, 0.2, 0.3], atol=1e-15)
     assert (robot.base.free, robot.tool.free) == (Freedom.FREE, Freedom.AUTO)
-    assert [s.name for s in robot.sessions] == ["front-left", "rear"]
-    np.testing.assert_allclose(robot.session_frames("front-left").tool.rpy, [0, 0, 0.5], atol=1e-15)
-    assert robot.session_frames("rear").tool is robot.tool
-    assert robot.session_frames("unknown").base is robot.base
+    assert list(robot.sessions) == ["front-left", "rear"]
+    np.testing.assert_allclose(robot.in_session("front-left").tool.rpy, [0, 0, 0.5], atol=1e-15)
+    assert robot.in_session("rear").tool is robot.tool
+    assert robot.in_session("unknown").base is robot.base
 
 
 def test_defaults(tmp_path):
@@ -201,13 +203,12 @@ def test_sessions_and_frames_in_any_orientation_round_trip(tmp_path):
 
     lock = frozen(se3.rpy_to_matrix(np.array([0.3, np.pi / 2, 0.2])))
     robot = load_robot("aria").with_frames(base=Frame(frozen(np.ones(3)), lock), tool=frame())
-    object.__setattr__(
-        robot, "sessions", (SessionFrames("a", frame(), frame()), SessionFrames("b", frame(), frame()))
-    )
+    sessions = {name: Mounting(base=frame(), tool=frame()) for name in "ab"}
+    robot = replace(robot, sessions=sessions)
     again = read_toml(write_toml(robot, tmp_path / "copy.toml"))
     assert_same(robot, again)
-    for first, second in zip(robot.sessions, again.sessions, strict=True):
-        assert first.name == second.name
+    assert list(again.sessions) == ["a", "b"]
+    for first, second in zip(robot.sessions.values(), again.sessions.values(), strict=True):
         np.testing.assert_allclose(first.base.pose, second.base.pose, atol=1e-14)
         np.testing.assert_allclose(first.tool.pose, second.tool.pose, atol=1e-14)
 

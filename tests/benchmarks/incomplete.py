@@ -86,7 +86,7 @@ def _standing(angle: float) -> Change:
     def change(case, rng):
         heading = rng.uniform(0.0, 2.0 * np.pi)
         turned = rotation(angle * np.array([np.cos(heading), np.sin(heading), 0.0])) @ case.robot.gravity
-        return replace(case, robot=replace(case.robot, gravity=turned))
+        return replace(case, robot=case.robot.under(turned))
 
     return change
 

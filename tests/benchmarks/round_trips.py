@@ -61,7 +61,7 @@ def in_a_process(*words: object) -> tuple[int, str, str]:
 
 def flange(robot: Robot, measured: tested.Measured) -> np.ndarray:
     """Flanges that the package predicts, in the arm's own base."""
-    bare = replace(robot.with_frames(base=Frame(), tool=Frame()), sessions=())
+    bare = replace(robot.with_frames(base=Frame(), tool=Frame()), sessions={})
     return predict(bare, with_directions(wb.read_measurements(measured.path)))
 
 

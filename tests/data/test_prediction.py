@@ -5,7 +5,7 @@ import pytest
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS
-from workbench.arm.frame import Frame, SessionFrames
+from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
@@ -50,12 +50,12 @@ def test_norms_are_the_row_errors(robot):
 def test_sessions_have_their_own_frames(robot):
     q = np.random.default_rng(3).uniform(-1.0, 1.0, (4, 6))
     moved = Frame(xyz=np.array([1.0, 2.0, 3.0]))
-    frames = tuple(SessionFrames(n, base, robot.tool) for n, base in (("a", robot.base), ("b", moved)))
+    mountings = {"a": robot.mounting, "b": replace(robot.mounting, base=moved)}
     poses = tool_poses(robot, Motion(q))
     poses[2:, :3, 3] += moved.xyz
     names = np.array(["a", "a", "b", "b"])
     data = Dataset(q=q, row=np.arange(4), position=poses[:, :3, 3], session=names)
-    found = row_components(replace(robot, sessions=frames), data)
+    found = row_components(replace(robot, sessions=mountings), data)
     assert found.position == pytest.approx(np.zeros((4, 3)), abs=1e-12)
     assert np.isnan(found.rotation).all()
     assert found.has_position.all()

@@ -46,7 +46,8 @@ def test_a_joint_that_scatters_alone_is_not_named_after_a_part_of_its_error():
 def test_a_soft_bearing_is_not_called_a_soft_link_for_the_masses_behind_it():
     """The link's flexure holds the bearing as a special case; both are asked with uncertain masses."""
     case = make("bearing", 302, "three-parallel")
-    found = diagnose(replace(case.robot, gravity_tolerance=1e-3), case.data, held_out=0.0)
+    mounting = replace(case.robot.mounting, gravity_tolerance=1e-3)
+    found = diagnose(replace(case.robot, mounting=mounting), case.data, held_out=0.0)
     (cause,) = found.causes
     assert (cause.kind, cause.joints) == ("bearing-compliance", case.truth[0].joints)
     assert cause.confidence in ("certain", "probable")

@@ -113,9 +113,9 @@ def test_what_is_offered():
     assert set(sags(robot, motion)) == set(range(6))
     assert sags(robot, motion)[5].terms == "6x 6y payload"
     assert sags(robot, replace(motion, payload=None))[4].terms == "5x 5y 6x 6y"
-    aslant = replace(robot, gravity=np.array([3.0, 0.0, -4.0]))
+    aslant = robot.under(np.array([3.0, 0.0, -4.0]))
     assert sags(aslant, motion)[0].gravity == (0.6, 0.0, -0.8)
-    assert sags(replace(robot, gravity=np.zeros(3)), motion) == {}
+    assert sags(robot.under(np.zeros(3)), motion) == {}
     gaps = np.zeros_like(motion.q)
     assert sags(robot, replace(motion, torque=gaps)) == {}
     gaps[3, 1] = np.nan

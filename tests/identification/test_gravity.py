@@ -9,11 +9,11 @@ from generator import move, turn
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.joint_compliance import JointCompliance
-from workbench.arm.frame import FRAME_PARTS, Frame, SessionFrames
+from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.gravity import GRAVITY, angles_between, tilted
 from workbench.arm.kinematics.forward import tool_poses, watched_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml, write_toml
+from workbench.arm.robot_toml import read_toml, robot_text, robot_to_table, write_toml
 from workbench.arm.statics.wrenches import gravity_regressor, masses, motion_wrenches
 from workbench.data.dataset import Dataset
 from workbench.data.observations.tilt import reading, seen_from
@@ -28,7 +28,7 @@ NOISE = Noise(1e-4, 1e-4, tilt=1e-4)
 
 def arm(gravity=ODD):
     robot = load_robot("aria").with_effects(SOFT)
-    return replace(robot, gravity=gravity, base=Frame.from_pose(move("x", 0.4) @ turn("y", 0.1)))
+    return robot.under(gravity).with_frames(base=Frame.from_pose(move("x", 0.4) @ turn("y", 0.1)))
 
 
 def rows(robot, number=30, seed=0, links=(0, 2, 5)):
@@ -57,7 +57,7 @@ def test_wrenches_by_the_angles_of_gravity():
     robot = arm()
     motion = Motion(np.random.default_rng(1).uniform(-2, 2, (6, 6)), payload=np.linspace(0.0, 2.0, 6))
     check_jacobian(
-        lambda a: motion_wrenches(replace(robot, gravity=tilted(ODD, a)), motion),
+        lambda a: motion_wrenches(robot.under(tilted(ODD, a)), motion),
         gravity_regressor(robot, motion, masses(robot)),
         np.zeros(2),
     )
@@ -73,10 +73,9 @@ def test_residuals_by_all_unknowns(links, inertia, levelled, sessions):
     data = rows(robot, 12, links=links)
     names = np.where(np.arange(12) % 2, "a", "b")
     if sessions:
-        other = SessionFrames(
-            "b", Frame.from_pose(turn("z", 0.4)), robot.tool, tilted(ODD, np.array([0.1, 0.0]))
-        )
-        robot = replace(robot, sessions=(SessionFrames("a", robot.base, robot.tool), other))
+        base, gravity = Frame.from_pose(turn("z", 0.4)), tilted(ODD, np.array([0.1, 0.0]))
+        other = replace(robot.mounting, base=base, gravity=gravity)
+        robot = replace(robot, sessions={"a": robot.mounting, "b": other})
         data = replace(data, session=names)
     problem = Problem.build(
         robot,
@@ -135,11 +134,17 @@ def test_each_channel_has_its_own_noise():
 
 def test_sessions_keep_their_gravity_in_the_file(tmp_path):
     robot = arm()
-    other = SessionFrames("b", robot.base, robot.tool, tilted(ODD, np.array([0.1, 0.0])))
-    robot = replace(robot, sessions=(other,), gravity_tolerance=1e-3)
+    common = replace(robot.mounting, gravity_tolerance=1e-3)
+    other = replace(common, gravity=tilted(ODD, np.array([0.1, 0.0])))
+    robot = replace(robot, mounting=common, sessions={"b": other, "c": common})
     write_toml(robot, tmp_path / "arm.toml")
     back = read_toml(tmp_path / "arm.toml")
-    assert back.gravity_tolerance == 1e-3
+    assert back.mounting.gravity_tolerance == 1e-3
+    assert robot_text(back) == robot_text(robot)
+    assert ["gravity" in table for table in robot_to_table(robot)["session"]] == [True, False]
     np.testing.assert_allclose(back.in_session("b").gravity, other.gravity)
     np.testing.assert_allclose(back.in_session("a").gravity, ODD)
-    assert robot.with_values(dict(zip(GRAVITY, (0.01, 0.0), strict=True))).gravity[1] != ODD[1]
+    moved = robot.with_values(dict(zip(GRAVITY, (0.01, 0.0), strict=True)))
+    assert moved.gravity[1] != ODD[1]
+    assert moved.in_session("c").gravity is moved.gravity
+    assert moved.in_session("b").gravity is other.gravity

@@ -225,7 +225,7 @@ def test_robot_at_moves_arm_and_session_frames():
     direct = problem.physical(problem.residual(x))
     again = Problem.build(moved, data, free=())
     np.testing.assert_allclose(again.physical(again.residual(again.start)), direct, atol=1e-12)
-    assert [s.name for s in moved.sessions] == ["front", "left"]
+    assert list(moved.sessions) == ["front", "left"]
 
 
 def test_few_problems_are_set_up(monkeypatch):

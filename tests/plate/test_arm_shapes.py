@@ -139,7 +139,7 @@ def test_a_capsule_about_a_mesh_has_all_of_it_inside(arm):
 
 
 def test_a_tool_beyond_the_flange_is_a_slender_probe(ur5):
-    long = replace(ur5, tool=Frame(xyz=np.array([0.0, 0.03, 0.15])))
+    long = ur5.with_frames(tool=Frame(xyz=np.array([0.0, 0.03, 0.15])))
     found = mesh_arm(long, 0.01)
     assert found.probes.tolist() == [False] * 7 + [True]
     tip = link_frames(long, Motion(np.zeros((1, 6))))[0, -1, :3, 3]

@@ -79,7 +79,7 @@ def test_a_joint_has_no_frame_of_its_own(tmp_path):
 def test_a_known_base_is_said_not_to_become_a_sessions_own(tmp_path):
     session = done(loaded("knock", tmp_path)[0], Diagnose())
     base = replace(session.robot.base, free=Freedom.FIXED)
-    session = replace(session, robot=replace(session.robot, base=base))
+    session = replace(session, robot=session.robot.with_frames(base=base))
     with pytest.raises(DataError, match=r"\[base\]"):
         MakeSession(session.results.diagnosis.events[0].row).check(session)
 

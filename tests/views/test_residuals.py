@@ -237,7 +237,7 @@ def test_vectors_are_laid_along_what_a_joint_moves():
 def test_a_joint_whose_axis_the_nominal_tool_lies_on_is_plotted_with_the_tool_that_was_measured():
     """A target beside the flange: the last joint moves it, though not the nominal tool."""
     robot, rng = load_robot("aria"), np.random.default_rng(3)
-    measured = replace(robot, tool=replace(robot.tool, xyz=np.array([0.0, 0.09, 0.1])))
+    measured = robot.with_frames(tool=replace(robot.tool, xyz=np.array([0.0, 0.09, 0.1])))
     q = rng.uniform(-1.0, 1.0, (30, 6))
     residuals = 1e-4 * rng.standard_normal((30, 3, 3))
     rows = SimpleNamespace(q=q, residuals=residuals, stages=(ModelStage.NOMINAL,))

@@ -10,7 +10,8 @@ from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.effects.events import FrameStep, ToolStep
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import Frame, Robot, SessionFrames
+from workbench.arm.mounting import Mounting
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.types import Matrix4
 
@@ -33,24 +34,25 @@ def after_events(
     if not gone:
         return robot
     rows = {} if motion is None else {s: motion.take(mine) for s, mine in (sessions or {}).items()}
-    now = _frames_of(robot, SessionFrames("", robot.base, robot.tool))
-    known = {s.name for s in robot.sessions}
-    own = (_frames_of(robot, robot.session_frames(s), rows.get(s)) for s in dict.fromkeys([*known, *rows]))
+    now = _after(robot, robot.mounting)
+    own = {
+        name: _after(robot, robot.sessions.get(name, robot.mounting), rows.get(name))
+        for name in dict.fromkeys([*robot.sessions, *rows])
+    }
     record = robot.calibration
     if record is not None:
         record = replace(record, std={n: s for n, s in record.std.items() if n not in gone})
     return replace(
         robot,
-        base=now.base,
-        tool=now.tool,
+        mounting=now,
         effects=tuple(e for e in robot.effects if not e.is_event),
-        sessions=tuple(f for f in own if f.name in known or not _same(f, now)),
+        sessions={n: m for n, m in own.items() if n in robot.sessions or not _same(m, now)},
         calibration=record,
     )
 
 
-def _frames_of(robot: Robot, frames: SessionFrames, motion: Motion | None = None) -> SessionFrames:
-    """Frames of a session as they were in the last of its rows; as they are now if none are given."""
+def _after(robot: Robot, own: Mounting, motion: Motion | None = None) -> Mounting:
+    """A mounting as it was in the last of its rows; as it is now if none are given."""
     steps = [e for e in robot.effects if isinstance(e, FrameStep | ToolStep)]
     last = Motion(np.zeros((1, robot.dof)))
     if motion is not None and steps:
@@ -58,8 +60,8 @@ def _frames_of(robot: Robot, frames: SessionFrames, motion: Motion | None = None
         last = replace(motion.take(slice(latest, latest + 1)), q=last.q)
     acting = [e for e in steps if e.law(robot.chain, last, None).any()]
     if not acting:
-        return frames
-    plain = replace(robot.in_session(frames.name), effects=())
+        return own
+    plain = replace(robot, mounting=own, sessions={}, effects=())
 
     def pose(*steps: AbstractEffect) -> Matrix4:
         return tool_poses(plain.with_effects(*steps), last)[0]
@@ -67,17 +69,9 @@ def _frames_of(robot: Robot, frames: SessionFrames, motion: Motion | None = None
     unmoved = se3.inverse(pose())
     based = pose(*(e for e in acting if isinstance(e, FrameStep))) @ unmoved
     tooled = unmoved @ pose(*(e for e in acting if isinstance(e, ToolStep)))
-    return replace(
-        frames,
-        base=_at(frames.base, based @ frames.base.pose),
-        tool=_at(frames.tool, frames.tool.pose @ tooled),
-    )
+    return own.at(based @ own.base.pose, own.tool.pose @ tooled)
 
 
-def _at(frame: Frame, pose: Matrix4) -> Frame:
-    return replace(frame, xyz=pose[:3, 3].copy(), rotation=pose[:3, :3].copy())
-
-
-def _same(one: SessionFrames, other: SessionFrames) -> bool:
+def _same(one: Mounting, other: Mounting) -> bool:
     pairs = ((one.base, other.base), (one.tool, other.tool))
     return all(np.array_equal(a.pose, b.pose) for a, b in pairs)

@@ -10,8 +10,6 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
-import numpy as np
-
 from workbench.arm.chain import Axis, Element
 from workbench.arm.robot import Joint, JointKind, Robot
 from workbench.arm.robot_toml import read_toml, write_toml
@@ -34,7 +32,6 @@ def posed_arm() -> Robot:
         ),
         joints=tuple(Joint(name=f"joint{k + 1}", kind=kind) for k, kind in enumerate(kinds)),
         link_ends=tuple(range(len(ORDER))),
-        gravity=np.array([0.0, 0.0, -9.81]),
     )
 
 

@@ -4,6 +4,7 @@ A frame is written as a translation, a constant rotation, and three small rotati
 (`roll`, `pitch`, `yaw`, zero until identified).
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -66,12 +67,10 @@ class Frame:
             turn = turn @ se3.rotvec_to_matrix(np.eye(3)[axis] * parts[3 + axis])
         return replace(self, xyz=frozen(np.array(parts[:3])), rotation=frozen(self.rotation @ turn))
 
-
-@dataclass(frozen=True, eq=False)
-class SessionFrames:
-    """Base and tool of one session of measurements, and gravity in its base if it stands in its own way."""
-
-    name: str
-    base: Frame
-    tool: Frame
-    gravity: Vector3 | None = None
+    def with_values(self, name: str, values: Mapping[str, float]) -> "Frame":
+        """The frame with the constants `name.x` … `name.yaw` that are given; itself if none of them is."""
+        keys = [f"{name}.{part}" for part in FRAME_PARTS]
+        if values.keys().isdisjoint(keys):
+            return self
+        own = [*self.xyz.tolist(), 0.0, 0.0, 0.0]
+        return self.moved(np.array([values.get(k, v) for k, v in zip(keys, own, strict=True)]))

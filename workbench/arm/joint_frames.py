@@ -111,9 +111,7 @@ class JointFrames:
                 replace(f.joint, name=f"joint{k + 1}", mass=None) for k, f in enumerate(self.joints)
             ),
             link_ends=(*ends[:-1], len(elements) - 1),
-            base=like.base,
-            tool=like.tool,
-            gravity=like.gravity,
+            mounting=like.mounting,
         )
 
 

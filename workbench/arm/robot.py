@@ -18,10 +18,12 @@ from workbench.arm.calibration_record import Calibration
 from workbench.arm.chain import Chain, Element
 from workbench.arm.effects import AbstractEffect, extrapolation_notes
 from workbench.arm.effects.effect import flattened
-from workbench.arm.effects.law import turned, with_insertions
-from workbench.arm.frame import BASE, FRAME_PARTS, TOOL, Frame, SessionFrames
-from workbench.arm.gravity import GRAVITY, TOLERANCE, tilted
+from workbench.arm.effects.law import check_together, turned, with_insertions
+from workbench.arm.frame import BASE, TOOL, Frame
+from workbench.arm.gravity import GRAVITY
 from workbench.arm.joint import Joint, JointKind
+from workbench.arm.mounting import Mounting
+from workbench.arm.urdf_source import UrdfSource
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.types import Vector3, frozen
 
@@ -37,23 +39,6 @@ SAVE, PREDICT = "workbench.arm.built_in_arms:save_robot", "workbench.arm.kinemat
 """Functions that make, write and move robots and so import this file; named as entry points name theirs."""
 
 
-@dataclass(frozen=True)
-class UrdfSource:
-    """The file that a robot came from: for its meshes, and for writing a calibrated copy.
-
-    Args:
-        path: The URDF.
-        joints: Names in the file of the robot's joint entries, in order.
-        root: First link of the chain.
-        tip: Last link of the chain.
-    """
-
-    path: Path
-    joints: tuple[str, ...]
-    root: str
-    tip: str
-
-
 @dataclass(frozen=True, eq=False, kw_only=True, repr=False)
 class Robot:
     """A serial arm: geometry, joints, base and tool.
@@ -64,11 +49,8 @@ class Robot:
         elements: The arm's elements, without base and tool.
         joints: One per joint entry, moving or fixed.
         link_ends: Element of the arm after which each joint entry's link frame lies.
-        base: Pose of the arm's first frame in the measuring frame.
-        tool: Pose of the tool in the arm's last frame.
-        sessions: Base and tool of single sessions, where they differ.
-        gravity: Acceleration in the robot's base frame [m/s²].
-        gravity_tolerance: Standard deviation of its direction, about each axis across it [rad].
+        mounting: Base, tool and gravity.
+        sessions: Those of single sessions, where they differ, by name.
         urdf: The URDF file that it came from, if any.
         effects: What bends the arm beside its geometry; acts wherever poses are computed from a `Motion`.
         notes: Decisions that its reader took, one sentence each.
@@ -80,11 +62,8 @@ class Robot:
     elements: tuple[Element, ...]
     joints: tuple[Joint, ...]
     link_ends: tuple[int, ...]
-    base: Frame = field(default_factory=Frame)
-    tool: Frame = field(default_factory=Frame)
-    sessions: tuple[SessionFrames, ...] = ()
-    gravity: Vector3 = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
-    gravity_tolerance: float = TOLERANCE
+    mounting: Mounting = field(default_factory=Mounting)
+    sessions: Mapping[str, Mounting] = field(default_factory=dict)
     urdf: UrdfSource | None = None
     effects: tuple[AbstractEffect, ...] = ()
     notes: tuple[str, ...] = ()
@@ -102,7 +81,7 @@ class Robot:
             double = next(name for name, count in names.items() if count > 1)
             raise RobotError(f"robot '{self.name}' has two elements called '{double}'; rename one")
         if self.effects:
-            self._check_effects(set(names))
+            check_together(self.effects, self.chain, names.keys())
 
     @classmethod
     def from_dh(
@@ -137,6 +116,18 @@ class Robot:
         if self.effects:
             text += f", effects: {', '.join(str(e.name) for e in self.effects)}"
         return f"<Robot {self.name}: {text}>"
+
+    @property
+    def base(self) -> Frame:
+        return self.mounting.base
+
+    @property
+    def tool(self) -> Frame:
+        return self.mounting.tool
+
+    @property
+    def gravity(self) -> Vector3:
+        return self.mounting.gravity
 
     @cached_property
     def chain(self) -> Chain:
@@ -247,31 +238,21 @@ class Robot:
     def with_values(self, values: Mapping[str, float]) -> "Robot":
         """The same robot with other constants, coefficients or masses.
 
-        `base.…`, `tool.…` move the frames, `gravity.x` and `.y` turn gravity (`arm/gravity.py`).
+        Those of base, tool and gravity are `base.…`, `tool.…` and `gravity.…` (`Mounting.with_values`).
         """
-        chain = self.chain
-        known = chain.index.keys() | self.coefficients.keys() | self.inertia.keys() | set(GRAVITY)
+        known = self.chain.index.keys() | self.coefficients.keys() | self.inertia.keys() | set(GRAVITY)
         if unknown := values.keys() - known:
             raise RobotError(f"robot '{self.name}' has no constant '{sorted(unknown)[0]}'")
         elements = tuple(
             replace(e, value=float(values[e.name])) if e.name in values else e for e in self.elements
         )
-
-        def moved(frame: Frame, name: str) -> Frame:
-            keys = [f"{name}.{part}" for part in FRAME_PARTS]
-            if not any(k in values for k in keys):
-                return frame
-            return frame.moved(np.array([values.get(k, chain.values[chain.index[k]]) for k in keys]))
-
-        effects = tuple(e.sized(values) for e in self.effects)
+        mounting = self.mounting.with_values(values)
         return replace(
-            self,
+            self.under(mounting.gravity),
             joints=tuple(j.reweighed(values) for j in self.joints),
             elements=elements,
-            base=moved(self.base, "base"),
-            tool=moved(self.tool, "tool"),
-            gravity=tilted(self.gravity, np.array([values.get(name, 0.0) for name in GRAVITY])),
-            effects=effects,
+            mounting=mounting,
+            effects=tuple(e.sized(values) for e in self.effects),
         )
 
     def with_effects(self, *effects: AbstractEffect | Sequence[AbstractEffect]) -> "Robot":
@@ -281,22 +262,35 @@ class Robot:
     def with_frames(self, *, base: Frame | None = None, tool: Frame | None = None) -> "Robot":
         """The same arm on another base or with another tool; itself if they are its own already."""
         base, tool = base or self.base, tool or self.tool
-        return self if base is self.base and tool is self.tool else replace(self, base=base, tool=tool)
+        if base is self.base and tool is self.tool:
+            return self
+        return replace(self, mounting=replace(self.mounting, base=base, tool=tool))
 
-    def session_frames(self, session: str) -> SessionFrames:
-        """Base and tool of a session: its own where the robot has them, else the common ones."""
-        for frames in self.sessions:
-            if frames.name == session:
-                return frames
-        return SessionFrames(session, self.base, self.tool)
+    def under(self, gravity: Vector3) -> "Robot":
+        """The same arm under another gravity, and so its sessions that have none of their own."""
+        if gravity is self.gravity:
+            return self
+        sessions = {
+            name: replace(m, gravity=gravity) if m.gravity is self.gravity else m
+            for name, m in self.sessions.items()
+        }
+        return replace(self, mounting=replace(self.mounting, gravity=gravity), sessions=sessions)
 
     def in_session(self, session: str) -> "Robot":
-        """The arm on the base and with the tool of a session, under its gravity."""
-        frames = self.session_frames(session)
-        placed = self.with_frames(base=frames.base, tool=frames.tool)
-        if frames.gravity is None or frames.gravity is self.gravity:
-            return placed
-        return replace(placed, gravity=frames.gravity)
+        """The arm with the mounting of a session, the common one where it has none of its own."""
+        mounting = self.sessions.get(session, self.mounting)
+        return replace(self, mounting=mounting, sessions={}) if self.sessions else self
+
+    @property
+    def in_first_session(self) -> "Robot":
+        """The arm in the first of its sessions: all that a file of one arm can hold."""
+        return self.in_session(next(iter(self.sessions), ""))
+
+    @property
+    def bare(self) -> "Robot":
+        """The geometry alone, from its first frame to its last: without effects and sessions."""
+        mounting = replace(self.mounting, base=Frame(), tool=Frame())
+        return replace(self, mounting=mounting, sessions={}, effects=())
 
     def predict(self, at: "ArrayLike | Motion") -> np.ndarray:
         """Pose of the tool in the measuring frame: (4, 4) at one pose, (rows, 4, 4) at several.
@@ -310,19 +304,6 @@ class Robot:
             DataError: an effect lacks what drives it, such as a temperature.
         """
         return resolve_name(PREDICT)(self, at)
-
-    def _check_effects(self, own: set[str]) -> None:
-        """Refuse effects that the arm can't carry, and names that stand for two things."""
-        taken = set(own)
-        for effect in self.effects:
-            effect.check(self.chain)
-        inserted = [e.name for e in self.chain.elements]
-        for name in [*(n for e in self.effects for n in e.names), *inserted]:
-            if name in taken and name not in own:
-                raise RobotError(f"robot '{self.name}' has '{name}' twice among its effects; merge them")
-            taken.add(name)
-        if len(self.chain.index) != len(self.chain.elements) or set(inserted) & set(self.coefficients):
-            raise RobotError(f"robot '{self.name}' has an element with the name of an effect's; rename it")
 
     def extrapolation_warnings(self, q: np.ndarray, rows: np.ndarray | None = None) -> list[str]:
         """A sentence for every effect that fades out in some rows; arguments of `extrapolation_notes`."""

@@ -19,10 +19,11 @@ from workbench.arm.conventions import (
     joint_names,
 )
 from workbench.arm.effects import EFFECTS, AbstractEffect
-from workbench.arm.frame import Frame, SessionFrames
+from workbench.arm.frame import Frame
 from workbench.arm.gravity import TOLERANCE
 from workbench.arm.joint import COM_TOLERANCE, MASS_TOLERANCE, Joint, JointKind
 from workbench.arm.masses import carried, moved
+from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
 from workbench.arm.robot import Robot
 from workbench.base import se3
@@ -62,6 +63,17 @@ class _RobotReader(AbstractTableReader):
             raise self.fail(f"[{what}] rpy {rpy.tolist()} looks like degrees; give radians, {radians}")
         freedom = default if free is None else FREEDOMS[free]
         return Frame(frozen(xyz), frozen(se3.rpy_to_matrix(rpy)), freedom)
+
+    def mounting(self, table: dict, where: str, common: Mounting, default: Freedom) -> Mounting:
+        """What a table says of base, tool and gravity, else the common ones."""
+        own: dict[str, Any] = {
+            kind: self.frame(table[kind], f"{where}{kind}", default)
+            for kind in ("base", "tool")
+            if kind in table
+        }
+        if "gravity" in table:
+            own["gravity"] = frozen(self.numbers(table["gravity"], 3, f"{where}gravity"))
+        return replace(common, **own)
 
     def joint(self, table: dict, name: str) -> Joint:
         limits = (-np.inf, np.inf)
@@ -165,8 +177,9 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
     if convention not in CONVENTIONS:
         raise reader.fail(f"convention is {convention!r}; known are {', '.join(CONVENTIONS)}")
     tables = reader.tables(data, "joint")
-    base = reader.frame(data.get("base", {}), "base", Freedom.AUTO)
-    tool = reader.frame(data.get("tool", {}), "tool", Freedom.AUTO)
+    unknown, tolerance = Frame(free=Freedom.AUTO), reader.tolerance(data, "", "gravity_tolerance", TOLERANCE)
+    mounting = Mounting(base=unknown, tool=unknown, gravity_tolerance=tolerance)
+    mounting = reader.mounting(data, "", mounting, Freedom.AUTO)
     kinds = [reader.kind(t, f"[[joint]] {i + 1}") for i, t in enumerate(tables)]
     names = joint_names([JointEntry(k) for k in kinds])
     joints = tuple(reader.joint(t, n) for t, n in zip(tables, names, strict=True))
@@ -184,16 +197,13 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
             elements=elements,
             joints=joints,
             link_ends=ends,
-            base=base,
-            tool=tool,
-            gravity=frozen(reader.numbers(data.get("gravity", [0.0, 0.0, -9.81]), 3, "gravity")),
-            gravity_tolerance=reader.tolerance(data, "", "gravity_tolerance", TOLERANCE),
+            mounting=mounting,
         )
         effects = [_effect(t, i, reader) for i, t in enumerate(reader.tables(data, "effect"))]
         robot = with_plausible_units(replace(robot, effects=tuple(effects)))
     except RobotError as error:
         raise reader.fail(str(error)) from None
-    sessions = _sessions(reader.tables(data, "session"), robot, reader)
+    sessions = _sessions(reader.tables(data, "session"), mounting, reader)
     return replace(robot, sessions=sessions, calibration=calibration_of(data.get("calibration"), reader))
 
 
@@ -267,26 +277,17 @@ def _element(table: dict, number: int, link: int, reader: _RobotReader) -> Eleme
     )
 
 
-def _sessions(tables: list[dict], robot: Robot, reader: _RobotReader) -> tuple[SessionFrames, ...]:
-    sessions: list[SessionFrames] = []
+def _sessions(tables: list[dict], common: Mounting, reader: _RobotReader) -> dict[str, Mounting]:
+    sessions: dict[str, Mounting] = {}
     for i, table in enumerate(tables):
         what = f"[[session]] {i + 1}"
         reader.keys(table, {"name", "base", "tool", "gravity"}, what)
         if not isinstance(table.get("name"), str):
             raise reader.fail(f"{what} needs a name, as in the measurements' session column")
-        if table["name"] in {s.name for s in sessions}:
+        if table["name"] in sessions:
             raise reader.fail(f"{what} is called '{table['name']}' like one before it; rename one")
-        sessions.append(
-            SessionFrames(
-                table["name"],
-                reader.frame(table["base"], f"{what} base", Freedom.FIXED) if "base" in table else robot.base,
-                reader.frame(table["tool"], f"{what} tool", Freedom.FIXED) if "tool" in table else robot.tool,
-                frozen(reader.numbers(table["gravity"], 3, f"{what} gravity"))
-                if "gravity" in table
-                else None,
-            )
-        )
-    return tuple(sessions)
+        sessions[table["name"]] = reader.mounting(table, f"{what} ", common, Freedom.FIXED)
+    return sessions
 
 
 def _effect(table: dict, number: int, reader: _RobotReader) -> AbstractEffect:
@@ -349,8 +350,8 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
         "convention": robot.convention if family else "elementary",
         "gravity": robot.gravity.tolist(),
     }
-    if robot.gravity_tolerance != TOLERANCE:
-        table["gravity_tolerance"] = robot.gravity_tolerance
+    if robot.mounting.gravity_tolerance != TOLERANCE:
+        table["gravity_tolerance"] = robot.mounting.gravity_tolerance
     if family:
         table["joint"] = _joint_tables(robot)
     else:
@@ -361,9 +362,9 @@ def robot_to_table(robot: Robot) -> dict[str, Any]:
     table["base"], table["tool"] = _frame_table(robot.base), _frame_table(robot.tool)
     if robot.sessions:
         table["session"] = [
-            {"name": s.name, "base": _frame_table(s.base, False), "tool": _frame_table(s.tool, False)}
-            | ({} if s.gravity is None else {"gravity": s.gravity.tolist()})
-            for s in robot.sessions
+            {"name": name, "base": _frame_table(own.base, False), "tool": _frame_table(own.tool, False)}
+            | ({} if own.gravity is robot.gravity else {"gravity": own.gravity.tolist()})
+            for name, own in robot.sessions.items()
         ]
     if robot.effects:
         table["effect"] = [_effect_table(e) for e in robot.effects]

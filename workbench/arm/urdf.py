@@ -22,8 +22,10 @@ from workbench.arm.chain import Axis, Element
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.joint import Joint, JointKind
 from workbench.arm.masses import carried, hanging, moved, with_bodies
+from workbench.arm.mounting import Mounting
 from workbench.arm.plausible_units import is_whole_degrees, with_plausible_units
-from workbench.arm.robot import Robot, UrdfSource
+from workbench.arm.robot import Robot
+from workbench.arm.urdf_source import UrdfSource
 from workbench.arm.usable import usable_arm
 from workbench.base import se3
 from workbench.base.errors import FileError, RobotError
@@ -100,8 +102,7 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
         elements=tuple(elements),
         joints=tuple(infos),
         link_ends=tuple(ends),
-        base=Frame(free=Freedom.AUTO),
-        tool=Frame(free=Freedom.AUTO),
+        mounting=Mounting(base=Frame(free=Freedom.AUTO), tool=Frame(free=Freedom.AUTO)),
         urdf=UrdfSource(path, tuple(j.name for j in joints), joints[0].parent, joints[-1].child),
         notes=(
             f"chain from link '{joints[0].parent}' to '{joints[-1].child}', "

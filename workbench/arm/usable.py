@@ -23,9 +23,9 @@ from workbench.arm.effects import AbstractEffect, Loads
 from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.motion import Motion
+from workbench.arm.mounting import Mounting
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.types import Matrix4, frozen
 from workbench.base.wording import in_mm
 
 CLOSE = 1e-4
@@ -95,7 +95,7 @@ class Usable:
     @property
     def in_first_session(self) -> Robot:
         """The arm to use with base and tool of its first session: all that a file of one arm can hold."""
-        return replace(_in_first_session(self.robot), sessions=())
+        return self.robot.in_first_session
 
     def wanted(self, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 4 4"]:
         """Poses of the tool in the first session that a file should have: the calibrated arm's own where it
@@ -129,9 +129,11 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
         names = ", ".join(dict.fromkeys(str(e.name) for e in unknown))
         notes += () if effects else (f"can't hold {names}, which depends on more than joint positions",)
     if robot.sessions and not effects:
-        notes += (f"base and tool are those of session '{robot.sessions[0].name}': there is room for one",)
+        notes += (
+            f"base and tool are those of session '{next(iter(robot.sessions))}': there is room for one",
+        )
     plain = robot.with_effects(*known) if robot.effects else robot
-    actual = replace(_in_first_session(plain), sessions=())
+    actual = plain.in_first_session
     if all(seen) and (effects or not known):
         kept = robot if effects else robot.with_effects()
         kept, none = replace(kept, calibration=None), PoseErrors(0.0, 0.0, 0.0, 0.0)
@@ -142,7 +144,7 @@ def usable_arm(robot: Robot, *, nominal: Robot | None = None, effects: bool = Tr
     trusted = (True, True) if start is None else seen
     fitted = _fitted(begin, tool_poses(actual, Motion(q)), q, free, trusted)
     left = PoseErrors.of(se3.pose_error(tool_poses(actual, Motion(q)), tool_poses(fitted, Motion(q))))
-    arm = replace(fitted, effects=robot.effects if effects else (), sessions=(), calibration=None)
+    arm = replace(fitted, effects=robot.effects if effects else (), sessions={}, calibration=None)
     return Usable(
         robot=_with_sessions(arm, robot, actual),
         left=left,
@@ -162,11 +164,7 @@ def off_nominal(arm: Robot, nominal: Robot, q: Float[np.ndarray, "rows n"]) -> E
     Effects that more than joint positions drive are left out, and the nominal arm has none.
     """
     known, _ = divided(arm)
-    bare = (
-        replace(each.with_effects(*effects).with_frames(base=Frame(), tool=Frame()), sessions=())
-        for each, effects in ((arm, known), (nominal, ()))
-    )
-    own, old = (tool_poses(each, Motion(q)) for each in bare)
+    own, old = (tool_poses(each, Motion(q)) for each in (arm.bare.with_effects(*known), nominal.bare))
     u, _, vt = np.linalg.svd(np.einsum("rij,rkj->ik", own[:, :3, :3], old[:, :3, :3]))
     turn = u @ np.diag([1.0, 1.0, np.linalg.det(u @ vt)]) @ vt
     placed = se3.pose(turn, own[:, :3, 3].mean(0) - turn @ old[:, :3, 3].mean(0)) @ old
@@ -247,10 +245,6 @@ def expected_error(robot: Robot, left: PoseErrors) -> Expected | None:
 
 def _in_degrees(angle: float) -> str:
     return f"{np.rad2deg(angle):.2g}°" if angle > EXACT else "0°"
-
-
-def _in_first_session(robot: Robot) -> Robot:
-    return robot.in_session(robot.sessions[0].name) if robot.sessions else robot
 
 
 def sampled(robot: Robot, rng: np.random.Generator | None = None) -> Float[np.ndarray, "rows n"]:
@@ -375,13 +369,8 @@ def _with_sessions(arm: Robot, robot: Robot, actual: Robot) -> Robot:
     base = se3.inverse(actual.base.pose) @ arm.base.pose
     tool = arm.tool.pose @ se3.inverse(actual.tool.pose)
 
-    def moved(frame: Frame, before: Matrix4, after: Matrix4) -> Frame:
-        return Frame.from_pose(frozen(before @ frame.pose @ after), frame.free)
+    def moved(own: Mounting) -> Mounting:
+        return own.at(own.base.pose @ base, tool @ own.tool.pose)
 
-    eye = np.eye(4)
-    sessions = tuple(
-        replace(s, base=moved(s.base, eye, base), tool=moved(s.tool, tool, eye)) for s in robot.sessions
-    )
-    return replace(
-        arm, base=moved(robot.base, eye, base), tool=moved(robot.tool, tool, eye), sessions=sessions
-    )
+    sessions = {name: moved(own) for name, own in robot.sessions.items()}
+    return replace(arm, mounting=moved(robot.mounting), sessions=sessions)

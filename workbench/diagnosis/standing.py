@@ -1,7 +1,7 @@
 """An arm that stands otherwise than its file says, as a finding (`identification/standing.py`)."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import final
 
 import numpy as np
@@ -61,7 +61,7 @@ def standing_causes(fit: Fit, file: Robot, noise: Noise) -> Iterator[Cause]:
             continue
         here = arm.in_session(found.session) if found.session else arm
         rows = motion.take(fit.problem.data.in_session(found.session)) if found.session else motion
-        moved = (tool_poses(a, rows)[:, :3, 3] for a in (here, replace(here, gravity=file.gravity)))
+        moved = (tool_poses(a, rows)[:, :3, 3] for a in (here, here.under(file.gravity)))
         explained = 1e3 * float(np.sqrt((np.subtract(*moved) ** 2).sum(1).mean()))
         if explained >= 1e3 * PART_OF_NOISE * np.sqrt(3.0) * noise.position:
             effect = GravityDirection((), tuple(found.angles.tolist()))

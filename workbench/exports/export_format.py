@@ -174,7 +174,7 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         known, unknown = divided(whole.robot)
         arm = read if form.takes_calibrated else read.with_frames(base=job.robot.base)
         q = whole.q[:rows]
-        own, found = (tool_poses(replace(each, sessions=()), Motion(q)) for each in (whole.calibrated, arm))
+        own, found = (tool_poses(each, Motion(q)) for each in (whole.calibrated, arm))
         left = PoseErrors.of(se3.pose_error(own, found))
         if known:
             notes.append(f"can't hold the effects {_names(known)}; the figure above includes the error")

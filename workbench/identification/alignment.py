@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm import chain as chains
-from workbench.arm.frame import Frame, SessionFrames
+from workbench.arm.frame import Frame
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
@@ -68,8 +68,8 @@ def align(
 
 def _standing_as(given: Robot, found: Robot) -> Robot:
     """The robot that was found under the gravity of the given one, which only frames were to be fitted of."""
-    sessions = tuple(replace(s, gravity=given.session_frames(s.name).gravity) for s in found.sessions)
-    return replace(found, gravity=given.gravity, sessions=sessions)
+    sessions = {n: replace(m, gravity=given.in_session(n).gravity) for n, m in found.sessions.items()}
+    return replace(found.under(given.gravity), sessions=sessions)
 
 
 def spread_rows(data: Dataset, count: int) -> np.ndarray:
@@ -141,14 +141,9 @@ def _from_repeated_places(data: Dataset, arm: np.ndarray) -> Float[np.ndarray, "
 
 def _with_frames(robot: Robot, data: Dataset, freedom: FrameFreedom, bases, tool) -> Robot:
     """The robot with its free frames set to the guesses."""
-    new_tool = Frame.from_pose(tool, robot.tool.free) if freedom.tool else robot.tool
-    robot = robot.with_frames(base=Frame.from_pose(bases[0], robot.base.free), tool=new_tool)
+    placed = tool if freedom.tool else robot.tool.pose
+    sessions = robot.sessions
     if freedom.base_per_session:
-        sessions = [
-            SessionFrames(
-                name, Frame.from_pose(base, robot.base.free), new_tool, robot.session_frames(name).gravity
-            )
-            for name, base in zip(data.sessions, bases, strict=True)
-        ]
-        robot = replace(robot, sessions=tuple(sessions))
-    return robot
+        pairs = zip(data.sessions, bases, strict=True)
+        sessions = {name: robot.in_session(name).mounting.at(base, placed) for name, base in pairs}
+    return replace(robot, mounting=robot.mounting.at(bases[0], placed), sessions=sessions)

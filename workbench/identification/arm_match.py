@@ -14,7 +14,6 @@ from functools import lru_cache
 import numpy as np
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -149,7 +148,7 @@ def arm_match(robot: Robot, data: Dataset, *, some: float = SOME) -> ArmMatch:
 def placed(robot: Robot, data: Dataset) -> Robot:
     """The nominal arm on the base, and with the tool, that fit its rows best; as it is where too few tell."""
     found = _aligned_to_some(robot, data) if data.joints == robot.dof else None
-    return robot if found is None else replace(robot, base=found[0].base, tool=found[0].tool, sessions=())
+    return robot if found is None else replace(robot, mounting=found[0].mounting, sessions={})
 
 
 @lru_cache(maxsize=4)
@@ -168,8 +167,7 @@ def require_same_arm(calibrated: Robot, nominal: Robot) -> None:
             expected=calibrated.dof,
             found=nominal.dof,
         )
-    here = Frame()
-    actual, planned = (_bare(arm).with_frames(base=here, tool=here) for arm in (calibrated, nominal))
+    actual, planned = calibrated.bare, nominal.bare
     low, high = planned.search_limits.T
     q = np.random.default_rng(0).uniform(low, high, (LOOKED_AT, planned.dof))
     flange = tool_poses(actual, Motion(q))
@@ -212,7 +210,7 @@ def _some(data: Dataset) -> Dataset | None:
 
 
 def _bare(robot: Robot) -> Robot:
-    return replace(robot.with_effects(), sessions=())
+    return replace(robot, effects=(), sessions={})
 
 
 def _with_rival(found: ArmMatch, data: Dataset, seen: Dataset) -> ArmMatch:

@@ -16,7 +16,7 @@ and a number that repeats what earlier ones can do stays as it is and is named.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
@@ -133,7 +133,7 @@ def controller_numbers(
             expected=nominal.dof,
             found=calibrated.dof,
         )
-    usable = usable_arm(replace(calibrated.in_session(session), sessions=()), nominal=nominal)
+    usable = usable_arm(calibrated.in_session(session), nominal=nominal)
     actual = usable.robot
     if q is None:
         q = usable.q if rng is None else sampled(nominal, rng)

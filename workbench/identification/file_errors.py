@@ -50,8 +50,9 @@ def file_text(found: Identification, run: Run) -> str:
             f"fitted again to all {len(run.fit.problem.data)} rows, the files leave {again} on those"
         )
     arm = run.fit.calibrated
-    if sessions := arm.sessions:
-        sentences.append(f"every session on its own base, of which a URDF holds that of '{sessions[0].name}'")
+    if arm.sessions:
+        first = next(iter(arm.sessions))
+        sentences.append(f"every session on its own base, of which a URDF holds that of '{first}'")
     seen = arm.calibration
     if seen is not None and (at := seen.observed) is not None:
         known = f"flange known to {in_mm(at.flange.position)} and {np.rad2deg(at.flange.rotation):.2g}°"

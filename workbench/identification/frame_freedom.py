@@ -6,8 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.frame import FRAME_PARTS, Frame, SessionFrames
-from workbench.arm.gravity import LEVELLED, level_axes, levelled, tilted
+from workbench.arm.frame import FRAME_PARTS, Frame
+from workbench.arm.gravity import LEVELLED, level_axes, levelled
+from workbench.arm.mounting import Mounting
 from workbench.arm.parameters import Parameter
 from workbench.arm.robot import Robot
 
@@ -30,18 +31,21 @@ class FrameFreedom:
     tool_per_session: bool = False
     levelled: bool = False
 
-    def session_frames(self, robot: Robot, session: str) -> SessionFrames:
-        """Frames from which the search begins: a session's own, unless all sessions are to share them."""
-        own = robot.session_frames(session)
-        base = robot.base if self.base and not self.base_per_session else own.base
-        tool = robot.tool if self.tool and not self.tool_per_session else own.tool
-        return SessionFrames(session, base, tool, own.gravity if self.base_per_session else None)
+    def start(self, robot: Robot, session: str) -> Mounting:
+        """The mounting from which the search begins: a session's own, but for what all sessions share."""
+        own, common = robot.sessions.get(session, robot.mounting), robot.mounting
+        return replace(
+            own,
+            base=common.base if self.base and not self.base_per_session else own.base,
+            tool=common.tool if self.tool and not self.tool_per_session else own.tool,
+            gravity=own.gravity if self.base_per_session else common.gravity,
+        )
 
     def placed(self, robot: Robot, sessions: Sequence[str]) -> Robot:
-        """The robot with the frames from which the search begins in each session."""
-        frames = tuple(self.session_frames(robot, name) for name in sessions)
-        own = all(f.base is robot.base and f.tool is robot.tool and f.gravity is None for f in frames)
-        return robot if own and not robot.sessions else replace(robot, sessions=frames)
+        """The robot as it is mounted when the search begins in each session."""
+        if not robot.sessions:
+            return robot
+        return replace(robot, sessions={name: self.start(robot, name) for name in sessions})
 
 
 def frame_name(frame: str, per_session: bool, session: str) -> str:
@@ -65,7 +69,7 @@ def frame_parameters(
         ("tool", frames.tool, frames.tool_per_session),
     ):
         for session in sessions if own else sessions[:1]:
-            frame: Frame = getattr(robot.session_frames(session) if own else robot, kind)
+            frame: Frame = getattr(robot.sessions.get(session, robot.mounting) if own else robot, kind)
             for part in sorted(parts, key=FRAME_PARTS.index):
                 place = FRAME_PARTS.index(part)
                 nominal, unit = (float(frame.xyz[place]), "m") if place < 3 else (0.0, "rad")
@@ -74,51 +78,35 @@ def frame_parameters(
     return parameters
 
 
-def moved_frame(frame: Frame, kind: str, session: str, values: Mapping[str, float]) -> Frame:
-    """A session's frame with its parts set to values by name."""
-    parts = [
-        values.get(f"{kind}[{session}].{part}", float(frame.xyz[i]) if i < 3 else 0.0)
-        for i, part in enumerate(FRAME_PARTS)
-    ]
-    return frame.moved(np.array(parts))
-
-
 def moved_robot(
     nominal: Robot, freedom: FrameFreedom, measured: Sequence[str], values: Mapping[str, float]
 ) -> Robot:
     """A robot with unknowns set by name, those of its sessions and of the measured ones included."""
     robot = nominal.with_values({n: v for n, v in values.items() if "[" not in n})
-    known = not any(n.startswith("gravity") for n in values)
-    if freedom.levelled and known:
-        robot = replace(robot, gravity=levelled(robot.gravity, robot.base.rotation))
+    level = freedom.levelled and not any(n.startswith("gravity") for n in values)
+    if level:
+        robot = robot.under(levelled(robot.gravity, robot.base.rotation))
     if not (freedom.base_per_session or freedom.tool_per_session or nominal.sessions):
         return robot
-    sessions = []
-    for name in dict.fromkeys([*(s.name for s in nominal.sessions), *measured]):
-        old = freedom.session_frames(nominal, name)
-        base, tool, gravity = old.base, old.tool, old.gravity
-        if freedom.base:
-            base = moved_frame(base, "base", name, values) if freedom.base_per_session else robot.base
-        if freedom.tool:
-            tool = moved_frame(tool, "tool", name, values) if freedom.tool_per_session else robot.tool
-        angles = gravity_names(name, freedom)
-        if freedom.levelled and known:
-            gravity = levelled(robot.gravity, base.rotation)
-        elif freedom.base_per_session and angles[0] in values:
-            here = nominal.gravity if gravity is None else gravity
-            gravity = tilted(here, np.array([values[n] for n in angles]))
-        sessions.append(SessionFrames(name, base, tool, gravity))
-    return replace(robot, sessions=tuple(sessions))
+    sessions = {}
+    for name in dict.fromkeys([*nominal.sessions, *measured]):
+        own = freedom.start(robot, name).with_values(values, f"[{name}]")
+        sessions[name] = replace(own, gravity=levelled(own.gravity, own.base.rotation)) if level else own
+    return replace(robot, sessions=sessions)
 
 
 def on_level(robot: Robot, sessions: Sequence[str], freedom: FrameFreedom) -> Robot:
     """The robot with gravity along the z axis of the measuring frame, as its bases stand there now."""
-    placed = []
-    for frames in (freedom.session_frames(robot, name) for name in sessions):
-        own = levelled(robot.gravity, frames.base.rotation) if freedom.base_per_session else None
-        placed.append(replace(frames, gravity=own))
-    gravity = levelled(robot.gravity, robot.base.rotation)
-    return replace(robot, gravity=gravity, sessions=tuple(placed) if robot.sessions else ())
+    level = robot.under(levelled(robot.gravity, robot.base.rotation))
+    if not robot.sessions:
+        return level
+    placed = {name: freedom.start(level, name) for name in sessions}
+    if freedom.base_per_session:
+        placed = {
+            name: replace(own, gravity=levelled(robot.gravity, own.base.rotation))
+            for name, own in placed.items()
+        }
+    return replace(level, sessions=placed)
 
 
 def level_wall(

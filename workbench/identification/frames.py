@@ -234,7 +234,7 @@ def _check_known_base(robot: Robot, data: Dataset, noise: Noise | None, known: M
 
 def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:
     """Words for a base that was found far from where the file has it."""
-    given, found = robot.base, aligned.sessions[0].base if aligned.sessions else aligned.base
+    given, found = robot.base, aligned.in_first_session.base
     turn = se3.matrix_to_rotvec(found.rotation @ given.rotation.T)
     angle, moved = float(np.linalg.norm(turn)), float(np.linalg.norm(found.xyz - given.xyz))
     if angle < np.deg2rad(2.0) and moved < 0.02:

@@ -117,8 +117,8 @@ class Prepared:
             return robot
         rows = rows.take(np.isin(np.asarray(rows.session), new))
         freedom = FrameFreedom(visible_parts(rows)[0], base_per_session=True)
-        own = align(replace(robot, sessions=()), rows, freedom)
-        return replace(robot, sessions=(*robot.sessions, *own.sessions))
+        own = align(replace(robot, sessions={}), rows, freedom)
+        return replace(robot, sessions={**robot.sessions, **own.sessions})
 
 
 def prepare(

@@ -150,7 +150,7 @@ class Problem:
         problem = cls(**own, parameters=tuple(parameters), blocks=blocks, bounded=fixed, known=known)
         spread = {n: robot.inertia_tolerance[n] for n in weighing}
         if not frames.levelled:
-            spread |= dict.fromkeys(angles, max(robot.gravity_tolerance, EXACT))
+            spread |= dict.fromkeys(angles, max(robot.mounting.gravity_tolerance, EXACT))
         spread |= {p.name: s for p in parameters if (s := facts.get(p.name, Unknown()).sigma)}
         centre = np.array([(robot.inertia | unknown_start).get(n, 0.0) for n in spread])
         width = np.diag(1.0 / np.array(list(spread.values())))
@@ -227,7 +227,7 @@ class Problem:
     @cached_property
     def inertia_tolerance(self) -> dict[str, float]:
         """Standard deviations of what acts through loads alone: masses, centres, angles of gravity."""
-        angle, known = max(self.robot.gravity_tolerance, EXACT), self.robot.inertia_tolerance
+        angle, known = max(self.robot.mounting.gravity_tolerance, EXACT), self.robot.inertia_tolerance
         return {p.name: known.get(p.name, angle) for p in self.parameters if p.is_inertia}
 
     @property

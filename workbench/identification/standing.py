@@ -82,21 +82,23 @@ class Standing:
 
 def freed(problem: Problem, fit: Fit) -> Problem:
     """The problem with gravity free to be anywhere, if a fit contradicts what the file says of it."""
-    if problem.frames.levelled or problem.robot.gravity_tolerance >= FREE:
+    mounting = problem.robot.mounting
+    if problem.frames.levelled or mounting.gravity_tolerance >= FREE:
         return problem
-    far = CONTRADICTED * problem.robot.gravity_tolerance
+    far = CONTRADICTED * mounting.gravity_tolerance
     if not any(np.linalg.norm(fit.x[mine]) > far for _, mine in _angles(fit)):
         return problem
-    return replace(problem, robot=replace(problem.robot, gravity_tolerance=FREE))
+    mounting = replace(mounting, gravity_tolerance=FREE)
+    return replace(problem, robot=replace(problem.robot, mounting=mounting))
 
 
 def standings(fit: Fit, file: Robot) -> Iterator[Standing]:
     """What a fit found of gravity, placement by placement; nothing where it was not asked."""
-    arm = fit.calibrated
+    arm, tolerance = fit.calibrated, max(file.mounting.gravity_tolerance, EXACT)
     for session, mine in _angles(fit):
         stated, found = (r.in_session(session).gravity for r in (file, arm))
         covariance = fit.covariance[np.ix_(mine, mine)]
-        yield Standing(session, angles_between(stated, found), covariance, max(file.gravity_tolerance, EXACT))
+        yield Standing(session, angles_between(stated, found), covariance, tolerance)
 
 
 def _angles(fit: Fit) -> Iterator[tuple[str, list[int]]]:

@@ -177,7 +177,7 @@ def into_base(robot: Robot, data: Dataset) -> Poses:
     """Transforms from every row's measuring frame to the robot's base frame."""
     found = np.empty((len(data), 4, 4))
     for name in data.sessions:
-        found[data.in_session(name)] = se3.inverse(robot.session_frames(name).base.pose)
+        found[data.in_session(name)] = se3.inverse(robot.in_session(name).base.pose)
     return found
 
 

@@ -1,6 +1,5 @@
 """A controller with a hidden model and its display: saved arms in plain numpy, digits cut as shown."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -23,8 +22,7 @@ STYLES = {
 
 def hidden(name: str, path: Path, *, seed: int = 0, length: float = 1e-3, angle: float = 2e-3, effects=()):
     """A built-in arm as its controller knows it, in a file."""
-    arm = replace(wb.load_robot(name), sessions=()).with_effects()
-    arm = arm.with_frames(base=wb.Frame(), tool=wb.Frame())
+    arm = wb.load_robot(name).bare
     rng = np.random.default_rng(seed)
     sizes = {e.name: length if e.unit == "m" else angle for e in arm.elements if e.free}
     moved = {

@@ -13,7 +13,7 @@ from html_page import Page
 
 import workbench as wb
 from workbench.arm.calibration_record import Calibration, pose_keys
-from workbench.arm.frame import Frame, SessionFrames
+from workbench.arm.frame import Frame
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.accuracy_requirement import Wanted
@@ -292,11 +292,8 @@ def test_command_poses_know_the_sessions(arm):
     """Each placement of the instrument has its own base."""
     calibrated, _, fresh = arm
     moved = se3.pose(se3.rpy_to_matrix(np.array([0.0, 0.0, 1.0])), np.array([1.0, 2.0, 0.0]))
-    frames = (
-        SessionFrames("one", calibrated.base, calibrated.tool),
-        SessionFrames("two", Frame.from_pose(moved @ calibrated.base.pose), calibrated.tool),
-    )
-    robot = replace(calibrated, sessions=frames)
+    second = replace(calibrated.mounting, base=Frame.from_pose(moved @ calibrated.base.pose))
+    robot = replace(calibrated, sessions={"one": calibrated.mounting, "two": second})
     two = np.arange(70) % 2 == 1
     poses = se3.pose(fresh.rotation, fresh.position)
     poses[two] = moved @ poses[two]

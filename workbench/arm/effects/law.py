@@ -13,7 +13,8 @@ Where the geometry has no element for an effect to turn, rotations of value 0 ar
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from enum import IntEnum
 from math import isfinite
@@ -204,6 +205,24 @@ class AbstractLaw(ABC):
     def settings(cls) -> tuple[str, ...]:
         """Names of what its record holds beside joints and coefficients."""
         return tuple(f.name for f in fields(cls) if f.name not in ("joints", "coefficients"))
+
+
+def check_together(effects: Iterable[AbstractLaw], chain: Chain, own: Collection[str]) -> None:
+    """Refuse effects that an arm can't carry, and names that stand for two things.
+
+    Args:
+        chain: Base, arm and tool with the rotations that the effects turn.
+        own: Names of the arm's own elements.
+    """
+    for effect in effects:
+        effect.check(chain)
+    coefficients = [name for e in effects for name in e.names]
+    counts = Counter([*coefficients, *(e.name for e in chain.elements)])
+    double = next((name for name, count in counts.items() if count > 1), None)
+    if double in own:
+        raise RobotError(f"an element has the name '{double}', which is an effect's; rename it")
+    if double is not None:
+        raise RobotError(f"'{double}' stands twice among the effects; merge them")
 
 
 def extrapolation_notes(

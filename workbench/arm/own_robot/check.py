@@ -164,7 +164,7 @@ def readings_of(source: Path | str, *, tip: str | None = None, name: str = "") -
     path = Path(source)
     if path.suffix.lower() not in TABLES:
         robot = load_robot(source, tip=tip)
-        return [TableReading(robot.with_effects().with_frames(base=Frame(), tool=Frame()))]
+        return [TableReading(robot.bare)]
     table = read_joint_table(path)
     return table_readings(
         table.rows,

@@ -62,7 +62,7 @@ def _of_table(robot: Robot, signs: np.ndarray, offsets: np.ndarray) -> Robot:
     if not spare["alpha"]:
         rows.remove(spare)
     out = robot_from_rows(rows, robot.convention, name=robot.name)
-    return replace(out, base=robot.base, tool=robot.tool, gravity=robot.gravity)
+    return replace(out, mounting=robot.mounting)
 
 
 def _limits(limits: Sequence[float], sign: float, offset: float) -> tuple[float, float]:

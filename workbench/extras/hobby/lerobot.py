@@ -174,7 +174,7 @@ class MotorCalibration(AbstractForm):
         limits = dict(zip([j.name for j in nominal.moving], (m.limits for m in new), strict=True))
         joints = tuple(replace(j, limits=limits.get(j.name, j.limits)) for j in nominal.joints)
         found = self._found(job)
-        return replace(nominal.with_values(values), joints=joints, base=found.base, tool=found.tool)
+        return replace(nominal.with_values(values), joints=joints, mounting=found.robot.mounting)
 
     def notes(self, job: Job) -> Iterable[str]:
         yield "joint positions must be read and sent in degrees (use_degrees): percent scale with the range"

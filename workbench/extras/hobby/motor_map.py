@@ -8,7 +8,7 @@ leave (`sag_and_play.py`); which way sag points tells an arm that stands from on
 first and the last joint are turns of the unknown mounting and stay open.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, final
 
 import numpy as np
@@ -254,7 +254,7 @@ def _of_zeros(
     robot: Robot, best: Counting, q: np.ndarray, poses: np.ndarray, data: Dataset, rows: np.ndarray
 ) -> tuple[Robot, Identification]:
     """The arm that counts as the motors do, and its zeros alone."""
-    counted = with_signs_and_offsets(_bare(robot), best.signs, best.offsets)
+    counted = with_signs_and_offsets(robot.bare, best.signs, best.offsets)
     arm = counted.with_frames(base=Frame(free=Freedom.FREE), tool=Frame(free=Freedom.FREE))
     turned = se3.inverse(best.base) @ poses
     fitted = Dataset(
@@ -339,12 +339,8 @@ def _same(robot: Robot, a: Counting, b: Counting) -> bool:
     return bool(np.median(distances) < max(SAME, 2.0 * b.cost) * robot.reach)
 
 
-def _bare(robot: Robot) -> Robot:
-    return replace(robot.with_effects(), sessions=()).with_frames(base=Frame(), tool=Frame())
-
-
 def _mounted(robot: Robot, counting: Counting, q: np.ndarray) -> np.ndarray:
-    return counting.base @ tool_poses(_bare(robot), Motion(counting.joints(q))) @ counting.end
+    return counting.base @ tool_poses(robot.bare, Motion(counting.joints(q))) @ counting.end
 
 
 def _within(robot: Robot, joints: np.ndarray) -> np.ndarray:
@@ -367,7 +363,7 @@ def _identified(arm: Robot, data: Dataset) -> Identification:
 
 def _error(arm: Robot, joints: np.ndarray, poses: np.ndarray) -> float:
     """Mean distance of the board from where the arm has it, mounting fitted [m]."""
-    tool = tool_poses(_bare(arm), Motion(joints))
+    tool = tool_poses(arm.bare, Motion(joints))
     end = hand_eye(tool, poses)
     base = mean_base(tool @ end, poses)
     return float(np.linalg.norm((base @ tool @ end)[:, :3, 3] - poses[:, :3, 3], axis=1).mean())

@@ -16,7 +16,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
 
@@ -71,7 +71,7 @@ def find_counting(
     robot: Robot, motors: Float[np.ndarray, "rows n"], poses: Float[np.ndarray, "rows 4 4"]
 ) -> list[Counting]:
     """The best refined start of every choice of signs, the best first; exchanged motors if no other fits."""
-    arm = compile_arm(robot.with_effects().with_frames(base=Frame(), tool=Frame()))
+    arm = compile_arm(robot.bare)
     n = arm.dof
     found = _of_order(arm, motors, poses, np.arange(n), QUARTERS if n <= QUARTERED else (0.0,))
     if not any(each.fits(arm.length) for each in found):

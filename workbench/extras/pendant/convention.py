@@ -5,7 +5,7 @@ Under the right one it is off by its production errors, under any other by far m
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -118,7 +118,7 @@ def with_displayed_frames(robot: Robot, meaning: Convention) -> Robot:
         name: Frame.from_pose(pose, Freedom.FREE) if _is_set(pose, robot.reach) else Frame(free=Freedom.AUTO)
         for name, pose in found.items()
     }
-    return replace(robot.with_effects(), sessions=()).with_frames(**frames)
+    return robot.bare.with_frames(**frames)
 
 
 def _is_set(pose: np.ndarray, reach: float) -> bool:
@@ -156,7 +156,7 @@ def _tried(robot: Robot, readings: PendantReadings) -> Iterator[Convention]:
     slides = sliding(robot)
     if "rad" in readings.units[0]:
         refuse_joint_units(readings.joints, robot.limits, readings.source)
-    bare = robot.with_effects().with_frames(base=Frame(), tool=Frame())
+    bare = robot.bare
     own = readings.units
     joints = [own[0]] if own[0] else possible(("deg", "rad"), readings.joints[:, ~slides])
     lengths = [own[1]] if own[1] else possible(("mm", "m"), readings.xyz)

@@ -3,7 +3,7 @@
 Joint positions that were commanded in whole degrees are known exactly, whatever the display rounds.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -83,9 +83,7 @@ def plan_readings(robot: Robot, number: int, *, seed: int = 0) -> Plan:
     """Choose poses to read from a pendant."""
     if number < MIN_POSES:
         raise OptionError(f"--plan must be at least {MIN_POSES} poses, got {number}; 30 suit most arms")
-    bare = replace(robot.with_effects(), sessions=()).with_frames(
-        base=Frame(free=Freedom.AUTO), tool=Frame(free=Freedom.AUTO)
-    )
+    bare = robot.bare.with_frames(base=Frame(free=Freedom.AUTO), tool=Frame(free=Freedom.AUTO))
     limits = PoseLimits(margin=MARGIN, clearance=CLEARANCE, floor=_floor(bare))
     with part_of(0.0, 0.5):
         found = choose_poses(bare, number, limits=limits, base=True, tool=True, seed=seed)

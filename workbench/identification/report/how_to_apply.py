@@ -152,7 +152,7 @@ def use_of(
         q: Joint positions that matter [rad or m]; sampled evenly within the limits if None.
         session: Session whose base and tool count, where the calibrated arm has several; the first if empty.
     """
-    session = session or next((s.name for s in calibrated.sessions), "")
+    session = session or next(iter(calibrated.sessions), "")
     variants = tuple(
         controller_numbers(calibrated, nominal, q=q, parts=parts, session=session) for parts in VARIANTS
     )

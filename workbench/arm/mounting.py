@@ -1,0 +1,45 @@
+"""How an arm is mounted: where its base stands, which tool it carries, where gravity pulls."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from workbench.arm.frame import Frame
+from workbench.arm.gravity import TOLERANCE, tilted
+from workbench.base.types import Matrix4, Vector3
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Mounting:
+    """The mounting of an arm, for good or in one session of measurements.
+
+    Args:
+        base: Pose of the arm's first frame in the measuring frame.
+        tool: Pose of the tool in the arm's last frame.
+        gravity: Acceleration in the robot's base frame [m/s²].
+        gravity_tolerance: Standard deviation of its direction, about each axis across it [rad].
+    """
+
+    base: Frame = field(default_factory=Frame)
+    tool: Frame = field(default_factory=Frame)
+    gravity: Vector3 = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    gravity_tolerance: float = TOLERANCE
+
+    def at(self, base: Matrix4, tool: Matrix4) -> "Mounting":
+        """The same with base and tool at other poses."""
+        return replace(
+            self, base=Frame.from_pose(base, self.base.free), tool=Frame.from_pose(tool, self.tool.free)
+        )
+
+    def with_values(self, values: Mapping[str, float], where: str = "") -> "Mounting":
+        """`base.x` … and `tool.x` … move the frames, `gravity.x` and `.y` turn gravity (`arm/gravity.py`).
+
+        In a session, such as `where` `[front]`, they are `base[front].x` … instead.
+        """
+        return replace(
+            self,
+            base=self.base.with_values(f"base{where}", values),
+            tool=self.tool.with_values(f"tool{where}", values),
+            gravity=tilted(self.gravity, np.array([values.get(f"gravity{where}.{a}", 0.0) for a in "xy"])),
+        )
