@@ -6,9 +6,9 @@ import pytest
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.chain import Axis
 from workbench.arm.conventions import JointEntry, build_elements, default_free, joint_names
+from workbench.arm.joint import JointKind
 from workbench.arm.kinematics.forward import link_frames, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import JointKind
 from workbench.base.errors import FileError, RobotError
 
 

@@ -15,9 +15,9 @@ from generator import rotation
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.axes import own
 from workbench.arm.frame import FRAME_PARTS, Frame
+from workbench.arm.joint import JointKind
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot import JointKind
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.statics.wrenches import motion_wrenches
 from workbench.arm.urdf import read_urdf, write_urdf

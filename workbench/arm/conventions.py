@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from workbench.arm.chain import Axis, Element
-from workbench.arm.robot import JointKind
+from workbench.arm.joint import JointKind
 from workbench.base.errors import RobotError
 
 CONSTANTS = ("theta", "d", "a", "alpha", "beta")

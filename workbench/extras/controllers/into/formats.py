@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from workbench.arm.robot import JointKind
+from workbench.arm.joint import JointKind
 from workbench.arm.urdf import KINDS, numbers_text
 from workbench.base import se3
 from workbench.base.errors import FileError

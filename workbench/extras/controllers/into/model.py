@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from workbench.arm.robot import JointKind
+from workbench.arm.joint import JointKind
 from workbench.base import se3
 from workbench.base.errors import FileError
 from workbench.base.types import Matrix4, Vector3

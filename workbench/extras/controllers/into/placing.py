@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from workbench.arm.joint import JointKind
 from workbench.arm.joint_frames import JointFrames
-from workbench.arm.robot import JointKind
 from workbench.base import se3
 from workbench.base.errors import FileError
 from workbench.base.types import Matrix4, Vector3

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from rich.console import Group, RenderableType
 from rich.text import Text
 
-from workbench.arm.robot import JointKind
+from workbench.arm.joint import JointKind
 from workbench.base.errors import OptionError
 from workbench.extras.service.fleet.fleet import ArmReport, Fleet
 from workbench.extras.service.fleet.movement import Law, Movement
