@@ -4,10 +4,9 @@ A `Dataset` is plain SI data: joint positions and what an instrument saw, one ro
 that a file does not have are None; single values that a row lacks are NaN (numbers) or "" (labels).
 """
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, field, fields, replace
 from functools import cached_property
-from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -19,6 +18,7 @@ from workbench.base.frames import data_frame
 from workbench.base.types import frozen
 from workbench.data.columns import known_columns
 from workbench.data.readings import AbstractReadings
+from workbench.data.rotation_form import RotationForm
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -27,6 +27,9 @@ Labels = np.ndarray  # one string a row
 NOT_PER_ROW = {"tilt", "more", "readings", "source", "notes", "is_of_later", "joint_units"}
 UNSHOWN = {"q", "row", "more", "anchor", "group", "exclude", "reason", *(NOT_PER_ROW - {"tilt", "readings"})}
 """What is not named where a table is printed."""
+SIGMA = ("sigma_x[m]", "sigma_y[m]", "sigma_z[m]", "sigma_rx[rad]", "sigma_ry[rad]", "sigma_rz[rad]")
+WRENCH = tuple(f"force_{a}[N]" for a in "xyz") + tuple(f"moment_{a}[N*m]" for a in "xyz")
+"""Headings of columns that stand together."""
 UNNUMBERED = frozen(np.zeros(0, np.int64))
 """Stands for row numbers that nobody gave."""
 
@@ -175,7 +178,31 @@ class Dataset:
         Args:
             prismatic: Joints, counted from 0, whose positions are lengths [m].
         """
-        return data_frame(resolve_name("workbench.data.writer:columns_of")(self, prismatic))
+        return data_frame(self.columns(prismatic=prismatic))
+
+    def columns(
+        self, form: RotationForm = RotationForm.QUATERNION, prismatic: Collection[int] = ()
+    ) -> dict[str, np.ndarray]:
+        """The columns of a file by heading, in the order of formats.md; arguments of `write_measurements`."""
+        number, table = self.joints, [column for column in known_columns().values() if column.kept]
+        found: list[tuple[Sequence[str], np.ndarray | None]] = [
+            ([f"q{j + 1}[{'m' if j in prismatic else 'rad'}]" for j in range(number)], self.q),
+            (("x[m]", "y[m]", "z[m]"), self.position),
+        ]
+        if self.rotation is not None:
+            found.append(form.columns(self.rotation))
+        found += [(c.headings(number), self.column(c.name)) for c in table if c.driver]
+        found.append((SIGMA, self.sigma))
+        if (markers := self.markers) is not None:
+            names = [f"m{m + 1}{axis}[m]" for m in range(markers.shape[1]) for axis in "xyz"]
+            found.append((names, markers.reshape(len(self), len(names))))
+        others = (c for c in table if not (c.driver or c.is_label))
+        found += [(c.headings(number), self.column(c.name)) for c in others]
+        found += [((f"tilt_x{k}[rad]", f"tilt_y{k}[rad]"), v) for k, v in (self.tilt or {}).items()]
+        found.append((WRENCH, self.wrench))
+        found += [([c.name], self.column(c.name)) for c in table if c.is_label]
+        pairs = ((names, np.atleast_2d(values.T)) for names, values in found if values is not None)
+        return {name: column for names, each in pairs for name, column in zip(names, each, strict=True)}
 
     def take(self, rows: Int[np.ndarray, " k"] | Bool[np.ndarray, " rows"]) -> "Dataset":
         """The chosen rows, by index or mask, in the order given."""
