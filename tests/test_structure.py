@@ -299,6 +299,19 @@ def test_modules_named_in_texts_exist():
     assert not wrong
 
 
+def test_functions_named_by_strings_exist():
+    """`module:name`, by which a record calls what imports it."""
+    texts = (path.read_text(encoding="utf-8") for path in FILES)
+    named = {found for text in texts for found in re.findall(r'"(workbench(?:\.\w+)+):(\w+)"', text)}
+    assert len(named) > 10
+    wrong = [
+        (home, name)
+        for home, name in named
+        if not re.search(rf"^(def |class )?{name}\b", MODULES[home].read_text(encoding="utf-8"), re.M)
+    ]
+    assert not wrong
+
+
 def test_annotations_are_not_postponed():
     assert not [label(p) for p in FILES for name, _ in imports(p) if name.startswith("__future__")]
 

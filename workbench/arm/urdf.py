@@ -56,7 +56,6 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
     infos: list[Joint] = []
     ends: list[int] = []
     notes: list[str] = []
-    moving = 0
     names: list[str] = []
     beside = hanging(model, joints, notes)
     for link, joint in enumerate(joints):
@@ -72,11 +71,9 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
                 "that name",
                 path=str(path),
             )
-        kind = KINDS[joint.type]
-        turning = kind  # of the element itself: a follower has no coordinate, and counts as fixed
-        if joint.mimic is not None and kind is not JointKind.FIXED:
-            kind = JointKind.FIXED
-        name = f"fixed{link + 1 - moving}" if kind is JointKind.FIXED else f"joint{moving + 1}"
+        turning = KINDS[joint.type]
+        kind = turning if joint.mimic is None else JointKind.FIXED  # a follower has no coordinate
+        name = f"fixed{link + 1 - len(names)}" if kind is JointKind.FIXED else f"joint{len(names) + 1}"
         origin = np.eye(4) if joint.origin is None else np.array(joint.origin, float)
         if not np.isfinite(origin).all():
             raise FileError(f"joint '{joint.name}' has an <origin> that is no number", path=str(path))
@@ -86,12 +83,11 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
                 Element(axis, f"{name}.{part}", free=True, link=link)
                 for axis, part in zip(CORRECTION_AXES, FRAME_PARTS, strict=True)
             ]
-            drive = driven_elements(name, turning, _unit_axis(joint, path), moving, link)
+            drive = driven_elements(name, turning, _unit_axis(joint, path), len(names), link)
             if kind is JointKind.FIXED:
                 drive = [_following(e, joint, names, path, notes) for e in drive]
             else:
                 names.append(joint.name)
-                moving += 1
             elements += drive
         ends.append(len(elements) - 1)
         info = _joint_info(joint, name, kind, model, path, notes)
