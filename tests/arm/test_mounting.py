@@ -1,0 +1,57 @@
+"""How an arm is mounted, for good and session by session."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from generator import move, turn
+
+from workbench.arm.built_in_arms import load_robot
+from workbench.arm.effects.joint_compliance import JointCompliance
+from workbench.arm.frame import Frame
+from workbench.arm.kinematics.forward import tool_poses
+from workbench.base.types import Freedom
+
+BASE, TOOL = move("x", 0.4) @ turn("y", 0.1), move("z", 0.2) @ turn("x", 0.3)
+Q = np.array([0.3, 1.1, -0.8, 0.4, 0.9, 0.2])
+
+
+@pytest.fixture
+def robot():
+    robot = load_robot("aria").with_frames(
+        base=Frame.from_pose(BASE, Freedom.FREE), tool=Frame.from_pose(TOOL)
+    )
+    front = robot.mounting.at(turn("z", 1.0) @ BASE, TOOL)
+    return replace(robot, sessions={"front": front, "rear": robot.mounting})
+
+
+def test_the_bare_arm_lies_between_base_and_tool(robot):
+    bare = robot.with_effects(JointCompliance((1,), (1e-4,))).bare
+    np.testing.assert_allclose(BASE @ tool_poses(bare, Q) @ TOOL, tool_poses(robot, Q), atol=1e-12)
+    assert not bare.effects
+    assert not bare.sessions
+
+
+def test_an_arm_in_a_session_is_mounted_so_and_has_no_others(robot):
+    turned = turn("z", 1.0) @ tool_poses(robot, Q)
+    for front in (robot.in_session("front"), robot.in_first_session):
+        np.testing.assert_allclose(tool_poses(front, Q), turned, atol=1e-12)
+        assert front.base.free is Freedom.FREE
+        assert not front.sessions
+    assert robot.in_session("elsewhere").mounting is robot.mounting
+
+
+def test_values_move_what_they_name(robot):
+    moved = robot.mounting.with_values({"base[front].x": 1.0, "gravity[front].y": 0.1}, "[front]")
+    assert moved.base.xyz.tolist() == [1.0, *robot.base.xyz[1:]]
+    assert moved.gravity @ robot.gravity == pytest.approx(np.cos(0.1) * 9.81**2)
+    assert moved.tool is robot.tool
+    assert robot.mounting.with_values({"base[rear].x": 1.0}, "[front]").base is robot.base
+
+
+def test_another_gravity_is_that_of_sessions_without_their_own(robot):
+    own, other = np.array([0.0, 1.0, -9.7]), np.array([0.5, 0.0, -9.7])
+    sessions = robot.sessions | {"front": replace(robot.mounting, gravity=own)}
+    moved = replace(robot, sessions=sessions).under(other)
+    assert moved.in_session("front").gravity is own
+    assert moved.in_session("rear").gravity is moved.gravity is other
