@@ -13,7 +13,7 @@ from workbench.arm.frame import FRAME_PARTS, Frame
 from workbench.arm.gravity import GRAVITY, angles_between, tilted
 from workbench.arm.kinematics.forward import tool_poses, watched_poses
 from workbench.arm.motion import Motion
-from workbench.arm.robot_toml import read_toml, robot_text, robot_to_table, write_toml
+from workbench.arm.robot_toml import read_toml, robot_to_table, write_toml
 from workbench.arm.statics.wrenches import gravity_regressor, masses, motion_wrenches
 from workbench.data.dataset import Dataset
 from workbench.data.observations.tilt import reading, seen_from
@@ -140,8 +140,8 @@ def test_sessions_keep_their_gravity_in_the_file(tmp_path):
     write_toml(robot, tmp_path / "arm.toml")
     back = read_toml(tmp_path / "arm.toml")
     assert back.mounting.gravity_tolerance == 1e-3
-    assert robot_text(back) == robot_text(robot)
-    assert ["gravity" in table for table in robot_to_table(robot)["session"]] == [True, False]
+    for each in (robot, back):
+        assert ["gravity" in table for table in robot_to_table(each)["session"]] == [True, False]
     np.testing.assert_allclose(back.in_session("b").gravity, other.gravity)
     np.testing.assert_allclose(back.in_session("a").gravity, ODD)
     moved = robot.with_values(dict(zip(GRAVITY, (0.01, 0.0), strict=True)))
