@@ -171,7 +171,8 @@ class Screen:
         expect(tab).to_have_attribute("aria-selected", "true")
 
     def press(self, name: str) -> None:
-        """A button of this name; where the strip offers it too, that one."""
+        """A button of this name; where the strip offers it too, that one. It no longer moves by then."""
+        self.settle()
         self.page.get_by_role("button", name=name, exact=True).first.click()
 
     def give(self, button: str, file: Path | FilePayload) -> None:
@@ -265,11 +266,13 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
 
 @pytest.fixture
 def look(app: App, chromium: Browser, kept: list[Screen], request) -> Iterator[Callable[[], Screen]]:
-    """Opens pages of the app, each as another user."""
+    """Opens pages of the app, each as another user; `new` for one on which no other test opened folders."""
     screens: list[Screen] = []
     is_shared = "running" in request.fixturenames
 
-    def open_page() -> Screen:
+    def open_page(*, new: bool = False) -> Screen:
+        while new and kept:
+            kept.pop().close()
         screens.append(kept.pop() if is_shared and kept else Screen.open(app, chromium))
         screens[-1].tab("Plate")
         screens[-1].settle()

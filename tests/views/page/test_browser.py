@@ -3,7 +3,6 @@
 import json
 import os
 import re
-import statistics
 from pathlib import Path
 
 import numpy as np
@@ -31,19 +30,6 @@ CELLS, CELL = (12, 16), 10
 ON_AVERAGE, ANYWHERE = 4.0, 60.0
 """How far colours may be off, of 255."""
 NEVER_SAID = ("traceback", "error:", "nan", "undefined", "none", "[object")
-PROBE = """() => {
-  window.__moves = []; window.__shown = [];
-  let last = null;
-  const read = () => {
-    const text = document.querySelector('[data-testid="index"]')?.innerText;
-    if (text && text !== last) { last = text; window.__shown.push(performance.now()); }
-  };
-  read(); window.__shown.length = 0;
-  window.__watch = new MutationObserver(read);
-  window.__watch.observe(
-    document.body, {subtree: true, childList: true, characterData: true, attributes: true});
-  window.addEventListener('pointermove', e => window.__moves.push(performance.now()), true);
-}"""
 
 
 @pytest.fixture(scope="module")
@@ -51,13 +37,18 @@ def known():
     return json.loads(LOOKS.read_text(encoding="utf-8"))
 
 
-def words_of(screen, tab: str) -> list[str]:
-    """Lines of the whole page with this tab open, numbers left out."""
+def words_of(screen, tab: str, wanted: list[str]) -> list[str]:
+    """Lines of the whole page with this tab open, numbers left out; the wanted ones once they are there."""
     screen.tab(tab)
-    screen.page.wait_for_timeout(250)
-    lines = screen.page.locator("body").inner_text().splitlines()
-    words = (re.sub(r"[\d.,−+-]*\d", "#", line).strip() for line in lines if "WebGL" not in line)
-    return [line for line in words if line]
+    screen.settle()
+    for _ in range(40):
+        screen.page.wait_for_timeout(250)
+        lines = screen.page.locator("body").inner_text().splitlines()
+        words = (re.sub(r"[\d.,−+-]*\d", "#", line).strip() for line in lines if "WebGL" not in line)
+        found = [line for line in words if line]
+        if found == wanted:
+            break
+    return found
 
 
 def picture_of(screen) -> np.ndarray:
@@ -74,13 +65,14 @@ def off(now: np.ndarray, then: np.ndarray) -> tuple[float, float]:
     return float(apart.mean()), float(apart.max())
 
 
-def test_words_and_scene_are_those_kept(app, look):
-    """A broken page is noticed; the first of these tests, as others open and close what lies folded."""
-    screen = look()
-    now = {"words": {tab: words_of(screen, tab) for tab in Tab}, "scene": picture_of(screen).round().tolist()}
+def test_words_and_scene_are_those_kept(app, look, known):
+    """A broken page is noticed."""
+    screen, then = look(new=True), known
+    words = {tab: words_of(screen, tab, then["words"].get(tab, [])) for tab in Tab}
+    now = {"words": words, "scene": picture_of(screen).round().tolist()}
     if os.environ.get("WORKBENCH_LOOKS") == "keep":
         LOOKS.write_text(json.dumps(now, ensure_ascii=False, indent=0) + "\n", encoding="utf-8")
-    then = json.loads(LOOKS.read_text(encoding="utf-8"))
+        then = json.loads(LOOKS.read_text(encoding="utf-8"))
     for tab in Tab:
         assert now["words"][tab] == then["words"][tab], f"the tab {tab} reads otherwise; see {__file__}"
     mean, most = off(np.array(now["scene"]), np.array(then["scene"]))
@@ -99,7 +91,7 @@ def test_a_scene_without_its_arm_or_a_tab_without_words_would_be_noticed(known):
         assert not [line for line in lines if any(bad in line.lower().split() for bad in NEVER_SAID)]
 
 
-def test_drag_changes_numbers_and_arm(app, look, tmp_path):
+def test_drag_changes_numbers_and_arm(app, look):
     screen = look()
     page = screen.page
     assert "Drag an arrow" in screen.text("hint")
@@ -109,15 +101,11 @@ def test_drag_changes_numbers_and_arm(app, look, tmp_path):
     start = np.array(app.worker.session.plate.targets[0].xyz)
 
     at, metre = screen.grab(1)  # across: along x the error hardly changes
-    page.evaluate(PROBE)
-    latency = []
-    for k in range(1, 5):
-        shown = page.evaluate("() => [window.__moves.length, window.__shown.length]")
+    changed = "old => ![undefined, old].includes(document.querySelector('[data-testid=index]')?.innerText)"
+    for k in range(1, 5):  # how soon: `tests/benchmarks/drag.py`
+        shown = screen.text("index")
         page.mouse.move(*(at - metre * 0.016 * k))
-        page.wait_for_function("n => window.__shown.length > n", arg=shown[1], timeout=30_000)
-        moved, drawn = page.evaluate("n => [window.__moves[n[0]], window.__shown[n[1]]]", shown)
-        latency.append(drawn - moved)
-    page.evaluate("() => window.__watch.disconnect()")
+        page.wait_for_function(changed, arg=shown, timeout=30_000)
     screen.wait_text("hint", "Release")
     screen.shoot("dragging")
     page.mouse.up()
@@ -131,9 +119,6 @@ def test_drag_changes_numbers_and_arm(app, look, tmp_path):
     assert screen.text("predicted") != before["predicted"]
     assert not np.allclose(screen.node("/arm/nominal/body2"), before["arm"], atol=1e-3)
     step_back(screen, page)
-    report = {"median_ms": round(statistics.median(latency), 1), "max_ms": round(max(latency), 1)}
-    (Path(os.environ.get("WORKBENCH_PICTURES", tmp_path)) / "latency.json").write_text(json.dumps(report))
-    assert statistics.median(latency) < 5000  # only against a freeze: the machine may be shared
 
     screen.press("Undo")
     screen.wait_text("own", before["own"])

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from driven_effects import DRIVEN, driven_file
+from driven_effects import driven_file
 from playwright.sync_api import expect
 
 from workbench.data.readers import read_measurements
@@ -13,16 +13,12 @@ from workbench.session.commands.identify import Identify
 from workbench.views.page.html import number as as_shown
 
 pytestmark = pytest.mark.browser
-OFTEN = "temperature"
-"""That of every run: the way through the page is the same for all four; `test_browser_start` takes a load."""
-DRIVERS = [d if d == OFTEN else pytest.param(d, marks=pytest.mark.slow) for d in DRIVEN]
 
 
-@pytest.mark.parametrize("driver", DRIVERS)
-def test_what_was_found_is_added_and_compared(app, look, tmp_path, driver):
-    """Whatever column drives the effect, Compare shows the errors that `evaluate` finds."""
+def test_what_was_found_is_added_and_compared(app, look, tmp_path):
+    """Compare shows the errors that `evaluate` finds; `test_added_effects` takes every column's effect."""
     screen = look()
-    path, name = driven_file(driver, tmp_path)
+    path, name = driven_file("temperature", tmp_path)
     screen.tab("Measure")
     screen.give("Load measurements", path)
     screen.wait_text("preview", path.name)

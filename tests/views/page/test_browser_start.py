@@ -27,7 +27,7 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
     rows, name = driven_file("payload", tmp_path)
     with chromium.new_context(viewport={"width": 390, "height": 844}, accept_downloads=True) as context:
         page = context.new_page()
-        page.goto(f"{app.url}/?fixedDpr=1")
+        page.goto(f"{app.url}/?fixedDpr=0.25")
 
         def press(label: str) -> None:
             page.get_by_role("button", name=label, exact=True).click(timeout=120_000)
@@ -87,7 +87,7 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
 def test_the_card_says_what_the_program_is_for_and_has_one_main_answer(app, chromium):
     page = chromium.new_page(viewport={"width": 900, "height": 700})
     try:
-        page.goto(f"{app.url}/?fixedDpr=1")
+        page.goto(f"{app.url}/?fixedDpr=0.25")
         answers = ("A robot and measurements", "Only a robot", "Nothing yet: show me", "Look around")
         buttons = [page.get_by_role("button", name=label, exact=True) for label in answers]
         buttons[0].wait_for(timeout=60_000)

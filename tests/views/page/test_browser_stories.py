@@ -27,20 +27,17 @@ def visit(chromium):
 def test_own_robot_and_rows_to_a_urdf_that_leaves_the_error_shown(visit, tmp_path):
     robot, rows = own_files(tmp_path)
     urdf = own_robot(visit, robot, rows, tmp_path)
-    clicks, seconds = visit.clicks, visit.seconds
+    clicks = visit.clicks
     toml = visit.save("TOML", tmp_path / "calibrated.toml")
     found = visit.app.worker.session.results.identification
     again = None if found.best.judged is None else found.best.fit.problem.data.row
     shown = visit.page.locator('[data-testid="file-errors"]:visible').first.inner_text()
     Saved(toml, urdf, shown, found.held_out_data.row, again).check(read_rows(rows))
-    print(f"{clicks} clicks, {seconds:.0f} s")
     assert clicks <= 5
-    assert seconds <= 60.0
 
 
 def test_own_robot_to_a_plate_that_may_be_built(visit, tmp_path):
     archive = plate(visit, own_files(tmp_path)[0], tmp_path)
-    print(f"{visit.clicks} clicks, {visit.seconds:.0f} s")
     assert visit.clicks <= 5
     assert all(state.measurable for state in visit.app.worker.session.states)
     assert any(name.endswith(".dxf") for name in zipfile.ZipFile(archive).namelist())
@@ -56,7 +53,6 @@ def test_pictures_to_the_zeros(visit, tmp_path, aria):
     photograph(aria, shifts, shots, count=30)
     archive = shutil.make_archive(str(shots), "zip", tmp_path, "shots")
     urdf = pictures(visit, archive, tmp_path)
-    print(f"{visit.clicks} clicks, {visit.seconds:.0f} s")
     assert visit.clicks - 1 <= 4  # the last one saves
     table = table_of(aria)
     table[:, 0] += shifts
