@@ -13,9 +13,11 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.motion import Motion
 from workbench.diagnosis import claimed_causes
 from workbench.diagnosis.candidates import Catalogue
+from workbench.diagnosis.cause_search import search_causes
 from workbench.diagnosis.claimed_causes import Confidence
 from workbench.diagnosis.diagnose import diagnose
-from workbench.diagnosis.evidence import Term
+from workbench.diagnosis.evidence import Term, validated
+from workbench.diagnosis.explained import explained
 from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.places import place_of
 from workbench.diagnosis.refit import refit
@@ -23,6 +25,8 @@ from workbench.diagnosis.rounds import Searched, Stage
 from workbench.diagnosis.smooth_part import smooth_part
 from workbench.diagnosis.stepwise_search import as_found
 from workbench.diagnosis.survival import Survival, survival
+from workbench.identification.fit_choices import FitChoices
+from workbench.identification.set_apart import prepare_without_gross_outliers
 
 CLEAR = 4.0
 ECCENTRIC = Candidate(JointHarmonic((1,)))
@@ -104,9 +108,10 @@ def searched_with(problem, candidate):
     """A search that found one effect."""
     rows = len(problem.data)
     geometry = refit(problem, None, ())
-    grams = compress(problem, geometry.fit.x, [candidate.effect], np.arange(rows) % 5)
+    fold = np.arange(rows) % 5
+    grams = compress(problem, geometry.fit.x, [candidate.effect], fold)
     stage = Stage(problem.data, np.ones(rows, bool), problem, geometry, np.zeros(rows, bool))
-    return Searched(stage, Catalogue((candidate,), ()), grams, as_found(grams, (Term(candidate),)))
+    return Searched(stage, Catalogue((candidate,), ()), grams, as_found(grams, (Term(candidate),)), fold)
 
 
 @pytest.mark.parametrize("everywhere", [True, False])
@@ -123,3 +128,35 @@ def test_an_effect_that_a_tenth_of_the_rows_makes_does_not_survive(everywhere):
     assert place_of(searched, searched.found.model).own > np.log(claimed_causes.CERTAIN)
     kept = survival(searched, searched.found.model, [], (), minimum=np.log(20.0))
     assert kept.holds is everywhere
+
+
+@pytest.mark.parametrize("turned", [True, False])
+def test_what_a_cause_explains_is_what_left_out_rows_lose(turned):
+    """With full poses the falls of positions and orientations make that of the whitened squares."""
+    case = make("none", 3)
+    q = case.data.q.copy()
+    q[:, 1] -= 4e-4 * np.sin(q[:, 1])
+    data = replace(case.data, q=q, **({} if turned else {"rotation": None, "sigma": None}))
+    searched = searched_with(geometric(replace(case, data=data)), ECCENTRIC)
+    grams, model = searched.grams, searched.found.model
+    (found,) = explained(searched, [model])
+    fall = (validated(grams, ()) - validated(grams, model)).sum()
+    sigma = searched.stage.geometric.typical_noise
+    parts = [found.position_mm / (1e3 * sigma.position)]
+    if turned:
+        parts.append(np.deg2rad(found.orientation_deg) / sigma.rotation)
+    assert np.square(parts).sum() * len(data) == pytest.approx(fall, rel=1e-6)
+    assert np.isnan(found.orientation_deg) is not turned
+
+
+def test_what_a_load_explains_goes_with_its_masses(soft):
+    """The same of an effect of load, whose masses act through it: other code than the cross-validation's."""
+    case, _ = soft
+    ready, _ = prepare_without_gross_outliers(case.robot, case.data, FitChoices(held_out=0.0))
+    last = search_causes(case.robot, ready, np.random.default_rng(0)).rounds[-1]
+    model = last.found.model
+    (found,) = explained(last, [model])
+    problem = last.stage.fitted.problem.with_noise(last.stage.geometric.noise)
+    fall = (validated(last.grams, ()) - validated(last.grams, model)).sum()
+    share = [found.position_mm / 1e3, np.deg2rad(found.orientation_deg)] / np.array(problem.typical_noise[:2])
+    assert np.square(share).sum() * len(problem.data) == pytest.approx(fall, rel=0.02)

@@ -52,6 +52,7 @@ from workbench.diagnosis.evidence import (
     standard_error,
     validated,
 )
+from workbench.diagnosis.explained import explained
 from workbench.diagnosis.named_joints import CLEAR, clearness, sentence_of, without_joints
 from workbench.diagnosis.one_less import validated_without
 from workbench.diagnosis.places import best_of, includes, place_of
@@ -137,12 +138,13 @@ class Cause:
     Args:
         effects: What of the saved model it is.
         odds: Against the best other claim.
-        contribution_mm: Root mean square of what it explains at the tool, on folds that took no part in its
-            fit [mm]; NaN where no positions were measured.
+        contribution_mm: What it explains at the tool (`explained.py`) [mm]; NaN where no positions were
+            measured.
         claim: What it does, in plain English.
         look_alikes: Other claims that the rows can't tell from it, the best first.
         unsure: Joints of its effects that it does not name, counted from 0.
         doubt: Why it can't be certain, as a clause; empty if it can.
+        contribution_deg: What it explains of orientations [deg]; NaN where none were measured.
     """
 
     effects: tuple[AbstractEffect, ...]
@@ -152,6 +154,7 @@ class Cause:
     look_alikes: tuple[AbstractEffect, ...]
     unsure: tuple[int, ...] = ()
     doubt: str = ""
+    contribution_deg: float = float("nan")
 
     @property
     def sentence(self) -> str:
@@ -294,13 +297,13 @@ def find_causes(
             nameless[mine] = np.hypot(nameless[mine], size)
         else:
             claimed.append((group, effects, fall, size))
-    for group, effects, fall, size in claimed:
+    at_the_tool = explained(searched, [group for group, *_ in claimed])
+    for (group, effects, fall, size), brought in zip(claimed, at_the_tool, strict=True):
         whole = together(effects)
         open_part = max([smooth, *([] if whole.is_event else nameless[list(whole.joints)])])
         odds, rivals, survive = _against_rivals(searched, group)
         odds = min(odds, _odds(steady.get(group[0].candidate.names, np.inf)))
-        explained = 1e3 * float(np.sqrt(3.0)) * known.position * size
-        is_strained = explained > STRAINED * together_mm
+        is_strained = 1e3 * float(np.sqrt(3.0)) * known.position * size > STRAINED * together_mm
         sizes = clearness(effects, std)
         unclear = [j for j, z in sizes.items() if z < CLEAR]
         doubt = whole.doubt(motion)
@@ -325,7 +328,8 @@ def find_causes(
             Cause(
                 effects=effects,
                 odds=odds,
-                contribution_mm=min(explained, together_mm) if is_strained else explained,
+                contribution_mm=min(brought.position_mm, together_mm) if is_strained else brought.position_mm,
+                contribution_deg=brought.orientation_deg,
                 claim=text if not rivals else f"{text}; or else {_listed(rivals)}",
                 look_alikes=rivals,
                 unsure=unsure,

@@ -74,12 +74,14 @@ class Searched:
         offered: What was tried.
         grams: The inner products at the stage.
         found: What was found.
+        fold: Fold of every row of the stage, for cross-validation.
     """
 
     stage: Stage
     offered: Catalogue
     grams: Grams
     found: FoundEffects
+    fold: Int[np.ndarray, " rows"]
 
 
 def geometry_first(problem: Problem) -> Stage:
@@ -258,13 +260,13 @@ def _search(stage: Stage, fold: np.ndarray, *, events: Sequence[Candidate] | Non
         found = search_effects(grams, (*plain, *happened), model)
         model = found.model
     assert found is not None, "the first search is always made"
-    return Searched(stage, replace(offered, candidates=(*plain, *happened)), grams, found)
+    return Searched(stage, replace(offered, candidates=(*plain, *happened)), grams, found, fold)
 
 
 def _unsearched(stage: Stage, fold: np.ndarray) -> Searched:
     """A stage at which nothing was tried."""
     grams = compress(stage.fitted.problem, stage.fitted.fit.x, [], fold[stage.keep])
-    return Searched(stage, Catalogue((), ()), grams, as_found(grams, ()))
+    return Searched(stage, Catalogue((), ()), grams, as_found(grams, ()), fold)
 
 
 def _fit(stage: Stage, grams: Grams | None, model: Model) -> Stage:

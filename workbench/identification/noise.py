@@ -60,7 +60,7 @@ def stated(problem: Problem) -> Noise | None:
 
     NaN for rotations that nobody measured; None where a component brings none, or no positions were measured.
     """
-    straight, turned, _ = _channels(problem)
+    straight, turned, _ = channels(problem)
     if given_by_rows(problem) is not StatedNoise.ALL or not straight.any():
         return None
     straight, angles = problem.own_sigma[straight], problem.own_sigma[turned]
@@ -105,7 +105,7 @@ def of_residual(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor | N
     if share is None:
         return None
     components = problem.physical(problem.residual(x))
-    straight, turned, tilts = _channels(problem)
+    straight, turned, tilts = channels(problem)
     position = np.sqrt((components[straight] ** 2).mean() / share) if straight.any() else np.nan
     rotation = np.sqrt((components[turned] ** 2).mean() / share) if turned.any() else problem.noise.rotation
     tilt = np.sqrt((components[tilts] ** 2).mean() / share) if tilts.any() else problem.noise.tilt
@@ -131,7 +131,7 @@ def beyond_stated(problem: Problem, x: Float[np.ndarray, " p"], factor: Factor |
     square = problem.physical(problem.residual(x)) ** 2 / share
     found = [
         _most_likely(square[mine], problem.own_sigma[mine] ** 2) if mine.any() else old
-        for mine, old in zip(_channels(problem), (*problem.noise[:2], problem.noise.tilt), strict=True)
+        for mine, old in zip(channels(problem), (*problem.noise[:2], problem.noise.tilt), strict=True)
     ]
     return Noise(found[0], found[1], tilt=found[2])
 
@@ -163,7 +163,7 @@ def _most_likely(square: Float[np.ndarray, " n"], own: Float[np.ndarray, " n"]) 
     return float(np.exp(optimize.minimize_scalar(cost, bounds=(low, high), method="bounded").x))
 
 
-def _channels(problem: Problem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def channels(problem: Problem) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Components of position, of rotation, and of tilts beside them that were measured."""
     live, turned, tilts = problem.inverse_sigma > 0.0, problem.component_channels, problem.tilted_components
     return live & ~turned, live & turned & ~tilts, live & tilts

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from markupsafe import Markup
 
 from workbench.base.advice import Advice
@@ -16,7 +15,9 @@ from workbench.diagnosis.report.plots import pictures
 from workbench.diagnosis.report.results_json import diagnosis_json
 from workbench.diagnosis.report.table import (
     EXPLAINS,
+    Units,
     alternatives,
+    contributions,
     error_units,
     errors_without_and_with,
     joint_headings,
@@ -32,7 +33,6 @@ from workbench.identification.report.html_report import error_cards
 from workbench.identification.result import error_rows
 from workbench.report.figures import DrawnFigure, png
 from workbench.report.html import write_page
-from workbench.report.numbers import short
 from workbench.report.sections import sections_of
 
 PAGE = "diagnosis.html"
@@ -80,7 +80,7 @@ def _words(result: Diagnosis) -> dict[str, Any]:
         "good": result.is_good,
         "message": result.message,
         "budget": Markup(budget_bars(result)),
-        "causes": [_cause(c) for c in result.causes],
+        "causes": [_cause(c, error_units(result)) for c in result.causes],
         "explains": " ".join([EXPLAINS, *doubts(result.causes)]),
         "residual_map": result.residual_map.sentence if result.residual_map is not None else "",
         "effects": [_effect(result, k) for k in range(len(result.effects))],
@@ -104,13 +104,13 @@ def _words(result: Diagnosis) -> dict[str, Any]:
     }
 
 
-def _cause(cause: Cause) -> dict[str, object]:
+def _cause(cause: Cause, units: Units) -> dict[str, object]:
     return {
         "label": cause.label,
         "words": cause.claim,
         "confidence": str(cause.confidence),
         "odds": odds_text(cause.odds),
-        "explained": short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–",
+        "explained": contributions(cause, units),
     }
 
 

@@ -110,6 +110,7 @@ def _cause(cause: Cause) -> Json:
         "confidence": str(cause.confidence),
         "odds": cause.odds,
         "contribution_mm": cause.contribution_mm if np.isfinite(cause.contribution_mm) else None,
+        **({"contribution_deg": cause.contribution_deg} if np.isfinite(cause.contribution_deg) else {}),
         "sentence": cause.sentence,
         "look_alikes": [_effect(e) for e in cause.look_alikes],
     }

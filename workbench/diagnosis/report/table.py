@@ -16,6 +16,7 @@ from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import first_of, plural
+from workbench.diagnosis.claimed_causes import Cause
 from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, judged
 from workbench.diagnosis.verdict import SPELT_OUT
 from workbench.identification.report.table import models_table
@@ -29,6 +30,8 @@ LISTED = 6
 """Most coefficients of one effect that are listed one by one."""
 RANKED = 5
 """Number of candidates in a summary."""
+Units = Sequence[tuple[str, str]]
+"""Names of errors and their units: of what was measured."""
 EXPLAINS = (
     "explains: √(e₁² − e₂²) of the rms error of rows left out of the fit, e₁ without the cause, e₂ with it. "
     "Odds against the best other claim, at most 100 : 1 where a doubt stays."
@@ -125,11 +128,17 @@ def errors_table(result: Diagnosis) -> Table:
 
 def causes_table(result: Diagnosis) -> Table:
     """What is claimed, how surely, and what it explains."""
-    table = new_table("Causes", folded("cause"), unbroken("is"), "odds", "explains\n[mm]")
+    headings = [f"explains\n[{unit}]" for _, unit in error_units(result)]
+    table = new_table("Causes", folded("cause"), unbroken("is"), "odds", *headings)
     for cause in result.causes:
-        explained = short(cause.contribution_mm) if np.isfinite(cause.contribution_mm) else "–"
-        table.add_row(cause.label, str(cause.confidence), odds_text(cause.odds), explained)
+        sizes = contributions(cause, error_units(result))
+        table.add_row(cause.label, str(cause.confidence), odds_text(cause.odds), *sizes)
     return table
+
+
+def contributions(cause: Cause, units: Units) -> list[str]:
+    """What a cause explains, unit by unit; – where that is unknown."""
+    return [short(v) for v, _ in zip((cause.contribution_mm, cause.contribution_deg), units, strict=False)]
 
 
 def odds_text(odds: float) -> str:
@@ -149,10 +158,6 @@ def effects_table(result: Diagnosis) -> Table:
         text = "\n".join(f"{name} {size}" for name, size in sizes)
         table.add_row(found.effect.label, text, *errors_without_and_with(found, units))
     return table
-
-
-Units = Sequence[tuple[str, str]]
-"""Names of errors and their units: of what was measured."""
 
 
 def error_units(result: Diagnosis) -> Units:

@@ -1,0 +1,83 @@
+"""What causes explain at the tool: √(e₁² − e₂²), rms errors of rows left out of the fit, without and with.
+
+The same linear models as in the cross-validation, but measured in mm and degrees: a fall of whitened squares
+says neither where rows are weighed differently, nor of positions and orientations apart.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from workbench.arm.effects import AbstractEffect
+from workbench.diagnosis.candidate_columns import candidate_columns, carriers
+from workbench.diagnosis.evidence import Model, drop, without_each_fold
+from workbench.diagnosis.gram_matrices import weighed
+from workbench.diagnosis.rounds import Searched
+from workbench.identification.noise import channels
+
+
+class Explained(NamedTuple):
+    """By one cause; NaN where nothing of the kind was measured."""
+
+    position_mm: float
+    orientation_deg: float
+
+
+def explained(searched: Searched, groups: Sequence[Model]) -> list[Explained]:
+    """What some groups of a model's terms explain."""
+    if not groups:
+        return []
+    model = searched.found.model
+    solutions = np.stack(
+        [without_each_fold(searched.grams, m) for m in (model, *(drop(model, g) for g in groups))], axis=2
+    )
+    left = np.concatenate(list(_left(searched, solutions)))
+    problem = searched.stage.fitted.problem.with_noise(searched.stage.geometric.noise)
+    straight, turned, _ = channels(problem)
+    sizes = np.stack([problem.physical(each) for each in left.T]) ** 2
+    falls = []
+    for mine, unit in ((straight, 1e3), (turned, float(np.rad2deg(1.0)))):
+        squares = 3.0 * sizes[:, mine].mean(1) if mine.any() else np.full(len(sizes), np.nan)
+        falls.append(unit * np.sqrt(np.maximum(squares[1:] - squares[0], 0.0)))
+    return [Explained(*pair) for pair in np.transpose(falls).tolist()]
+
+
+def _left(
+    searched: Searched, solutions: Float[np.ndarray, "folds gc k"]
+) -> Iterator[Float[np.ndarray, "m k"]]:
+    """What solutions leave of the rows of the fold that each has not seen, whitened, block by block."""
+    grams, fitted = searched.grams, searched.stage.fitted
+    problem, x = fitted.problem.with_noise(searched.stage.geometric.noise), fitted.fit.x
+    effects: Sequence[AbstractEffect] = carriers([t.candidate.effect for t in searched.found.model])
+    loaded = weighed(problem, problem.robot_at(x))
+    moved = {
+        p.name: v - p.nominal for p, v in zip(problem.parameters, x.tolist(), strict=True) if p.is_inertia
+    }
+    own = [n for e in effects for n in e.names]
+    inertial = [f"{n} by {' '.join(e.names)}" for e in loaded for n in moved]
+    names, value = [*own, *inertial], dict(zip(problem.names, x.tolist(), strict=True))
+    present = np.array([value.get(n, 0.0) for n in own] + list(moved.values()) * len(loaded))
+    fitted_by = {
+        n: e in problem.robot_at(x).effects
+        for e in loaded
+        for n in (f"{m} by {' '.join(e.names)}" for m in moved)
+    }
+    present[len(own) :] *= [fitted_by[n] for n in inertial]
+    steps = solutions[:, grams.columns(names)] / grams.scales(names)[:, None]
+    plain = np.array([p.is_plain for p in problem.parameters], bool)
+    geometry = np.einsum("pg,fgk->fpk", grams.basis, solutions[:, : grams.geometry])
+    pieces = {block.start: piece for block, piece in problem.pieces(x) if block is not None}
+    fold = searched.fold[searched.stage.keep]
+    for block, columns in candidate_columns(problem, x, effects, weighed=loaded):
+        piece = pieces[block.start]
+        label = np.repeat(fold[block.rows], len(columns) // len(block.rows))
+        out = np.empty((len(columns), solutions.shape[2]))
+        whole = piece.residual + columns @ present
+        for f in np.unique(label):
+            mine = label == f
+            out[mine] = (
+                whole[mine, None] - piece.jacobian[mine][:, plain] @ geometry[f] - columns[mine] @ steps[f]
+            )
+        yield out
