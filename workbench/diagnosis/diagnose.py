@@ -60,7 +60,7 @@ from workbench.plate.door import door
 
 NO_DIRECTION = (
     "play by the direction of motion was not tried: no row has a direction or a time; if rows stand in the "
-    "order in which they were measured, add time[s]"
+    "order in which they were measured, add time[s], or directions as direction1 …"
 )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from workbench.arm.effects.axes import turns
-from workbench.arm.effects.effect import CLEAR, AbstractEffect, Candidate, moved_joints
+from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
 from workbench.arm.effects.valid_range import Learned, range_problem
 from workbench.arm.motion import Motion
 
@@ -35,6 +35,8 @@ FULL_TURN = np.deg2rad(340.0)
 """A joint that turned this far was seen all round [rad]."""
 WHOLE_PERIOD = 0.9
 """Part of a period that the rows must hold for its order to be named."""
+NAMED = 4.0
+"""Standard errors from which on an order of a band, one of many, is named."""
 MAX_NAMED_ORDERS = 3
 """Orders of a band that its sentence names."""
 
@@ -130,7 +132,7 @@ class JointHarmonic(AbstractEffect):
         squares = np.square(self.coefficients).reshape(shape).sum(2)
         variance = np.diagonal(covariance).reshape(shape).sum(2)
         whole = np.array(self.orders) * span >= WHOLE_PERIOD * 2.0 * np.pi
-        strength = np.where(whole & (squares >= CLEAR**2 * variance), squares, 0.0).max(0)
+        strength = np.where(whole & (squares >= NAMED**2 * variance), squares, 0.0).max(0)
         largest = sorted(
             self.orders[i] for i in np.argsort(-strength)[:MAX_NAMED_ORDERS] if strength[i] > 0.0
         )

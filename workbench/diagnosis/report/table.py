@@ -17,9 +17,10 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import first_of, plural
 from workbench.diagnosis.claimed_causes import Cause
-from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, judged
+from workbench.diagnosis.result import Accepted, Diagnosis, Ranked, Verdict, judged
 from workbench.diagnosis.verdict import SPELT_OUT
 from workbench.identification.report.table import models_table
+from workbench.identification.row_errors import Errors
 from workbench.report.numbers import readable_unit, short, with_error
 from workbench.report.tables import folded, line, new_table, unbroken
 
@@ -36,8 +37,8 @@ EXPLAINS = (
     "explains: √(e₁² − e₂²) of the rms error of rows left out of the fit, e₁ without the cause, e₂ with it. "
     "Odds against the best other claim, at most 100 : 1 where a doubt stays."
 )
-UNLIKELY, LARGE = 1e6, 100.0
-"""Odds against an alternative beyond which it is none, and what of their logarithm is looked at."""
+UNLIKELY = float(np.log(1e6))
+"""Logarithm of the odds against an alternative beyond which it is none."""
 
 
 def diagnosis_tables(result: Diagnosis) -> RenderableType:
@@ -186,22 +187,21 @@ def alternatives(result: Diagnosis) -> list[str]:
     return [text for text in said if text]
 
 
+def nearly_as_good(found: Accepted) -> list[Ranked]:
+    """What would do in an effect's place: not beyond a million to one, and no worse than nothing there."""
+    near = [r for r in found.alternatives if found.gain - r.gain <= UNLIKELY]
+    return [r for r in near if r.held_out_mm is None or not r.held_out_mm > found.before_mm]
+
+
 def _instead(found: Accepted) -> str:
     """Empty where nothing does in the effect's place."""
-    rivals = []
-    for rival in found.alternatives:
-        if rival.held_out_mm is not None and rival.held_out_mm > found.before_mm:
-            continue
-        odds = float(np.exp(np.clip(found.gain - rival.gain, 0.0, LARGE)))
-        if odds > UNLIKELY:
-            continue
-        error = "" if rival.errors is None else rival.errors.text("mean")
-        rivals.append(f"{rival.effect.label} ({', '.join([*([error] if error else []), f'1 : {odds:.0f}'])})")
-    size = found.after.text("mean")
-    own = f" ({size})" if size else ""
-    return (
-        f"Alternatives to {found.effect.phrase}{own}, with their odds: {'; '.join(rivals)}" if rivals else ""
-    )
+
+    def sized(label: str, errors: Errors | None) -> str:
+        size = "" if errors is None else errors.text("mean")
+        return f"{label} ({size})" if size else label
+
+    rivals = "; ".join(sized(r.effect.label, r.errors) for r in nearly_as_good(found))
+    return f"Alternatives to {sized(found.effect.phrase, found.after)}: {rivals}" if rivals else ""
 
 
 def outlier_text(result: Diagnosis) -> str:

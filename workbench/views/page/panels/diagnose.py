@@ -10,7 +10,7 @@ from workbench.arm.joint_units import joint_text
 from workbench.base.wording import capital
 from workbench.diagnosis.claimed_causes import Confidence
 from workbench.diagnosis.report.budget import budget_bars
-from workbench.diagnosis.report.table import outlier_text
+from workbench.diagnosis.report.table import EXPLAINS, nearly_as_good, outlier_text
 from workbench.diagnosis.result import Diagnosis
 from workbench.session.commands.diagnose import TakeNextPoses
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
@@ -134,20 +134,25 @@ def _next(found: Diagnosis) -> str:
 def _causes(found: Diagnosis) -> str:
     lines = [
         f"{text(cause.sentence)} <span style='color:{MUTED}'>({cause.confidence}"
-        + (f"; {number(cause.contribution_mm)} mm" if np.isfinite(cause.contribution_mm) else "")
+        + "".join(
+            f"; {number(value)}{unit}"
+            for value, unit in ((cause.contribution_mm, " mm"), (cause.contribution_deg, "°"))
+            if np.isfinite(value)
+        )
         + ")</span>"
         for cause in found.causes
     ]
     if found.residual_map is not None:
         lines.append(f"<span style='color:{MUTED}'>{text(found.residual_map.sentence)}</span>")
-    return heading("Causes") + bullets(lines) if lines else ""
+    defined = f'<div style="color:{MUTED}">{text(EXPLAINS)}</div>' if found.causes else ""
+    return heading("Causes, and what each explains") + bullets(lines) + defined if lines else ""
 
 
 def _effects(found: Diagnosis) -> list[str]:
     """The contribution of each effect, and alternatives that fit nearly as well."""
     lines = []
     for accepted in found.effects:
-        others = ", ".join(r.effect.label for r in accepted.alternatives[:2])
+        others = ", ".join(r.effect.label for r in nearly_as_good(accepted)[:2])
         more = f'<div style="color:{MUTED}">Nearly as good: {text(others)}</div>' if others else ""
         fall = f"{accepted.before.text('mean')} → {accepted.after.text('mean')}"
         lines.append(f"{text(accepted.effect.label)} <span style='color:{MUTED}'>({fall})</span>{more}")
