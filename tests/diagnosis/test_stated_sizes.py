@@ -1,4 +1,6 @@
-"""What is stated of sizes: only what the rows support."""
+"""What is stated of sizes: only what the rows support, and ± that hold where rows share an error."""
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,8 +11,11 @@ from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.effects.local_joint_error import LocalJointError
 from workbench.arm.motion import Motion
 from workbench.diagnosis.named_joints import sentence_of
+from workbench.diagnosis.standard_errors import MIN_PLACES, dependence
+from workbench.plate.simulated_measurement import measure_poses
 
 ARIA = wb.load_robot("aria")
+REPEATS = 5
 
 
 class Independent(dict):
@@ -69,3 +74,28 @@ def test_the_largest_error_of_a_joint_is_one_that_the_rows_support():
     assert bare > 4e-3
     size = float(supported.split("up to ")[1].split(" mrad")[0])
     assert size < 3.0
+
+
+@pytest.fixture(scope="module")
+def measured():
+    """Poses that were measured several times each, with an error of each pose and less of each reading."""
+    _, rows = measure_poses(ARIA, 3 * MIN_PLACES, instrument="ideal", seed=5)
+    return rows.take(np.repeat(np.arange(len(rows)), REPEATS))
+
+
+def fitted(rows, shared, own):
+    rng = np.random.default_rng(2)
+    place = np.arange(len(rows)) // REPEATS
+    error = shared * rng.standard_normal((place.max() + 1, 3))[place] + own * rng.standard_normal(
+        (len(rows), 3)
+    )
+    data = replace(rows, position=rows.position + error, rotation=None, sigma=None, row=np.arange(len(rows)))
+    return wb.identify(ARIA, data, held_out=0.0).best.fit
+
+
+def test_standard_errors_count_places_whose_rows_share_an_error(measured):
+    """Readings of one pose that all err alike tell no more than one: ± grows by the root of their number."""
+    together, apart = (dependence(fitted(measured, *sizes)) for sizes in ((1e-4, 1e-6), (0.0, 1e-4)))
+    assert np.median(together) == pytest.approx(np.sqrt(REPEATS), rel=0.25)
+    assert np.median(apart) < 1.2
+    assert apart.min() >= 1.0

@@ -1,11 +1,30 @@
-"""Standard errors of a diagnosis' coefficients, with what hides in them."""
+"""Standard errors of a diagnosis' coefficients: with what hides in them, and where rows share an error.
+
+With H = JᵀJ of the whitened rows, Λ what was expected beforehand and A = H + Λ, the covariance is σ² A⁻¹ if
+rows err independently. Rows of one place (a group, or one posture measured again) may share an error; then
+it is
+
+    A⁻¹ (M + σ² Λ) A⁻¹,      M = G/(G−1) Σ_g s_g s_gᵀ,      s_g = Σ_{i in g} J_iᵀ r_i
+
+over the G places. It counts where it is larger, from `MIN_PLACES` places on.
+
+Source: Liang, Zeger, Longitudinal data analysis using generalized linear models, Biometrika 73(1), 1986.
+"""
 
 from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
+from workbench.data.dataset import Dataset
 from workbench.identification.fit import Fit
+
+REPEATED = 1e-3
+"""Joint positions [rad or m] that differ less count as one posture."""
+MIN_PLACES = 20
+"""Places below which what their rows share can't be told."""
+MIN_ROWS = 1.5
+"""Mean number of rows of a place below which rows count one by one."""
 
 
 class StandardErrors(Mapping[str, float]):
@@ -20,7 +39,7 @@ class StandardErrors(Mapping[str, float]):
         self._places = {name: i for i, name in enumerate(fit.problem.names)}
         own = fit.std
         more = np.sqrt([hidden.get(name, 0.0) for name in self._places])
-        self._covariance, self._std = fit.covariance, np.hypot(own, more)
+        self._covariance, self._std = fit.covariance, np.hypot(own * dependence(fit), more)
         self._ratio = self._std / np.where(own > 0.0, own, 1.0)
 
     def __getitem__(self, name: str) -> float:
@@ -36,3 +55,37 @@ class StandardErrors(Mapping[str, float]):
         """Of some unknowns [SI²], with these standard errors."""
         mine = [self._places[n] for n in names]
         return self._covariance[np.ix_(mine, mine)] * np.outer(self._ratio[mine], self._ratio[mine])
+
+
+def dependence(fit: Fit) -> Float[np.ndarray, " p"]:
+    """How many times larger each standard error is where rows of one place share an error, at least 1."""
+    problem, ones = fit.problem, np.ones(len(fit.problem.names))
+    place = places(problem.data)
+    count = int(place.max(initial=-1)) + 1
+    if count < MIN_PLACES or len(place) < MIN_ROWS * count:
+        return ones
+    root, variance = fit.factor.root, fit.variance_factor
+    scores, inner = np.zeros((count, root.shape[1])), np.zeros((root.shape[1], root.shape[1]))
+    for block, piece in problem.pieces(fit.x):
+        if block is None:
+            continue
+        moved = piece.jacobian @ root
+        inner += moved.T @ moved
+        np.add.at(
+            scores,
+            np.repeat(place[block.rows], len(moved) // len(block.rows)),
+            moved * piece.residual[:, None],
+        )
+    shared = scores.T @ scores * count / (count - 1.0) - variance * inner
+    more = np.einsum("pi,ij,pj->p", root, shared, root)
+    own = variance * (root**2).sum(1)
+    return np.sqrt(1.0 + np.maximum(more, 0.0) / np.where(own > 0.0, own, np.inf))
+
+
+def places(data: Dataset) -> Int[np.ndarray, " rows"]:
+    """Number of every row's place: its group, or else its posture within its session."""
+    if data.group is not None:
+        return np.unique(data.group, return_inverse=True)[1]
+    session = np.zeros(len(data)) if data.session is None else np.unique(data.session, return_inverse=True)[1]
+    key = np.column_stack([session, np.round(data.q / REPEATED)])
+    return np.unique(key, axis=0, return_inverse=True)[1].ravel()
