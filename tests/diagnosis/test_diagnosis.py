@@ -130,6 +130,21 @@ def test_orientations_are_judged_wherever_positions_are(diagnosed, nothing):
     assert [unit for _, unit in error_units(nothing)] == ["mm"]
 
 
+def test_a_cause_and_its_effect_say_the_same(diagnosed):
+    (cause,) = diagnosed.causes
+    (effect,) = [e for e in diagnosed.effects if e.effect.names == cause.effects[0].names]
+    assert effect.text == cause.text
+    assert str(cause.confidence) in cause.stated
+    assert cause.stated in diagnosed.message
+
+
+def test_the_saved_arm_leaves_the_error_that_is_stated(diagnosed):
+    rows = diagnosed.final_fit.problem.data
+    seen = tool_poses(diagnosed.calibrated, Motion.of(rows))[:, :3, 3]
+    left = 1e3 * np.linalg.norm(seen - rows.position, axis=1).mean()
+    assert diagnosed.saved_errors.position_mm.mean == pytest.approx(left, rel=1e-9)
+
+
 def test_what_was_not_measured_is_null(nothing):
     found = diagnosis_json(nothing)
     assert found["effects"] == []

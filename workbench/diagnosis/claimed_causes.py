@@ -140,7 +140,7 @@ class Cause:
         odds: Against the best other claim.
         contribution_mm: What it explains at the tool (`explained.py`) [mm]; NaN where no positions were
             measured.
-        claim: What it does, in plain English.
+        text: What it does, in plain English.
         look_alikes: Other claims that the rows can't tell from it, the best first.
         unsure: Joints of its effects that it does not name, counted from 0.
         doubt: Why it can't be certain, as a clause; empty if it can.
@@ -150,11 +150,24 @@ class Cause:
     effects: tuple[AbstractEffect, ...]
     odds: float
     contribution_mm: float
-    claim: str
+    text: str
     look_alikes: tuple[AbstractEffect, ...]
     unsure: tuple[int, ...] = ()
     doubt: str = ""
     contribution_deg: float = float("nan")
+
+    @property
+    def claim(self) -> str:
+        """What it does, or what else may do that."""
+        return f"{self.text}; or else {_listed(self.look_alikes)}" if self.look_alikes else self.text
+
+    @property
+    def stated(self) -> str:
+        """That with how sure it is."""
+        if self.look_alikes:
+            return f"{self.claim} ({self.confidence})"
+        first, *rest = self.text.split("; ", 1)
+        return "; ".join([f"{first} ({self.confidence})", *rest])
 
     @property
     def sentence(self) -> str:
@@ -330,7 +343,7 @@ def find_causes(
                 odds=odds,
                 contribution_mm=min(brought.position_mm, together_mm) if is_strained else brought.position_mm,
                 contribution_deg=brought.orientation_deg,
-                claim=text if not rivals else f"{text}; or else {_listed(rivals)}",
+                text=text,
                 look_alikes=rivals,
                 unsure=unsure,
                 doubt=doubt or "",

@@ -21,7 +21,7 @@ from workbench.identification.fit import Fit
 from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged, with_error
-from workbench.identification.row_errors import Errors, RowErrors
+from workbench.identification.row_errors import Errors, RowErrors, row_errors
 from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
@@ -262,6 +262,14 @@ class Diagnosis(AbstractShown):
     def error(self) -> BeforeAfter:
         """Errors of the geometry alone and with the accepted effects."""
         return BeforeAfter(judged(self.before), judged(self.after))
+
+    @cached_property
+    def saved_errors(self) -> Errors | None:
+        """Of the saved arm on the rows to which it was fitted; None after events, where it holds for few."""
+        if self.now is not None:
+            return None
+        fit = self.final_fit
+        return row_errors(fit.calibrated, fit.problem.data, known=fit.problem.instrument(fit.x)).summary
 
     def identification(self) -> Identification:
         """The arm as the result of an identification; errors are those of before the fit on all rows."""

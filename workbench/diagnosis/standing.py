@@ -69,6 +69,6 @@ def standing_causes(fit: Fit, file: Robot, noise: Noise) -> Iterator[Cause]:
                 effects=(effect,),
                 odds=found.odds,
                 contribution_mm=explained,
-                claim=capital(found.text),
+                text=capital(found.text),
                 look_alikes=(),
             )

@@ -107,7 +107,7 @@ def conclude(
         of = f" of {size}" if size else ""
         return verdict, f"{lead}No effect was found beside the geometry; the remaining error{of} {rest}."
     verdict = Verdict.PARTLY if more else Verdict.EXPLAINED
-    sentences = [f"{c.claim} ({c.confidence})." for c in causes[:SPELT_OUT]]
+    sentences = [f"{c.stated}." for c in causes[:SPELT_OUT]]
     if len(causes) > SPELT_OUT:
         sentences.append(f"{len(causes) - SPELT_OUT} more causes are listed.")
     sentences += doubts(causes)

@@ -26,7 +26,7 @@ from workbench.report.numbers import readable
 STILL = float(np.deg2rad(1.0))
 """A joint [rad, or m] that moves less than this shows no error of its own."""
 
-CLEAR = 2.0
+CLEAR = 3.0
 """Standard errors below which a size is not stated as found."""
 UNDRIVEN = 1e-9
 """Laws that move an element less than this per unit [rad or m] don't move it."""

@@ -115,10 +115,11 @@ class JointHarmonic(AbstractEffect):
         part of a turn they saw it."""
         span = float(np.ptp(motion.q[:, list(self.joints)], axis=0).max())
         periods = span * self.orders[-1] / (2.0 * np.pi)
+        begin = f"{self.where} has an error of up to {size} that"
         seen = f"the {np.rad2deg(span):.0f}° that it turned"
         if periods < WHOLE_PERIOD:
-            return f"{self.where} has an error of up to {size} over {seen}, too little to see how it repeats"
-        text = f"{self.where} has an error of up to {size} that repeats {self._times(span, covariance)}"
+            return f"{begin} varies slowly over {seen}, less than a period"
+        text = f"{begin} repeats {self._times(span, covariance)}"
         if span >= FULL_TURN:
             return text
         return f"{text} (seen over {seen}{f', {periods:.1f} periods' if len(self.orders) == 1 else ''})"

@@ -133,6 +133,14 @@ def _facts(result: Diagnosis) -> list[tuple[str, str]]:
         ("Rows", f"{rows}, {len(result.excluded)} excluded"),
         ("Remaining error", f"{result.noise.text} per axis"),
     ]
+    if result.saved_errors is not None:
+        count = len(result.final_fit.problem.data)
+        facts.append(
+            (
+                "Saved arm",
+                f"mean error {result.saved_errors.text('mean')} on all {count} rows it was fitted to",
+            )
+        )
     if result.floor is not None:
         facts.append(("Known noise", f"{result.floor.text} per axis"))
     if result.joint_noise is not None:

@@ -46,7 +46,7 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
     parts = _beginning(result)
     if result.causes:
         parts += [causes_table(result), Text(EXPLAINS, style="dim")]
-        parts += [line("cause", cause.claim) for cause in result.causes[SPELT_OUT:]]
+        parts += [line("cause", cause.stated) for cause in result.causes[SPELT_OUT:]]
     if result.effects:
         parts.append(effects_table(result))
         mapped = [found for found in result.effects if not _is_claimed(result, found.effect)]
