@@ -28,8 +28,8 @@ LEADS = 0.5
 """Part of what is left that noise of joint readings must make for the verdict to begin with it."""
 SETTLE = "let the arm settle before its joints are read, or average several readings"
 """What to do about it …"""
-LOOK = "check it for friction that winds up the drive, a worn coupling or a poor encoder"
-"""… and where one joint scatters alone."""
+LOOK = "check for friction that winds up the drive, a worn coupling or a poor encoder"
+"""… and where some joints scatter alone."""
 LITTLE = np.deg2rad(30.0)
 """A joint that turned less than this moved little [rad]; less than `STILL`, not at all."""
 TOGETHER = 0.02
