@@ -1,12 +1,18 @@
-"""Rows and sessions that are named: those that stand out, those that drift."""
+"""What is named: rows that stand out, sessions that drift, what the map takes off."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import workbench as wb
+from workbench.arm.effects import Candidate
+from workbench.arm.effects.encoder_scale import EncoderScale
+from workbench.diagnosis.diagnose import _residual_map as residual_map
+from workbench.diagnosis.evidence import Term
 from workbench.diagnosis.structure import structure_of
+from workbench.identification.row_errors import Errors, RowErrors
 from workbench.identification.set_apart import stand_out_note
 from workbench.plate.simulated_measurement import measure_poses
 
@@ -55,3 +61,27 @@ def test_held_out_rows_that_stand_out_are_named_with_the_mean_without_them():
     assert stand_out_note(np.arange(5), errors[[0, 1, 2, 4, 5]]) == ""
     assert stand_out_note(np.arange(0), errors[:0]) == ""
     assert stand_out_note(np.arange(2), np.full(2, np.nan)) == ""
+
+
+@pytest.mark.parametrize(("named", "before"), [(0.2, 0.2), (0.55, 0.4)])
+def test_the_map_takes_off_no_more_than_the_geometry_leaves(named, before):
+    """Causes that were fitted with a map may predict worse than the geometry where they stand alone."""
+
+    def errors(size):
+        return Errors.of(RowErrors(np.full(3, 1e-3 * size), np.full(3, np.nan), np.full(3, np.nan)))
+
+    def validation(size):
+        return SimpleNamespace(errors=SimpleNamespace(held_out=errors(size), train=None))
+
+    cause, other = EncoderScale((1,), (0.01,)), EncoderScale((2,), (0.01,))
+    found = residual_map(
+        (Term(Candidate(cause)), Term(Candidate(other))),
+        [SimpleNamespace(effect=e) for e in (cause, other)],
+        [SimpleNamespace(effects=(cause,))],
+        SimpleNamespace(refitted=lambda model: errors(named)),
+        SimpleNamespace(before=validation(0.4), after=validation(0.1)),
+    )
+    assert found.effects == (other,)
+    assert found.before_mm == pytest.approx(before)
+    assert found.after_mm == pytest.approx(0.1)
+    assert found.beside_causes is (named < 0.4)

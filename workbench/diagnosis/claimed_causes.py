@@ -215,9 +215,9 @@ class ResidualMap:
 
     Args:
         effects: Smooth errors of joints, and effects too small to be called causes.
-        before: Held-out errors without them: of the geometry, with the causes if there are any.
+        before: Held-out errors without them: of the geometry, with the causes if these alone predict better.
         after: With them.
-        beside_causes: Whether there are any.
+        beside_causes: Whether they do.
     """
 
     effects: tuple[AbstractEffect, ...]
@@ -228,6 +228,12 @@ class ResidualMap:
     @property
     def joints(self) -> tuple[int, ...]:
         return tuple(sorted({j for e in self.effects for j in e.joints}))
+
+    @property
+    def claim(self) -> str:
+        """What it does not claim."""
+        where = f" of {joint_list(self.joints)}" if self.joints else ""
+        return f"A residual map{where} predicts the rest, but names no cause"
 
     @property
     def sentence(self) -> str:

@@ -361,12 +361,14 @@ def _residual_map(
     if not others:
         return None
     blamed = tuple(t for t in model if t.candidate.names in claimed)
-    before, after = (judged(v.errors) for v in (search.before, search.after))
+    alone, after = (judged(v.errors) for v in (search.before, search.after))
+    named = judge.refitted(blamed) if blamed else alone
+    is_better = named.position_mm.mean < alone.position_mm.mean
     return ResidualMap(
         effects=others,
-        before=judge.refitted(blamed) if blamed else before,
+        before=named if is_better else alone,
         after=after,
-        beside_causes=bool(blamed),
+        beside_causes=bool(blamed) and is_better,
     )
 
 

@@ -112,9 +112,10 @@ def conclude(
         sentences.append(f"{len(causes) - SPELT_OUT} more causes are listed.")
     sentences += doubts(causes)
     if residual_map is not None:
+        in_full = residual_map.beside_causes or not causes  # else the fall of both together says it all
         sentences += [
             *([] if causes else ["No cause was found beside the geometry."]),
-            f"{residual_map.sentence}.",
+            f"{residual_map.sentence if in_full else residual_map.claim}.",
         ]
     if not causes:
         return verdict, f"{lead}{' '.join(sentences)} What remains {rest}."
