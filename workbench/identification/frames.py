@@ -241,7 +241,7 @@ def _where_the_base_is(robot: Robot, aligned: Robot) -> list[str]:
         return []
     axis = int(np.argmax(np.abs(turn)))
     about = f" about {'xyz'[axis]}" if angle and abs(turn[axis]) > 0.99 * angle else ""
-    which = f"base of session '{aligned.sessions[0].name}'" if aligned.sessions else "base"
+    which = f"base of session '{next(iter(aligned.sessions))}'" if aligned.sessions else "base"
     return [
         f"{which}: turned by {np.rad2deg(angle):.1f}°{about} and {moved:.3f} m from where the file has it"
     ]
