@@ -9,6 +9,7 @@ from workbench.arm.kinematics.forward import sensitivity as sensitivity
 from workbench.arm.kinematics.forward import sensitivity_blocks as sensitivity_blocks
 from workbench.arm.kinematics.forward import tool_poses as tool_poses
 from workbench.arm.motion import Motion as Motion
+from workbench.arm.mounting import Mounting as Mounting
 from workbench.arm.own_robot.find_convention import find_convention as find_convention
 from workbench.arm.own_robot.readings import table_readings as table_readings
 from workbench.arm.own_robot.readings import typed_readings as typed_readings

@@ -38,8 +38,8 @@ def test_pure_offsets_are_recovered_exactly(nominal, parts):
     assert found.after.position_max < 1e-9
     assert found.after.rotation_max < 1e-9
     assert found.before.position_mean > 1e-3
-    assert found.tool.pose == pytest.approx(nominal.tool.pose, abs=1e-9)
-    assert found.base.pose == pytest.approx(nominal.base.pose, abs=1e-9)
+    assert found.robot.tool.pose == pytest.approx(nominal.tool.pose, abs=1e-9)
+    assert found.robot.base.pose == pytest.approx(nominal.base.pose, abs=1e-9)
 
 
 def test_numbers_that_repeat_others_are_held_and_named(nominal):
@@ -56,7 +56,9 @@ def test_frames_are_taken_from_the_calibrated_arm_and_corrected(nominal):
     q = rng.uniform(-1.0, 1.0, (20, 6))
     assert tool_poses(found.robot, Motion(q)) == pytest.approx(tool_poses(calibrated, Motion(q)), abs=1e-8)
     assert tool_poses(found.robot, Motion(q)) == pytest.approx(
-        tool_poses(nominal.with_frames(base=found.base, tool=found.tool), Motion(q + found.offsets)),
+        tool_poses(
+            nominal.with_frames(base=found.robot.base, tool=found.robot.tool), Motion(q + found.offsets)
+        ),
         abs=1e-12,
     )
 

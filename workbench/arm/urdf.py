@@ -314,7 +314,7 @@ def write_urdf(robot: Robot, path: Path | str) -> Path:
         FileError: the file that the robot came from is gone.
         RobotError: the robot has something that a URDF can't say.
     """
-    robot = usable_arm(robot, effects=False).in_first_session
+    robot = usable_arm(robot, effects=False).robot.in_first_session
     if robot.urdf is not None:
         root = _root(robot.urdf.path, wanted="the URDF again that the robot came from")
         _correct_origins(root, robot, robot.urdf.joints)

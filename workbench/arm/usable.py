@@ -92,16 +92,11 @@ class Usable:
     q: Float[np.ndarray, "rows n"]
     notes: tuple[str, ...] = ()
 
-    @property
-    def in_first_session(self) -> Robot:
-        """The arm to use with base and tool of its first session: all that a file of one arm can hold."""
-        return self.robot.in_first_session
-
     def wanted(self, q: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows 4 4"]:
         """Poses of the tool in the first session that a file should have: the calibrated arm's own where it
         was observed, elsewhere those of the arm to use."""
         known, _ = divided(self.robot)
-        poses = tool_poses(self.in_first_session.with_effects(*known), Motion(q))
+        poses = tool_poses(self.robot.in_first_session.with_effects(*known), Motion(q))
         own = tool_poses(self.calibrated, Motion(q))
         if self.sees_position:
             poses[:, :3, 3] = own[:, :3, 3]

@@ -161,7 +161,7 @@ def export_robot(form: AbstractForm, path: Path | str, job: Job, *, rows: int = 
         require_same_arm(whole.robot, job.nominal)
     carried = whole if form.takes_calibrated else usable_arm(job.robot, nominal=job.nominal, effects=False)
     if not form.takes_calibrated:
-        job = replace(job, robot=carried.in_first_session)
+        job = replace(job, robot=carried.robot.in_first_session)
     job = replace(job, before=before)
     text = form.write(job)
     read = form.read(text, job)

@@ -68,9 +68,7 @@ class ControllerNumbers:
     Args:
         parts: What was allowed to change.
         offsets: To be added to every joint reading before the nominal kinematics [rad or m].
-        tool: Tool frame in the nominal arm's last frame.
-        base: Pose of the nominal arm's base in the measuring frame.
-        robot: The nominal arm with all of this.
+        robot: The nominal arm with them, and with tool and base to enter.
         held: Numbers that repeat what others do and stayed as they were, such as `base.yaw`.
         before: Errors of the nominal arm with its best base and tool, where those were identified.
         after: Errors that remain.
@@ -82,8 +80,6 @@ class ControllerNumbers:
 
     parts: tuple[ControllerPart, ...]
     offsets: Float[np.ndarray, " n"]
-    tool: Frame
-    base: Frame
     robot: Robot
     held: tuple[str, ...]
     before: PoseErrors
@@ -164,8 +160,6 @@ def controller_numbers(
     return ControllerNumbers(
         parts=chosen,
         offsets=frozen(arm.chain.values[drives] - start.chain.values[drives]),
-        tool=arm.tool,
-        base=arm.base,
         robot=arm,
         held=held,
         before=_errors(wanted, start, here),

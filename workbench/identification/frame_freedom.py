@@ -69,7 +69,7 @@ def frame_parameters(
         ("tool", frames.tool, frames.tool_per_session),
     ):
         for session in sessions if own else sessions[:1]:
-            frame: Frame = getattr(robot.sessions.get(session, robot.mounting) if own else robot, kind)
+            frame: Frame = getattr(frames.start(robot, session), kind)
             for part in sorted(parts, key=FRAME_PARTS.index):
                 place = FRAME_PARTS.index(part)
                 nominal, unit = (float(frame.xyz[place]), "m") if place < 3 else (0.0, "rad")
@@ -97,16 +97,11 @@ def moved_robot(
 
 def on_level(robot: Robot, sessions: Sequence[str], freedom: FrameFreedom) -> Robot:
     """The robot with gravity along the z axis of the measuring frame, as its bases stand there now."""
-    level = robot.under(levelled(robot.gravity, robot.base.rotation))
-    if not robot.sessions:
-        return level
-    placed = {name: freedom.start(level, name) for name in sessions}
-    if freedom.base_per_session:
-        placed = {
-            name: replace(own, gravity=levelled(robot.gravity, own.base.rotation))
-            for name, own in placed.items()
-        }
-    return replace(level, sessions=placed)
+    placed = freedom.placed(robot.under(levelled(robot.gravity, robot.base.rotation)), sessions)
+    if not freedom.base_per_session:
+        return placed
+    own = {n: replace(m, gravity=levelled(m.gravity, m.base.rotation)) for n, m in placed.sessions.items()}
+    return replace(placed, sessions=own)
 
 
 def level_wall(

@@ -208,12 +208,7 @@ class AbstractLaw(ABC):
 
 
 def check_together(effects: Iterable[AbstractLaw], chain: Chain, own: Collection[str]) -> None:
-    """Refuse effects that an arm can't carry, and names that stand for two things.
-
-    Args:
-        chain: Base, arm and tool with the rotations that the effects turn.
-        own: Names of the arm's own elements.
-    """
+    """Refuse effects that an arm can't carry, and names that they share, or its `own` elements have."""
     for effect in effects:
         effect.check(chain)
     coefficients = [name for e in effects for name in e.names]

@@ -97,7 +97,7 @@ class Use:
         """Tool and base of the advised variant: x, y, z in mm, roll, pitch, yaw in degrees."""
         if (chosen := self.advised) is None:
             return []
-        frames = {ControllerPart.TOOL: chosen.tool, ControllerPart.BASE: chosen.base}
+        frames = {ControllerPart.TOOL: chosen.robot.tool, ControllerPart.BASE: chosen.robot.base}
         return [(str(part), _frame(frame)) for part, frame in frames.items() if part in chosen.parts]
 
     def summary(self) -> RenderableType:
