@@ -186,6 +186,8 @@ def test_units_are_readable():
     ((name, words),) = lines(DENT, (1e-4,) * 9, chain)
     assert name == "9 coefficients, clearest knot4"
     assert words == "2.00 ± 0.10 mrad"
+    ((_, words),) = lines(DENT, (1e-2,) * 9, chain)
+    assert "±" not in words
 
 
 @pytest.mark.parametrize("width", [80, 100])

@@ -113,10 +113,7 @@ def conclude(
     sentences += doubts(causes)
     if residual_map is not None:
         in_full = residual_map.beside_causes or not causes  # else the fall of both together says it all
-        sentences += [
-            *([] if causes else ["No cause was found beside the geometry."]),
-            f"{residual_map.sentence if in_full else residual_map.claim}.",
-        ]
+        sentences.append(f"{residual_map.sentence if in_full else residual_map.claim}.")
     if not causes:
         return verdict, f"{lead}{' '.join(sentences)} What remains {rest}."
     fall = "reduces the error"

@@ -14,6 +14,7 @@ from rich.text import Text
 
 from workbench.arm.chain import Chain
 from workbench.arm.effects import AbstractEffect
+from workbench.arm.effects.effect import CLEAR
 from workbench.arm.joint_units import shown_joints, shown_units
 from workbench.base.wording import first_of, plural
 from workbench.diagnosis.claimed_causes import Cause
@@ -50,7 +51,7 @@ def diagnosis_tables(result: Diagnosis) -> RenderableType:
     if result.effects:
         parts.append(effects_table(result))
         mapped = [found for found in result.effects if not _is_claimed(result, found.effect)]
-        parts += [line("in the map, not a cause", found.text) for found in mapped]
+        parts += [line("in the map", found.text) for found in mapped]
     parts += _alternatives(result)
     if len(result.outliers):
         parts.append(line("outliers", outlier_text(result)))
@@ -281,4 +282,6 @@ def lines(effect: AbstractEffect, std: tuple[float, ...], chain: Chain) -> tuple
         ]
         return tuple((name, size.text) for name, size in zip(names, found, strict=True))
     clearest = max(found, key=lambda size: abs(size.value) / size.std if size.std > 0.0 else 0.0)
+    if abs(clearest.value) < CLEAR * clearest.std:
+        return ((f"{len(found)} coefficients", "of which none is clear by itself"),)
     return ((f"{len(found)} coefficients, clearest {clearest.name.partition('.')[2]}", clearest.text),)
