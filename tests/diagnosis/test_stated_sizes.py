@@ -99,3 +99,10 @@ def test_standard_errors_count_places_whose_rows_share_an_error(measured):
     assert np.median(together) == pytest.approx(np.sqrt(REPEATS), rel=0.25)
     assert np.median(apart) < 1.2
     assert apart.min() >= 1.0
+
+
+def test_an_error_that_is_clear_nowhere_has_no_size():
+    dent = LocalJointError((2,), (0.0, 1e-3, 0.0, -1e-3, 0.0), knots=(-1.0, -0.5, 0.0, 0.5, 1.0))
+    said = dent.stated(ARIA.chain, rows_over(np.rad2deg(2.0)), 1e-6 * np.eye(5))
+    assert "mrad" not in said
+    assert said.startswith("Joint 3 has a smooth error")

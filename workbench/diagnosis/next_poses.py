@@ -182,7 +182,7 @@ def _reason(
         words = f"begins to show {mine.name}"
     elif old[best] > OPEN:
         factor, unit = readable_unit(mine.unit)
-        words = f"makes {mine.name} observable: ± {factor * new[best] / scale[best]:.2g} {unit}"
+        words = f"makes {mine.name} observable: ± {float(f'{factor * new[best] / scale[best]:.2g}'):g} {unit}"
     else:
         verb = (
             f"separates {mine.name} from {unknowns[other].name}"

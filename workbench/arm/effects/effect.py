@@ -26,6 +26,8 @@ from workbench.report.numbers import readable
 STILL = float(np.deg2rad(1.0))
 """A joint [rad, or m] that moves less than this shows no error of its own."""
 
+UNCLEAR = "an error, clear at no single position,"
+"""Of a joint, though the rows show it as a whole."""
 CLEAR = 3.0
 """Standard errors below which a size is not stated as found."""
 UNDRIVEN = 1e-9
@@ -183,18 +185,20 @@ class AbstractEffect(AbstractLaw):
         largest = int(np.argmax(values))
         return readable(float(values[largest]), self.units(chain)[largest])
 
-    def amplitude(
+    def error_phrase(
         self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"] | None = None
     ) -> str:
         """Maximum deviation of its joint's error from the mean over some rows, for laws without loads; over
-        those where it is clear, if there are any."""
+        those where it is clear, and `UNCLEAR` where it is so nowhere."""
         law = self.law(chain, motion, NO_WRENCHES)[:, 0]
         law = law - law.mean(0)
         error = np.abs(law @ self.coefficients)
         if covariance is not None:
             clear = error >= CLEAR * np.sqrt(np.maximum(np.einsum("ri,ij,rj->r", law, covariance, law), 0.0))
-            error = error[clear] if clear.any() else error
-        return readable(float(error.max()), self.units(chain)[0])
+            if not clear.any():
+                return UNCLEAR
+            error = error[clear]
+        return f"an error of up to {readable(float(error.max()), self.units(chain)[0])}"
 
 
 @dataclass(frozen=True, eq=False)

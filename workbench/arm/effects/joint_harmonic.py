@@ -105,17 +105,17 @@ class JointHarmonic(AbstractEffect):
         return f"needs joints that turn, but joint {slides[0]} slides" if slides else None
 
     def sentence(self, chain, motion):
-        return self._of(self.amplitude(chain, motion), motion, np.zeros(2 * (len(self.names),)))
+        return self._of(self.error_phrase(chain, motion), motion, np.zeros(2 * (len(self.names),)))
 
     def stated(self, chain, motion, covariance):
-        return self._of(self.amplitude(chain, motion, covariance), motion, covariance)
+        return self._of(self.error_phrase(chain, motion, covariance), motion, covariance)
 
-    def _of(self, size: str, motion: Motion, covariance: np.ndarray) -> str:
+    def _of(self, error: str, motion: Motion, covariance: np.ndarray) -> str:
         """The sentence: how often it repeats a turn only where the rows hold a whole period, and over which
         part of a turn they saw it."""
         span = float(np.ptp(motion.q[:, list(self.joints)], axis=0).max())
         periods = span * self.orders[-1] / (2.0 * np.pi)
-        begin = f"{self.where} has an error of up to {size} that"
+        begin = f"{self.where} has {error} that"
         seen = f"the {np.rad2deg(span):.0f}° that it turned"
         if periods < WHOLE_PERIOD:
             return f"{begin} varies slowly over {seen}, less than a period"

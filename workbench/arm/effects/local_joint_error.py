@@ -86,13 +86,15 @@ class LocalJointError(AbstractEffect):
         return None
 
     def sentence(self, chain, motion):
-        return self._of(self.amplitude(chain, motion))
+        return self._of(self.error_phrase(chain, motion))
 
     def stated(self, chain, motion, covariance):
-        return self._of(self.amplitude(chain, motion, covariance))
+        return self._of(self.error_phrase(chain, motion, covariance))
 
-    def _of(self, size: str) -> str:
-        return f"{self.where} has a smooth error of up to {size} that no other effect explains"
+    def _of(self, error: str) -> str:
+        return (
+            f"{self.where} has {error.replace('an error', 'a smooth error', 1)} that no other effect explains"
+        )
 
     @classmethod
     def offers(cls, arm, motion):
