@@ -20,10 +20,15 @@ from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtual
 from workbench.session.commands.drag import MoveTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import BeginMeasuring
+from workbench.session.commands.messages import Dismiss
+from workbench.session.commands.region import SetRegion
+from workbench.session.commands.undo import Undo
 from workbench.session.comparison import Overlay
 from workbench.session.export import calibrated_toml, columns_toml
+from workbench.session.guide import guide
 from workbench.session.journal.codec import decode
 from workbench.session.state import Focus, Severity
+from workbench.views.page.panels.index import predicted_heading
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +75,36 @@ def test_a_virtual_arm_is_recovered(worker, do, first, tmp_path):
     (tmp_path / name).write_bytes(content)
     wanted = found.runs["opt2"].calibrated.values(first.robot.default_free)
     assert np.allclose(read_toml(tmp_path / name).values(first.robot.default_free), wanted, atol=1e-12)
+
+
+def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_it(do, file):
+    before = do(LoadData("one.csv", file), Identify(("opt2",)))
+    assert do(Undo()).results.identification is before.results.identification  # nothing is undone as yet
+    for other in (LoadData("two.csv", file), MeasureVirtualArm(3), ForgetData()):
+        session = do(other)
+        assert session.results.identification is None
+        warned = [m for m in session.page.messages if m.severity is Severity.WARNING]
+        assert "one.csv" in warned[-1].text
+        assert other == ForgetData() or guide(session).other.command == Undo()
+        back = do(Undo(), Dismiss())
+        assert back.measurements.loaded is before.measurements.loaded
+        assert back.results.identification is before.results.identification
+
+
+def test_rows_that_move_the_region_say_so_and_name_it(do, file, first):
+    session = do(LoadData("one.csv", file))
+    region = session.plate.region
+    assert region is session.measurements.box is not first.plate.region
+    told = session.page.messages[-1]
+    assert told.severity is Severity.INFO
+    assert "region" in told.text
+    assert all(f"{1e3 * side:.0f}" in told.text for side in region.size)
+    assert "box of the rows" in predicted_heading(session)
+    changed = do(SetRegion((0.1, 0.1, 0.2), (0.5, 0.5, 0.4), 0.1))
+    assert "box of the rows" not in predicted_heading(changed)
+    again = do(LoadData("two.csv", file))  # the user's own region stays
+    assert again.plate.region is changed.plate.region
+    assert again.page.messages[-1].severity is Severity.LOG
 
 
 @pytest.mark.parametrize(

@@ -339,13 +339,15 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
     identified, diagnosed, added = (walked[name] for name in ("identified", "diagnosed", "added"))
     nominal, geometry, causes = (stage.error for stage in stages(added))
     assert stages(identified)[0].error == pytest.approx(nominal, rel=1e-9)
-    assert stages(identified)[1].error == pytest.approx(
-        geometry, rel=0.03
-    )  # the diagnosis fits it for itself
+    assert stages(identified)[1].error == stages(diagnosed)[1].error == geometry
     assert f"{geometry:.3g} mm" in guide(diagnosed).sentence
     figures = [f"{error:.3g}" for error in (nominal, geometry, causes)]
     assert re.findall(r"[\d.]+", words_of(numbers(stages(added)))) == figures
+    assert added.results.diagnosis.before.held_out.position_mm.mean != geometry  # it fits it for itself
     for session in (diagnosed, added):
+        calibrated = session.results.comparison.errors[:, 1]
+        shown = session.results.comparison.stage_errors[:, 2 if session is added else 1]
+        assert np.array_equal(shown, calibrated, equal_nan=True)  # beside the scene and on the Compare tab
         assert (
             guide(replace(session, page=replace(session.page, caption="told"))).figure
             == f"{' → '.join(figures)} mm"

@@ -20,11 +20,12 @@ from workbench.session.commands.measure import (
     TakeSample,
     UseRows,
 )
-from workbench.session.guide import guide
+from workbench.session.guide import Tone, guide
 from workbench.session.journal import Ending
 from workbench.session.journal.codec import decode, encode
 from workbench.session.live import VirtualDriver
-from workbench.session.state import Focus, Severity
+from workbench.session.state import Focus, Severity, Tab
+from workbench.views.page.panels.guided import _status
 
 STILL = np.linspace(0.0, 0.6, 13)
 
@@ -58,6 +59,12 @@ def test_rows_are_stored_one_by_one_and_become_the_data(do, begun, first, worker
         assert np.allclose(off, (tool - wanted)[:3, 3], atol=1e-12)
         assert np.linalg.norm(off) < 3e-3
         assert do(StoreRow()).measuring.acquisition.rows == k + 1
+    complete = worker.session
+    step = guide(complete)
+    assert (step.tone, step.next.command, step.next.tab) == (Tone.GOOD, UseRows(), Tab.CALIBRATE)
+    shown = _status(complete.measuring.acquisition.status(), complete.measuring)
+    assert "All targets are stored" in shown
+    assert "off_mm" not in shown  # there is no target to go to any more
     session = do(UseRows())
     assert session.measuring is None
     data = session.measurements.loaded.dataset

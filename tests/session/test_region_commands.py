@@ -21,13 +21,15 @@ from workbench.session import Worker
 from workbench.session.command import AbstractChore
 from workbench.session.commands.compare import ShowRow
 from workbench.session.commands.data import MeasureVirtualArm
-from workbench.session.commands.drag import MoveTarget, SelectTarget
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
 from workbench.session.commands.region import CHORES, SetRegion, ShowCubes
-from workbench.session.cubes import are_shown, shown_cubes, values
+from workbench.session.commands.undo import Undo
+from workbench.session.cubes import are_shown, drawn, shown_cubes, values
 from workbench.session.journal import Ending
 from workbench.session.state import CubeView, Field, Severity
 from workbench.views.drawables.region import region as region_items
 from workbench.views.page.panels import index
+from workbench.views.page.panels.legend import cubes_scale
 
 LOW, HIGH = (0.1, 0.1, 0.2), (0.5, 0.5, 0.4)
 
@@ -195,6 +197,31 @@ def test_a_layer_that_nobody_asked_for_gives_way_to_measured_rows(run):
     assert {i.path: i.shown for i in region_items(session)}["region/cubes"] is False
     asked = after(run, ShowCubes(replace(session.cube_view, is_chosen=True)))
     assert are_shown(asked)
+
+
+def test_a_drag_colours_cubes_by_what_it_changes_on_a_scale_of_that_size(run):
+    before = after(run, SelectTarget(0))
+    target = before.plate.targets[0]
+    x, y, z = target.xyz.tolist()
+    assert drawn(before)[0] is Field.PREDICTED
+    spans = []
+    for off in (0.02, 0.12):
+        session = after(run, GrabTarget(0), MoveTarget(0, (x - off, y, z), tuple(target.rpy.tolist())))
+        field, change = drawn(session)
+        assert field is Field.CHANGE
+        wanted = values(session).numbers / values(before).numbers - 1.0
+        seen = np.isfinite(wanted)
+        assert np.allclose(change.numbers[seen], wanted[seen], atol=1e-12)
+        assert -change.low == change.high
+        shares = change.shares[seen]
+        assert np.percentile(shares, 97.0) - np.percentile(shares, 3.0) > 0.2  # one sees it
+        assert f"+{100 * change.high:.3g}"[:4] in cubes_scale(session)
+        assert session.drag in next(i for i in region_items(session) if i.path == "region/cubes").inputs
+        spans.append(change.high)
+        released = after(run, DropTarget(), Undo())
+        assert drawn(released)[0] is Field.PREDICTED
+    assert spans[0] < spans[1]
+    assert after(run, ShowCubes(CubeView(field=Field.CHANGE))).page.messages[-1].severity is Severity.ERROR
 
 
 def test_the_scale_stays_that_of_the_first_plate(run, first):

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 
+from workbench.arm.inverse.branch import margins
 from workbench.arm.kinematics.forward import sensitivity
 from workbench.arm.motion import Motion
 from workbench.plate.collision import solid_clear
@@ -16,6 +17,8 @@ from workbench.session.commands.diagnose import AddEffects, Diagnose, TakeNextPo
 from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import ClusterTargets, ImprovePlate
 from workbench.session.state import Severity
+from workbench.session.target_state import TargetState
+from workbench.views.page.panels.targets import near_limit
 
 
 def test_what_can_not_be_diagnosed_is_said(do):
@@ -56,4 +59,11 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     half = first.plate.targets[:5]
     assert ImprovePlate().finish(first, (*half, *half)).plate is first.plate
     better = ImprovePlate().finish(first, kept.plate.targets)
+    reached = np.stack([state.q for state in better.states])
+    left = np.rad2deg(margins(reached, first.robot.limits).min())
+    assert f"{left:.3g}°" in better.page.messages[-1].text
+    assert "near-limit" not in near_limit(first.robot, better.states[0])
+    close = first.robot.limits[:, 0] + np.deg2rad(np.array([50.0, 2.5, 50.0, 50.0, 50.0, 50.0]))
+    told = near_limit(first.robot, TargetState(close, True))
+    assert "Joint 2 is 2.5°" in told
     assert better.score.position < first.score.position

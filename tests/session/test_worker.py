@@ -196,6 +196,16 @@ def test_news_goes_when_the_user_goes_on_errors_stay(do):
     assert do(Dismiss()).page.messages == ()
 
 
+def test_an_error_is_over_once_other_work_begins(worker, do, first):
+    """It was hidden by that work's news, and came back when these were read."""
+    do(Tell("careful", Severity.WARNING), Tell("no such file"), Broken())
+    assert Severity.ERROR in {m.severity for m in worker.session.page.messages}
+    work = Slow(threading.Event())
+    work.go.set()
+    session = do(work, SelectTarget(1))
+    assert [m.text for m in session.page.messages] == ["careful"]
+
+
 def test_what_every_page_says_as_it_connects_is_no_step(worker, do):
     for is_dark in (True, False, True):
         assert do(FollowSystem(is_dark)).page.is_dark is is_dark

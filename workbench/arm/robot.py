@@ -26,6 +26,7 @@ from workbench.arm.mounting import Mounting
 from workbench.arm.urdf_source import UrdfSource
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.types import Vector3, frozen
+from workbench.base.wording import plural
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
@@ -112,7 +113,8 @@ class Robot:
         return resolve_name(SAVE)(self, path)
 
     def __repr__(self) -> str:
-        text = f"{self.dof} joints, {self.convention}, {len(self.default_free)} constants to identify"
+        free = plural(len(self.default_free), "constant")
+        text = f"{plural(self.dof, 'joint')}, {self.convention}, {free} to identify"
         if self.effects:
             text += f", effects: {', '.join(str(e.name) for e in self.effects)}"
         return f"<Robot {self.name}: {text}>"

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import workbench as wb
 from workbench.base.errors import DataError, OptionError
+from workbench.base.wording import plural
 from workbench.cli import options as opt
 from workbench.cli.options import option
 
@@ -68,7 +69,7 @@ def simulate(
                 seed=seed,
             )
     wb.write_measurements(rows, out, prismatic=sliding_numbers(arm))
-    opt.say(f"{len(rows)} rows of a virtual {arm.name}: {out}")
+    opt.say(f"{plural(len(rows), 'row')} of a virtual {arm.name}: {out}")
     for note in rows.notes:
         if note.startswith("hidden"):
             opt.say(note)
@@ -98,7 +99,7 @@ def preview(
     stored = None if files.mapping is None else read_mapping(files.mapping)
     columns = files.columns or (None if stored is None else stored.columns)
     found = preview(data, columns=columns, layout=files.layout, sheet=files.sheet)
-    title = f"{data.name}: {found.rows} rows, layout {found.layout}"
+    title = f"{data.name}: {plural(found.rows, 'row')}, layout {found.layout}"
     table = new_table(title, "heading", "is", "unit", "SI")
     for column in found.columns:
         table.add_row(escape(column.heading), column.key or "left out", column.unit or "", column.si or "")

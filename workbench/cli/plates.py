@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import workbench as wb
 from workbench.base.errors import OptionError
+from workbench.base.wording import plural
 from workbench.cli import options as opt
 from workbench.cli.exit_status import group
 from workbench.cli.options import argument, option
@@ -202,7 +203,7 @@ def export(
             stock=Stock.named(made),
         )
     shapes = ", ".join(f"{len(shape.numbers)} × {shape.letter}" for shape in fixture.shapes)
-    opt.say(f"{fixture.name}: plate and {len(fixture.blocks)} blocks ({shapes}) in {out}")
+    opt.say(f"{fixture.name}: plate and {plural(len(fixture.blocks), 'block')} ({shapes}) in {out}")
     opt.say_notes(fixture.notes)
     opt.say(f"drawn for {fixture.tolerances.note}")
     opt.say(f"files: {', '.join(path.name for path in files)}")

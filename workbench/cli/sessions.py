@@ -11,6 +11,7 @@ import workbench as wb
 from workbench.base.assets import built_in_robots
 from workbench.base.errors import OptionError
 from workbench.base.progress import running
+from workbench.base.wording import plural
 from workbench.cli import options as opt
 from workbench.cli.exit_status import at_once
 from workbench.cli.options import argument, option
@@ -81,7 +82,7 @@ def replay(
     opt.say_notes(found.notes)
     with opt.progress_bar("replay"):
         replayed = check(found)
-    opt.say(f"{replayed.steps} steps, {replayed.compared} numbers compared: {replayed.text}")
+    opt.say(f"{plural(replayed.steps, 'step')}, {replayed.compared} numbers compared: {replayed.text}")
     opt.write_result(json, replayed.json())
     if report is not None:
         from workbench.views.recording.session_report import write_page

@@ -13,6 +13,7 @@ from jaxtyping import Bool, Int
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.motion import Motion
 from workbench.base.progress import cancelled, progress
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.diagnosis.candidates import Catalogue, catalogue
 from workbench.diagnosis.events import Changeable, changeable, promising
@@ -137,7 +138,7 @@ def rounds(
                 break
             stage = shorter
             continue
-        progress(0.5, f"round {number + 1}: fitting geometry and {len(last.found.model)} effects")
+        progress(0.5, f"round {number + 1}: fitting geometry and {plural(len(last.found.model), 'effect')}")
         stage = _fit(stage, last.grams, last.found.model)
         stage = _without_outliers(stage, last.grams)
     return (*done[:-1], _supported(done[-1], fold))

@@ -5,7 +5,7 @@ import numpy as np
 from workbench.arm.calibration_record import MAX_POSITION, MAX_ROTATION
 from workbench.arm.robot import Robot
 from workbench.arm.usable import unobserved_text, usable_arm
-from workbench.base.wording import in_mm
+from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.identification.result import Identification, Run, judged
 from workbench.identification.row_errors import Errors, row_errors
@@ -46,9 +46,8 @@ def file_text(found: Identification, run: Run) -> str:
     """The same in one line, and how far the flange is known beside the measured point."""
     sentences = [_each(file_errors(found, run))]
     if again := _each(refitted_errors(found, run)):
-        sentences.append(
-            f"fitted again to all {len(run.fit.problem.data)} rows, the files leave {again} on those"
-        )
+        rows = plural(len(run.fit.problem.data), "row")
+        sentences.append(f"fitted again to all {rows}, the files leave {again} on those")
     arm = run.fit.calibrated
     if arm.sessions:
         first = next(iter(arm.sessions))

@@ -13,6 +13,7 @@ from workbench.base.errors import OptionError
 from workbench.base.progress import cancelled, part_of, progress
 from workbench.base.threads import one_thread
 from workbench.base.types import Outcome
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.identification.algorithms import ALGORITHMS, USUAL, AbstractIdentifier
 from workbench.identification.expected_deviation import AUTO, MAX_DEVIATION, with_expected_deviation
@@ -117,7 +118,7 @@ def _runs(
         if runs and cancelled():
             break
         share = 0.4 + 0.5 * k / len(algorithms)
-        progress(share, f"{algorithm.title}: fitting {len(problem.names)} parameters")
+        progress(share, f"{algorithm.title}: fitting {plural(len(problem.names), 'parameter')}")
         fit, decided = _fit(problem, algorithm, loss), ready.identifiability
         if decided is not None:
             fit = replace(fit, actual=decided.actual, considered=decided.considered)

@@ -267,7 +267,7 @@ def _weighed(
     notes = []
     if prior is not None:
         shared = sum(name in problem.names for name in prior.names)
-        notes.append(f"prior knowledge of {shared} constants from an older calibration")
+        notes.append(f"prior knowledge of {plural(shared, 'constant')} from an older calibration")
         problem = prior.on(problem)
     progress(0.75, "estimating the noise")
     if decided is not None:

@@ -59,7 +59,7 @@ def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType
         numbers = size * np.array([planned.q[:, j].min(), planned.q[:, j].max(), speed[j]])
         table.add_row(str(j + 1), *(f"{v:.2f}{unit}" for v in numbers), *map(short, loads[j]))
     notes = [line("note", note) for note in planned.notes]
-    head = f"{planned.robot.name}: {len(planned.time)} rows, {planned.time[-1]:g} s"
+    head = f"{planned.robot.name}: {plural(len(planned.time), 'row')}, {planned.time[-1]:g} s"
     return Group(Text(head, style="bold"), table, *notes)
 
 

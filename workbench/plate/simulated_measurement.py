@@ -12,6 +12,7 @@ from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.data.live.capture import CaptureTarget
 from workbench.data.live.sample import Sample
@@ -91,7 +92,7 @@ def measure_poses(
         q = informative_poses(robot, number, index=index, rng=rng).q
     state = varied_state(actual, q, rng=rng)
     rows = simulate(actual, state, instrument=_instrument(instrument), rng=rng)
-    note = f"simulated: {number} poses ({index}), {_instrument(instrument).name}, seed {seed}"
+    note = f"simulated: {plural(number, 'pose')} ({index}), {_instrument(instrument).name}, seed {seed}"
     return actual, replace(rows, source=note, notes=(*rows.notes, *notes))
 
 

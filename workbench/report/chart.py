@@ -129,7 +129,9 @@ class Chart:
         for place, said in self.ticks:
             at = float(self._across(np.array([place]), first, last)[0])
             parts.append(f'<path d="M{at:.1f} {self.height:.0f}v4" {_ink("stroke", 0.3)}/>')
-            parts.append(text(min(at, WIDTH - 18), self.height + FOOT - 1, said, anchor="middle"))
+            parts.append(
+                text(min(at, WIDTH - 0.3 * SIZE * len(said)), self.height + FOOT - 1, said, anchor="middle")
+            )
         for one in self.marks:
             across = self._across(one.x, first, last)
             parts.append(_drawn(one, across, self._up(one.y, float(low), float(high))))

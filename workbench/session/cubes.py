@@ -7,10 +7,14 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from workbench.arm.linearisation import Linearisation
+from workbench.arm.robot import Robot
+from workbench.identification.problem_blocks import Noise
 from workbench.plate.cubes import CubeMap
 from workbench.plate.plate import Plate
 from workbench.session.comparison import Comparison
+from workbench.session.score import score
 from workbench.session.state import CubeView, Field, Focus, Session
+from workbench.session.target_state import TargetState
 
 TITLES = {
     Field.REACH: "Reachability",
@@ -18,10 +22,11 @@ TITLES = {
     Field.PREDICTED: "Predicted error after calibration",
     Field.MEASURED: "Measured error",
     Field.YIELD: "Error of virtual arms",
+    Field.CHANGE: "Predicted error against the start of this drag",
 }
 IN_MILLIMETRES = (Field.PREDICTED, Field.MEASURED, Field.YIELD)
-UNITS = {Field.REACH: "%", Field.INDEX: ""} | dict.fromkeys(IN_MILLIMETRES, "mm")
-FACTORS = {Field.REACH: 100.0, Field.INDEX: 1.0} | dict.fromkeys(IN_MILLIMETRES, 1e3)
+UNITS = {Field.REACH: "%", Field.INDEX: "", Field.CHANGE: "%"} | dict.fromkeys(IN_MILLIMETRES, "mm")
+FACTORS = {Field.REACH: 100.0, Field.INDEX: 1.0, Field.CHANGE: 100.0} | dict.fromkeys(IN_MILLIMETRES, 1e3)
 LARGER_IS_BETTER = {Field.REACH, Field.INDEX}
 CROWDED = 95.0
 """Percentile at which the colour scale of errors ends, so that a few bad cubes don't hide the rest."""
@@ -29,6 +34,8 @@ SMOOTH = 5.0
 """Percentile at which that of predicted errors begins."""
 BELOW = 0.03
 """How far below a target without a plate the cubes are shown [m]."""
+SPANS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
+"""Changes, as shares, that the scale of a drag may end at."""
 ROOM = 0.2
 """Share beyond both, in which a plate may get better or worse than the first one was."""
 
@@ -74,6 +81,33 @@ def values(session: Session) -> CubeValues | None:
     if linearisation is None:
         return CubeValues(np.where(cubes.reached > 0, np.inf, np.nan), 0.0, 1.0)
     return _predicted(cubes, linearisation, session.history.first_score.linearisation)
+
+
+def drawn(session: Session) -> tuple[Field, CubeValues | None]:
+    """What the cubes are coloured by: while a target is dragged, how its move changes the predicted error.
+
+    A move of one target changes all errors by some per cent, which a scale for their own spread would hide.
+    """
+    field, numbers, cubes = session.cube_view.field, values(session), session.cubes
+    if field is not Field.PREDICTED or session.drag is None or numbers is None or cubes is None:
+        return field, numbers
+    begun = session.history.done[-1]
+    before = _errors_at(cubes, session.robot, begun.plate, begun.states, session.noise)
+    with np.errstate(invalid="ignore"):
+        shares = numbers.numbers / before - 1.0
+    finite = np.abs(shares[np.isfinite(shares)])
+    wanted = float(np.percentile(finite, CROWDED)) if len(finite) else 0.0
+    span = next((s for s in SPANS if s >= wanted), SPANS[-1])
+    return Field.CHANGE, CubeValues(shares, -span, span)
+
+
+@lru_cache(maxsize=1)
+def _errors_at(
+    cubes: CubeMap, robot: Robot, plate: Plate, states: tuple[TargetState, ...], noise: Noise
+) -> Float[np.ndarray, " cubes"]:
+    """Predicted errors where the targets stood [m]."""
+    found = score(robot, plate, states, noise=noise, region_q=np.zeros((0, robot.dof))).linearisation
+    return np.where(cubes.reached > 0, np.inf, np.nan) if found is None else cubes.errors(found)
 
 
 def are_shown(session: Session) -> bool:

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
-from workbench.base.wording import capital
+from workbench.base.wording import capital, plural
 from workbench.data.dataset import Dataset
 from workbench.data.readers.layouts import PLAIN
 from workbench.data.readers.mapping import with_headings_corrected
@@ -31,11 +31,13 @@ from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import StoreRow, UseRows
 from workbench.session.commands.plate import AbstractPlateTrial, ImprovePlate
 from workbench.session.commands.sessions import SPLIT, MakeSession, splittable
+from workbench.session.commands.undo import Undo
 from workbench.session.export import File, fixture_zip
 from workbench.session.judgement import Tone, arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, Measuring
 from workbench.session.state import Focus, Session, Tab
 
+UNMEASURED = "Nothing is measured yet. Load the rows of a real arm, or measure a virtual one."
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 """Mean length of a position error of three normal components of unit deviation."""
 BEYOND_NOISE = 1.5
@@ -81,9 +83,13 @@ class GuideStep:
 LOAD = Action("Measure", Tab.MEASURE)
 COLUMNS = Action("Columns of the file", Tab.MEASURE)
 MORE = Action("Measure more", Tab.MEASURE)
+USE = "Use the rows"
 FIT = Action("Identify the geometry", Tab.CALIBRATE, Identify())
 CAUSE = Action("Find the cause", Tab.CALIBRATE, Diagnose())
 ADD = Action("Add what was found", Tab.CALIBRATE, AddEffects())
+PLATE = Action("Back to the plate", Tab.PLATE)
+BACK = Action("Back to the calibration", Tab.CALIBRATE)
+KEEP = Action("Keep the calibration before (Undo)", Tab.CALIBRATE, Undo())
 COMPARE = Action("Compare", Tab.COMPARE)
 TAKE = Action("Save the arm …", Tab.EXPORT)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
@@ -139,13 +145,18 @@ def _guide(session: Session) -> GuideStep:
         return GuideStep(f"{file.name} is not read yet: say what its columns are.", Tone.CAREFUL, COLUMNS)
     if loaded is None or _takes_next_poses(session):
         return _design(session)
+    if session.page.tab is Tab.PLATE:
+        return _plate_beside_rows(session)
     results, found = session.results, session.results.diagnosis
     if results.identification is None and found is None:
         if loaded.match is not None and loaded.is_foreign:
             return _foreign(loaded.match, loaded.file)
         if lack := _lack(session.robot, loaded.dataset):
             return GuideStep(f"{capital(lack)}.", Tone.CAREFUL, MORE, FIT)
-        return GuideStep(f"{len(loaded.dataset)} rows of {loaded.name} are loaded.", next=FIT, other=LOAD)
+        other = KEEP if _is_put_away(session) else LOAD
+        return GuideStep(
+            f"Loaded: {plural(len(loaded.dataset), 'row')} of {loaded.name}.", next=FIT, other=other
+        )
     if results.accepted:
         left, tone = _rest(found)
         return GuideStep(f"{stages_in_text(session)} mm. {left}.", tone, TAKE, COMPARE)
@@ -153,6 +164,23 @@ def _guide(session: Session) -> GuideStep:
         return _diagnosed(session, found)
     assert results.identification is not None
     return _identified(session, results.identification)
+
+
+def _is_put_away(session: Session) -> bool:
+    """Whether undo restores a calibration."""
+    before = session.history.done[-1].session if session.history.done else None
+    return before is not None and before.results.identification is not None
+
+
+def _plate_beside_rows(session: Session) -> GuideStep:
+    """The step for the plate while rows are loaded: it leads back to these."""
+    if not session.shows_plate:
+        show = Action("Show the plate", Tab.PLATE, SelectTarget(session.selected))
+        text = f"The scene shows the measured rows. Of the plate: {_predicted(session)}."
+        return GuideStep(text, next=show, other=BACK)
+    step = _design(session)
+    following, other = (BACK if action == LOAD else action for action in (step.next, step.other))
+    return replace(step, next=following, other=other)
 
 
 @lru_cache(maxsize=2)
@@ -179,7 +207,12 @@ def _rest(found: Diagnosis | None) -> tuple[str, Tone]:
 def _measuring(measuring: Measuring) -> GuideStep:
     """Where the arm stands, and the rows stored so far."""
     acquisition, stored = measuring.acquisition, measuring.acquisition.rows
-    done = Action("End with these rows", Tab.MEASURE, UseRows()) if stored else None
+    is_complete = stored == len(measuring.numbers)
+    done = Action(USE, Tab.CALIBRATE if is_complete else Tab.MEASURE, UseRows()) if stored else None
+    if is_complete:
+        return GuideStep(
+            f"All {stored} targets are stored. Use their rows to calibrate the arm.", Tone.GOOD, done
+        )
     seen = acquisition.place().looks_like
     if seen is not None and acquisition.copy().store_as(seen).changed:
         number = measuring.numbers[seen]
@@ -188,8 +221,6 @@ def _measuring(measuring: Measuring) -> GuideStep:
         )
         here = Action(f"Store it as target {number + 1}", Tab.MEASURE, StoreRow(target=number))
         return GuideStep(text, Tone.CAREFUL, here, done)
-    if stored == len(measuring.numbers):
-        return GuideStep(f"All {stored} targets are stored.", Tone.GOOD, done)
     text = "Drive the arm to the current target, wait until it is still, store the row"
     return GuideStep(f"{text}; {stored} of {len(measuring.numbers)} stored.", next=done)
 
@@ -241,7 +272,9 @@ def stages(session: Session) -> tuple[StageErrors, ...]:
     if found is None:
         return ()
     out = [StageErrors.of("nominal", found.nominal, found.nominal_rows)]
-    if session.results.accepted and diagnosis is not None:
+    if session.results.accepted and (geometry := session.results.geometry) is not None:
+        out.append(StageErrors.of("geometry", geometry, (geometry.train_rows, geometry.held_out_rows)))
+    elif session.results.accepted and diagnosis is not None:
         out.append(StageErrors.of("geometry", diagnosis.before, diagnosis.before_rows))
     has_cause = diagnosis is None or bool(diagnosis.causes)
     title = "geometry" if not session.results.accepted else "causes" if has_cause else "residual map"
@@ -270,8 +303,7 @@ def _figure(session: Session) -> str:
     """Errors stage by stage, or what is predicted before there are any [mm]."""
     fitted, found = session.results.identification, session.results.diagnosis
     if fitted is not None and found is not None and found.effects and not session.results.accepted:
-        errors = (judged(e).position_mm.mean for e in (fitted.nominal, found.before, found.after))
-        return f"{' → '.join(map(significant, errors))} mm"
+        return f"{stages_in_text(session)} → {significant(judged(found.after).position_mm.mean)} mm"
     if fitted is not None:
         return f"{stages_in_text(session)} mm"
     predicted = 1e3 * session.score.position
@@ -291,6 +323,9 @@ def _design(session: Session) -> GuideStep:
     improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(seed=len(session.history.scores)))
     if _takes_next_poses(session):
         return GuideStep("The poses to measure next are on the plate; measure there.", next=LOAD, other=FIT)
+    if session.page.tab in (Tab.MEASURE, Tab.CALIBRATE, Tab.COMPARE, Tab.EXPORT):
+        is_there = session.page.tab is Tab.MEASURE
+        return GuideStep(UNMEASURED, next=None if is_there else LOAD, other=PLATE if is_there else None)
     if not session.history.done:
         text = "Drag an arrow to move the blue target, a ring to turn it; the arm follows"
         return GuideStep(f"{text}. Or let the program place all targets.", next=improve, other=LOAD)
@@ -363,7 +398,8 @@ def _identified(session: Session, found: Identification) -> GuideStep:
 
 
 def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
-    before, after = (judged(errors).text("mean") for errors in (found.before, found.after))
+    errors = (session.results.run or found.before, found.after)
+    before, after = (judged(each).text("mean") for each in errors)
     poses = POSES if len(found.measure_next) else MORE
     if steps := splittable(session):
         row, mark = next((e.row, e.mark) for e in found.events if e.row in steps)

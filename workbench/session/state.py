@@ -53,6 +53,8 @@ class Field(StrEnum):
     PREDICTED = "predicted"
     MEASURED = "measured"
     YIELD = "yield"
+    CHANGE = "change"
+    """Of the predicted error since a drag began: in its place during the drag, and nobody's choice."""
 
 
 class Units(StrEnum):
@@ -243,12 +245,14 @@ class Measurements:
         unread: A file whose columns can't be read as they are understood, until another one is.
         levelled: Whether the z axis of the measuring frame is vertical, as the user says.
         left_out: Measured rows that the user keeps out, counted as in the data.
+        box: The region about the rows, where nobody had chosen another one.
     """
 
     loaded: Loaded | None = None
     unread: MeasurementFile | None = None
     levelled: bool = False
     left_out: frozenset[int] = frozenset()
+    box: Region | None = None
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -257,6 +261,7 @@ class Results:
 
     Args:
         accepted: Effects that were added to the model, as the diagnosis found them.
+        geometry: The fit without them, on the same rows, if there was one; else the diagnosis has its own.
         fit: Name of the algorithm whose robot is shown.
         comparison: Measured against predicted, row by row, once there are measurements.
         row: Measured row that is looked at.
@@ -265,6 +270,7 @@ class Results:
     identification: Identification | None = None
     diagnosis: Diagnosis | None = None
     accepted: tuple[AbstractEffect, ...] = ()
+    geometry: Run | None = None
     fit: str = ""
     comparison: Comparison | None = None
     row: int = 0
@@ -305,6 +311,7 @@ class PageState:
         units: What coordinates are shown and typed in.
         is_dark_chosen: Whether that was said by hand; else they are as their system is.
         opened: The tab that the program opened last, if any.
+        tab: The tab that was opened last, by the program or by hand on any page; None: not known.
         caption: What the demo says at present; empty if none plays.
         is_paused: Whether the demo waits.
         chore: What is being worked out by the way; empty if nothing.
@@ -314,6 +321,7 @@ class PageState:
     is_dark: bool = False
     is_dark_chosen: bool = False
     opened: Opened | None = None
+    tab: Tab | None = None
     caption: str = ""
     is_paused: bool = False
     job: RunningJob | None = None
@@ -427,6 +435,10 @@ class Session:
     def without_refusals(self, kind: str) -> "Session":
         """The session without refusals of this kind of command: another one of it was taken."""
         return self._with_messages(m for m in self.page.messages if not m.refused or m.refused != kind)
+
+    def without_errors(self) -> "Session":
+        """The session without errors, as other work begins: they would come back behind its news."""
+        return self._with_messages(m for m in self.page.messages if m.severity is not Severity.ERROR)
 
     def without_info_messages(self) -> "Session":
         """The session without messages that only inform; the user has gone on."""

@@ -218,7 +218,7 @@ class Worker:
             return
         self._task = task
         self._cancel.clear()
-        self._session = self._session.without_refusals(type(task).__name__)
+        self._session = self._session.without_refusals(type(task).__name__).without_errors()
         self._show(job=RunningJob(task.title))
         self._start(task, basis, self._cancel)
 

@@ -15,8 +15,10 @@ import pytest
 
 from workbench.base.errors import FileError
 from workbench.extras.camera import folder as folders
-from workbench.extras.camera.folder import scan_folder, unpacked
+from workbench.extras.camera.folder import says_target, scan_folder, unpacked
+from workbench.extras.camera.panels import CamerasPanel
 from workbench.extras.camera.picture_files import read_picture
+from workbench.extras.camera.templates import Board
 
 MEBIBYTE = 2**20
 
@@ -27,6 +29,24 @@ def zipped(*files) -> bytes:
         for name, content in files:
             archive.writestr(name, content)
     return out.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("content", "says"),
+    [
+        (zipped(("a/0.png", b""), ("a/joints.csv", b"")), False),
+        (zipped(("a/camera.toml", b"[[camera]]\nname = 'a'"), ("a/0.png", b"")), False),
+        (zipped(("a/board.TOML", b"[charuco]\nsquares = [5, 7]")), True),
+        (b"no archive", True),
+        (zipped(("broken.toml", b"=")), True),
+    ],
+)
+def test_a_board_is_assumed_only_after_a_question_where_no_file_says_it(content, says):
+    """One that can't be read is asked about by nobody: reading it says what is wrong."""
+    assert says_target(content) is says
+    panel = CamerasPanel.__new__(CamerasPanel)
+    panel._board = Board
+    assert (Board().text in panel._assumed(content)) is not says
 
 
 def marked(content: bytes, place: int, value: int) -> bytes:
@@ -153,7 +173,9 @@ READ = """
 import resource, sys
 from pathlib import Path
 from workbench.base.errors import FileError
+from workbench.extras.camera.panels import CamerasPanel
 from workbench.extras.camera.picture_files import read_picture
+from workbench.extras.camera.templates import Board
 from workbench.extras.camera.opencv import opencv
 opencv("reading")
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

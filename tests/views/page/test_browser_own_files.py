@@ -53,7 +53,7 @@ def test_rows_of_another_arm_are_refused_and_undo_brings_an_arm_back(app, look, 
     screen.until(
         lambda session: session.robot.name == "UR5 (CB3)" and len(session.measurements.loaded.dataset) == 40
     )
-    screen.wait_text("hint", "40 rows of rows.csv are loaded")
+    screen.wait_text("hint", "40 rows of rows.csv")
     screen.tab("Plate")
     screen.press("Undo")
     back = screen.until(lambda session: session.robot is aria.robot)

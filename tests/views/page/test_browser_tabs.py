@@ -2,6 +2,8 @@
 
 import pytest
 
+from workbench.session.commands.data import MeasureVirtualArm
+
 pytestmark = pytest.mark.browser
 
 
@@ -22,3 +24,35 @@ def test_strip_and_tabs_stay_in_view_where_the_panel_is_scrolled(look):
     assert strip["y"] + strip["height"] < tabs["y"] < before["y"] + 20
     screen.tab("Robot")
     page.get_by_text("Change to this robot").wait_for()
+
+
+def test_the_strip_is_about_the_open_tab_and_each_tab_keeps_its_place(app, look):
+    screen = look()
+    page = screen.page
+    screen.tab("Calibrate")
+    screen.wait_text("hint", "Nothing is measured yet")
+    app.worker.submit(MeasureVirtualArm(3))
+    screen.wait_text("hint", "Loaded: 10 rows of Virtual arm 3")
+    for _ in range(2):
+        screen.tab("Plate")
+        screen.wait_text("hint", "the arm follows")
+        screen.tab("Calibrate")
+        screen.wait_text("hint", "Loaded: 10 rows")
+    screen.tab("Plate")
+    top = screen.box("predicted")["y"]
+    page.mouse.move(page.viewport_size["width"] - 200, 500)
+    page.mouse.wheel(0, 300)
+    page.wait_for_function(
+        "y => document.querySelector('[data-testid=predicted]').getBoundingClientRect().y < y - 100", arg=top
+    )
+    page.wait_for_timeout(500)
+    left = screen.box("predicted")["y"]
+    screen.tab("Export")
+    screen.tab("Robot")
+    page.wait_for_timeout(500)
+    tabs = page.get_by_role("tablist").filter(has_text="Plate").bounding_box()
+    first = page.get_by_role("button", name="What do you have?").bounding_box()
+    assert tabs["y"] + tabs["height"] <= first["y"] < tabs["y"] + 100
+    screen.tab("Plate")
+    page.wait_for_timeout(500)
+    assert screen.box("predicted")["y"] == pytest.approx(left, abs=2.0)

@@ -15,6 +15,8 @@ from workbench.base.types import frozen
 MAX_TURNS = 4096
 """Alternatives that `Branch.turns` lists at most."""
 TURN = 2.0 * np.pi
+LIMIT_MARGIN = float(np.deg2rad(10.0))
+"""What a planned target keeps from every limit, so that an arm with errors reaches it, too [rad or m]."""
 LIMIT_SLACK = 1e-9
 """A joint counts as within its limits up to this [rad or m]."""
 

@@ -7,10 +7,12 @@ column `u[px]`), joints or tool poses.
 import contextlib
 import errno
 import io
+import itertools
 import os
 import re
 import tarfile
 import tempfile
+import tomllib
 import zipfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -80,6 +82,16 @@ def scan_folder(place: Path | str) -> Folder:
 def has_target(place: Path) -> bool:
     """Whether a folder has a target, in a file of whatever name."""
     return bool(_tomls(place, TARGET))
+
+
+def says_target(content: bytes) -> bool:
+    """Whether an archive has a target; true where that can't be told: reading it says what is wrong."""
+    try:
+        files = itertools.islice(_members(content), MAX_FILES)
+        tomls = [file.read(CHUNK) for name, file in files if name.lower().endswith(".toml")]
+        return any(TARGET & set(tomllib.loads(toml.decode())) for toml in tomls)
+    except Exception:  # a broken archive raises nearly anything
+        return True
 
 
 def _tomls(place: Path, keys: set[str]) -> list[Path]:

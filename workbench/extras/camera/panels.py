@@ -15,6 +15,7 @@ from workbench.data.dataset import Dataset
 from workbench.extras.camera.camera import Mount
 from workbench.extras.camera.camera_view import CameraView, camera_views, cells, coverage
 from workbench.extras.camera.capture import SHARP, Capture, Previews, Shot
+from workbench.extras.camera.folder import says_target
 from workbench.extras.camera.readings import PictureReadings
 from workbench.extras.camera.selection_steps import Identifiability
 from workbench.extras.camera.session_commands import (
@@ -107,6 +108,8 @@ class CamerasPanel(AbstractPanel):
                 f"{LARGEST_FOLDER // 2**20} MiB.",
                 endings=ENDING,
                 maximum=LARGEST_FOLDER,
+                question=self._assumed,
+                answer="Read them so",
             )
             self._thumbs = gui.add_html("")
             self._seen = gui.add_html("")
@@ -137,6 +140,14 @@ class CamerasPanel(AbstractPanel):
         across, down = across_down(str(self._squares.value))
         return Board(across, down, 1e-3 * float(self._side.value), CARRIERS[str(self._carrier.value)])
 
+    def _assumed(self, content: bytes) -> str:
+        """What is taken for the target of pictures without `target.toml`, as a question."""
+        return (
+            ""
+            if says_target(content)
+            else f"No target.toml is beside the pictures. Is it {self._board().text}?"
+        )
+
     def _thumbnails(self, data: Dataset, previews: Previews | None) -> str:
         """Every picture with its corners; a press shows it large, and the arm as it stood."""
         cells = []
@@ -166,7 +177,7 @@ def _camera(session: Session, number_of: int, view: CameraView) -> str:
     found = int(np.isfinite(off).sum())
     head = f"{view.name}: image {view.image}" if view.image else f"{view.name}: what it would see here"
     inside = ((view.predicted >= 0.0) & (view.predicted < np.array(view.size))).all(axis=1)
-    words = f"{found} corners" if view.image else f"{int(inside.sum())} corners in view"
+    words = f"{plural(found, 'corner')}" if view.image else f"{plural(int(inside.sum()), 'corner')} in view"
     if found and session.results.identification is not None:
         words += f", {number(float(np.sqrt((off[np.isfinite(off)] ** 2).mean())))} px off the model"
     return block(
@@ -230,7 +241,7 @@ def _cells(cells: np.ndarray) -> str:
     parts = [
         f'<rect x="{12 * c}" y="{12 * r}" width="11" height="11" rx="2" fill="{FOUND}" '
         f'fill-opacity="{0.0 if not n else 0.25 + 0.75 * n / maximum:.2f}" stroke="{LINE}" stroke-width=".7">'
-        f"<title>{int(n)} corners</title></rect>"
+        f"<title>{plural(int(n), 'corner')}</title></rect>"
         for (r, c), n in np.ndenumerate(cells)
     ]
     return f'<svg width="{12 * cells.shape[1]}" height="{12 * cells.shape[0]}">{"".join(parts)}</svg>'

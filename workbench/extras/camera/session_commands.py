@@ -21,7 +21,7 @@ from workbench.extras.camera.templates import Board
 from workbench.identification.identify import identify
 from workbench.identification.result import Identification
 from workbench.session.command import AbstractChange, AbstractLoad, AbstractTask, computed
-from workbench.session.commands.data import matched_to_arm, safe_name, too_large, with_data
+from workbench.session.commands.data import matched_to_arm, safe_name, too_large, with_other_data
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import AbstractPart, Session, Severity
 
@@ -48,7 +48,7 @@ class PictureFolder(NamedTuple):
 
     def used(self, session: Session) -> Session:
         """The session with these measurements."""
-        return with_data(session, self.loaded).with_part(self.previews)
+        return with_other_data(session, self.loaded).with_part(self.previews)
 
     @property
     def text(self) -> str:
@@ -76,7 +76,7 @@ class CameraAlone(AbstractPart):
 
     def used(self, session: Session) -> Session:
         """The session with these poses, and without measurements of its arm."""
-        return with_data(session, None).with_part(self)
+        return with_other_data(session, None).with_part(self)
 
     @property
     def text(self) -> str:

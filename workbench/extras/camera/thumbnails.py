@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from workbench.base.wording import plural
 from workbench.data.dataset import Dataset
 from workbench.extras.camera.capture import Previews
 from workbench.extras.camera.opencv import opencv
@@ -56,7 +57,7 @@ def _html(image: str, size: tuple[int, int], seen: Float[np.ndarray, "n 2"], pic
         back += f'<image width="{width}" height="{height}" href="data:image/jpeg;base64,{data}"/>'
     colour = GOOD if len(seen) >= FEW else CAREFUL if len(seen) else BAD
     dots = "".join(f"M{u:.0f} {v:.0f}h0" for u, v in seen)
-    words = f"{image}: {len(seen)} corners" if len(seen) else f"{image}: no corners"
+    words = f"{image}: {plural(len(seen), 'corner')}" if len(seen) else f"{image}: no corners"
     return (
         f'<svg viewBox="0 0 {width} {height}" width="100%" role="img" style="display:block;border-radius:3px;'
         f'outline:2px solid {colour}"><title>{text(words)}</title>{back}'

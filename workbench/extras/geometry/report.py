@@ -7,6 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from workbench.arm.robot import Robot
+from workbench.base.wording import plural
 from workbench.extras.geometry.circle_points import CircleAxis
 from workbench.extras.geometry.redundant_constants import Redundancy, complete
 from workbench.report.json import Json, plain
@@ -17,7 +18,7 @@ REDUNDANCY, AXES = "workbench.redundancy/1", "workbench.axes/1"
 
 def redundancy_text(robot: Robot, found: Redundancy, *, frames: bool) -> RenderableType:
     """Number of independent constants, which may be removed, and what moves together."""
-    lines = [f"{robot.name}: {len(found.names)} constants, {found.rank} independent"]
+    lines = [f"{robot.name}: {plural(len(found.names), 'constant')}, {found.rank} independent"]
     if frames:
         lines.append(f"a complete model with base and tool has {complete(robot)}")
     lines.append(f"may be removed: {', '.join(found.redundant) or 'none'}")

@@ -17,6 +17,7 @@ from scipy import special
 from workbench.base.errors import OptionError
 from workbench.base.parallel import spread
 from workbench.base.types import Outcome, frozen
+from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.extras.production.virtual_arms import CHUNK, Chunk, try_arms
 from workbench.extras.production.yield_inputs import YieldJob, check_job
@@ -184,7 +185,7 @@ def try_production(job: YieldJob, *, arms: int = ARMS, seed: int = 0, scheduler:
     pieces = [(job, s, n) for s, n in zip(seeds, sizes, strict=False)]
     for errors in alone.values():
         pieces += [(replace(job, errors=errors), s, CHUNK) for s in seeds[len(sizes) :]]
-    done = spread(try_arms, pieces, scheduler=scheduler, text=f"trying {arms} arms")
+    done = spread(try_arms, pieces, scheduler=scheduler, text=f"trying {plural(arms, 'arm')}")
     outcome = Outcome.CONVERGED if len(done) == len(pieces) else Outcome.CANCELLED
     return gather(job, done[: len(sizes)], _sources(alone, done[len(sizes) :]), outcome=outcome)
 

@@ -6,6 +6,7 @@ from typing import final
 import numpy as np
 
 from workbench.base.errors import OptionError
+from workbench.base.wording import plural
 from workbench.extras.production.report import yield_sentence
 from workbench.extras.production.tradeoff import Choice, Tradeoff, weigh_choices
 from workbench.extras.production.trial import try_plate
@@ -48,7 +49,7 @@ class TryPlate(AbstractPlateTrial):
     arms: int = 1000
     seed: int = 0
 
-    title = computed(lambda self: f"Try the plate on {self.arms} virtual arms")
+    title = computed(lambda self: f"Try the plate on {plural(self.arms, 'virtual arm')}")
 
     def check(self, session: Session) -> None:
         if not 1 <= self.arms <= MAX_ARMS:

@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 from rich.text import Text
 
+from workbench.base.wording import plural
 from workbench.identification.fit import Fit
 from workbench.identification.report.parameters import LEGEND, Cell, ConstantStatus, parameter_table
 from workbench.identification.result import Evaluation, Identification, Run, Validation, error_rows
@@ -58,7 +59,7 @@ def identification_tables(
 
 def heading(result: Identification) -> str:
     """One line: the robot and the rows."""
-    rows = f"{len(result.train_rows)} rows fitted, {len(result.held_out_data)} held out"
+    rows = f"{plural(len(result.train_rows), 'row')} fitted, {len(result.held_out_data)} held out"
     if result.excluded:
         rows += f", {len(result.excluded)} excluded"
     return f"{result.robot.name}: {rows}"

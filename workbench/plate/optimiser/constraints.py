@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 from jaxtyping import Bool, Float
 
+from workbench.arm.inverse.branch import LIMIT_MARGIN
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.plate.optimiser.clearance import arm_shape
@@ -34,7 +35,7 @@ class Constraints:
     """
 
     clearance: float = 0.010
-    limit_margin: float = float(np.deg2rad(10.0))
+    limit_margin: float = LIMIT_MARGIN
     spacing: float = 0.08
     edge: float = float(0.5 * np.sqrt(2.0) * SIDE)
     retreat: float = 0.05

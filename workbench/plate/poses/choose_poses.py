@@ -15,6 +15,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.files import write_text
 from workbench.base.threads import one_thread
+from workbench.base.wording import plural
 from workbench.data.readers import read_trajectory
 from workbench.plate.door import door
 from workbench.plate.free_constants import identified_names
@@ -61,7 +62,9 @@ def choose_poses(
     if candidates is not None and rows is None:
         raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")
     if rows is not None and len(rows) < number:
-        raise DataError(f"{candidates}: {len(rows)} rows, but {number} poses are needed; give more rows")
+        raise DataError(
+            f"{candidates}: {plural(len(rows), 'row')}, but {number} poses are needed; give more rows"
+        )
     evaluation_poses = None
     if index == "I" and limits is not None and limits.region is not None:
         region, towards, cone = limits.region, limits.towards, limits.cone
@@ -89,7 +92,7 @@ def write_poses(robot: Robot, poses: PoseSet, path: Path | str) -> Path:
 
 def poses_table(robot: Robot, poses: PoseSet) -> RenderableType:
     """The index before and after, and every pose in degrees or millimetres."""
-    title = f"{len(poses.q)} poses for {robot.name}"
+    title = f"{plural(len(poses.q), 'pose')} for {robot.name}"
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False, title=escape(title), title_justify="left")
     table.add_column("pose", justify="right")
     for k, unit in enumerate(shown_units(robot)):

@@ -11,6 +11,7 @@ from rich.text import Text
 from workbench.arm.confounded_constants import combinations
 from workbench.arm.joint_units import shown_joints
 from workbench.arm.parameters import Parameter
+from workbench.base.wording import plural
 from workbench.plate.clustering import Cluster, Clustering
 from workbench.plate.observability import INDICES, I
 from workbench.plate.readings import assumptions
@@ -207,7 +208,7 @@ def cluster_tables(found: Clustering) -> RenderableType:
     """The poses with their cubes, and what equal O alone would have been worth."""
     cubes = found.region.centres[found.best.cubes]
     poses = new_table(
-        f"{len(cubes)} poses, one each of the {found.region.cube_text}, for {found.robot.name}",
+        f"{plural(len(cubes), 'pose')}, one each of the {found.region.cube_text}, for {found.robot.name}",
         "pose",
         "cube about [mm]",
         "O",

@@ -107,10 +107,12 @@ def _models(session: Session, shown: Robot | None) -> dict[ModelStage, Robot]:
             models[ModelStage.CAUSES] = diagnosis.after_fit.calibrated
     if session.results.identification is not None and shown is not None:
         models[ModelStage.NOMINAL] = session.results.identification.aligned
+        geometry: Robot | None = shown
         if session.results.accepted:
             models[ModelStage.CAUSES] = shown
-        else:  # one number for one stage: the diagnosis has fitted the geometry for itself
-            models.setdefault(ModelStage.GEOMETRY, shown)
+            geometry = None if session.results.geometry is None else session.results.geometry.as_measured
+        if geometry is not None:  # one number for one stage: the diagnosis has fitted one for itself
+            models[ModelStage.GEOMETRY] = geometry
     return models
 
 

@@ -13,7 +13,7 @@ from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, FileError, OptionError, WorkbenchError
 from workbench.base.progress import progress
-from workbench.base.wording import first_of
+from workbench.base.wording import first_of, plural
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import checked
 from workbench.data.readers.columns import CHOOSE_ON_PAGE
@@ -37,6 +37,7 @@ from workbench.session.comparison import Comparison
 from workbench.session.loaded_measurements import Loaded, MeasurementFile
 from workbench.session.reach import follow_target
 from workbench.session.state import Field, Focus, Measurements, Results, Session, Severity
+from workbench.session.target_steps import begin_step
 
 LARGEST_FILE = 20 * 1024 * 1024
 """Files beyond this size are refused [bytes]."""
@@ -137,11 +138,11 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
             problem = result.preview.problems[0]
             text = problem if "Columns of the file" in problem else f"{problem}; or {CHOOSE_ON_PAGE}"
             return self._warned(session, Severity.ERROR, text)
-        session = with_data(session, result)
-        text = f"{len(result.dataset)} rows read from {result.name}"
+        text = f"{plural(len(result.dataset), 'row')} read from {result.name}"
         if result.match is not None and result.is_foreign:
+            session = with_other_data(session, result)
             return self._warned(session, Severity.WARNING, f"{text}; {result.match.text}")
-        return session.tell(Severity.LOG, text)  # the strip says it
+        return with_other_data(session.tell(Severity.LOG, text), result)  # the strip says it
 
     def _warned(self, session: Session, severity: Severity, text: str) -> Session:
         """With a message that is gone with the file that it is about."""
@@ -208,8 +209,8 @@ class MeasureVirtualArm(AbstractTask[Loaded]):
         return INSTRUMENTS[self.instrument] if self.instrument else instrument_of(session)
 
     def finish(self, session: Session, result: Loaded) -> Session:
-        return with_data(session, result).tell(
-            Severity.INFO, f"{result.name} was measured at {len(result.dataset)} poses"
+        return with_other_data(session, result).tell(
+            Severity.INFO, f"{result.name} was measured at {plural(len(result.dataset), 'pose')}"
         )
 
 
@@ -224,7 +225,7 @@ class ForgetData(AbstractChange):
             raise DataError("there are no measurements to remove")
 
     def apply(self, session: Session) -> Session:
-        return with_data(session, None)
+        return with_other_data(session, None)
 
 
 def check_errors(errors: tuple[float, float]) -> None:
@@ -318,6 +319,15 @@ def packed(folder: Path) -> tuple[str, bytes]:
     raise FileError("is a folder, and nothing that is installed reads one; give a file", path=str(folder))
 
 
+def with_other_data(session: Session, loaded: Loaded | None) -> Session:
+    """As `with_data`; a calibration that goes with the old measurements is named, and undo restores it."""
+    before = session.measurements.loaded
+    if before is None or (session.results.identification is None and session.results.diagnosis is None):
+        return with_data(session, loaded)
+    text = f"the calibration from {before.name} is set aside with its rows; Undo restores both"
+    return with_data(begin_step(session, session), loaded).tell(Severity.WARNING, text)
+
+
 def with_data(session: Session, loaded: Loaded | None) -> Session:
     """The session with other measurements, or none; results from the old ones are dropped."""
     view = session.cube_view
@@ -345,7 +355,15 @@ def _around_rows(session: Session, rows: Comparison) -> Session:
     plate = replace(session.plate, region=region)
     first = session.history.first_plate
     first = plate if session.plate is first else replace(first, region=region)
-    return replace(session, plate=plate, history=replace(session.history, first_plate=first))
+    session = replace(
+        session,
+        plate=plate,
+        history=replace(session.history, first_plate=first),
+        measurements=replace(session.measurements, box=region),
+    )
+    size = " × ".join(f"{1e3 * side:.0f}" for side in region.size)
+    text = f"the region is now the box of the rows, {size} mm; the Plate tab changes it"
+    return session.tell(Severity.INFO, text)
 
 
 def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -> tuple[tuple[str, str], ...]:
@@ -353,10 +371,10 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
     left_out = len(session.states) - targets
     length, angle = command.errors
     hidden = f"hidden errors up to {1e3 * length:.3g} mm and {np.rad2deg(angle):.3g}° per constant"
-    more = f", and {command.more} poses of the region" if command.more else ""
+    more = f", and {plural(command.more, 'pose')} of the region" if command.more else ""
     return (
         ("Arm", hidden + (", and an effect beyond geometry" if command.surprise else "")),
-        ("Measured at", f"{targets} targets{more}" + (f"; {left_out} left out" if left_out else "")),
+        ("Measured at", plural(targets, "target") + more + (f"; {left_out} left out" if left_out else "")),
         ("Kept for checking", f"{CHECKS} poses of the region near the targets"),
         ("Instrument", command.instrument_in(session).note or "the plate's seats"),
         ("Noise", f"{position * 1e3:.3g} mm" + (f", {np.rad2deg(rotation):.3g}°" if rotation else "")),

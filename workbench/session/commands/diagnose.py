@@ -103,7 +103,10 @@ class AddEffects(AbstractTask[Added]):
     def finish(self, session: Session, result: Added) -> Session:
         found, fits = result
         accepted = tuple(a.effect for a in found.effects)
-        return Identify().finish(replace(session, results=replace(session.results, accepted=accepted)), fits)
+        before = session.results
+        geometry = before.geometry if before.accepted else before.run
+        results = replace(before, accepted=accepted, geometry=geometry)
+        return Identify().finish(replace(session, results=results), fits)
 
 
 class TakeNextPoses(AbstractChange):

@@ -2,7 +2,10 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from workbench.base.errors import OptionError
+from workbench.base.wording import plural
 from workbench.data.accuracy_requirement import Wanted
 from workbench.diagnosis.identify_with_effects import identify
 from workbench.identification.algorithms import ALGORITHMS, USUAL
@@ -69,11 +72,13 @@ class Identify(AbstractTask[IdentifiedRows]):
     def finish(self, session: Session, result: IdentifiedRows) -> Session:
         loaded, found = result
         check_unchanged(session, loaded, "identify")
-        fit = found.best.fit.algorithm
+        fit, last = found.best.fit.algorithm, session.results.identification
+        is_same = last is not None and np.array_equal(last.held_out_data.row, found.held_out_data.row)
+        geometry = session.results.geometry if is_same else None
         session = replace(
             session,
             focus=Focus.ROW,
-            results=replace(session.results, identification=found, row=0),
+            results=replace(session.results, identification=found, row=0, geometry=geometry),
             measurements=replace(session.measurements, unread=None),
         )
         session = with_fit(session, fit)
@@ -146,7 +151,7 @@ class LeaveRowsOut(AbstractChange):
 
     rows: tuple[int, ...]
 
-    title = computed(lambda self: f"Exclude {len(self.rows)} rows")
+    title = computed(lambda self: f"Exclude {plural(len(self.rows), 'row')}")
 
     def check(self, session: Session) -> None:
         known = set(measurements(session).dataset.row.tolist())

@@ -33,7 +33,7 @@ from workbench.session.commands.data import (
     instrument_of,
     observation_text,
     reached_postures,
-    with_data,
+    with_other_data,
 )
 from workbench.session.loaded_measurements import Loaded, Measuring, Ride, VirtualArm
 from workbench.session.state import Focus, Session, Severity, Source
@@ -251,7 +251,7 @@ class UseRows(AbstractChange):
         )
         actual = None if arm is None else arm.actual
         loaded = Loaded(rows, name, facts, rows.notes, virtual=arm is not None, actual=actual)
-        session = with_data(replace(session, measuring=None), loaded)
+        session = with_other_data(replace(session, measuring=None), loaded)
         return session.tell(Severity.INFO, f"the session's data: {plural(len(rows), 'measured row')}")
 
 

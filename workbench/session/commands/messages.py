@@ -70,4 +70,18 @@ class OpenTab(AbstractChange):
     title = computed(lambda self: f"Open {self.tab}")
 
     def apply(self, session: Session) -> Session:
-        return replace(session, page=replace(session.page, opened=Opened(self.tab)))
+        return replace(session, page=replace(session.page, opened=Opened(self.tab), tab=self.tab))
+
+
+class NoteTab(AbstractChange):
+    """A page tells which of its tabs is open: what is advised is about that one."""
+
+    key = "seen tab"
+    is_automatic, is_kept = True, False
+
+    tab: Tab
+
+    title = computed(lambda self: f"{self.tab} is open")
+
+    def apply(self, session: Session) -> Session:
+        return replace(session, page=replace(session.page, tab=self.tab))

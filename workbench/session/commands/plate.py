@@ -10,6 +10,7 @@ from workbench.plate.patterns import MAX_TARGETS
 from workbench.plate.plate import Plate, Target
 from workbench.session.command import AbstractChange, AbstractTask, computed
 from workbench.session.commands.target_placement import place_targets
+from workbench.session.reach import from_limit
 from workbench.session.score import PlateTrial
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import check_free, is_better, rescore
@@ -87,7 +88,9 @@ class ImprovePlate(AbstractTask[tuple[Target, ...]]):
         told = (
             Severity.LOG if session.measurements.loaded is None else Severity.INFO
         )  # else the strip says it
-        return better.tell(told, f"predicted error in the region: {before:.3g} → {now:.3g} mm")
+        text = f"predicted error in the region: {before:.3g} → {now:.3g} mm"
+        left = min(from_limit(session.robot, s.q) for s in better.states if s.reached)
+        return better.tell(told, f"{text}; every joint stays {left.text} or more from its limits")
 
 
 class AbstractPlateTrial(AbstractTask[PlateTrial]):

@@ -76,6 +76,8 @@ class ShowCubes(AbstractChange):
     title = computed(lambda self: f"Colour the cubes by {self.view.field}")
 
     def check(self, session: Session) -> None:
+        if self.view.field is Field.CHANGE:
+            raise OptionError("the change is shown by itself while a target is dragged")
         if self.view.field is Field.MEASURED:
             measurements(session)
         if self.view.field is Field.YIELD and values(replace(session, cube_view=self.view)) is None:

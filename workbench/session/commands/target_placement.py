@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from workbench.base.wording import plural
 from workbench.plate.patterns import pattern
 from workbench.plate.plate import Plate, Target
 from workbench.session.command import AbstractChange, computed
@@ -30,7 +31,7 @@ class ApplyPattern(AbstractChange):
     radius: float
     tilts: tuple[float, ...]
 
-    title = computed(lambda self: f"{self.number} targets in a {self.name}")
+    title = computed(lambda self: f"{plural(self.number, 'target')} in a {self.name}")
 
     def check(self, session: Session) -> None:
         check_free(session)

@@ -12,10 +12,10 @@ from workbench.session.cubes import (
     LARGER_IS_BETTER,
     CubeValues,
     are_shown,
+    drawn,
     plate_surface,
     shown_cubes,
     shown_layer,
-    values,
 )
 from workbench.session.state import Field, Session
 from workbench.views.appearance.colours import NO_VALUE, REGION, UNBOUNDED, scale_colours
@@ -36,7 +36,7 @@ def region(session: Session) -> Iterator[Item]:
     if view.field is not Field.NONE:
         score = session.score if view.field is Field.PREDICTED else None
         seen = (session.cubes, session.results.comparison, session.trial, score)
-        inputs = (view, cuboid, *seen, session.history.first_plate)
+        inputs = (view, cuboid, *seen, session.history.first_plate, session.drag)
         is_dragged = session.drag is not None
         cubes = partial(_cubes, session)
         yield Item("region/cubes", cubes, inputs, shown=are_shown(session), can_wait=is_dragged)
@@ -47,8 +47,8 @@ def _outline(region: Region) -> Cuboid:
 
 
 def _cubes(session: Session, *_: object) -> Cubes | None:
-    """What `values` and `shown_cubes` read of the session are the item's inputs."""
-    view, numbers = session.cube_view, values(session)
+    """What `drawn` and `shown_cubes` read of the session are the item's inputs."""
+    view, (field, numbers) = session.cube_view, drawn(session)
     shown = np.zeros(0) if numbers is None else shown_cubes(session, view, numbers)
     if numbers is None or not shown.any():
         return None
@@ -56,7 +56,7 @@ def _cubes(session: Session, *_: object) -> Cubes | None:
         region=session.plate.region,
         shown=shown,
         known=~np.isnan(numbers.numbers),
-        colours=_colours(view.field, numbers),
+        colours=_colours(field, numbers),
         picked=view.picked,
         cut=view.cut,
         level=_level(session),

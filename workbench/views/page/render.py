@@ -7,7 +7,7 @@ from functools import partial
 import viser
 
 from workbench.session.commands.compare import FollowSystem
-from workbench.session.commands.messages import Tell
+from workbench.session.commands.messages import NoteTab, Tell
 from workbench.session.state import Session, Tab
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
@@ -69,6 +69,7 @@ class BrowserView(AbstractView):
             told = PageSignals(server)
             self._panels, self._tabs = _build_panels(server, worker, link, self._card, told)
             server.gui.add_html(told.dark(self._follow))
+            told.turned(lambda tab: worker.submit(NoteTab(tab)))
             self._scene.moved = next(p for p in self._panels if isinstance(p, TrackPanel)).place
             for panel in self._panels:
                 self._update(panel, session)
@@ -96,7 +97,7 @@ class BrowserView(AbstractView):
             self._is_measuring = is_measuring
             self._tabs.show(not is_measuring)
             if not is_measuring:  # a page may have forgotten which one was open
-                self._tabs.open(Tab.MEASURE)
+                self._tabs.open(session.page.tab or Tab.MEASURE)
         if session.page.opened is not None and session.page.opened is not self._opened:
             self._tabs.open(session.page.opened.tab)
         self._opened = session.page.opened

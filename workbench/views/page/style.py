@@ -130,10 +130,27 @@ LEAVE = ["Close", "Cancel", "Look around"]
 SCRIPT = f"""
 const measured = new ResizeObserver(([strip]) =>
   document.documentElement.style.setProperty("--strip", `${{strip.target.offsetHeight}}px`));
-let strip = null;
+let strip = null, tab = "", scrolled = null;
+const places = {{}};
+const turned = () => {{
+  const now = document.querySelector({f'{TABS} [aria-selected="true"]'!r})?.innerText;
+  if (!now || now === tab || document.querySelectorAll({f'{TABS} [role="tab"]'!r}).length < 2) return;
+  tab = now;
+  if (window.tabs?.[tab]) new Image().src = window.tabs[tab];
+  const at = places[tab] ?? 0, put = () => {{ if (scrolled) scrolled.scrollTop = at; }};
+  put();
+  requestAnimationFrame(put);
+}};
+new MutationObserver(turned).observe(document, {{ subtree: true, attributeFilter: ["aria-selected"] }});
+addEventListener("scroll", e => {{
+  if (!strip || !e.target.contains(strip)) return;
+  scrolled = e.target;
+  places[tab] = scrolled.scrollTop;
+}}, true);
 setInterval(() => {{
   const found = document.querySelector({STRIP!r});
   if (found && found !== strip) measured.observe(strip = found);
+  turned();
 }}, 300);
 addEventListener("change", e => {{
   const [most, told] = window.limits?.[e.target.id?.replace("file_upload_", "")] ?? [Infinity, ""];
@@ -204,7 +221,8 @@ const end = () => {{
 for (const name of ["pointerup", "pointercancel"]) addEventListener(name, end, true);
 addEventListener("blur", end);  // the window's alone: a control that was pressed before loses its focus too
 """
-"""A field for a number that is left blank, as letters leave it, shows its number again. While a hand moves
+"""Every tab keeps where it is scrolled to, and the server is told which is open. A field for a number that is
+left blank, as letters leave it, shows its number again. While a hand moves
 the scene or a handle, a page without a graphics card draws a sixth of its pixels."""
 
 

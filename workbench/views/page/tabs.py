@@ -3,14 +3,16 @@ one left, so all but the wanted tab are taken away until the page has drawn itse
 """
 
 import itertools
+import json
 import threading
 from collections.abc import Callable
+from functools import partial
 
 import viser
 
 from workbench.session.state import Tab
 from workbench.views.page.local_server import LocalServer
-from workbench.views.page.viser_internals import show_tabs, tab_number
+from workbench.views.page.viser_internals import run_script, show_tabs, tab_number
 
 STYLE = 'width="1" height="1" style="position:absolute;opacity:0"'
 
@@ -34,6 +36,11 @@ class PageSignals:
         self._answers |= {"dark": lambda: do(True), "light": lambda: do(False)}
         dark = f'<source media="(prefers-color-scheme: dark)" srcset="{self._address("dark")}">'
         return f'<picture>{dark}<img src="{self._address("light")}" alt="" {STYLE}></picture>'
+
+    def turned(self, do: Callable[[Tab], None]) -> None:
+        """Have every page tell which of its tabs is open, also a page that comes later."""
+        addresses = {tab: self.pressed(f"open-{tab}", partial(do, tab)) for tab in Tab}
+        run_script(self._server.gui, f"window.tabs = {json.dumps(addresses)};")
 
     def pressed(self, text: str, do: Callable[[], None]) -> str:
         """Where a link leads that does something: a page gets no answer there, and stays as it is."""

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from workbench.base.wording import plural
 from workbench.diagnosis.report.table import alternatives, heading, lines, outlier_text
 from workbench.diagnosis.result import Accepted, Diagnosis, judged
 from workbench.identification.fit import Fit
@@ -49,10 +50,10 @@ def with_predicted(text: str, error: float | None) -> str:
 def about(session: Session) -> str:
     """Robot, plate, measurements, and a legend of the recording, as markdown."""
     loaded, noise = session.measurements.loaded, session.noise
-    measured = "none yet" if loaded is None else f"{loaded.name}, {len(loaded.dataset)} rows"
+    measured = "none yet" if loaded is None else f"{loaded.name}, {plural(len(loaded.dataset), 'row')}"
     lines = [
         f"**{session.robot.name}:** {session.robot.dof} joints, convention {session.robot.convention}.",
-        f"Plate “{session.plate.name}” with {len(session.plate)} targets.",
+        f"Plate “{session.plate.name}” with {plural(len(session.plate), 'target')}.",
         f"Instrument: {1e3 * noise.position:.3g} mm, {np.rad2deg(noise.rotation):.3g}°.",
         "",
         f"**Measurements:** {measured}",
@@ -148,7 +149,7 @@ def remarks(found: Diagnosis) -> Iterator[str]:
     if len(found.outliers):
         yield f"outliers: {outlier_text(found)}"
     if len(found.measure_next):
-        yield f"{len(found.measure_next)} poses are proposed to be measured next"
+        yield f"proposed to be measured next: {plural(len(found.measure_next), 'pose')}"
     yield from (f"note: {text}" for text in found.notes)
 
 

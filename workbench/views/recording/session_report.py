@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from workbench.base.files import write_text
+from workbench.base.wording import plural
 from workbench.diagnosis.report.ranking import ranking
 from workbench.identification.report.constants import corrections
 from workbench.identification.report.error_plots import before_after
@@ -57,10 +58,13 @@ def _facts(recording: Recording, session: Session) -> list[tuple[str, str]]:
     facts = [
         ("Recording", recording.folder.name),
         ("Robot", f"{session.robot.name} ({session.robot.convention}, {session.robot.dof} joints)"),
-        ("Plate", f"{session.plate.name}, {len(session.plate)} targets"),
+        ("Plate", f"{session.plate.name}, {plural(len(session.plate), 'target')}"),
         ("Steps", f"{len(recording.lines)} in {minutes} min {seconds} s"),
         ("Instrument", f"{1e3 * session.noise.position:.3g} mm, {np.rad2deg(session.noise.rotation):.3g}°"),
-        ("Measurements", "none" if loaded is None else f"{loaded.name}, {len(loaded.dataset)} rows"),
+        (
+            "Measurements",
+            "none" if loaded is None else f"{loaded.name}, {plural(len(loaded.dataset), 'row')}",
+        ),
     ]
     if branched is not None:
         facts.append(("Branched off", f"from {branched['from']} after step {branched['step']}"))

@@ -11,6 +11,7 @@ from rich.text import Text
 
 from workbench.arm.joint import JointKind
 from workbench.base.errors import OptionError
+from workbench.base.wording import plural
 from workbench.extras.service.fleet.fleet import ArmReport, Fleet
 from workbench.extras.service.fleet.movement import Law, Movement
 from workbench.report.colours import NOMINAL
@@ -51,7 +52,7 @@ def shift_text(moved: Movement) -> str:
 
 def fleet_tables(fleet: Fleet) -> RenderableType:
     """The worst arms, those that could not be read, and what was decided."""
-    table = new_table(f"{len(fleet.arms)} arms", *HEADS)
+    table = new_table(f"{plural(len(fleet.arms), 'arm')}", *HEADS)
     shown = (fleet.worn or fleet.worst_first)[:LISTED]
     for arm in shown:
         table.add_row(*arm_cells(arm))

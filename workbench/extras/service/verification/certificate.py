@@ -37,7 +37,7 @@ def _shown(result: Verification, inputs: Sequence[Path | str], day: date) -> dic
     data = result.data
     arm = [("Arm", f"{result.robot.name}, {result.robot.dof} joints"), *result.facts.items()]
     if (calibration := result.robot.calibration) is not None:
-        arm.append(("Calibrated from", f"{calibration.source}, {len(calibration.poses)} rows"))
+        arm.append(("Calibrated from", f"{calibration.source}, {plural(len(calibration.poses), 'row')}"))
     arm.append(("Measurements", f"{Path(data.source).name}, {plural(len(data), 'row')}"))
     return {
         "title": result.robot.name,

@@ -2,6 +2,7 @@
 
 import viser
 
+from workbench.base.wording import plural
 from workbench.data.readers.mapping import lacks_unit, mapping_text, meanings, ours, with_column
 from workbench.data.readers.preview import PreviewColumn
 from workbench.session.commands.data import LoadData
@@ -96,7 +97,7 @@ def listing(file: MeasurementFile) -> str:
     problems = "".join(f'<div style="color:{BAD}">{text(words)}</div>' for words in found.problems)
     rows = [(text(c.heading or "(none)"), text(c.first[:10]), _meaning(c)) for c in found.columns]
     more = len(rows) - MAX_LISTED_COLUMNS
-    words = f'<div style="color:{MUTED}">{more} more columns</div>' if more > 0 else ""
+    words = f'<div style="color:{MUTED}">{plural(more, "more column")}</div>' if more > 0 else ""
     return block(
         problems + table(("heading", "first", "is"), rows[:MAX_LISTED_COLUMNS]) + words, testid="columns"
     )

@@ -17,6 +17,7 @@ from workbench.session.commands.measure import (
     TakeAgain,
     UseRows,
 )
+from workbench.session.guide import USE
 from workbench.session.loaded_measurements import Measuring
 from workbench.session.state import Session, Source, Tab
 from workbench.views.page.html import BAD, CAREFUL, GOOD, LINE, MUTED, badge, block, note, text
@@ -24,6 +25,7 @@ from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 LIGHTS = {ArmState.STILL: GOOD, ArmState.MOVING: CAREFUL, ArmState.UNKNOWN: BAD}
 SPACE = "The space bar stores the row; the next target follows."
+COMPLETE = "Use the rows, then identify the arm from them; or retake the last one."
 STILL_MOVES = "moves"
 
 
@@ -116,7 +118,7 @@ class MeasuringPanel(AbstractPanel):
         )
         self._next = button("Next target", NextWanted, icon.ARROW_RIGHT, "Skip this target for now.")
         self._use = button(
-            "Use the rows",
+            USE,
             UseRows,
             icon.DATABASE,
             "End here: the stored rows become the session's measurements, as if loaded from a file.",
@@ -143,6 +145,11 @@ class MeasuringPanel(AbstractPanel):
         if not status.place.is_known:
             self._offer(measuring, status)
         self._again.disabled = self._use.disabled = not acquisition.rows
+        is_complete = all(status.stored)
+        self._use.color = None if is_complete else "gray"
+        if is_complete:
+            for button in (self._drive, self._store, self._store_as, self._store_anyway, self._next):
+                button.visible = False
         source = session.choices.source
         where = "" if measuring.virtual is not None or source is None else _source(source)
         self._status.content = where + _status(status, measuring)
@@ -197,10 +204,15 @@ def _status(status: Status, measuring: Measuring) -> str:
         f'<div style="height:8px;border-radius:4px;background:{LINE};margin:4px 0 12px">'
         f'<div style="height:8px;border-radius:4px;background:{GOOD};width:{share:.0f}%"></div></div>'
     )
+    progress = f'<div data-testid="progress">{stored} of {count} rows stored</div>{bar}'
+    large = "font-size:40px;font-weight:650;line-height:1.2"
+    if stored == count:
+        end = f'<div style="{large}">All targets are stored</div><div style="color:{MUTED}">{COMPLETE}</div>'
+        return block(progress + end, testid="measuring", style="margin:10px 0")
     words = f'<div style="color:{MUTED};margin-top:10px">{text(capital(status.message))}</div>'
     return block(
-        f'<div data-testid="progress">{stored} of {count} rows stored</div>{bar}'
-        f'<div style="font-size:40px;font-weight:650;line-height:1.2">Target {measuring.target + 1}</div>'
+        progress
+        + f'<div style="{large}">Target {measuring.target + 1}</div>'
         + _place(status)
         + _deviation(status, measuring)
         + f'<div style="font-size:18px">{_light(status.arm_state)}</div>'

@@ -3,6 +3,7 @@
 import numpy as np
 import viser
 
+from workbench.base.wording import plural
 from workbench.plate.observability import INDICES
 from workbench.plate.readings import assumptions
 from workbench.plate.region_poses import PLATE_CONE
@@ -27,7 +28,16 @@ class IndexPanel(AbstractPanel):
 
     tab, order = Tab.PLATE, 20
     pause = 0.0
-    depends = ("score", "history.first_score", "states", "selected", "noise", "choices.wanted", "tried")
+    depends = (
+        "score",
+        "history.first_score",
+        "states",
+        "selected",
+        "noise",
+        "choices.wanted",
+        "tried",
+        "plate.region",
+    )
 
     def build(self, gui: viser.GuiApi) -> None:
         self._html = gui.add_html("")
@@ -35,7 +45,7 @@ class IndexPanel(AbstractPanel):
     def show(self, session: Session) -> None:
         now = session.score
         self._html.content = block(
-            heading("Predicted error in the region after calibration")
+            heading(predicted_heading(session))
             + _measurable(session)
             + _predicted(session)
             + judgement(now, session.noise.position, plate_judgement(session))
@@ -97,6 +107,13 @@ def _measurable(session: Session) -> str:
     )
 
 
+def predicted_heading(session: Session) -> str:
+    """What is predicted, and where: nobody may have noticed that the region follows the rows."""
+    box = session.measurements.box
+    place = "the region" if box is None or session.plate.region is not box else "the box of the rows"
+    return f"Predicted error in {place} after calibration"
+
+
 def _predicted(session: Session) -> str:
     now, first, noise = session.score, session.history.first_score, session.noise
     if np.isnan(now.position):
@@ -106,7 +123,8 @@ def _predicted(session: Session) -> str:
             f'<div style="color:{css(OUT_OF_REACH)}">Unbounded: these targets leave parameters open which '
             "affect the tool there. Move more targets into reach.</div>"
         )
-    better = change(now.position, first.position, larger_is_better=False)
+    is_moved = session.plate is not session.history.first_plate
+    better = change(now.position, first.position, larger_is_better=False) if is_moved else ""
     return (
         '<div style="display:flex;align-items:baseline;gap:8px" title="Root mean square over the '
         f"cuboid, turned from a target by up to {np.rad2deg(PLATE_CONE):.0f}°, in any posture, each target "
@@ -181,8 +199,8 @@ def _open(now: Score) -> str:
     """How much these targets leave undetermined, and how many count."""
     missing = now.parameters - now.rank
     colour = MUTED if missing == 0 else css(OUT_OF_REACH)
-    more = f"; they leave {missing} combinations of parameters undetermined" if missing else ""
-    return f'<div data-testid="rank" style="color:{colour}">{now.measurable} targets{more}</div>'
+    more = f"; they leave {plural(missing, 'combination')} of parameters undetermined" if missing else ""
+    return f'<div data-testid="rank" style="color:{colour}">{plural(now.measurable, "target")}{more}</div>'
 
 
 def _rank(now: Score) -> str:

@@ -10,7 +10,7 @@ import viser
 from workbench.arm.effects.events import AbstractEvent
 from workbench.session.commands.compare import SetOverlay
 from workbench.session.comparison import STAGES, Comparison, ModelStage, Overlay
-from workbench.session.cubes import FACTORS, LARGER_IS_BETTER, TITLES, UNITS, CubeValues, are_shown, values
+from workbench.session.cubes import FACTORS, LARGER_IS_BETTER, TITLES, UNITS, CubeValues, are_shown, drawn
 from workbench.session.deflection import bending_robot
 from workbench.session.state import Field, Focus, Session
 from workbench.views.appearance.colours import (
@@ -53,6 +53,7 @@ class LegendPanel(AbstractPanel):
         "trial",
         "page.chore",
         "plate",
+        "drag",
         "states",
         "results.comparison",
         "results.diagnosis",
@@ -99,7 +100,7 @@ def cubes_scale(session: Session) -> str:
     """Meaning, colours and unit of the cubes."""
     if not are_shown(session):
         return ""
-    field, numbers = session.cube_view.field, values(session)
+    field, numbers = drawn(session)
     if numbers is None:
         return f'<div style="color:{MUTED}">{TITLES[field]} …</div>' if session.page.chore else ""
     return f'<div title="Grey: no value.">{TITLES[field]}</div>{scale_bar(field, numbers)}'
@@ -109,6 +110,8 @@ def scale_bar(field: Field, numbers: CubeValues) -> str:
     """The colour scale of the cubes with its ends."""
     is_better = field in LARGER_IS_BETTER
     low, high = (number(FACTORS[field] * end, 2) for end in (numbers.low, numbers.high))
+    if field is Field.CHANGE:
+        low, high = f"−{high}", f"+{high}"
     ends = (low, high) if is_better else (f"≤ {low}", f"≥ {high}")
     return (
         f'<div style="{BAR};background:{gradient(larger_is_better=is_better)}"></div>'

@@ -179,10 +179,11 @@ class AbstractPanel(ABC):
         maximum: int,
         main: bool = False,
         question: Callable[[bytes], str] = lambda content: "",
+        answer: str = "Open it",
     ) -> viser.GuiUploadButtonHandle:
         """A button that sends a command with a file's name and contents; a file of more bytes is refused.
 
-        `question`: What is asked first about these contents; empty for nothing.
+        `question`: What is asked first about these contents, empty for nothing; `answer`: the way on.
         """
         made = self._gui.add_upload_button(
             label, icon=viser.Icon.UPLOAD, color=None if main else "gray", mime_type=endings, hint=hint
@@ -201,12 +202,7 @@ class AbstractPanel(ABC):
             await asyncio.sleep(ARRIVED)
             forget_uploads(self._gui)
             if asked := question(bytes(file.content)):
-                ask(
-                    event,
-                    asked,
-                    "Open it",
-                    lambda: self.send(lambda: command(file.name, bytes(file.content))),
-                )
+                ask(event, asked, answer, lambda: self.send(lambda: command(file.name, bytes(file.content))))
             else:
                 self.send(lambda: command(file.name, bytes(file.content)))
 
@@ -257,13 +253,25 @@ class RepeatingSend:
         stop.set()
 
 
-def ask(event: viser.GuiEvent, question: str, label: str, do: Callable[[], object]) -> None:
-    """Do something once the user has said so, in a sheet over the page of the user who pressed a button."""
+def ask(
+    event: viser.GuiEvent,
+    question: str,
+    label: str,
+    do: Callable[[], object],
+    *,
+    title: str = "Are you sure?",
+    build: Callable[[viser.GuiApi], object] = lambda gui: None,
+) -> None:
+    """Do something once the user has said so, in a sheet over the page of the user who pressed a button.
+
+    `build` makes what more is asked there.
+    """
     if event.client is None:
         return
     gui = event.client.gui
-    with (asked := gui.add_modal("Are you sure?")):
+    with (asked := gui.add_modal(title)):
         gui.add_html(block(text(question), testid="question", style="margin:4px 0 10px"))
+        build(gui)
         yes, no = (
             gui.add_button(label, hint=question),
             gui.add_button("Cancel", color="gray", hint="Go back."),

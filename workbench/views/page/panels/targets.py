@@ -3,22 +3,26 @@
 import numpy as np
 import viser
 
+from workbench.arm.inverse.branch import LIMIT_MARGIN
+from workbench.arm.robot import Robot
 from workbench.base.wording import capital
 from workbench.plate.collision import unobstructed
 from workbench.plate.plate import AUTO, Target
 from workbench.session.commands.drag import MoveTarget, SelectTarget
 from workbench.session.commands.edit import AddTarget, ChooseBranch, CopyTarget, DeleteTarget, LockTarget
 from workbench.session.commands.undo import Redo, ResetTargets, RestoreBest, Undo
+from workbench.session.reach import from_limit
 from workbench.session.state import Session, Tab
 from workbench.session.target_state import TargetState
 from workbench.session.worker import Worker
 from workbench.views.appearance.colours import BLOCKED, OUT_OF_REACH, REACHED, css
-from workbench.views.page.html import MUTED, badge, block, text
+from workbench.views.page.html import CAREFUL, MUTED, badge, block, text
 from workbench.views.page.panels.coordinates import Coordinates, Measure
 from workbench.views.page.panels.panel import AbstractPanel, set_options, set_value
 
 LEFT_TO_PROGRAM = "automatic"
 MARK = " · blocked"
+ROUNDED = 1e-6
 HIDDEN = "The scene shows measured rows; plate and targets are hidden."
 
 
@@ -71,7 +75,7 @@ class TargetsPanel(AbstractPanel):
         self._locked.disabled = is_hidden
         for field in (self._xyz, self._rpy):
             field.control.disabled = is_hidden or target.locked
-        words = text(HIDDEN) if is_hidden else _state(target, state)
+        words = text(HIDDEN) if is_hidden else _state(target, state) + near_limit(session.robot, state)
         self._state.content = block(words, testid="state", style="margin:4px 0 6px")
 
     @property
@@ -146,6 +150,15 @@ def blocked_branches(session: Session) -> tuple[str, ...]:
     branches = session.branches
     free = unobstructed(session.robot, session.plate, session.selected, branches)
     return tuple(branch.name for branch in branches if not any(branch is other for other in free))
+
+
+def near_limit(robot: Robot, state: TargetState) -> str:
+    """Which joint hardly has room: manufacturing errors may then put the target out of reach."""
+    near = from_limit(robot, state.q)
+    if not state.reached or near.distance >= LIMIT_MARGIN - ROUNDED:
+        return ""
+    words = f"Joint {near.joint + 1} is {near.text} from its limit; Improve keeps 10° on every joint."
+    return f'<div data-testid="near-limit" style="color:{CAREFUL}">{words}</div>'
 
 
 def _state(target: Target, state: TargetState) -> str:
