@@ -204,7 +204,7 @@ def plate(visit: Visit, robot: Path, folder: Path) -> Path:
     visit.press("Design a plate for it")
     visit.idle()
     visit.shoot("plate")
-    visit.type("Required error [mm]", "1")
+    visit.type("Required [mm]", "1")
     visit.idle()
     visit.press("Try this plate")
     visit.idle()

@@ -17,7 +17,7 @@ from workbench.cli.exit_status import at_once
 from workbench.cli.options import argument, option
 
 if TYPE_CHECKING:
-    from workbench.views.recording.compare_sessions import ComparedSessions
+    from workbench.session.journal.compare_sessions import ComparedSessions
 
 RecordingArgument = Annotated[Path, argument("A recording: a folder such as recordings/sample.")]
 
@@ -57,7 +57,7 @@ def review(
 
 def _compare(found: list, json: Path | None) -> "ComparedSessions":
     """What differs, and which parameters have moved beyond their standard errors."""
-    from workbench.views.recording.compare_sessions import compare
+    from workbench.session.journal.compare_sessions import compare
 
     with opt.progress_bar("replay"):
         compared = compare(found)

@@ -18,13 +18,13 @@ from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, 
 from workbench.session.commands.undo import Undo
 from workbench.session.journal import replay
 from workbench.session.journal.compare_numbers import ROUNDING, check, compare
+from workbench.session.journal.compare_sessions import compare as compare_recordings
+from workbench.session.journal.compare_sessions import compare_sessions
 from workbench.session.journal.entry import Ending, Entry
 from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.numbers import SUBJECTS, numbers_of
 from workbench.session.journal.reader import JOURNAL, read_recording
 from workbench.session.journal.restore import restore
-from workbench.views.recording.compare_sessions import compare as compare_recordings
-from workbench.views.recording.compare_sessions import compare_sessions
 from workbench.views.recording.draw_steps import thinned
 from workbench.views.recording.recorded_step import INTERVAL, Moment
 from workbench.views.recording.recorder import parts, recorder

@@ -26,15 +26,14 @@ class YieldPanel(AbstractPanel):
     depends = ("is_idle", "trial", "tried")
 
     def build(self, gui: viser.GuiApi) -> None:
-        self._try = gui.add_button(
+        self._try = self.press(
             "Try this plate",
-            icon=viser.Icon.CHART_BAR,
-            color="gray",
-            hint="Calibrate virtual arms with random manufacturing errors on it: the share that meets the "
+            self._pressed,
+            viser.Icon.CHART_BAR,
+            "Calibrate virtual arms with random manufacturing errors on it: the share that meets the "
             "required error everywhere in the region, and which error source dominates. Takes about a "
             "minute; Cancel stops it.",
         )
-        self._try.on_click(self._pressed)
         self._result = gui.add_html("", visible=False)
         self._arms = self.number(
             "Virtual arms",

@@ -56,7 +56,7 @@ class TryPlate(AbstractPlateTrial):
             raise OptionError(f"the number of virtual arms must be 1 to {MAX_ARMS}, got {self.arms}")
         if session.choices.wanted is None:
             raise OptionError(
-                "no required error is set to test the arms against; set 'Required error [mm]' first"
+                "no required error is set to test the arms against; set 'Required [mm]' first"
             )
         for i, state in enumerate(session.states):
             if not state.measurable:

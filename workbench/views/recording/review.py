@@ -24,12 +24,12 @@ from rerun.chunk import RrdReader
 from workbench.base.errors import FileError, OptionError
 from workbench.base.files import write_bytes
 from workbench.base.progress import part_of, progress
+from workbench.session.journal.compare_sessions import ComparedSessions, compare
 from workbench.session.journal.reader import Recording
 from workbench.session.journal.replay import steps
 from workbench.session.state import Severity
 from workbench.views.recording.blueprint import blueprint, side_by_side
 from workbench.views.recording.canvas import STEP, Canvas
-from workbench.views.recording.compare_sessions import ComparedSessions, compare
 from workbench.views.recording.draw_steps import Drawing, thinned
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.recorder import parts

@@ -30,13 +30,8 @@ class ArmPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         arms, at_first = (CHOSEN, *built_in_robots()), "aria"
         self._choice = gui.add_dropdown("Robot", arms, initial_value=at_first, hint="The built-in arms.")
-        self._change = gui.add_button(
-            "Change to this robot",
-            icon=viser.Icon.ROBOT,
-            color="gray",
-            hint="Start over with this arm, on its plate or on yours if it reaches half of it.",
-        )
-        self._change.on_click(self._choose)
+        hint = "Start over with this arm, on its plate or on yours if it reaches half of it."
+        self._change = self.press("Change to this robot", self._choose, viser.Icon.ROBOT, hint)
         self.upload(
             "Open a robot or plate",
             LoadModel,
@@ -134,11 +129,7 @@ class OwnRobotPanel(AbstractPanel):
                 "Try every interpretation of the table and the numbers; start over with the arm that fits.",
                 main=True,
             )
-            self.download(
-                "This robot (TOML)",
-                robot_toml,
-                "The robot of this session as it is now, before any calibration.",
-            )
+            self.download("This robot (TOML)", robot_toml, "The robot as it is now, before any calibration.")
 
     def show(self, session: Session) -> None:
         """Nothing here depends on the session."""

@@ -38,7 +38,7 @@ class ColumnsPanel(AbstractPanel):
             self.download(
                 "Save this choice (TOML)",
                 columns_toml,
-                "The meaning of every column: for the next file of this kind, here or with --mapping.",
+                "What every column is, for the next file of this kind.",
             )
             self.upload(
                 "Use a saved choice",

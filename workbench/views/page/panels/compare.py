@@ -53,7 +53,7 @@ class ComparePanel(AbstractPanel):
         self._leave = gui.add_checkbox(
             "Exclude this row",
             False,
-            hint="Exclude this row from the next identification, because its measurement went wrong.",
+            hint="Leave it out of the next identification: it was measured wrongly.",
         )
         self.sends(self._leave, self._leave_out)
         overlay = self._worker.session.choices.overlay
@@ -68,13 +68,8 @@ class ComparePanel(AbstractPanel):
             )
         for control in (*self._switches.values(), self._times, self._times_after):
             self.sends(control, self._set)
-        self._look = gui.add_button(
-            "Look at all measurements",
-            icon=viser.Icon.FOCUS_2,
-            color="gray",
-            hint="Move the camera to show the robot and all measured positions.",
-        )
-        self._look.on_click(self._look_at_all)
+        hint = "Move the camera to show the robot and all measured positions."
+        self._look = self.press("Look at all measurements", self._look_at_all, viser.Icon.FOCUS_2, hint)
 
     def show(self, session: Session) -> None:
         comparison, overlay = session.results.comparison, session.choices.overlay

@@ -47,8 +47,7 @@ class DataPanel(AbstractPanel):
             self._instrument = gui.add_dropdown(
                 "Instrument",
                 (SEAT, *virtual_instruments()),
-                hint="The instrument. The seats have the noise set in the Plate tab; every other instrument "
-                "has its own noise and measures poses or points.",
+                hint="Seats have the noise of the Plate tab, others their own.",
             )
             self.button(
                 "Measure a virtual arm",

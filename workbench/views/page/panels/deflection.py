@@ -35,7 +35,7 @@ class BendingPanel(AbstractPanel):
             self._is_on = gui.add_checkbox(
                 "Bent arm",
                 overlay.is_deflected,
-                hint="Show the violet arm, deflected by play, compliance and other effects of its model.",
+                hint="Show the violet arm, deflected by the effects of its model.",
             )
             self._times = self.slider(
                 "Bending ×",

@@ -1,5 +1,7 @@
 """Light or dark mode, the help sheet, and keyboard shortcuts."""
 
+from functools import partial
+
 import viser
 
 from workbench.session.command import AbstractCommand
@@ -52,18 +54,12 @@ class LookPanel(AbstractPanel):
             self._dark = gui.add_checkbox("Dark", False, hint="Dark colours.")
             self.sends(self._dark, lambda: SetDark(bool(self._dark.value)))
             self._units = gui.add_dropdown(
-                "Coordinates",
-                [str(units) for units in Units],
-                hint="Units of positions and angles, shown and typed.",
+                "Coordinates", [str(units) for units in Units], hint="Units that are shown and typed."
             )
             self.sends(self._units, lambda: SetUnits(Units(self._units.value)))
-            button = gui.add_button(
-                "Help and keys",
-                icon=viser.Icon.HELP,
-                color="gray",
-                hint="How to use this page, and its keyboard shortcuts.",
-            )
-            button.on_click(lambda event: sheet(event, "How to use this page", help_sheet()))
+            title = "How to use this page"
+            show = partial(sheet, title=title, content=help_sheet())
+            self.press("Help and keys", show, viser.Icon.HELP, f"{title}, and its keyboard shortcuts.")
         self._keys(gui)
 
     def show(self, session: Session) -> None:

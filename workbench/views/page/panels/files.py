@@ -73,13 +73,8 @@ class FilesPanel(AbstractPanel):
             self._rows = self.download(
                 "Measurements (CSV)", measurements_csv, "One row per line, with units."
             )
-            picture = gui.add_button(
-                "Picture of the scene (PNG)",
-                icon=viser.Icon.CAMERA,
-                color="gray",
-                hint="The scene as shown, without the panel.",
-            )
-        picture.on_click(self._picture)
+            hint = "The scene as shown, without the panel."
+            self.press("Picture of the scene (PNG)", self._picture, viser.Icon.CAMERA, hint)
 
     def show(self, session: Session) -> None:
         self._rows.disabled = session.measurements.loaded is None

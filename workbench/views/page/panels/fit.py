@@ -101,23 +101,12 @@ class FitPanel(AbstractPanel):
         self._levelled = gui.add_checkbox("Levelled", False, hint=LEVELLED)
         self.sends(self._levelled, lambda: SetLevelled(bool(self._levelled.value)))
         self._held_out = self.slider(
-            "Held out [%]",
-            20,
-            (5, 50, 5),
-            "Share of the rows held out of the fit; rely on the error there. A virtual arm has its own "
-            "checking poses instead.",
+            "Held out [%]", 20, (5, 50, 5), "Share of the rows that are kept for checking."
         )
         self._frames = gui.add_dropdown(
-            "Base and tool",
-            list(FRAMES),
-            hint="Whether all measurement sessions share the same base and tool frames.",
+            "Base and tool", list(FRAMES), hint="Whether sessions share base and tool."
         )
-        self._rows = gui.add_text(
-            "Excluded rows",
-            "",
-            hint="Numbers of data rows that are not fitted, such as 3, 17, 20-24. In the Compare tab a "
-            "row can be excluded while you look at it.",
-        )
+        self._rows = gui.add_text("Excluded rows", "", hint="Rows that are not fitted, such as 3, 17, 20-24.")
         self.sends(self._rows, lambda: LeaveRowsOut(read_rows(self._rows.value)))
         with gui.add_folder("Algorithms", expand_by_default=False):
             self._chosen = {
@@ -184,16 +173,12 @@ class FitDetailsPanel(AbstractPanel):
     def _build_details(self, gui: viser.GuiApi) -> None:
         self._errors = gui.add_html("")
         self._fit = gui.add_dropdown(
-            "Shown fit",
-            list(_titles().values()),
-            hint="The fit whose parameters and arm are shown and saved.",
+            "Shown fit", list(_titles().values()), hint="The fit that is shown and saved."
         )
         names = {title: name for name, title in _titles().items()}
         self.sends(self._fit, lambda: ShowFit(names[self._fit.value]))
         self._errors_of = gui.add_dropdown(
-            "Errors of",
-            (POSITION, ORIENTATION),
-            hint="Errors plotted below, axis by axis; hover over a stem to see its row.",
+            "Errors of", (POSITION, ORIENTATION), hint="What is plotted below, axis by axis."
         )
         on_change(self._errors_of, self._draw_figure)
         self._figure = gui.add_html("")

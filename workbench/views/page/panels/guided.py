@@ -54,8 +54,7 @@ class GuidedPanel(AbstractPanel):
                 "Begin measuring",
                 lambda: BeginMeasuring(errors=LIKELY_ERRORS),
                 viser.Icon.TARGET,
-                "Measure a virtual arm as you would a real one: drive it to each target, wait until "
-                "it is still, store the row.",
+                "Measure a virtual arm target by target, as a real one.",
             )
 
     def show(self, session: Session) -> None:
@@ -83,18 +82,10 @@ class MeasuringPanel(AbstractPanel):
 
         icon = viser.Icon
         self._drive = button(
-            "Drive the virtual arm there",
-            DriveArm,
-            icon.ROBOT,
-            "Drive to the current target, as accurately as an operator would.",
-            main=True,
+            "Drive the virtual arm there", DriveArm, icon.ROBOT, "As exactly as an operator would.", main=True
         )
         self._store = button(
-            "Store",
-            StoreRow,
-            icon.CHECK,
-            "Keep joint positions and measured pose as this target's row; the arm must be still.",
-            main=True,
+            "Store", StoreRow, icon.CHECK, "Keep joints and pose as this target's row.", main=True
         )
         self._store_as = self.button(
             "Store",
@@ -111,18 +102,10 @@ class MeasuringPanel(AbstractPanel):
             "Keep the row for the current target although the tool is not there.",
         )
         self._again = button(
-            "Retake",
-            TakeAgain,
-            icon.ROTATE,
-            "Drop the row of the current target, or else the one stored last, and measure it once more.",
+            "Retake", TakeAgain, icon.ROTATE, "Drop this target's row, or the last one, and measure again."
         )
         self._next = button("Next target", NextWanted, icon.ARROW_RIGHT, "Skip this target for now.")
-        self._use = button(
-            USE,
-            UseRows,
-            icon.DATABASE,
-            "End here: the stored rows become the session's measurements, as if loaded from a file.",
-        )
+        self._use = button(USE, UseRows, icon.DATABASE, "End here; the rows become the measurements.")
         self._stop = button(
             EndMeasuring.title, EndMeasuring, icon.X, "End here and drop the rows that were stored."
         )

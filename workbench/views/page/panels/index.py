@@ -208,8 +208,8 @@ def _rank(now: Score) -> str:
 
 
 FIELDS = (
-    ("Required error [mm]", "Maximum position error allowed for the calibrated arm; 0: no requirement."),
-    ("Required error [°]", "Maximum orientation error allowed; 0: no requirement."),
+    ("Required [mm]", "Maximum position error allowed for the calibrated arm; 0: no requirement."),
+    ("Required [°]", "Maximum orientation error allowed; 0: no requirement."),
 )
 NOTHING = "0 mm: no requirement, so there is no pass or fail. Set a value to assess plate and arm against it."
 NO_ANGLE = "0°: no requirement for orientations."

@@ -50,12 +50,7 @@ class JogPanel(AbstractPanel):
         self._robot = robot
         with self._folder:
             for i in range(len(self._sliders), robot.dof):
-                slider = self.slider(
-                    f"Joint {i + 1}",
-                    0.0,
-                    (-1.0, 1.0, 0.1),
-                    "Move this joint; the nominal and the calibrated arm follow.",
-                )
+                slider = self.slider(f"Joint {i + 1}", 0.0, (-1.0, 1.0, 0.1), "Move this joint of both arms.")
                 self.sends(slider, partial(self._jog, i))
                 self._sliders.append(slider)
         ends = shown_joints(robot, robot.search_limits.T).T
@@ -122,17 +117,11 @@ class CapturedPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Kept poses"):
             self.button(
-                "Keep this pose",
-                CapturePose,
-                viser.Icon.PLUS,
-                "Store the joint positions and the tool poses of both models.",
+                "Keep this pose", CapturePose, viser.Icon.PLUS, "Joints, and the tool of both models."
             )
             self._table = gui.add_html("")
             self._file = self.download(
-                "Save the kept poses (CSV)",
-                captured_csv,
-                "Joint positions and the tool poses of both arms, one pose per line.",
-                visible=False,
+                "Save the kept poses (CSV)", captured_csv, "Joints and tools of both arms.", visible=False
             )
             self._forget = self.button(
                 ForgetPoses.title, ForgetPoses, viser.Icon.TRASH, "Empty the list.", visible=False

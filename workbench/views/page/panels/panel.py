@@ -125,6 +125,14 @@ class AbstractPanel(ABC):
         on_press(made, lambda: self.send(do))
         return made
 
+    def press(
+        self, label: str, do: Callable[[viser.GuiEvent], object], icon: viser.IconName, hint: str
+    ) -> viser.GuiButtonHandle:
+        """A button that does something on the page of the user who presses it."""
+        made = self._gui.add_button(label, icon=icon, hint=hint, color="gray")
+        made.on_click(do)
+        return made
+
     def number(
         self, label: str, value: float, limits: tuple[float, float, float], hint: str
     ) -> viser.GuiNumberHandle:

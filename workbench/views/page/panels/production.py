@@ -16,9 +16,7 @@ class PlateFilesPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         self.download(
-            "Plate to make (ZIP)",
-            fixture_zip,
-            "Solids, drawings and lists of everything that the plate is made of. Takes a few seconds.",
+            "Plate to make (ZIP)", fixture_zip, "Solids, drawings and lists of all that it is made of."
         )
 
     def show(self, session: Session) -> None:
@@ -37,10 +35,7 @@ class NoisePanel(AbstractPanel):
                 "Noise [mm]", 0.1, (0.001, 10.0, 0.001), "Standard deviation of each measured coordinate."
             )
             self._rotation = self.number(
-                "Noise [°]",
-                0.02,
-                (0.001, 5.0, 0.001),
-                "Standard deviation of the measured rotation about each axis.",
+                "Noise [°]", 0.02, (0.001, 5.0, 0.001), "Standard deviation about each axis."
             )
         for field in (self._position, self._rotation):
             self.sends(field, self._noise)

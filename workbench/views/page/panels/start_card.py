@@ -101,11 +101,7 @@ class StartCard(AbstractPanel):
         self._robot = gui.add_dropdown("Built in", (CHOSEN, *built_in_robots()), hint="The built-in arms.")
         self.sends(self._robot, self._choose)
         self.upload(
-            "… or your robot: URDF or TOML",
-            load,
-            "The nominal arm as its maker describes it.",
-            endings=MODELS,
-            maximum=LARGEST_FILE,
+            "… or your robot: URDF or TOML", load, "The nominal arm.", endings=MODELS, maximum=LARGEST_FILE
         )
         self._data = gui.add_folder(None)
         with self._data:

@@ -125,8 +125,7 @@ class BranchesPanel(AbstractPanel):
             self._branch = gui.add_dropdown(
                 "Branch",
                 [LEFT_TO_PROGRAM],
-                hint="The inverse-kinematics solution that the arm takes; the faint arms show the others. It "
-                "affects the accuracy as much as the position does.",
+                hint="The arm's posture there; it matters as much as the position.",
             )
             self.sends(self._branch, self._choose_branch)
 

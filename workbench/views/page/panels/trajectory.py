@@ -81,16 +81,10 @@ class TrackPanel(AbstractPanel):
                 "Duration [s]", 10.0, (MIN_TIME, MAX_TIME, 1.0), "Time from start to end, at rest at both."
             )
             self._corrected = gui.add_checkbox(
-                "Corrected",
-                False,
-                hint="Correct the joint positions with the calibrated arm, so that its tool follows the "
-                "path.",
+                "Corrected", False, hint="With the calibrated arm, so that its tool follows the path."
             )
             self._plan = self.button(
-                "Plan it",
-                self._path,
-                viser.Icon.ROUTE,
-                "Compute joint positions along the path as the controller does, with the nominal model.",
+                "Plan it", self._path, viser.Icon.ROUTE, "As the controller does, with the nominal model."
             )
             self._pace = self.slider(
                 "Speed ×", 1.0, (SLOWEST, QUICKEST, 0.1), "Playback speed.", visible=False
@@ -99,11 +93,7 @@ class TrackPanel(AbstractPanel):
             self._build_buttons(gui)
             self._curves = gui.add_html("")
             self._time = self.slider(
-                "Time",
-                0.0,
-                (0.0, 1.0, 0.001),
-                "Click or drag on the curves: the arms go there.",
-                visible=False,
+                "Time", 0.0, (0.0, 1.0, 0.001), "Click or drag on the curves.", visible=False
             )
             self.sends(self._time, self._go)
             self._result = gui.add_html("")
@@ -118,11 +108,7 @@ class TrackPanel(AbstractPanel):
         )
         self._pause = button("Pause", PauseTrack, icon.PLAYER_PAUSE, "Stop here; Play continues.")
         self._leave = button(
-            "Back to the target",
-            LeaveTrack,
-            icon.PLAYER_STOP,
-            "Stop, and return the arm to the selected target.",
-            main=False,
+            "Back to the target", LeaveTrack, icon.PLAYER_STOP, "Stop, and return to the target.", main=False
         )
 
     def place(self, share: float) -> None:
