@@ -206,7 +206,8 @@ def test_a_drag_colours_cubes_by_what_it_changes_on_a_scale_of_that_size(run):
     assert drawn(before)[0] is Field.PREDICTED
     spans = []
     for off in (0.02, 0.12):
-        session = after(run, GrabTarget(0), MoveTarget(0, (x - off, y, z), tuple(target.rpy.tolist())))
+        rpy = tuple(target.rpy.tolist())
+        session = after(run, GrabTarget(0, client=1), MoveTarget(0, (x - off, y, z), rpy, client=1))
         field, change = drawn(session)
         assert field is Field.CHANGE
         wanted = values(session).numbers / values(before).numbers - 1.0
@@ -218,7 +219,7 @@ def test_a_drag_colours_cubes_by_what_it_changes_on_a_scale_of_that_size(run):
         assert f"+{100 * change.high:.3g}"[:4] in cubes_scale(session)
         assert session.drag in next(i for i in region_items(session) if i.path == "region/cubes").inputs
         spans.append(change.high)
-        released = after(run, DropTarget(), Undo())
+        released = after(run, DropTarget(client=1), Undo())
         assert drawn(released)[0] is Field.PREDICTED
     assert spans[0] < spans[1]
     assert after(run, ShowCubes(CubeView(field=Field.CHANGE))).page.messages[-1].severity is Severity.ERROR

@@ -53,8 +53,7 @@ class Field(StrEnum):
     PREDICTED = "predicted"
     MEASURED = "measured"
     YIELD = "yield"
-    CHANGE = "change"
-    """Of the predicted error since a drag began: in its place during the drag, and nobody's choice."""
+    CHANGE = "change"  # of the predicted error since a drag began: shown during it, and nobody's choice
 
 
 class Units(StrEnum):

@@ -419,7 +419,7 @@ def test_the_guide_suggests_a_trial_only_where_an_error_is_wanted(first):
     step = guide(moved)
     assert "not yet tried against the required 1 mm per axis" in step.sentence
     assert (step.next.command, step.next.tab, step.other.label) == (TryPlate(), Tab.PLATE, "Measure")
-    with pytest.raises(OptionError, match="Required error"):
+    with pytest.raises(OptionError, match="required error"):
         TryPlate(20).check(replace(moved, choices=replace(moved.choices, wanted=None)))
 
 

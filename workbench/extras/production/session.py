@@ -55,9 +55,7 @@ class TryPlate(AbstractPlateTrial):
         if not 1 <= self.arms <= MAX_ARMS:
             raise OptionError(f"the number of virtual arms must be 1 to {MAX_ARMS}, got {self.arms}")
         if session.choices.wanted is None:
-            raise OptionError(
-                "no required error is set to test the arms against; set 'Required [mm]' first"
-            )
+            raise OptionError("no required error is set to test the arms against; set 'Required [mm]' first")
         for i, state in enumerate(session.states):
             if not state.measurable:
                 raise OptionError(f"target {i + 1} is {state.obstacle}; move it, then try the plate")

@@ -132,8 +132,9 @@ const measured = new ResizeObserver(([strip]) =>
   document.documentElement.style.setProperty("--strip", `${{strip.target.offsetHeight}}px`));
 let strip = null, tab = "", scrolled = null;
 const places = {{}};
+const open = () => document.querySelector({f'{TABS} [aria-selected="true"]'!r})?.innerText;
 const turned = () => {{
-  const now = document.querySelector({f'{TABS} [aria-selected="true"]'!r})?.innerText;
+  const now = open();
   if (!now || now === tab || document.querySelectorAll({f'{TABS} [role="tab"]'!r}).length < 2) return;
   tab = now;
   if (window.tabs?.[tab]) new Image().src = window.tabs[tab];
@@ -143,7 +144,7 @@ const turned = () => {{
 }};
 new MutationObserver(turned).observe(document, {{ subtree: true, attributeFilter: ["aria-selected"] }});
 addEventListener("scroll", e => {{
-  if (!strip || !e.target.contains(strip)) return;
+  if (!strip || !e.target.contains(strip) || open() !== tab) return;
   scrolled = e.target;
   places[tab] = scrolled.scrollTop;
 }}, true);

@@ -126,7 +126,7 @@ class AbstractPanel(ABC):
         return made
 
     def press(
-        self, label: str, do: Callable[[viser.GuiEvent], object], icon: viser.IconName, hint: str
+        self, label: str, do: Callable[[viser.GuiEvent], None], icon: viser.IconName, hint: str
     ) -> viser.GuiButtonHandle:
         """A button that does something on the page of the user who presses it."""
         made = self._gui.add_button(label, icon=icon, hint=hint, color="gray")
