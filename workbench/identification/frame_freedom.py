@@ -91,7 +91,7 @@ def moved_robot(
     sessions = {}
     for name in dict.fromkeys([*nominal.sessions, *measured]):
         own = freedom.start(robot, name).with_values(values, f"[{name}]")
-        sessions[name] = replace(own, gravity=levelled(own.gravity, own.base.rotation)) if level else own
+        sessions[name] = replace(own, gravity=levelled(robot.gravity, own.base.rotation)) if level else own
     return replace(robot, sessions=sessions)
 
 
@@ -100,7 +100,9 @@ def on_level(robot: Robot, sessions: Sequence[str], freedom: FrameFreedom) -> Ro
     placed = freedom.placed(robot.under(levelled(robot.gravity, robot.base.rotation)), sessions)
     if not freedom.base_per_session:
         return placed
-    own = {n: replace(m, gravity=levelled(m.gravity, m.base.rotation)) for n, m in placed.sessions.items()}
+    own = {
+        n: replace(m, gravity=levelled(robot.gravity, m.base.rotation)) for n, m in placed.sessions.items()
+    }
     return replace(placed, sessions=own)
 
 
