@@ -3,7 +3,7 @@
 import re
 import xml.etree.ElementTree as ET
 from collections.abc import Callable
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -209,8 +209,9 @@ def written(form: str, source: str, arm: Robot, nominal: Robot, folder: Path) ->
     return export_robot(FORMS[form], path, Job(robot=arm, nominal=nominal, source=source), rows=20)
 
 
-@pytest.mark.parametrize("form", FILES)
-@pytest.mark.parametrize("name", built_in_robots())
+@pytest.mark.parametrize(
+    ("name", "form"), [("ur5e", "xacro"), *product(built_in_robots(), ("urdf", "mjcf", "sdf"))]
+)
 def test_a_file_of_ones_own_becomes_the_calibrated_arm_and_nothing_else_of_it_changes(name, form, tmp_path):
     nominal, arm = calibrated(name)
     write, read = FILES[form]

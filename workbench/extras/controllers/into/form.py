@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 from typing import final
 
@@ -30,21 +31,12 @@ class IntoForm(AbstractForm):
     ending: str = ""  # type: ignore[misc]
     parse: Callable[[str], Model] = urdf_model
 
-    def _placing(self, job: Job) -> Placing:
-        """The calibrated arm in the file."""
-        if job.source is None:
-            raise OptionError(
-                f"--for {self.name} needs --into FILE, the model that gets the calibrated numbers"
-            )
-        nominal = joint_frames(job.require_before(self.name))
-        return place(self.parse(job.source), joint_names(job.robot), nominal, job.frames)
-
     def write(self, job: Job) -> str:
-        placing = self._placing(job)
+        placing = _placing(self, job)
         return edited(job.source or "", placing.edits)
 
     def read(self, text: str, job: Job) -> Robot:
-        placing, model = self._placing(job), self.parse(text)
+        placing, model = _placing(self, job), self.parse(text)
         frames, root = job.frames, se3.inverse(placing.base)
         pairs = [(root @ model.at_zero(e.frame), e.axis()) for e in placing.chain]
         at = [pose @ se3.pose(np.eye(3), point) for pose, (point, _) in pairs]
@@ -60,7 +52,7 @@ class IntoForm(AbstractForm):
         return JointFrames(tuple(joints), frozen(steps[-1])).robot(job.robot)
 
     def notes(self, job: Job) -> Iterable[str]:
-        placing = self._placing(job)
+        placing = _placing(self, job)
         names = [e.name for e in placing.chain]
         if not placing.by_name:
             yield f"joints matched by their order, as their names differ: {', '.join(names)}"
@@ -76,6 +68,15 @@ class IntoForm(AbstractForm):
                 f"the tool is not written; in the frame of the file's joint '{names[-1]}' it is at "
                 f"{_text(se3.inverse(last) @ placing.base @ tool)}"
             )
+
+
+@lru_cache(maxsize=1)
+def _placing(form: IntoForm, job: Job) -> Placing:
+    """The calibrated arm in the file; of the last job, which is written, read back and noted."""
+    if job.source is None:
+        raise OptionError(f"--for {form.name} needs --into FILE, the model that gets the calibrated numbers")
+    nominal = joint_frames(job.require_before(form.name))
+    return place(form.parse(job.source), joint_names(job.robot), nominal, job.frames)
 
 
 def _text(pose: Matrix4) -> str:

@@ -137,7 +137,9 @@ def _base(own: list[Line], found: list[Line], turning: list[bool]) -> Matrix4:
     for start in Rotation.create_group("O").as_matrix():
         here = se3.pose(start, np.zeros(3))
         for _ in range(STEPS):
-            here = _nearer(here, own, found, turning)
+            before, here = here, _nearer(here, own, found, turning)
+            if np.abs(here - before).max() < SAME:
+                break
         tries.append(here)
     return min(tries, key=lambda here: float(np.linalg.norm(_apart(here, own, found, turning))))
 
