@@ -42,7 +42,7 @@ def sets(names, slow):
     return [pytest.param(name, marks=pytest.mark.slow if name in slow else ()) for name in names]
 
 
-@pytest.mark.parametrize("name", sets(SETS, ("Panda 1", "Panda 3", "iiwa 14")))
+@pytest.mark.parametrize("name", sets(SETS, ("UR10", "Panda 1", "Panda 3", "iiwa 14")))
 def test_held_out_errors(name, shared_data, capsys):
     folder, arm, repetitions, (position, orientation), nominal = SETS[name]
     robot = load_robot(arm)

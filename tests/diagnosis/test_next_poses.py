@@ -84,6 +84,11 @@ def case():
     return make("compliance", TUNING[2], "aria")
 
 
+@pytest.fixture(scope="module")
+def whole(case):
+    return diagnose(case.robot, case.data)
+
+
 def failing(*_, **__):
     raise np.linalg.LinAlgError("Singular matrix")
 
@@ -95,8 +100,7 @@ def failing(*_, **__):
         for name in ("diagnose.next_poses", "diagnose.undetectable", "trial.rivals_of", "trial.ranked")
     ],
 )
-def test_an_adviser_that_fails_costs_a_warning_and_nothing_else(adviser, case, monkeypatch):
-    whole = diagnose(case.robot, case.data)
+def test_an_adviser_that_fails_costs_a_warning_and_nothing_else(adviser, case, whole, monkeypatch):
     monkeypatch.setattr(adviser, failing)
     found = diagnose(case.robot, case.data)
     assert [a.effect for a in found.effects] == [a.effect for a in whole.effects]
@@ -108,10 +112,9 @@ def test_an_adviser_that_fails_costs_a_warning_and_nothing_else(adviser, case, m
         assert found.warnings[0] in " ".join(shown.split())
 
 
-def test_a_picture_that_fails_is_left_out_of_the_report(case, monkeypatch, tmp_path):
-    found = diagnose(case.robot, case.data)
+def test_a_picture_that_fails_is_left_out_of_the_report(whole, monkeypatch, tmp_path):
     monkeypatch.setattr(plots, "ranking", failing)
-    page = html_report.write_diagnosis(found, tmp_path / "out")
+    page = html_report.write_diagnosis(whole, tmp_path / "out")
     assert "Singular matrix" in page.read_text()
     pictures = {path.stem.removeprefix(html_report.PICTURES) for path in page.parent.glob("*.png")}
     assert {"errors", "arrows"} < pictures
