@@ -92,6 +92,16 @@ def test_a_drift_between_postures_that_never_return_is_named_but_not_certain():
     assert cause.sentence.endswith("without doubt")
 
 
+@pytest.mark.parametrize("kind", ["compliance", "harmonic-1", "scale"])
+def test_no_alternative_to_a_certain_cause_is_nearly_as_likely(kind):
+    case = make(kind, 7001, "aria")
+    found = diagnose(case.robot, case.data, held_out=0.0)
+    (cause,), (effect,) = found.causes, found.effects
+    assert cause.confidence is Confidence.CERTAIN
+    assert effect.alternatives
+    assert min(effect.gain - rival.gain for rival in effect.alternatives) > np.log(3.0)
+
+
 def test_a_cause_is_certain_only_if_it_survives_and_names_the_joints_that_do(soft, monkeypatch):
     case, certain = soft
     (cause,) = certain.causes

@@ -1,6 +1,6 @@
 """The diagnosis: the verdict, errors before and after, the candidates, and where to measure next."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import partial
 
 import numpy as np
@@ -8,7 +8,7 @@ import viser
 
 from workbench.arm.joint_units import joint_text
 from workbench.base.wording import capital
-from workbench.diagnosis.claimed_causes import Confidence
+from workbench.diagnosis.claimed_causes import Cause, Confidence
 from workbench.diagnosis.report.budget import budget_bars
 from workbench.diagnosis.report.table import EXPLAINS, nearly_as_good, outlier_text
 from workbench.diagnosis.result import Diagnosis
@@ -133,19 +133,21 @@ def _next(found: Diagnosis) -> str:
 
 def _causes(found: Diagnosis) -> str:
     lines = [
-        f"{text(cause.sentence)} <span style='color:{MUTED}'>({cause.confidence}"
-        + "".join(
-            f"; {number(value)}{unit}"
-            for value, unit in ((cause.contribution_mm, " mm"), (cause.contribution_deg, "°"))
-            if np.isfinite(value)
-        )
-        + ")</span>"
+        f"{text(cause.sentence)} <span style='color:{MUTED}'>({'; '.join(_weight(cause))})</span>"
         for cause in found.causes
     ]
     if found.residual_map is not None:
         lines.append(f"<span style='color:{MUTED}'>{text(found.residual_map.sentence)}</span>")
     defined = f'<div style="color:{MUTED}">{text(EXPLAINS)}</div>' if found.causes else ""
     return heading("Causes, and what each explains") + bullets(lines) + defined if lines else ""
+
+
+def _weight(cause: Cause) -> Iterator[str]:
+    """How sure a cause is, and what it explains."""
+    yield str(cause.confidence)
+    parts = ((cause.contribution_mm, " mm"), (cause.contribution_deg, "°"))
+    if sizes := [f"{number(value)}{unit}" for value, unit in parts if np.isfinite(value)]:
+        yield ", ".join(sizes)
 
 
 def _effects(found: Diagnosis) -> list[str]:
