@@ -9,6 +9,7 @@ from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.data.dataset import Dataset
+from workbench.diagnosis import next_poses as next_poses_module
 from workbench.diagnosis.next_poses import next_poses
 from workbench.identification.problem import Problem
 
@@ -98,3 +99,19 @@ def test_rivals_that_no_row_separates_may_be_asked_for():
         assert reason.gain > 0.0
         assert "±" in reason.sentence
     assert len(found) == 5
+
+
+@pytest.mark.parametrize(("size", "stated"), [(0.18, False), (0.001, True)])
+def test_no_error_is_promised_that_says_nothing_of_an_arm(size, stated):
+    """A knot of a joint's error that a pose would show to ± 180 mrad is not made observable by it."""
+    unknown = next_poses_module._Unknown("local-joint-error at joint 3", "local-joint-error, joint 3", "rad")
+    new = 0.5 * next_poses_module.VAGUE
+    reason = next_poses_module._reason(
+        1.0,
+        np.array([[(10.0 * next_poses_module.OPEN) ** 2]]),
+        np.array([[new**2]]),
+        known=0,
+        scale=np.array([new / size]),
+        unknowns=[unknown],
+    )
+    assert ("±" in reason.sentence) is stated

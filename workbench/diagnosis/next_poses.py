@@ -43,6 +43,8 @@ OPEN = 1e3
 """Standard error, in units of one row's worth of all rows, from which on nothing was known before."""
 VAGUE = 100.0
 """Standard error, in the same units, above which an unknown that was open is still as good as unknown."""
+INCREDIBLE = 0.01
+"""Standard error of an angle or a length [rad or m] that says nothing of an arm that works."""
 SLIGHT = 0.005
 """Part of a standard error below which no number is stated of its fall."""
 ALIKE = 0.3
@@ -178,11 +180,12 @@ def _reason(
     alike = np.abs(before[best]) / (old * old[best])
     alike[[u.owner == mine.owner for u in unknowns]] = 0.0
     other = int(np.argmax(alike))
-    if is_vague[best]:
+    size = new[best] / scale[best]
+    if is_vague[best] or (old[best] > OPEN and mine.unit in ("rad", "m") and size > INCREDIBLE):
         words = f"begins to show {mine.name}"
     elif old[best] > OPEN:
         factor, unit = readable_unit(mine.unit)
-        words = f"makes {mine.name} observable: ± {float(f'{factor * new[best] / scale[best]:.2g}'):g} {unit}"
+        words = f"makes {mine.name} observable: ± {factor * size:.2g} {unit}"
     else:
         verb = (
             f"separates {mine.name} from {unknowns[other].name}"
