@@ -237,3 +237,14 @@ def test_the_scale_stays_that_of_the_first_plate(run, first):
     assert np.median(now.shares[reached] - before.shares[reached]) > 0.05
     lowest, highest = np.percentile(before.numbers[reached], (5.0, 95.0))
     assert before.low < lowest < highest < before.high
+
+
+def test_a_plate_that_was_far_worse_at_first_has_a_scale_of_its_own(run, first):
+    """Else its cubes would all have one colour."""
+    session = after(run, SelectTarget(0))
+    few = replace(session.score.linearisation, jacobian=0.2 * session.score.linearisation.jacobian)
+    score = replace(session.history.first_score, linearisation=few)
+    now = values(replace(session, history=replace(session.history, first_score=score)))
+    reached = np.isfinite(now.numbers)
+    lowest, highest = np.percentile(now.shares[reached], (5.0, 95.0))
+    assert highest - lowest > 0.4

@@ -36,6 +36,8 @@ BELOW = 0.03
 """How far below a target without a plate the cubes are shown [m]."""
 SPANS = (0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0)
 """Changes, as shares, that the scale of a drag may end at."""
+FAR = 2.0
+"""How many times greater the end of the first plate's scale is of which the present one makes no use."""
 ROOM = 0.2
 """Share beyond both, in which a plate may get better or worse than the first one was."""
 
@@ -118,16 +120,24 @@ def are_shown(session: Session) -> bool:
 
 @lru_cache(maxsize=2)
 def _predicted(cubes: CubeMap, now: Linearisation, first: Linearisation | None) -> CubeValues:
-    """On the scale of the first plate, so that one sees what a target's move makes better or worse."""
+    """On the scale of the first plate, so that one sees what a target's move makes better or worse.
+
+    On its own where that one was far worse: all would have one colour.
+    """
     errors = cubes.errors(now)
-    scale = None if first is None else _scale_of(cubes, first)
-    return _scaled(errors) if scale is None else CubeValues(errors, *scale)
+    scale, own = None if first is None else _scale_of(cubes, first), _ends(errors)
+    if scale is None or (own is not None and scale[1] > FAR * own[1]):
+        scale = own
+    return CubeValues(errors, *(scale or (0.0, 1.0)))
 
 
 @lru_cache(maxsize=2)
 def _scale_of(cubes: CubeMap, first: Linearisation) -> tuple[float, float] | None:
+    return _ends(cubes.errors(first))
+
+
+def _ends(errors: Float[np.ndarray, " cubes"]) -> tuple[float, float] | None:
     """Ends of a scale about a plate's errors, of two digits [m]; None where nothing bounds any of them."""
-    errors = cubes.errors(first)
     finite = errors[np.isfinite(errors)]
     if not finite.any():
         return None

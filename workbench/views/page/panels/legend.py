@@ -225,8 +225,8 @@ def arrow_factors(rows: Comparison, overlay: Overlay) -> str:
         return ""
     return (
         f'<div data-testid="factors" {MORE}>Arrows: {badge("Nominal", css(NOMINAL))} × '
-        f"{overlay.exaggeration:g} &nbsp; "
-        f"{badge('Calibrated', css(CALIBRATED))} × {overlay.exaggeration_after:g}</div>"
+        f'{overlay.exaggeration:g} <span style="white-space:nowrap">'
+        f"{badge('Calibrated', css(CALIBRATED))} × {overlay.exaggeration_after:g}</span></div>"
     )
 
 
