@@ -52,6 +52,8 @@ SET_UP = 0.05
 ROUNDED = float(np.deg2rad(0.01)), 1e-4
 """Last digit of joint readings [rad] and of measured positions [m]."""
 KINDS = tuple(k for k in CASES if not k.startswith("misseated"))
+SURE = 3.0
+"""Standard errors within which a size is right."""
 CALIBRATED = 0.03
 """By how much stated odds may be off."""
 
@@ -195,7 +197,8 @@ def _judge_lift(seed: int) -> dict:
     true |= {("encoder-scale", 3)} if actual.scale else set()
 
     def is_true(said, claim, cause):
-        return cause.confidence == "cannot tell" or true.issuperset(
+        guide = {("bearing-compliance", 0)} if _tips_by(said, actual.tipping[0]) else set()
+        return cause.confidence == "cannot tell" or (true | guide).issuperset(
             (cause.kind, j) for j in cause.joints or (None,)
         )
 
@@ -206,6 +209,17 @@ def _judge_lift(seed: int) -> dict:
         robot, data = load_robot(paths[0]), read_measurements(paths[1])
     facts = {"arm": "lift", "kind": f"lost {lost if masses else 'all'}", "rows": len(data), "tilts": tilted}
     return facts | _claimed(robot, data, is_true)
+
+
+def _tips_by(said: Diagnosis, actual: float) -> bool:
+    """Whether the slide's guide is found to tip by what the carriage does where it is retracted."""
+    return any(
+        abs(c - actual) < SURE * std
+        for a in said.effects
+        if a.effect.name == "bearing-compliance"
+        for j, c, std in zip(a.effect.joints, a.effect.coefficients, a.std, strict=True)
+        if j == 0
+    )
 
 
 def _claimed(robot, data, is_true) -> dict:

@@ -19,6 +19,9 @@ However large the odds, a cause is no more than probable
 - while what it leaves is smooth over postures, or in the order of the rows, by a third of what it explains,
   or a residual map of its joint predicts as much: another law may then do what this one does, and rows that
   share an error count as more than they tell;
+- where a rival that holds it as a special case does nearly as well, though it has more coefficients;
+- while another cause is of the position of the same joint, or other play is decided by load as well: what two
+  laws do together may be one that is not known;
 - where the rows can't tell what drives it from what else differs between them (`AbstractEffect.doubt`).
 
 Of a slide of an arm without masses nothing can be told, as how it tips while it extends can't be tried.
@@ -34,6 +37,7 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import turns
+from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -110,6 +114,8 @@ MAX_ODDS = 1e12
 """Odds beyond this say nothing more."""
 MARGINAL = 100.0
 """Greatest odds where what a cause explains, less one standard error, is too little to be called one …"""
+NEARLY = 1.0
+"""Log evidence by which a rival that holds a certain cause as a special case must lie below it."""
 STRAINED = 1.5
 """… or more than so many times what all effects explain together, as if the geometry were linear so far."""
 SMOOTH = 1.0 / 3.0
@@ -328,8 +334,10 @@ def find_causes(
         doubt = whole.doubt(motion)
         if not (arm.has_masses or whole.is_event or all(turns(arm.chain, j) for j in whole.joints)):
             odds, doubt = min(odds, 1.0), UNTRIED
+        others = [together(mine) for _, mine, _, _ in claimed if mine is not effects]
         if (
             is_strained
+            or any(_share_a_law(whole, other) for other in others)
             or fall.mean() - standard_error(fall) < minimum**2 * count / len(fall)
             or open_part > SMOOTH * size
             or len(unclear) == len(sizes)
@@ -356,6 +364,13 @@ def find_causes(
             )
         )
     return tuple(sorted(found, key=lambda c: -np.nan_to_num(c.contribution_mm)))
+
+
+def _share_a_law(one: AbstractEffect, other: AbstractEffect) -> bool:
+    """Whether both are errors of one joint's position, or different play that loads decide."""
+    if all(e.maps_joint or isinstance(e, EncoderScale) for e in (one, other)):
+        return bool(set(one.joints) & set(other.joints))
+    return one.name != other.name and all(e.has_play and bool(e.loads) for e in (one, other))
 
 
 def _noise(left: float, known: Noise, floor: Noise | None) -> float:
@@ -438,6 +453,8 @@ def _against_rivals(
     leads = leads or [lead]
     stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MAX_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
+    if any(o.gain > whole.own - NEARLY for o in whole.offers if id(o.term.candidate) in including):
+        odds = min(odds, MARGINAL)
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
     survive = partial(survival, searched, group, rivals, including, minimum=float(np.log(PROBABLE)))
     return odds, tuple(o.term.candidate.effect for o in close[:LOOK_ALIKES]), survive

@@ -129,7 +129,9 @@ def offer(left: Left, candidate: Candidate) -> Offer | None:
     return next(iter(offers(left, [candidate])), None)
 
 
-def offers(left: Left, candidates: Sequence[Candidate], *, group: Model = ()) -> list[Offer]:
+def offers(
+    left: Left, candidates: Sequence[Candidate], *, group: Model = (), pushing: bool = False
+) -> list[Offer]:
     """What candidates would add to a model, each alone; those that the rows don't show are left out.
 
     Args:
@@ -137,6 +139,7 @@ def offers(left: Left, candidates: Sequence[Candidate], *, group: Model = ()) ->
         candidates: Which.
         group: Terms whose place they would take. Masses and centres that act through these act alike through
             what takes their place, so both are asked with them.
+        pushing: Whether free coefficients may push back against their load.
     """
     alike: dict[tuple[str, ...], list[Candidate]] = {}
     for c in candidates:
@@ -144,7 +147,7 @@ def offers(left: Left, candidates: Sequence[Candidate], *, group: Model = ()) ->
     return [
         o
         for names, ones in alike.items()
-        for o in (_weighed(left, ones, names) if names else _offers(left, ones))
+        for o in (_weighed(left, ones, names, pushing) if names else _offers(left, ones, pushing))
     ]
 
 
@@ -169,7 +172,7 @@ def _follows_load(candidate: Candidate) -> bool:
     return bool(candidate.effect.loads and not candidate.effect.has_play)
 
 
-def _offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
+def _offers(left: Left, candidates: Sequence[Candidate], pushing: bool) -> list[Offer]:
     """Likewise, with masses as they are."""
     found = [o for c in candidates if c.shrunk and (o := _shrunk(left, c)) is not None]
     sizes: dict[int, list[Candidate]] = {}
@@ -177,18 +180,18 @@ def _offers(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
         if not c.shrunk:
             sizes.setdefault(len(c.names), []).append(c)
     for alike in sizes.values():
-        found += _free(left, alike)
+        found += _free(left, alike, pushing)
     return found
 
 
-def _weighed(left: Left, candidates: Sequence[Candidate], inertia: Sequence[str]) -> list[Offer]:
+def _weighed(left: Left, candidates: Sequence[Candidate], names: Sequence[str], pushing: bool) -> list[Offer]:
     """Effects of load, each together with the masses and centres that act through it.
 
     Without the effect they would not act, so chance is asked for all that both add: evidence of e^g comes
     by chance in at most e^-g of all arms (Markov's inequality).
     """
-    columns = left.grams.columns(inertia)
-    precision = np.diag(_known(left.grams, inertia))
+    columns = left.grams.columns(names)
+    precision = np.diag(_known(left.grams, names))
     block = left.inner[np.ix_(columns, columns)]
     factor = linalg.cholesky(block + precision, lower=True, check_finite=False)
     mine = np.append(left.grams.columns([n for c in candidates for n in c.names]), left.inner.shape[0] - 1)
@@ -198,7 +201,7 @@ def _weighed(left: Left, candidates: Sequence[Candidate], inertia: Sequence[str]
     beside = replace(left, inner=inner)
     charge = np.log(np.diagonal(factor)).sum() - 0.5 * np.log(np.diagonal(precision)).sum()
     taken = 0.5 * left.freedom * np.log(left.square / beside.square) - float(charge)
-    gains = [(o, o.gain + taken) for o in _offers(beside, candidates)]
+    gains = [(o, o.gain + taken) for o in _offers(beside, candidates, pushing)]
     return [replace(o, gain=gain, log_p=min(o.log_p, -gain)) for o, gain in gains]
 
 
@@ -207,7 +210,7 @@ def _known(grams: Grams, inertia: Sequence[str]) -> np.ndarray:
     return np.array([grams.known[n] for n in inertia]) ** -2.0
 
 
-def _free(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
+def _free(left: Left, candidates: Sequence[Candidate], pushing: bool) -> list[Offer]:
     """Candidates with the same number of free coefficients."""
     columns = np.stack([left.grams.columns(c.names) for c in candidates])
     inner = left.inner[columns[:, :, None], columns[:, None, :]]
@@ -220,7 +223,8 @@ def _free(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
     rest = np.maximum(left.square - taken, 1e-300)
     gain = 0.5 * left.freedom * np.log(left.square / rest) - 0.5 * rank * np.log(left.grams.count)
     size = np.where(seen, along / np.where(seen, value, 1.0), 0.0)
-    usable = (rank > 0) & (left.freedom > rank + 1) & ~_refused(candidates, value, vectors, size, rest, left)
+    refused = _refused(candidates, value, vectors, size, rest, left, pushing)
+    usable = (rank > 0) & (left.freedom > rank + 1) & ~refused
     searched = np.log([c.tries for c in candidates])
     return [
         Offer(
@@ -232,16 +236,15 @@ def _free(left: Left, candidates: Sequence[Candidate]) -> list[Offer]:
     ]
 
 
-def _refused(candidates, value, vectors, size, rest, left) -> np.ndarray:
-    """Which candidates would have to push back against their load, beyond what noise explains, or be larger
-    than is credible."""
+def _refused(candidates, value, vectors, size, rest, left, pushing) -> np.ndarray:
+    """Which candidates are larger than is credible, or push back by more than noise explains and may not."""
     found = (vectors @ size[..., None])[..., 0]
     inverse = np.where(value > UNSEEN, 1.0 / np.maximum(value, UNSEEN), 0.0)
     spread = np.sqrt((vectors**2 @ inverse[..., None])[..., 0] * (rest / max(left.freedom, 1))[:, None])
-    gives_way = np.array([c.effect.gives_way for c in candidates])
-    pushing = gives_way & (found < -ALLOWED * spread).any(1)
+    gives_way = np.array([c.effect.gives_way and not pushing for c in candidates])
+    pushes = gives_way & (found < -ALLOWED * spread).any(1)
     largest = np.array([left.grams.bounds(c.names) for c in candidates])
-    return pushing | (np.abs(found) > largest + ALLOWED * spread).any(1)
+    return pushes | (np.abs(found) > largest + ALLOWED * spread).any(1)
 
 
 def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:

@@ -5,11 +5,13 @@ The rows are weighed again by the linear solution at the fit,
 - without each tenth of them, in the order in which they were measured;
 - as if errors followed Student's law: rows that err more count less.
 
-Masses, centres and the direction of gravity need no such trial: they are unknowns wherever an effect of load
-was fitted, so that its odds and standard errors hold for all of their likely values together. A claim
-survives if its odds against every rival, and the significance of its coefficients, stay. Of an effect that
-joints have together, so must those of every joint that is named: against other joints in its place, or none,
-and beside all other joints.
+Where no effect of load was fitted, one that seems to push back is a rival too: what a base shows only by how
+far off level it stands changes its sign with a small error of gravity's direction.
+Where an effect of load was fitted, masses, centres and the direction of gravity are unknowns: its odds and
+standard errors hold for all of their likely values together. A claim survives if its odds against every
+rival, and the significance of its coefficients, stay. Of an effect that joints have together, so must those
+of every joint that is named: against other joints in its place, other effects, or none, and beside all other
+joints.
 """
 
 from collections.abc import Container, Iterator, Sequence
@@ -20,12 +22,12 @@ from jaxtyping import Float
 
 from workbench.arm.effects import Candidate
 from workbench.data.order import clock_of
-from workbench.diagnosis.evidence import SURE, Left, Model, Offer, Term, offer, offers, own_columns
+from workbench.diagnosis.evidence import SURE, Left, Model, Offer, Term, left_by, offer, offers, own_columns
 from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.named_joints import CLEAR, clearness
 from workbench.diagnosis.places import best_of, place_of
 from workbench.diagnosis.rounds import Searched
-from workbench.diagnosis.stepwise_search import kind_of
+from workbench.diagnosis.stepwise_search import kind_of, worth
 from workbench.identification.joint_reading_noise import FREEDOM, consistent
 from workbench.identification.problem import Problem
 
@@ -62,11 +64,20 @@ def survival(
     """
     kinds = [c for c in searched.offered.candidates if c.alike and kind_of(Term(c)) == kind_of(group[0])]
     widest = max(kinds, key=lambda c: len(c.names), default=None)
-    left = place_of(searched, group).left
+    place, others = place_of(searched, group), [o.term.candidate for o in rivals[:RIVALS]]
+    left = place.left
+    if not any(t.candidate.effect.loads for t in searched.found.model):
+        loads = [c for c in searched.offered.candidates if c.effect.loads and not c.shrunk]
+        if max((o.gain for o in offers(left, loads, pushing=True)), default=-np.inf) > place.own - minimum:
+            return Survival(False, frozenset())
     weak = _weak_joints(left, group, widest, minimum)
-    if widest is not None and (whole := offer(left, widest)) is not None:
-        weak |= {j for j, z in _clearness(left, (whole.term,)).items() if z < CLEAR and j in _joints(group)}
-    for other in _otherwise(searched, [o.term.candidate for o in rivals[:RIVALS]], kinds):
+    if widest is not None:
+        weak |= _replaceable(left, group, widest, searched.offered.candidates, minimum)
+        if (whole := offer(left, widest)) is not None:
+            weak |= {
+                j for j, z in _clearness(left, (whole.term,)).items() if z < CLEAR and j in _joints(group)
+            }
+    for other in _otherwise(searched, others, kinds):
         place = place_of(other, group)
         if place.own - best_of([o for o in place.offers if id(o.term.candidate) not in including]) < minimum:
             return Survival(False, frozenset())
@@ -120,6 +131,27 @@ def _clearness(left: Left, group: Model) -> dict[int | None, float]:
     names = [n for t in group for n in t.candidate.names]
     sizes, errors = (dict(zip(names, v.tolist(), strict=False)) for v in (found, std))
     return clearness([t.candidate.effect.sized(sizes) for t in group], errors)
+
+
+def _replaceable(
+    left: Left, group: Model, widest: Candidate, candidates: Sequence[Candidate], minimum: float
+) -> set[int | None]:
+    """Joints of an effect of several in whose place an effect of another kind would do."""
+    every, mine = widest.effect.joints, _joints(group)
+    if len(mine) < 2 or not mine <= set(every):
+        return set()
+    kind, own = kind_of(group[0]), worth(left, group)
+    others = [c for c in candidates if kind_of(Term(c)) != kind]
+    out = set[int | None]()
+    for joint in mine:
+        fewer = widest.only([k for k, j in enumerate(every) if j in mine - {joint}])
+        for rest in offers(left, [fewer], group=group):
+            beside = left_by(left.grams, (*left.model, rest.term))
+            usable = [c for c in others if not any(c.excludes(t.candidate) for t in beside.model)]
+            best = max((o.gain for o in offers(beside, usable, group=group)), default=-np.inf)
+            if rest.gain + best > own - minimum:
+                out.add(joint)
+    return out
 
 
 def _exchangeable(left: Left, group: Model, widest: Candidate, minimum: float) -> set[int | None]:
