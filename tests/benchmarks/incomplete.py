@@ -38,7 +38,9 @@ from morphologies import MORPHOLOGIES
 from scipy.stats import beta
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
+from workbench.data.dataset import Dataset
 from workbench.data.readers.read import read_measurements
 from workbench.diagnosis.diagnose import Diagnosis, diagnose
 
@@ -182,14 +184,25 @@ def _is_true(case: Case, said: Diagnosis, claim: Claim, cause) -> bool:
     return not false_names(case, claim)
 
 
-def _judge_lift(seed: int) -> dict:
-    """An arm on a lift that lacks a mass, or all, with or without inclinometers."""
+def drawn_lift(seed: int) -> tuple[Robot, Dataset, lift.Truth, dict]:
+    """An arm on a lift that lacks a mass, or all, with or without inclinometers, what is true, and facts."""
     rng = np.random.default_rng([seed, 33])
     actual = lift.draw(rng, scale=float(rng.choice([0.0, 5.7e-4])), off_level=float(rng.uniform(0, 0.012)))
     columns = lift.measure(actual, rng, rows=int(rng.choice(ROWS)))
     tilted, masses, lost = bool(rng.integers(2)), bool(rng.random() < 0.8), int(rng.integers(8))
     if not tilted:
         columns = {name: v for name, v in columns.items() if not name.startswith("tilt")}
+    with tempfile.TemporaryDirectory() as folder:
+        paths = Path(folder) / "robot.toml", Path(folder) / "rows.csv"
+        for path, text in zip(paths, (lift.file(lost, masses), lift.table(columns)), strict=True):
+            path.write_text(text, encoding="utf-8")
+        robot, data = load_robot(paths[0]), read_measurements(paths[1])
+    facts = {"arm": "lift", "kind": f"lost {lost if masses else 'all'}", "rows": len(data), "tilts": tilted}
+    return robot, data, actual, facts
+
+
+def _judge_lift(seed: int) -> dict:
+    robot, data, actual, facts = drawn_lift(seed)
     true = {("extension-compliance", 0), ("extension-clearance", 0), ("gravity-direction", None)}
     true |= {("joint-compliance", j) for j in range(1, 7)} | {("gravity-sag", j) for j in range(1, 7)}
     # the carriage tips behind the slide: the root of its link, and the bearing of the joint that it carries
@@ -202,12 +215,6 @@ def _judge_lift(seed: int) -> dict:
             (cause.kind, j) for j in cause.joints or (None,)
         )
 
-    with tempfile.TemporaryDirectory() as folder:
-        paths = Path(folder) / "robot.toml", Path(folder) / "rows.csv"
-        for path, text in zip(paths, (lift.file(lost, masses), lift.table(columns)), strict=True):
-            path.write_text(text, encoding="utf-8")
-        robot, data = load_robot(paths[0]), read_measurements(paths[1])
-    facts = {"arm": "lift", "kind": f"lost {lost if masses else 'all'}", "rows": len(data), "tilts": tilted}
     return facts | _claimed(robot, data, is_true)
 
 

@@ -1,6 +1,8 @@
 """What keeps a cause from being called certain, however large its odds."""
 
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,6 +29,9 @@ from workbench.diagnosis.stepwise_search import as_found
 from workbench.diagnosis.survival import Survival, survival
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.set_apart import prepare_without_gross_outliers
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
+import incomplete
 
 CLEAR = 4.0
 ECCENTRIC = Candidate(JointHarmonic((1,)))
@@ -170,3 +175,30 @@ def test_what_a_load_explains_goes_with_its_masses(soft):
     fall = (validated(last.grams, ()) - validated(last.grams, model)).sum()
     share = [found.position_mm / 1e3, np.deg2rad(found.orientation_deg)] / np.array(problem.typical_noise[:2])
     assert np.square(share).sum() * len(problem.data) == pytest.approx(fall, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("gap", "seed"),
+    [
+        ("gravity", 1110851),  # a hose pulls a joint: a scale and a wave do what it does
+        ("no-masses", 1110801),  # a kinked gear: two waves of one joint
+        (
+            "no-payload",
+            1110924,
+        ),  # a link bends, and two constants of it say little more than one of its bearing
+        ("tilted", 1110804),  # a link bends, by how gravity stands across it, and the file has that otherwise
+    ],
+)
+def test_what_two_laws_or_a_wider_one_may_do_is_not_certain(gap, seed):
+    """Each was certain, and false, before another law was weighed in its place."""
+    case = incomplete.draw(gap, seed)
+    causes = diagnose(case.robot, case.data).causes
+    assert causes
+    assert all(c.confidence is not Confidence.CERTAIN for c in causes)
+
+
+def test_a_joint_in_whose_place_another_effect_would_do_is_not_named():
+    """On a lift whose second joint is stiff: the third one's drive does what the second's bearing would."""
+    robot, data, *_ = incomplete.drawn_lift(1110543)
+    tilts = next(c for c in diagnose(robot, data).causes if c.kind == "bearing-compliance")
+    assert (tilts.joints, tilts.unsure) == ((0,), (1,))
