@@ -114,8 +114,6 @@ MAX_ODDS = 1e12
 """Odds beyond this say nothing more."""
 MARGINAL = 100.0
 """Greatest odds where what a cause explains, less one standard error, is too little to be called one …"""
-NEARLY = 1.0
-"""Log evidence by which a rival that holds a certain cause as a special case must lie below it."""
 STRAINED = 1.5
 """… or more than so many times what all effects explain together, as if the geometry were linear so far."""
 SMOOTH = 1.0 / 3.0
@@ -453,7 +451,7 @@ def _against_rivals(
     leads = leads or [lead]
     stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MAX_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
-    if any(o.gain > whole.own - NEARLY for o in whole.offers if id(o.term.candidate) in including):
+    if any(o.gain > whole.own - np.log(PROBABLE) for o in whole.offers if id(o.term.candidate) in including):
         odds = min(odds, MARGINAL)
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
     survive = partial(survival, searched, group, rivals, including, minimum=float(np.log(PROBABLE)))
