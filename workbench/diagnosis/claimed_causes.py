@@ -20,8 +20,8 @@ However large the odds, a cause is no more than probable
   or a residual map of its joint predicts as much: another law may then do what this one does, and rows that
   share an error count as more than they tell;
 - where a rival that holds it as a special case does nearly as well, though it has more coefficients;
-- while another cause is of the position of the same joint, or other play is decided by load as well: what two
-  laws do together may be one that is not known;
+- while another cause is of the position of the same joint, or, of a scale, of its motion, or other play is
+  decided by load as well: what two laws do together may be one that is not known;
 - where the rows can't tell what drives it from what else differs between them (`AbstractEffect.doubt`).
 
 Of a slide of an arm without masses nothing can be told, as how it tips while it extends can't be tried.
@@ -365,8 +365,13 @@ def find_causes(
 
 
 def _share_a_law(one: AbstractEffect, other: AbstractEffect) -> bool:
-    """Whether both are errors of one joint's position, or different play that loads decide."""
-    if all(e.maps_joint or isinstance(e, EncoderScale) for e in (one, other)):
+    """Whether both are errors of one joint's position, one of them a scale and the other play by the joint's
+    motion, which goes with its position; or different play that loads decide."""
+    scales = [isinstance(e, EncoderScale) for e in (one, other)]
+    laws = [e.maps_joint or scale for e, scale in zip((one, other), scales, strict=True)]
+    if any(scales):
+        laws = [law or (e.has_play and not e.loads) for e, law in zip((one, other), laws, strict=True)]
+    if all(laws):
         return bool(set(one.joints) & set(other.joints))
     return one.name != other.name and all(e.has_play and bool(e.loads) for e in (one, other))
 
