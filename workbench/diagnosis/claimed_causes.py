@@ -44,22 +44,11 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.wording import joint_list
 from workbench.diagnosis.events import PART
-from workbench.diagnosis.evidence import (
-    SURE,
-    Model,
-    Offer,
-    Term,
-    drop,
-    jackknifed,
-    left_by,
-    offers,
-    standard_error,
-    validated,
-)
+from workbench.diagnosis.evidence import SURE, Model, drop, jackknifed, standard_error, validated
 from workbench.diagnosis.explained import explained
 from workbench.diagnosis.named_joints import CLEAR, clearness, sentence_of, without_joints
 from workbench.diagnosis.one_less import validated_without
-from workbench.diagnosis.places import best_of, includes, place_of
+from workbench.diagnosis.places import best_of, distinct, includes, place_of
 from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.smooth_part import smooth_part
 from workbench.diagnosis.standard_errors import StandardErrors
@@ -69,38 +58,6 @@ from workbench.diagnosis.wandering import leads
 from workbench.identification.joint_reading_noise import Readings, readings
 from workbench.identification.problem import Noise
 from workbench.identification.row_errors import Errors
-
-LISTED = 3
-"""Rivals that are listed for an effect."""
-MENTIONED = 0.5
-"""Part of an effect's evidence that a rival must have to be mentioned …"""
-MUCH_WORSE = 100.0
-"""… and how far below the effect's it may lie at most."""
-RANKED = 40
-"""Candidates in the ranking."""
-
-
-def distinct(found: Sequence[Offer]) -> list[Offer]:
-    """The first of each label."""
-    best: dict[str, Offer] = {}
-    for one in found:
-        best.setdefault(one.term.candidate.effect.label, one)
-    return list(best.values())
-
-
-def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
-    """The best candidates for the place of an accepted term, each with the model that they would join."""
-    place = place_of(searched, (term,))
-    minimum = max(MENTIONED * place.own, place.own - MUCH_WORSE)
-    near = distinct([o for o in place.offers if o.gain > minimum])
-    return [(place.left.model, found) for found in near[:LISTED]]
-
-
-def ranked(searched: Searched) -> list[Offer]:
-    """What the candidates would add to the geometry alone, the best first; one for each label."""
-    found = offers(left_by(searched.grams, ()), searched.offered.candidates)
-    return distinct(sorted(found, key=lambda o: -o.gain))[:RANKED]
-
 
 Sizes = dict[tuple[str, ...], float]
 

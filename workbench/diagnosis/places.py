@@ -64,3 +64,11 @@ def includes(left: Left, rival: Offer, group: Model) -> bool:
     beside = left_by(left.grams, (*left.model, rival.term))
     before, after = (np.diagonal(side.inner)[columns] for side in (left, beside))
     return bool((after < INCLUDED * before).all())
+
+
+def distinct(found: Sequence[Offer]) -> list[Offer]:
+    """The first of each label."""
+    best: dict[str, Offer] = {}
+    for one in found:
+        best.setdefault(one.term.candidate.effect.label, one)
+    return list(best.values())

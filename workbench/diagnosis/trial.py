@@ -3,8 +3,8 @@
 import numpy as np
 
 from workbench.arm.robot import Robot
-from workbench.diagnosis.claimed_causes import ranked, rivals_of
-from workbench.diagnosis.evidence import Model, Offer, Term
+from workbench.diagnosis.evidence import Model, Offer, Term, left_by, offers
+from workbench.diagnosis.places import distinct, place_of
 from workbench.diagnosis.refit import large, linear_answer, refit, robot_with
 from workbench.diagnosis.result import Ranked
 from workbench.diagnosis.rounds import Searched
@@ -13,6 +13,14 @@ from workbench.identification.row_errors import Errors
 
 TRIED = 12
 """Candidates of the ranking that are tried out on the rows that judge."""
+LISTED = 3
+"""Rivals that are listed for an effect."""
+MENTIONED = 0.5
+"""Part of an effect's evidence that a rival must have to be mentioned …"""
+MUCH_WORSE = 100.0
+"""… and how far below the effect's it may lie at most."""
+RANKED = 40
+"""Candidates in the ranking."""
 
 
 class Trial:
@@ -56,3 +64,17 @@ class Trial:
 def _ranked(offer: Offer, errors: Errors | None) -> Ranked:
     candidate = offer.term.candidate
     return Ranked(candidate.effect, offer.gain, float(np.exp(offer.log_p)), errors, candidate.shrunk)
+
+
+def rivals_of(searched: Searched, term: Term) -> list[tuple[Model, Offer]]:
+    """The best candidates for the place of an accepted term, each with the model that they would join."""
+    place = place_of(searched, (term,))
+    minimum = max(MENTIONED * place.own, place.own - MUCH_WORSE)
+    near = distinct([o for o in place.offers if o.gain > minimum])
+    return [(place.left.model, found) for found in near[:LISTED]]
+
+
+def ranked(searched: Searched) -> list[Offer]:
+    """What the candidates would add to the geometry alone, the best first; one for each label."""
+    found = offers(left_by(searched.grams, ()), searched.offered.candidates)
+    return distinct(sorted(found, key=lambda o: -o.gain))[:RANKED]
