@@ -1,16 +1,12 @@
 """Columns of a second package, each one entry: a driver with an effect that needs it, and an observation."""
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 from textwrap import dedent
 
 import pytest
+from other_process import commands, python
 from test_plugins import install
 
-ROOT = Path(__file__).parent.parent
 WEATHER = """
     from dataclasses import dataclass
 
@@ -72,52 +68,49 @@ def package(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def run_with(package, tmp_path_factory):
-    home = tmp_path_factory.mktemp("home")
-
-    def run(*words):
-        env = {**os.environ, "PYTHONPATH": os.pathsep.join((str(package), str(ROOT)))}
-        given = [sys.executable, *map(str, words)]
-        done = subprocess.run(given, capture_output=True, text=True, cwd=home, env=env, check=False)
-        assert done.returncode == 0, done.stderr
-        return done.stdout
-
-    run.home = home
-    return run
+def here(package, tmp_path_factory):
+    """Where and with what programs run."""
+    return {"folder": tmp_path_factory.mktemp("home"), "packages": (package,)}
 
 
 @pytest.fixture(scope="module")
-def table(run_with):
+def table(here):
     """80 rows of an arm whose second joint swells by 4 mrad, with the column as somebody else calls it."""
-    words = ("--poses", "80", "--effect", "humidity-swell:2:0.004", "--seed", "1", "--out", "made.csv")
-    run_with("-m", "workbench", "simulate", "--robot", "aria", *words)
-    made = (run_with.home / "made.csv").read_text()
+    words = "--poses 80 --effect humidity-swell:2:0.004 --seed 1 --out made.csv"
+    commands(f"simulate --robot aria {words}", **here)
+    made = (here["folder"] / "made.csv").read_text()
     head, _, rows = made.partition("\n")
-    (run_with.home / "rows.csv").write_text(f"{head.replace('humidity', 'Feuchte')}\n{rows}")
+    (here["folder"] / "rows.csv").write_text(f"{head.replace('humidity', 'Feuchte')}\n{rows}")
     return head.split(",")
 
 
-def test_a_driver_is_written_read_previewed_mapped_and_found_by_the_diagnosis(run_with, table):
+@pytest.fixture(scope="module")
+def diagnosed(here, table):
+    """What commands say of the rows, and leave in the folder."""
+    return commands(
+        "preview rows.csv --save-mapping m.toml",
+        "identify rows.csv --robot aria --algorithm ols --json i.json",
+        "diagnose rows.csv --robot aria --json d.json --save s.toml",
+        "evaluate rows.csv --robot s.toml",
+        **here,
+    )
+
+
+def test_a_driver_is_written_read_previewed_mapped_and_found_by_the_diagnosis(here, table, diagnosed):
+    folder = here["folder"]
+    assert [end.status for end in diagnosed] == [0, 0, 0, 0], diagnosed
     assert table[table.index("humidity") - 1].startswith("qz")
-    shown = run_with("-m", "workbench", "preview", "rows.csv", "--save-mapping", "m.toml")
-    assert "humidity" in shown
-    assert 'Feuchte = "humidity"' in (run_with.home / "m.toml").read_text()
-    run_with(
-        "-m", "workbench", "identify", "rows.csv", "--robot", "aria", "--algorithm", "ols", "--json", "i.json"
-    )
-    run_with(
-        "-m", "workbench", "diagnose", "rows.csv", "--robot", "aria", "--json", "d.json", "--save", "s.toml"
-    )
-    found = json.loads((run_with.home / "d.json").read_text())
+    assert "humidity" in diagnosed[0].out
+    assert 'Feuchte = "humidity"' in (folder / "m.toml").read_text()
+    found = json.loads((folder / "d.json").read_text())
     (effect,) = found["effects"]
     assert (effect["name"], effect["joints"]) == ("humidity-swell", [2])
     assert effect["coefficients"][0]["value"] == pytest.approx(4e-3, rel=0.2)
-    before = json.loads((run_with.home / "i.json").read_text())["algorithms"]["ols"]["held_out"]
+    before = json.loads((folder / "i.json").read_text())["algorithms"]["ols"]["held_out"]
     assert found["after"]["held_out"]["position_mm"]["mean"] < 0.5 * before["position_mm"]["mean"]
-    run_with("-m", "workbench", "evaluate", "rows.csv", "--robot", "s.toml")
 
 
-def test_a_row_without_it_and_a_file_without_it_are_told(run_with, table):
+def test_a_row_without_it_and_a_file_without_it_are_told(here, diagnosed):
     code = """
         import numpy as np
         from dataclasses import replace
@@ -140,13 +133,13 @@ def test_a_row_without_it_and_a_file_without_it_are_told(run_with, table):
         wet = wb.read_trajectory("path.csv")
         print(wet.drivers["humidity"].tolist(), COLUMNS["temperature"].label)
         """
-    first, told, last = run_with("-c", dedent(code)).splitlines()
+    first, told, last = python(code, **here).splitlines()
     assert first == "[False, False, False, True, True] True True"
     assert "humidity" in told
     assert last == "[0.9, 0.9, 0.9] temperature [°C]"
 
 
-def test_it_drives_the_page_its_journal_and_the_recording(run_with, table):
+def test_it_drives_the_page_its_journal_and_the_recording(here, table):
     code = """
         from dataclasses import replace
         from pathlib import Path
@@ -171,22 +164,14 @@ def test_it_drives_the_page_its_journal_and_the_recording(run_with, table):
         rows = s.measurements.loaded.dataset.more["humidity"]
         print([e.name for e in s.results.accepted], len(rows), failed)
         """
-    assert run_with("-c", dedent(code)) == "['humidity-swell'] 80 set()\n"
-    assert [path for path in (run_with.home / "rec").rglob("*.rrd") if path.stat().st_size > 10_000]
-    code = """
-        from pathlib import Path
-        from workbench.session.journal.reader import read_recording
-        from workbench.session.journal.restore import restore
-
-        s = restore(read_recording(Path("rec"))).session
-        print([e.name for e in s.results.accepted], len(s.measurements.loaded.dataset.more["humidity"]))
-        """
-    assert run_with("-c", dedent(code)) == "['humidity-swell'] 80\n"
-    run_with("-m", "workbench", "replay", "rec", "--report", "page.html")
-    assert "humidity-swell" in (run_with.home / "page.html").read_text()
+    assert python(code, **here) == "['humidity-swell'] 80 set()\n"
+    assert [path for path in (here["folder"] / "rec").rglob("*.rrd") if path.stat().st_size > 10_000]
+    (replayed,) = commands("replay rec --report page.html", **here)
+    assert (replayed.status, replayed.err) == (0, "")
+    assert "humidity-swell" in (here["folder"] / "page.html").read_text()
 
 
-def test_an_observation_brings_its_column(run_with):
+def test_an_observation_brings_its_column(here):
     """Heights alone: as good as the arm, once the arm is the one that was measured."""
     code = """
         import numpy as np
@@ -207,4 +192,4 @@ def test_an_observation_brings_its_column(run_with):
         wb.write_measurements(rows, "again.csv")
         print("height[m]" in open("again.csv").read())
         """
-    assert run_with("-c", dedent(code)) == "5.0\nTrue\n"
+    assert python(code, **here) == "5.0\nTrue\n"

@@ -1,18 +1,14 @@
 """A second package, one file and one entry point a part; what is broken beside it costs a warning."""
 
 import json
-import os
-import subprocess
-import sys
-from pathlib import Path
 from textwrap import dedent
 
 import numpy as np
 import pytest
+from other_process import commands, python
 
 import workbench as wb
 
-ROOT = Path(__file__).parent.parent
 PARTS = {
     "effects": """
         import numpy as np
@@ -201,19 +197,9 @@ def install(folder, name, files, groups):
 
 
 @pytest.fixture
-def run_with(packages, tmp_path):
-    def run(*words):
-        path = os.pathsep.join((str(packages), str(ROOT)))
-        return subprocess.run(
-            [sys.executable, *map(str, words)],
-            capture_output=True,
-            text=True,
-            cwd=tmp_path,
-            env={**os.environ, "PYTHONPATH": path},
-            check=False,
-        )
-
-    return run
+def here(packages, tmp_path):
+    """Where and with what programs run."""
+    return {"folder": tmp_path, "packages": (packages,)}
 
 
 @pytest.fixture
@@ -226,36 +212,34 @@ def log(tmp_path):
     return tmp_path / "log.csv"
 
 
-def test_parts_of_another_package_through_the_command_line(run_with, log, tmp_path):
-    done = run_with(
-        *("-m", "workbench", "identify", log, "--robot", "ur5", "--algorithm", "theirs"),
-        *("--json", "r.json", "--save", "out.toml", "--report", "page"),
+def test_parts_of_another_package_through_the_command_line(here, log, tmp_path):
+    lines = (
+        f"identify {log} --robot ur5 --algorithm theirs --json r.json --save out.toml --report page",
+        "export out.toml --for their-name --out x.txt",
+        f"evaluate nothing.csv --robot ur5 --theirs {log} --json e.json",
+        "new --help",
+        f"preview {log} --layout list",
+        "its-stranger --number 7",
+        "--help",
     )
-    assert done.returncode == 0, done.stderr
-    (warning,) = [line for line in done.stderr.splitlines() if "broken" in line]
+    identified, exported, evaluated, new, listed, told, shown = commands(*lines, **here)
+    assert (identified.status, exported.status, evaluated.status, told.status) == (0, 0, 0, 0)
+    (warning,) = [line for line in identified.err.splitlines() if "broken" in line]
     assert "a_module_that_nobody_has" in warning
     assert "theirs" in json.loads((tmp_path / "r.json").read_text())["algorithms"]
     page = (tmp_path / "page/report.html").read_text()
     assert f"<h2>What they say</h2>\n<p>{wb.load_robot('ur5').name} by them</p>" in page
     assert json.loads((tmp_path / "page/result.json").read_text())["their-section"] == {"rows": 40}
-    done = run_with("-m", "workbench", "export", "out.toml", "--for", "their-name", "--out", "x.txt")
-    assert done.returncode == 0, done.stderr
     assert (tmp_path / "x.txt").read_text() == wb.load_robot("ur5").name
-    joined = ("nothing.csv", "--robot", "ur5", "--theirs", log, "--json", "e.json")
-    done = run_with("-m", "workbench", "evaluate", *joined)
-    assert done.returncode == 0, done.stderr
     assert len(json.loads((tmp_path / "e.json").read_text())["rows"]) == 40
-    assert "--theirs" not in run_with("-m", "workbench", "new", "--help").stdout
-    listed = run_with("-m", "workbench", "preview", log, "--layout", "list")
-    assert "'their-log'" in listed.stderr
-    told = run_with("-m", "workbench", "its-stranger", "--number", "7")
-    assert (told.stdout, told.returncode) == ("7 7\n", 0)
-    shown = run_with("-m", "workbench", "--help").stdout
-    assert "its-stranger" in shown.partition("\nFiles:\n")[2]
-    assert "\nCommands:\n" not in shown
+    assert "--theirs" not in new.out
+    assert "'their-log'" in listed.err
+    assert told.out == "7 7\n"
+    assert "its-stranger" in shown.out.partition("\nFiles:\n")[2]
+    assert "\nCommands:\n" not in shown.out
 
 
-def test_parts_of_another_package_through_python(run_with, log):
+def test_parts_of_another_package_through_python(here, log):
     code = f"""
         import warnings
         import workbench as wb
@@ -269,11 +253,10 @@ def test_parts_of_another_package_through_python(run_with, log):
         getattr(wb, "its-stranger")(number=5)
         assert "its-stranger" in dir(wb)
         """
-    done = run_with("-c", dedent(code))
-    assert done.stdout == "['square-sag'] ['theirs'] 40 2\n5 5\n", done.stderr
+    assert python(code, **here) == "['square-sag'] ['theirs'] 40 2\n5 5\n"
 
 
-def test_a_panel_with_its_command_in_page_journal_and_reopened_session(run_with):
+def test_a_panel_with_its_command_in_page_journal_and_reopened_session(here):
     code = """
         from pathlib import Path
         from stranger.panels import SHOWN, DoubleNoise
@@ -293,8 +276,7 @@ def test_a_panel_with_its_command_in_page_journal_and_reopened_session(run_with)
         print(SHOWN[0], "to", SHOWN[-1])
         print(round(max(SEEN[:-1]) / min(SEEN[:-1])), SEEN[-1])
         """
-    done = run_with("-c", dedent(code))
-    assert done.stdout == "Plate 0.100 mm to Plate 0.300 mm\n3 closed\n", done.stderr
+    assert python(code, **here) == "Plate 0.100 mm to Plate 0.300 mm\n3 closed\n"
     code = """
         import json
         from pathlib import Path
@@ -306,6 +288,6 @@ def test_a_panel_with_its_command_in_page_journal_and_reopened_session(run_with)
         reach = [line["numbers"]["reach"] for line in lines if "reach" in line.get("numbers", {})]
         print(f"{1e3 * again.noise.position:.3f}", [round(r, 2) for r in reach])
         """
-    done = run_with("-c", dedent(code))
-    assert done.stdout.startswith("0.300 ["), done.stderr
-    assert "[]" not in done.stdout
+    reopened = python(code, **here)
+    assert reopened.startswith("0.300 [")
+    assert "[]" not in reopened

@@ -1,14 +1,13 @@
 """How commands end: the exit status, and one sentence for whatever happens."""
 
 import json
-import os
-import resource
 import subprocess
 import sys
 from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from other_process import ENDED, commands, python
 
 from workbench.__main__ import main
 from workbench.cli.exit_status import run as ended
@@ -174,7 +173,7 @@ def test_a_file_without_columns_is_refused_without_an_empty_table(run, tmp_path)
     assert "bad.csv" in err
 
 
-SIMULATED = ("simulate", "--robot", "aria", "--poses", "30", "--seed", "1", "--out", "rows.csv")
+SIMULATED = "simulate --robot aria --poses 30 --seed 1 --out rows.csv"
 HOSTILE = {
     "no home": {"HOME": "/dev/null", "XDG_CACHE_HOME": "/dev/null/c", "XDG_CONFIG_HOME": "/dev/null/d"},
     "German": {"LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"},
@@ -182,56 +181,55 @@ HOSTILE = {
 }
 
 
-@pytest.fixture(scope="module")
-def usual(tmp_path_factory):
-    """Files of a calibration at the command line in the usual surroundings."""
-    return written(tmp_path_factory.mktemp("usual"), {})
-
-
-def command(words, folder, more=None, **options) -> subprocess.CompletedProcess:
-    """A command in a process of its own."""
-    code = f"import sys; from workbench.__main__ import main; sys.argv[1:] = {list(words)}; main()"
-    environment = os.environ | {"PYTHONPATH": ":".join(sys.path), "PYTHONDONTWRITEBYTECODE": "1"}
-    return subprocess.run(
-        [sys.executable, "-c", code],
-        cwd=folder,
-        env=environment | (more or {}),
-        capture_output=True,
-        check=False,
-        **options,
-    )
-
-
-def written(folder, more) -> dict[str, bytes]:
-    for words in (SIMULATED, ("identify", "rows.csv", "--robot", "aria", "--save", "arm.toml")):
-        done = command(words, folder, more=more)
-        assert done.returncode == 0, done.stderr
+def written(folder, **more: str) -> dict[str, bytes]:
+    """Files of a calibration at the command line."""
+    folder.mkdir()
+    found = commands(SIMULATED, "identify rows.csv --robot aria --save arm.toml", folder=folder, **more)
+    assert [(end.status, end.err) for end in found] == [(0, ""), (0, "")]
     return {path.name: path.read_bytes() for path in sorted(folder.iterdir())}
 
 
-@pytest.mark.parametrize("surroundings", HOSTILE)
-def test_files_are_the_same_whatever_the_home_and_the_locale(surroundings, usual, tmp_path):
-    assert written(tmp_path, HOSTILE[surroundings]) == usual
+def test_files_are_the_same_whatever_the_home_and_the_locale(tmp_path):
+    usual = written(tmp_path / "usual")
+    for name, surroundings in HOSTILE.items():
+        assert written(tmp_path / name, **surroundings) == usual, name
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("simulate", "--robot", "aria", "--poses", "60", "--out", "x.csv"),
-        ("identify", "rows.csv", "--robot", "aria", "--save", "x.toml"),
-        ("identify", "rows.csv", "--robot", "aria", "--json", "x"),
-        ("identify", "rows.csv", "--robot", "aria", "--report", "x"),
-        ("diagnose", "rows.csv", "--robot", "aria", "--report", "x"),
-        ("export", "aria", "--toml", "x.toml"),
-        ("plate", "export", "table2", "--robot", "aria", "--out", "x"),
-    ],
+WRITERS = (
+    "simulate --robot aria --poses 60 --out x.csv",
+    "identify rows.csv --robot aria --save x.toml",
+    "identify rows.csv --robot aria --json x",
+    "identify rows.csv --robot aria --report x",
+    "diagnose rows.csv --robot aria --report x",
+    "export aria --toml x.toml",
+    "plate export table2 --robot aria --out x",
 )
-def test_a_disk_that_is_full_leaves_nothing_of_a_writer(usual, tmp_path, words):
+FULL = """
+import resource
+rows, lines, unbounded = Path("rows.csv").read_text(), sys.argv[1:], resource.getrlimit(resource.RLIMIT_FSIZE)
+found = []
+for most in (unbounded[0], 1000):  # first with room: compiled functions are kept in files as well
+    for k, line in enumerate(lines):
+        folder = Path(f"{most}-{k}").resolve()
+        folder.mkdir()
+        (folder / "rows.csv").write_text(rows)
+        with contextlib.chdir(folder):
+            resource.setrlimit(resource.RLIMIT_FSIZE, (most, unbounded[1]))
+            status, _, err = ended(line)
+            resource.setrlimit(resource.RLIMIT_FSIZE, unbounded)
+        names = sorted(path.name for path in folder.iterdir())
+        found.append([status, err, names, (folder / "rows.csv").read_text() == rows])
+print(json.dumps(found))
+"""
+
+
+def test_a_disk_that_is_full_leaves_nothing_of_a_writer(run, tmp_path):
     """Files may not grow beyond a kilobyte: what was there stays, nothing half is left."""
-    (tmp_path / "rows.csv").write_bytes(usual["rows.csv"])
-    size = 1000, resource.getrlimit(resource.RLIMIT_FSIZE)[1]
-    done = command(words, tmp_path, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, size))
-    assert done.returncode == 1
-    assert b"can't be written" in done.stderr
-    assert done.stderr.count(b"\n") == 1
-    assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == {"rows.csv": usual["rows.csv"]}
+    run(*SIMULATED.split())
+    found = json.loads(python(ENDED + FULL, *WRITERS, folder=tmp_path))
+    room, full = found[: len(WRITERS)], found[len(WRITERS) :]
+    assert room == [[0, "", ["rows.csv", line.split()[-1]], True] for line in WRITERS]
+    for status, err, names, is_kept in full:
+        assert (status, names, is_kept) == (1, ["rows.csv"], True)
+        assert "can't be written" in err
+        assert err.count("\n") == 1
