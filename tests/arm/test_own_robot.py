@@ -102,14 +102,17 @@ def test_a_slip_in_one_pose_is_named_with_its_size():
         find_convention([TableReading(arm, ("as given",))], [Typed(q, poses)])
 
 
-@pytest.mark.parametrize(("axes", "says"), [("zyz", "Doosan"), ("xyz", "Stäubli")])
+@pytest.mark.parametrize(("axes", "says"), [("zyz", "Doosan"), ("xyz", "Stäubli"), ("wxyz", "ABB")])
 def test_makers_angles_are_read(axes, says):
-    """R = R1(a) R2(b) R3(c), each about an axis that the last one turned."""
+    """R = R1(a) R2(b) R3(c), each about an axis that the last one turned; or a quaternion."""
     arm = plain("ur10")
     rng = np.random.default_rng(7)
     q = rng.uniform(-2.0, 2.0, (3, 6))
     poses = tool_poses(arm, Motion(q))
-    angles = Rotation.from_matrix(poses[:, :3, :3]).as_euler(axes.upper(), degrees=True)
+    turned = Rotation.from_matrix(poses[:, :3, :3])
+    angles = (
+        turned.as_quat(scalar_first=True) if axes == "wxyz" else turned.as_euler(axes.upper(), degrees=True)
+    )
     numbers = np.column_stack([np.rad2deg(q), 1e3 * poses[:, :3, 3], angles])
     found = find_convention([TableReading(arm)], typed_readings(numbers, [False] * 6))
     assert says in found.assumptions[-1]

@@ -11,15 +11,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS, ORDERS
 from workbench.arm.frame import Frame
+from workbench.arm.own_robot.displayed_poses import typed_cells
 from workbench.arm.own_robot.find_convention import FoundConvention, find_convention
 from workbench.arm.own_robot.readings import TableReading, Typed, table_readings, typed_readings
-from workbench.arm.robot import Robot
-from workbench.base.errors import FileError, OptionError
+from workbench.base.errors import FileError
 from workbench.base.files import read_bytes
 from workbench.base.types import Freedom
 
@@ -155,7 +154,8 @@ def check_robot(
         found = find_convention(readings, [poses])
     else:
         slides = [not e.axis.turns for e in robot.elements if e.joint is not None]
-        found = find_convention(readings, typed_readings(_numbers(poses, robot), slides))
+        numbers = [[*q, *xyz, *turn] for q, xyz, turn in typed_cells(poses, robot.dof)]
+        found = find_convention(readings, typed_readings(np.array(numbers, float), slides))
     return replace(found, robot=found.robot.with_frames(base=UNKNOWN, tool=UNKNOWN))
 
 
@@ -183,21 +183,3 @@ def convention_notes(found: FoundConvention) -> tuple[str, ...]:
         f"errors at the typed poses: at most {1e3 * found.position:.3f} mm and "
         f"{np.rad2deg(found.rotation):.3f}°; {found.tried} readings tried",
     )
-
-
-def _numbers(texts: Sequence[str], robot: Robot) -> Float[np.ndarray, "m n6"]:
-    """Poses typed in words as rows of numbers."""
-    rows = []
-    for text in texts:
-        left, _, right = text.partition("=")
-        try:
-            q, pose = ([float(v) for v in re.split(r"[,;\s]+", part.strip())] for part in (left, right))
-        except ValueError:
-            q, pose = [], []
-        if len(q) != robot.dof or len(pose) != 6:
-            raise OptionError(
-                f"the pose '{text}' must be {robot.dof} joint positions, =, x, y, z and three angles, with "
-                "commas"
-            )
-        rows.append(q + pose)
-    return np.array(rows).reshape(len(rows), -1)

@@ -18,6 +18,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
+from workbench.arm.own_robot.many_starts import descend
 from workbench.arm.own_robot.readings import TableReading, Typed
 from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.robot import Robot
@@ -281,13 +282,11 @@ def _nearest(wanted: np.ndarray, offered: np.ndarray, maximum: int, farthest: fl
 
 
 def _refined(arm: ReducedArm, q, poses, signs, offsets) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gauss–Newton in the offsets, all candidates at once; errors are the greatest of each (c, 2)."""
-    weight = WEIGHT * arm.length
-    count = len(signs)
-    m, n = q.shape
-    scale = np.array([1.0] * 3 + [weight] * 3)
+    """All candidates refined in the offsets; errors are the greatest of each (c, 2)."""
+    count, (m, n) = len(signs), q.shape
+    scale = np.repeat([1.0, WEIGHT * arm.length], 3)
 
-    def residual(o):
+    def linearise(o):
         x = (signs[:, None] * q + o[:, None]).reshape(-1, n)
         tool, axes, points = arm.geometry(x)
         full = np.tile(np.eye(4), (len(x), 1, 1))
@@ -295,33 +294,14 @@ def _refined(arm: ReducedArm, q, poses, signs, offsets) -> tuple[np.ndarray, np.
         error = se3.pose_error(np.tile(poses, (count, 1, 1)), full)
         lever = np.cross(axes, tool[:, None, :, 3] - points)
         slides = arm.slides[None, :, None]
-        jacobian = np.concatenate([np.where(slides, axes, lever), np.where(slides, 0.0, axes)], -1)
-        return error.reshape(count, m, 6), jacobian.reshape(count, m, n, 6)
+        jacobian = np.concatenate([np.where(slides, axes, lever), np.where(slides, 0.0, axes)], -1) * scale
+        return (error * scale).reshape(count, -1), jacobian.swapaxes(1, 2).reshape(count, 6 * m, n)
 
-    error, jacobian = residual(offsets)
-    cost = ((error * scale) ** 2).sum((1, 2))
-    damping = np.full(count, 1e-2)
-    for _ in range(30):
-        lines = (jacobian * scale).transpose(0, 1, 3, 2).reshape(count, 6 * m, n)
-        h = lines.transpose(0, 2, 1) @ lines
-        g = (lines.transpose(0, 2, 1) @ (error * scale).reshape(count, -1, 1))[..., 0]
-        size = np.trace(h, axis1=1, axis2=2)[:, None, None] / n
-        step = np.linalg.solve(h + damping[:, None, None] * size * np.eye(n), g[..., None])[..., 0]
-        step *= np.minimum(1.0, 0.5 / np.maximum(np.abs(step).max(1), 1e-300))[:, None]
-        new_error, new_jacobian = residual(offsets + step)
-        new = ((new_error * scale) ** 2).sum((1, 2))
-        better = new < cost
-        offsets = np.where(better[:, None], offsets + step, offsets)
-        error[better], jacobian[better], cost[better] = new_error[better], new_jacobian[better], new[better]
-        damping = np.where(better, np.maximum(0.1 * damping, 1e-12), np.minimum(10.0 * damping, 1e3))
-        if not better.any() or np.abs(step[better]).max() < 1e-12:
-            break
+    (offsets,), left = descend((offsets,), linearise, lambda o, step: (o + step,), steps=30)
+    error = left.reshape(count, m, 6) / scale
     turned = np.where(arm.slides, offsets, (offsets + np.pi) % (2.0 * np.pi) - np.pi)
-    return (
-        signs,
-        turned,
-        np.stack([np.linalg.norm(error[..., part], axis=2).max(1) for part in PARTS], axis=1),
-    )
+    greatest = [np.linalg.norm(error[..., part], axis=2).max(1) for part in PARTS]
+    return signs, turned, np.stack(greatest, axis=1)
 
 
 PARTS = (slice(0, 3), slice(3, 6))

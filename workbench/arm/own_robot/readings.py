@@ -1,6 +1,6 @@
-"""Possible meanings of a joint table and of numbers typed from a pendant: conventions, units, angle types."""
+"""Possible meanings of a joint table, and of poses typed with it: conventions and units."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -8,29 +8,11 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.frame import Frame
+from workbench.arm.own_robot.displayed_poses import SIZES, USUAL, meanings, possible
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_from_rows
-from workbench.base import se3
 from workbench.base.errors import FileError
 from workbench.base.types import frozen
-
-SIZES = {"m": 1.0, "mm": 1e-3, "rad": 1.0, "deg": float(np.deg2rad(1.0))}
-STYLES: dict[str, Callable[[np.ndarray], np.ndarray]] = {
-    "roll, pitch, yaw": se3.rpy_to_matrix,
-    "A, B, C (yaw, pitch, roll)": lambda v: se3.rpy_to_matrix(v[..., ::-1]),
-    "rotation vector": se3.rotvec_to_matrix,
-    "Euler angles z, y', z'' (Doosan, Kawasaki, Comau)": lambda v: _turned(v, "zyz"),
-    "Euler angles x, y', z'' (Stäubli)": lambda v: _turned(v, "xyz"),
-}
-"""What three numbers of an orientation may mean."""
-
-
-def _turned(angles: np.ndarray, axes: str) -> np.ndarray:
-    """Rotation by three angles [rad], each about an axis of the frame that the last one left."""
-    steps = [
-        se3.rotvec_to_matrix(np.eye(3)["xyz".index(a)] * angles[..., k, None]) for k, a in enumerate(axes)
-    ]
-    return steps[0] @ steps[1] @ steps[2]
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,37 +87,13 @@ def table_readings(
     return out
 
 
-def typed_readings(
-    numbers: Float[np.ndarray, "m n6"], slides: Sequence[bool], *, joints: Sequence[str] = ("deg", "rad")
-) -> list[Typed]:
-    """What numbers typed from a pendant may mean: joints, then x, y, z and three of the orientation.
+def typed_readings(numbers: Float[np.ndarray, "m k"], slides: Sequence[bool]) -> list[Typed]:
+    """What numbers typed from a pendant may mean: joints, then x, y, z, and three angles or a quaternion.
 
     Args:
         numbers: A row for each pose.
         slides: Which joints slide.
-        joints: Units of the joints that turn that may be meant.
     """
-    n = numbers.shape[1] - 6
-    q, xyz, angles = numbers[:, :n], numbers[:, n : n + 3], numbers[:, n + 3 :]
-    sliding = np.array(slides, bool)
-    out = []
-    for joint, length, angle, style in product(
-        possible(joints, q[:, ~sliding]), possible(("mm", "m"), xyz), possible(("deg", "rad"), angles), STYLES
-    ):
-        turned = STYLES[style](angles * SIZES[angle])
-        out.append(
-            Typed(
-                frozen(q * np.where(sliding, SIZES[length], SIZES[joint])),
-                frozen(se3.pose(turned, xyz * SIZES[length])),
-                (f"joints in {joint}", f"positions in {length}", f"orientations as {style} in {angle}"),
-            )
-        )
-    return out
-
-
-def possible(units: Sequence[str], values) -> Sequence[str]:
-    """Those of two units in which some numbers make sense; both where either does."""
-    largest = float(np.abs(values).max()) if np.size(values) else 0.0
-    bounds = {"m": (0.0, 20.0), "mm": (5.0, np.inf), "rad": (0.0, 2.1 * np.pi), "deg": (0.0, np.inf)}
-    kept = [u for u in units if bounds[u][0] <= largest <= bounds[u][1]]
-    return kept or units
+    joints, xyz, turn = np.split(numbers, [len(slides), len(slides) + 3], axis=1)
+    found = meanings(joints, xyz, turn, slides, kinds=USUAL)
+    return [Typed(frozen(m.q), frozen(m.poses), m.assumptions) for m in found]

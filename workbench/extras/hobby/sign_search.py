@@ -16,14 +16,15 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
-from workbench.arm.robot import Robot
+from workbench.arm.own_robot.many_starts import descend
+from workbench.arm.robot import Frame, Robot
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
 
 WEIGHT = 0.3
 """Length at which an angle counts, as a share of the arm's."""
-REFINED, STEPS = 4, 60
-"""Starts of each choice of signs that are refined, and the maximum number of steps of each."""
+REFINED = 4
+"""Starts of each choice of signs that are refined."""
 QUARTERED = 6
 """Joints up to which every quarter turn is tried."""
 QUARTERS = (0.0, 0.5 * np.pi, np.pi, -0.5 * np.pi)
@@ -31,7 +32,7 @@ NEAR = (0.05, float(np.deg2rad(6.0)))
 """Root mean square that servo arms leave: position, as a share of the arm's length, and angle [rad]."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Counting:
     """How motors count.
 
@@ -90,20 +91,10 @@ def _of_order(arm: ReducedArm, motors, poses, order: np.ndarray, turns: Sequence
     size = np.sqrt([(error[..., part] ** 2).sum(2).mean(1) for part in (slice(0, 3), slice(3, 6))])
     cost = np.hypot(size[0] / arm.length, WEIGHT * size[1])
     out = []
-    each = len(begun[0][0])
-    for first in range(0, len(cost), each):
+    for first in range(0, len(cost), each := len(begun[0][0])):
         k = first + int(np.argmin(cost[first : first + each]))
-        out.append(
-            Counting(
-                order=order,
-                signs=signs[k],
-                offsets=offsets[k],
-                errors=(float(size[0, k]), float(size[1, k])),
-                cost=float(cost[k]),
-                base=base[k],
-                end=end[k],
-            )
-        )
+        errors = float(size[0, k]), float(size[1, k])
+        out.append(Counting(order, signs[k], offsets[k], errors, float(cost[k]), base[k], end[k]))
     return out
 
 
@@ -129,37 +120,22 @@ def _tools(arm: ReducedArm, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
 
 
 def _refined(arm: ReducedArm, q, poses, signs, offsets) -> tuple[np.ndarray, ...]:
-    """Offsets, X and Y after damped Gauss–Newton steps, and the errors that are left."""
-    start = _tools(arm, signs[:, None] * q + offsets[:, None])[0]
-    base, end = _mounting(start, poses)
-    scale = _scale(arm)
-    count, free = len(signs), slice(1, arm.dof - 1)
-    error, jacobian = _linear(arm, q, poses, signs, offsets, base, end)
-    cost = ((error * scale) ** 2).sum((1, 2))
-    damping = np.full(count, 1e-3)
-    for _ in range(STEPS):
-        lines = (jacobian * scale[:, None]).reshape(count, -1, jacobian.shape[-1])
-        right = (error * scale).reshape(count, -1, 1)
-        normal = lines.transpose(0, 2, 1) @ lines
-        diagonal = np.einsum("cii->ci", normal) + 1e-9
-        normal = normal + (damping[:, None] * diagonal)[:, None] * np.eye(normal.shape[-1])
-        step = np.linalg.solve(normal, lines.transpose(0, 2, 1) @ right)[..., 0]
-        step *= np.minimum(1.0, 0.5 / np.maximum(np.abs(step).max(1), 1e-300))[:, None]
+    """Offsets, X and Y, and the errors that are left (c, m, 6), after damped Gauss–Newton steps."""
+    base, end = _mounting(_tools(arm, signs[:, None] * q + offsets[:, None])[0], poses)
+    scale, free = _scale(arm), slice(1, arm.dof - 1)
+
+    def linearise(offsets, base, end):
+        error, jacobian = _linear(arm, q, poses, signs, offsets, base, end)
+        lines = (jacobian * scale[:, None]).reshape(len(signs), -1, jacobian.shape[-1])
+        return (error * scale).reshape(len(signs), -1), lines
+
+    def moved(offsets, base, end, step):
         own = offsets.copy()
-        own[:, free] += step[:, : arm.dof - 2]
-        moved = own, _turned(step[:, -12:-6], base), end @ _small(step[:, -6:])
-        new_error, new_jacobian = _linear(arm, q, poses, signs, *moved)
-        new = ((new_error * scale) ** 2).sum((1, 2))
-        better = new < cost
-        gain = (cost - new)[better]
-        now = (offsets, base, end, error, jacobian, cost)
-        for old, tried in zip(now, (*moved, new_error, new_jacobian, new), strict=True):
-            old[better] = tried[better]
-        damping = np.where(better, 0.2 * damping, 5.0 * damping)
-        if (not better.any() and damping.min() > 1e3) or (
-            better.any() and np.all(gain < 1e-9 * cost[better])
-        ):
-            break
+        own[:, free] += step[:, :-12]
+        return own, _small(step[:, -12:-6]) @ base, end @ _small(step[:, -6:])
+
+    (offsets, base, end), left = descend((offsets, base, end), linearise, moved)
+    error = left.reshape(*base.shape[:1], -1, 6) / scale
     return (offsets + np.pi) % (2.0 * np.pi) - np.pi, base, end, error
 
 
@@ -188,9 +164,5 @@ def _mounting(tool: np.ndarray, poses: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _small(twist: np.ndarray) -> np.ndarray:
+    """A small motion, about the origin of the frame whose axes it has."""
     return se3.pose(se3.rotvec_to_matrix(twist[:, 3:]), twist[:, :3])
-
-
-def _turned(twist: np.ndarray, base: np.ndarray) -> np.ndarray:
-    """A base moved by a twist about the measuring frame's origin."""
-    return _small(twist) @ base

@@ -5,8 +5,7 @@ Under the right one it is off by its production errors, under any other by far m
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import product
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -15,7 +14,7 @@ from workbench.arm.frame import Frame
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.own_robot.readings import SIZES, possible
+from workbench.arm.own_robot.displayed_poses import SIZES, Meaning, Orientation, meanings
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -24,7 +23,6 @@ from workbench.base.types import Freedom
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
 from workbench.data.plausibility import refuse_joint_units
-from workbench.extras.pendant.orientations import ORIENTATIONS, Orientation
 from workbench.extras.pendant.readings import PendantReadings
 from workbench.identification.arm_match import CLOSE, SOME, arm_match
 
@@ -42,36 +40,22 @@ EXACT_SIGMA = (1e-7, 1e-7)
 """Standard deviations of numbers that are exact [m], [rad]."""
 
 
-@dataclass(frozen=True, eq=False, kw_only=True)
+@dataclass(frozen=True, eq=False)
 class Convention:
-    """One meaning of the readings.
+    """One meaning of the readings, and how the nominal arm suits it.
 
     Args:
-        q: Joint positions [rad or m].
-        poses: Of the tool, as displayed.
-        units: Of joints, positions and angles.
-        orientation: Kind of the orientation.
         base: Of the nominal arm in the frame of the display, as it suits the poses best.
         tool: Likewise in the arm's flange.
         position: Median distance from the nominal arm with the best base and tool [m].
         rotation: Median angle there [rad].
     """
 
-    q: Float[np.ndarray, "rows n"]
-    poses: Float[np.ndarray, "rows 4 4"]
-    units: tuple[str, str, str]
-    orientation: Orientation
+    meaning: Meaning
     base: Float[np.ndarray, "4 4"]
     tool: Float[np.ndarray, "4 4"]
     position: float
     rotation: float
-
-    @property
-    def text(self) -> str:
-        """`joints in deg, positions in mm, rotation vector (UR) in rad`."""
-        joints, lengths, angles = self.units
-        turned = f" in {angles}" if self.orientation.has_units else ""
-        return f"joints in {joints}, positions in {lengths}, {self.orientation.text}{turned}"
 
     def cost(self, robot: Robot) -> float:
         """Error as an angle, lengths in parts of the reach."""
@@ -101,19 +85,20 @@ def find_convention(robot: Robot, readings: PendantReadings) -> Convention:
     rival = next((c for c in found[1:] if not _same(c, best)), None)
     if rival is not None and rival.cost(robot) < CLEARLY * max(best.cost(robot), 1e-6):
         raise DataError(
-            f"{readings.source}: the poses fit as {best.text}, and nearly as well as {rival.text}; add "
+            f"{readings.source}: the poses fit as {best.meaning.text}, and nearly as well as "
+            f"{rival.meaning.text}; add "
             "poses with the tool turned about all axes"
         )
     if best.position > CLOSE * robot.reach:
-        match = arm_match(robot, _positions(best, readings), some=CLOSE)
+        match = arm_match(robot, _positions(best.meaning, readings), some=CLOSE)
         if match.is_foreign:
             raise DataError(f"{readings.source}: {match.text}; {match.remedy}")
     return best
 
 
-def with_displayed_frames(robot: Robot, meaning: Convention) -> Robot:
+def with_displayed_frames(robot: Robot, convention: Convention) -> Robot:
     """The nominal arm in the frame of the display; the rows decide on what may be there or not."""
-    found = {"base": meaning.base, "tool": meaning.tool}
+    found = {"base": convention.base, "tool": convention.tool}
     frames = {
         name: Frame.from_pose(pose, Freedom.FREE) if _is_set(pose, robot.reach) else Frame(free=Freedom.AUTO)
         for name, pose in found.items()
@@ -127,16 +112,15 @@ def _is_set(pose: np.ndarray, reach: float) -> bool:
     return bool(turn > TURNED or np.linalg.norm(pose[:3, 3]) > SOME * reach)
 
 
-def as_dataset(robot: Robot, readings: PendantReadings, meaning: Convention) -> Dataset:
+def as_dataset(robot: Robot, readings: PendantReadings, meaning: Meaning) -> Dataset:
     """The readings in SI, each with the standard deviation that rounding gives it."""
     joint, length, angle = (
-        step * SIZES.get(unit, 1.0) for step, unit in zip(readings.steps, meaning.units, strict=True)
+        step * SIZES[unit] for step, unit in zip(readings.steps, meaning.units, strict=True)
     )
-    turn = _numbers(readings, meaning.orientation, meaning.units[2])
-    step = angle if meaning.orientation.has_units else readings.steps[2]
+    turn = readings.turn * SIZES[meaning.units[2]]
     variance = np.empty((len(readings), 6))
     variance[:, :3] = (UNIFORM * length) ** 2
-    variance[:, 3:] = _turned_by(meaning.orientation, turn, UNIFORM * step)
+    variance[:, 3:] = _turned_by(meaning.orientation, turn, UNIFORM * angle)
     if joint:
         slides = sliding(robot)
         shares = np.where(slides, SIZES[meaning.units[1]] * readings.steps[0], joint) * UNIFORM
@@ -156,36 +140,16 @@ def _tried(robot: Robot, readings: PendantReadings) -> Iterator[Convention]:
     slides = sliding(robot)
     if "rad" in readings.units[0]:
         refuse_joint_units(readings.joints, robot.limits, readings.source)
-    bare = robot.bare
-    own = readings.units
-    joints = [own[0]] if own[0] else possible(("deg", "rad"), readings.joints[:, ~slides])
-    lengths = [own[1]] if own[1] else possible(("mm", "m"), readings.xyz)
-    for joint, length in product(joints, lengths):
-        q = readings.joints * np.where(slides, SIZES[length], SIZES[joint])
-        arm = tool_poses(bare, Motion(q))
+    bare = robot.with_effects().with_frames(base=Frame(), tool=Frame())
+    for meaning in meanings(readings.joints, readings.xyz, readings.turn, slides, units=readings.units):
+        arm = tool_poses(bare, Motion(meaning.q))
         if not _turns(arm):
             continue
-        xyz = readings.xyz * SIZES[length]
-        for kind in ORIENTATIONS:
-            if kind.numbers != readings.turn.shape[1]:
-                continue
-            units = [own[2]] if own[2] else possible(("deg", "rad"), readings.turn)
-            for angle in units if kind.has_units else ("",):
-                poses = se3.pose(kind.matrices(_numbers(readings, kind, angle)), xyz)
-                tool = hand_eye(arm, poses)
-                base = mean_base(arm @ tool, poses)
-                error = se3.pose_error(poses, base @ arm @ tool)
-                position, rotation = (np.median(np.linalg.norm(error[:, p], axis=1)) for p in PARTS)
-                yield Convention(
-                    q=q,
-                    poses=poses,
-                    units=(joint, length, angle),
-                    orientation=kind,
-                    base=base,
-                    tool=tool,
-                    position=float(position),
-                    rotation=float(rotation),
-                )
+        tool = hand_eye(arm, meaning.poses)
+        base = mean_base(arm @ tool, meaning.poses)
+        error = se3.pose_error(meaning.poses, base @ arm @ tool)
+        position, rotation = (float(np.median(np.linalg.norm(error[:, p], axis=1))) for p in PARTS)
+        yield Convention(meaning, base, tool, position, rotation)
 
 
 def _turns(arm: np.ndarray) -> bool:
@@ -195,10 +159,6 @@ def _turns(arm: np.ndarray) -> bool:
 
 
 PARTS = (slice(0, 3), slice(3, 6))
-
-
-def _numbers(readings: PendantReadings, kind: Orientation, unit: str) -> np.ndarray:
-    return readings.turn * (SIZES[unit] if kind.has_units else 1.0)
 
 
 def _turned_by(kind: Orientation, turn: np.ndarray, sigma: float) -> np.ndarray:
@@ -211,21 +171,21 @@ def _turned_by(kind: Orientation, turn: np.ndarray, sigma: float) -> np.ndarray:
     return total
 
 
-def _positions(meaning: Convention, readings: PendantReadings) -> Dataset:
+def _positions(meaning: Meaning, readings: PendantReadings) -> Dataset:
     return Dataset(q=meaning.q, position=meaning.poses[:, :3, 3], source=readings.source)
 
 
 def _same(a: Convention, b: Convention) -> bool:
-    return bool(np.allclose(a.poses, b.poses, atol=1e-6) and np.allclose(a.q, b.q))
+    return all(np.allclose(p, q, atol=1e-6) for p, q in zip(a.meaning[:2], b.meaning[:2], strict=True))
 
 
 def _why_not(robot: Robot, readings: PendantReadings, best: Convention) -> str:
     """What is wrong with readings that fit under no meaning."""
-    match = arm_match(robot, _positions(best, readings), some=CLOSE)
+    match = arm_match(robot, _positions(best.meaning, readings), some=CLOSE)
     if match.is_foreign:
         return f"{readings.source}: {match.text}; {match.remedy}"
     off = f"{in_mm(best.position)} and {np.rad2deg(best.rotation):.2g}° off"
     return (
-        f"{readings.source}: no convention fits {robot.name}: the best, {best.text}, is {off}; check the "
-        "columns and the robot, or let 'workbench new' find how the pendant counts its joints"
+        f"{readings.source}: no convention fits {robot.name}: the best, {best.meaning.text}, is {off}; check "
+        "columns and robot, or let 'workbench new' find how the pendant counts its joints"
     )

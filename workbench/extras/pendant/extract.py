@@ -18,6 +18,7 @@ from scipy import special
 
 from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
+from workbench.arm.own_robot.displayed_poses import Meaning
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import FileError
@@ -27,7 +28,7 @@ from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.data.readers import read_measurements
 from workbench.diagnosis.diagnose import diagnose
-from workbench.extras.pendant.convention import Convention, as_dataset, find_convention, with_displayed_frames
+from workbench.extras.pendant.convention import as_dataset, find_convention, with_displayed_frames
 from workbench.extras.pendant.readings import PendantReadings, read_readings, readings_of, typed_readings
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json, validation_json
@@ -71,7 +72,7 @@ class Extraction(AbstractShown):
     """
 
     robot: Robot
-    meaning: Convention
+    meaning: Meaning
     run: Identification
     left: tuple[float, float]
     allowed: float
@@ -183,9 +184,9 @@ def extract(robot: Robot, readings: Path | Dataset | Sequence[str]) -> Extractio
         FileError, OptionError: no readings.
     """
     shown = _read(readings, robot)
-    meaning = find_convention(robot, shown)
-    data = as_dataset(robot, shown, meaning)
-    arm = with_displayed_frames(robot, meaning)
+    convention = find_convention(robot, shown)
+    data = as_dataset(robot, shown, convention.meaning)
+    arm = with_displayed_frames(robot, convention)
     with part_of(0.0, 0.7):
         run = identify(arm, data, held_out=0.0)
     used, spare = run.data.take(run.train_rows), max(6 * len(run.train_rows) - run.best.fit.factor.rank, 1)
@@ -198,7 +199,7 @@ def extract(robot: Robot, readings: Path | Dataset | Sequence[str]) -> Extractio
         with part_of(0.7, 0.3):
             cause = _cause(arm, data)
     return Extraction(
-        robot=taken, meaning=meaning, run=run, left=(nominal, best), allowed=allowed, cause=cause
+        robot=taken, meaning=convention.meaning, run=run, left=(nominal, best), allowed=allowed, cause=cause
     )
 
 

@@ -9,9 +9,10 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.joint_units import sliding
+from workbench.arm.own_robot.displayed_poses import typed_cells
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.errors import DataError, OptionError
+from workbench.base.errors import DataError
 from workbench.base.units import parse_heading
 from workbench.data.dataset import Dataset
 from workbench.data.readers.file_kind import FileKind, kind_of, read_bytes
@@ -83,19 +84,8 @@ def read_readings(path: Path | str, robot: Robot) -> PendantReadings:
 
 def typed_readings(texts: Iterable[str], robot: Robot) -> PendantReadings:
     """PendantReadings as `q1,…,qn = x,y,z,a,b,c` each."""
-    rows: list[tuple[list[str], list[str]]] = []
-    for text in texts:
-        left, _, right = (part.strip() for part in text.partition("="))
-        q, pose = (re.split(r"[,;\s]+", part) for part in (left, right))
-        is_right = len(q) == robot.dof and len(pose) in (6, 7) and all(map(NUMBER.fullmatch, q + pose))
-        if not is_right or (rows and len(pose) != len(rows[0][1])):
-            raise OptionError(
-                f"the pose '{text}' must be {robot.dof} joint positions, =, x, y, z and three angles or a "
-                "quaternion, with commas"
-            )
-        rows.append((q, pose))
-    cells = [[q for q, _ in rows], [pose[:3] for _, pose in rows], [pose[3:] for _, pose in rows]]
-    return _readings(cells, ("", "", ""), robot, "the typed poses", range(len(rows)))
+    cells = [list(part) for part in zip(*typed_cells(texts, robot.dof), strict=True)]
+    return _readings(cells, ("", "", ""), robot, "the typed poses", range(len(cells[0])))
 
 
 def readings_of(data: Dataset) -> PendantReadings:
