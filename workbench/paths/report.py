@@ -7,8 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import FigureBase
 from matplotlib.lines import Line2D
-from rich.console import Group, RenderableType
-from rich.text import Text
+from rich.console import RenderableType
 
 from workbench.arm.calibration_record import Expected
 from workbench.arm.joint_units import shown_joints, sliding
@@ -21,7 +20,7 @@ from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, INK, grid, look, new_figure, png
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short
-from workbench.report.tables import line, new_table
+from workbench.report.tables import headed, new_table
 
 PATH = "workbench.path/1"
 COMPENSATION = "workbench.compensation/1"
@@ -58,9 +57,8 @@ def path_table(planned: Planned, moments: JointMoments | None) -> RenderableType
         size, unit = (1.0, " m") if slides else (180.0 / np.pi, "°")
         numbers = size * np.array([planned.q[:, j].min(), planned.q[:, j].max(), speed[j]])
         table.add_row(str(j + 1), *(f"{v:.2f}{unit}" for v in numbers), *map(short, loads[j]))
-    notes = [line("note", note) for note in planned.notes]
     head = f"{planned.robot.name}: {plural(len(planned.time), 'row')}, {planned.time[-1]:g} s"
-    return Group(Text(head, style="bold"), table, *notes)
+    return headed(head, table, notes=planned.notes)
 
 
 def path_picture(planned: Planned, moments: JointMoments | None) -> bytes:
@@ -157,10 +155,8 @@ def compensation_table(found: Compensation) -> RenderableType:
     own = found.commanded.expected or Expected(np.nan, np.nan)
     cells = (*_own(1e3 * own.position), *_own(np.rad2deg(own.rotation)))
     table.add_row("corrected: the arm used, held out", *cells)
-    notes = [line("note", note) for note in found.notes]
-    return Group(
-        Text(f"{found.commanded.calibrated.name}: {plural(len(found.q), 'row')}", style="bold"), table, *notes
-    )
+    head = f"{found.commanded.calibrated.name}: {plural(len(found.q), 'row')}"
+    return headed(head, table, notes=found.notes)
 
 
 def _own(mean: float) -> tuple[str, str]:

@@ -1,5 +1,8 @@
 """Tables and lines for the terminal, in one look."""
 
+from collections.abc import Iterable
+
+from rich.console import Group, RenderableType
 from rich.markup import escape
 from rich.table import Column, Table, box
 from rich.text import Text
@@ -24,6 +27,11 @@ def folded(heading: str) -> Column:
 def unbroken(heading: str) -> Column:
     """A column of words on the left that are never broken."""
     return Column(escape(heading), no_wrap=True)
+
+
+def headed(sentence: str, *parts: RenderableType, notes: Iterable[str] = ()) -> Group:
+    """A result: its sentence, tables and lines, and notes at the end."""
+    return Group(Text(sentence, style="bold"), *parts, *(line("note", text) for text in notes))
 
 
 def line(kind: str, text: str) -> Text:

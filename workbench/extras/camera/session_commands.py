@@ -21,7 +21,7 @@ from workbench.extras.camera.templates import Board
 from workbench.identification.identify import identify
 from workbench.identification.result import Identification
 from workbench.session.command import AbstractChange, AbstractLoad, AbstractTask, computed
-from workbench.session.commands.data import matched_to_arm, safe_name, too_large, with_other_data
+from workbench.session.commands.data import as_files, matched_to_arm, safe_name, too_large, with_other_data
 from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import AbstractPart, Session, Severity
 
@@ -169,10 +169,7 @@ class BeginShooting(AbstractChange):
         return session.with_part(Capture(source=self.source, rig=self._rig()))
 
     def _rig(self) -> Rig:
-        with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-            paths = Path(folder, "camera.toml"), Path(folder, "target.toml")
-            for path, content in zip(paths, (self.camera, self.target), strict=True):
-                path.write_bytes(content)
+        with as_files({"camera.toml": self.camera, "target.toml": self.target}) as paths:
             return read_rig(*paths)
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 from rich import box
-from rich.console import Group, RenderableType
+from rich.console import RenderableType
 from rich.table import Table
 from rich.text import Text
 
@@ -12,6 +12,7 @@ from workbench.extras.geometry.circle_points import CircleAxis
 from workbench.extras.geometry.redundant_constants import Redundancy, complete
 from workbench.report.json import Json, plain
 from workbench.report.numbers import short
+from workbench.report.tables import headed
 
 REDUNDANCY, AXES = "workbench.redundancy/1", "workbench.axes/1"
 
@@ -52,7 +53,7 @@ def axes_table(robot: Robot, axes: tuple[CircleAxis, ...]) -> RenderableType:
     for axis in axes:
         numbers = (1e3 * axis.radius, 1e3 * axis.rms, np.rad2deg(axis.angle), 1e3 * axis.distance)
         table.add_row(str(axis.joint + 1), str(len(axis.rows)), *(short(v) for v in numbers))
-    return Group(Text(f"axes of {robot.name} from circles", style="bold"), table)
+    return headed(f"axes of {robot.name} from circles", table)
 
 
 def axes_json(robot: Robot, axes: tuple[CircleAxis, ...]) -> Json:

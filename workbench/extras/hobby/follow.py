@@ -21,8 +21,7 @@ from typing import final
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import Group, RenderableType
-from rich.text import Text
+from rich.console import RenderableType
 
 from workbench.base.errors import DataError, FileError
 from workbench.base.units import parse_heading
@@ -35,7 +34,7 @@ from workbench.plate.door import door
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
-from workbench.report.tables import line, new_table
+from workbench.report.tables import headed, new_table
 
 SCHEMA = "workbench.following/1"
 SIDES = {"leader": ("leader", ACTION), "follower": ("follower", STATE)}
@@ -116,8 +115,7 @@ class Following(AbstractShown):
             numbers = (*(signed(v, 2) for v in j.offset), *(signed(v, 4) for v in j.scale))
             lag = (signed(1e3 * v, 0) for v in j.lag)
             table.add_row(j.name, *numbers, *lag, f"{j.left:.2f}")
-        parts: list[RenderableType] = [Text(self.sentence, style="bold"), table]
-        return Group(*parts, *(line("note", text) for text in self.notes))
+        return headed(self.sentence, table, notes=self.notes)
 
     def json(self) -> Json:
         """The result as plain data: degrees and seconds, as the recording has them."""
@@ -254,10 +252,8 @@ def _joint(name: str, log: MotorLog, x: np.ndarray, y: np.ndarray) -> FollowedJo
 def _line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
     """Slope, value at 0 and mean square error of the line through points."""
     seen = np.isfinite(x)
-    x, y = x[seen], y[seen]
-    slope = float(((x - x.mean()) * (y - y.mean())).sum() / max(((x - x.mean()) ** 2).sum(), 1e-300))
-    at = float(y.mean() - slope * x.mean())
-    return slope, at, float(((y - slope * x - at) ** 2).mean())
+    slope, at = np.polyfit(x[seen], y[seen], 1).tolist()
+    return slope, at, float(((y - slope * x - at)[seen] ** 2).mean())
 
 
 def _newey_west(

@@ -13,8 +13,7 @@ from typing import Any, final
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import Group, RenderableType
-from rich.text import Text
+from rich.console import RenderableType
 
 from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.joint_units import sliding
@@ -39,7 +38,7 @@ from workbench.plate.door import door
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
-from workbench.report.tables import line, new_table
+from workbench.report.tables import headed, new_table
 
 SCHEMA = "workbench.motor-map/1"
 MIN_POSES, USUAL = 8, "12 to 20"
@@ -155,8 +154,7 @@ class MotorMap(AbstractShown):
             sizes = (signed(float(np.rad2deg(v[k])), 2) for v in (self.offsets, self.half))
             way = "with it" if self.counting.signs[k] > 0 else "against it"
             table.add_row(name, str(k + 1), way, *(sizes if np.isfinite(self.offsets[k]) else ("–", "")))
-        parts: list[RenderableType] = [Text(f"{self.nominal.name}: {self.sentence}", style="bold"), table]
-        return Group(*parts, *(line("note", text) for text in self.notes_in_full))
+        return headed(f"{self.nominal.name}: {self.sentence}", table, notes=self.notes_in_full)
 
     @property
     def notes_in_full(self) -> list[str]:
@@ -246,7 +244,7 @@ def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> 
         alone=1e-3 * alone.best.train.position_mm.mean,
         run=run,
         sag_error=found_beside.error,
-        notes=_notes(robot, found, best, q, names),
+        notes=_notes(near, best, q, names),
     )
 
 
@@ -369,15 +367,14 @@ def _error(arm: Robot, joints: np.ndarray, poses: np.ndarray) -> float:
     return float(np.linalg.norm((base @ tool @ end)[:, :3, 3] - poses[:, :3, 3], axis=1).mean())
 
 
-def _notes(robot: Robot, found: list[Counting], best: Counting, q: np.ndarray, names) -> tuple[str, ...]:
+def _notes(near: list[Counting], best: Counting, q: np.ndarray, names) -> tuple[str, ...]:
     notes = []
-    twins = [c for c in found if c is not best and 6 * len(q) * np.log(c.cost / best.cost) < LEVEL]
-    if twins and min(c.turned for c in twins) < best.turned + np.deg2rad(45.0):
+    if any(c.turned < best.turned + np.deg2rad(45.0) for c in near if c is not best):
         notes.append(
             "another choice of signs with other zeros is the same arm but for its mounting: this one has the "
             "smallest zeros; if joints run the wrong way in a viewer, begin with the arm near its zeros"
         )
-    passed = [names[k] for k in range(robot.dof) if np.ptp(q[:, k]) > _width(q[:, k]) + 1e-6]
+    passed = [name for name, angles in zip(names, q.T, strict=True) if np.ptp(angles) > _width(angles) + 1e-6]
     if passed:
         notes.append(f"{', '.join(passed)} passes from 4095 to 0 counts; taken for one range")
     return tuple(notes)

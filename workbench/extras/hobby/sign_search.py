@@ -17,7 +17,7 @@ from jaxtyping import Float, Int
 
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.own_robot.many_starts import descend
-from workbench.arm.robot import Frame, Robot
+from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.hand_eye import hand_eye, mean_base
 

@@ -5,7 +5,7 @@ Under the right one it is off by its production errors, under any other by far m
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
@@ -140,7 +140,7 @@ def _tried(robot: Robot, readings: PendantReadings) -> Iterator[Convention]:
     slides = sliding(robot)
     if "rad" in readings.units[0]:
         refuse_joint_units(readings.joints, robot.limits, readings.source)
-    bare = robot.with_effects().with_frames(base=Frame(), tool=Frame())
+    bare = robot.bare
     for meaning in meanings(readings.joints, readings.xyz, readings.turn, slides, units=readings.units):
         arm = tool_poses(bare, Motion(meaning.q))
         if not _turns(arm):

@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import final
 
 import numpy as np
-from rich.console import Group, RenderableType
-from rich.text import Text
+from rich.console import RenderableType
 from scipy import special
 
 from workbench.arm.calibration_record import Expected
@@ -36,7 +35,7 @@ from workbench.identification.result import Identification, error_rows
 from workbench.plate.door import door
 from workbench.report.json import Json, plain
 from workbench.report.result_display import AbstractShown
-from workbench.report.tables import line, new_table
+from workbench.report.tables import headed, line, new_table
 
 SCHEMA = "workbench.extraction/1"
 ROUNDING, CHANCE = 1.5, 1e-3
@@ -134,14 +133,11 @@ class Extraction(AbstractShown):
         for title, _, errors in error_rows([("nominal", self.run.nominal), ("extracted", self.run.best)]):
             spreads = filter(None, (errors.position_mm, errors.orientation_deg))
             table.add_row(title, *(f"{v:.3f}" for s in spreads for v in (s.mean, s.max)))
-        parts: list[RenderableType] = [
-            Text(f"{self.run.nominal_robot.name}: {self.sentence}", style="bold"),
-            table,
-        ]
-        parts += [line("found", text) for text in self.frames]
-        parts += [line("warning", f"reading {o.row + 1} does not fit the others {o.text.partition(' ')[2]}: "
-                       "correct it or read it again") for o in self.run.outliers]  # fmt: skip
-        return Group(*parts)
+        lines = [line("found", text) for text in self.frames]
+        for outlier in self.run.outliers:
+            off = f"does not fit the others {outlier.text.partition(' ')[2]}: correct it or read it again"
+            lines.append(line("warning", f"reading {outlier.row + 1} {off}"))
+        return headed(f"{self.run.nominal_robot.name}: {self.sentence}", table, *lines)
 
     def json(self) -> Json:
         """The result as plain data, with the identification under its own schema."""

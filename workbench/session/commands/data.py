@@ -2,7 +2,8 @@
 
 import re
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import field, replace
 from pathlib import Path
 
@@ -83,25 +84,20 @@ class LoadData(AbstractTask[Loaded | MeasurementFile]):
 
     def compute(self, session: Session) -> Loaded | MeasurementFile:
         progress(0.0, "reading")
-        with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-            path = Path(folder) / safe_name(self.name)
-            path.write_bytes(self.content)
-            try:
-                understood = self._understood(path, session.robot, session.robot.joint_names)
-                file = MeasurementFile(path.name, self.content, understood, self.mapping)
-                if understood.dataset is None and understood.columns and understood.layout == "plain":
-                    return replace(file, match=self._other_arm(path, session.robot, understood))
-                if understood.dataset is None:
-                    raise DataError(understood.problems[0])
-                dataset = understood.dataset
-                notes = tuple(note.replace(f"{folder}/", "") for note in dataset.notes)
-                dataset = replace(dataset, source=path.name, notes=notes)
-                progress(0.5, "comparing the rows with the arm")
-                facts = facts_of(dataset, understood)
-                found = Loaded(dataset, path.name, facts, read=dataset, file=file)
-                return matched_to_arm(session.robot, found)
-            except WorkbenchError as error:
-                raise DataError(str(error).replace(f"{folder}/", "")) from error
+        with as_files({safe_name(self.name): self.content}) as (path,):
+            understood = self._understood(path, session.robot, session.robot.joint_names)
+            file = MeasurementFile(path.name, self.content, understood, self.mapping)
+            if understood.dataset is None and understood.columns and understood.layout == "plain":
+                return replace(file, match=self._other_arm(path, session.robot, understood))
+            if understood.dataset is None:
+                raise DataError(understood.problems[0])
+            dataset = understood.dataset
+            notes = tuple(note.replace(f"{path.parent}/", "") for note in dataset.notes)
+            dataset = replace(dataset, source=path.name, notes=notes)
+            progress(0.5, "comparing the rows with the arm")
+            facts = facts_of(dataset, understood)
+            found = Loaded(dataset, path.name, facts, read=dataset, file=file)
+            return matched_to_arm(session.robot, found)
 
     def _other_arm(self, path: Path, robot: Robot, understood: Preview) -> ArmMatch | None:
         """Which built-in arm rows are of that can't be the session's, by their number of joints."""
@@ -385,6 +381,19 @@ def too_large(name: str, size: int, maximum: int) -> str:
     """Why a file of so many bytes is refused, without the remedy."""
     has, accepts = (f"{bytes_ / 2**20:.0f} MiB" for bytes_ in (size, maximum))
     return f"{safe_name(name)} has {has}, but the page accepts up to {accepts}"
+
+
+@contextmanager
+def as_files(contents: Mapping[str, bytes]) -> Iterator[list[Path]]:
+    """Contents by their names as files, for as long as they are read; no message names their folder."""
+    with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
+        paths = [Path(folder, name) for name in contents]
+        for path, content in zip(paths, contents.values(), strict=True):
+            path.write_bytes(content)
+        try:
+            yield paths
+        except WorkbenchError as error:
+            raise DataError(str(error).replace(f"{folder}/", "")) from error
 
 
 def safe_name(name: str) -> str:

@@ -20,8 +20,7 @@ from pathlib import Path
 from typing import NamedTuple, final
 
 import numpy as np
-from rich.console import Group, RenderableType
-from rich.text import Text
+from rich.console import RenderableType
 from scipy import special
 
 from workbench.arm.joint_units import shown_units, sliding
@@ -43,7 +42,7 @@ from workbench.plate.door import door
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
-from workbench.report.tables import line, new_table
+from workbench.report.tables import headed, new_table
 
 SCHEMA = "workbench.check/1"
 POWER = 0.95
@@ -189,9 +188,7 @@ class Check(AbstractShown):
             cells.append(in_mm(joint.minimum * joint.lever))
             table.add_row(str(k + 1), *(cells if joint.seen else ["can't be seen", "", "", ""]))
         noise = f"a touch repeats to {in_mm(self.noise)} along each axis (standard deviation)"
-        return Group(
-            Text(f"{self.calibrated.name}: {self.sentence}", style="bold"), table, line("note", noise)
-        )
+        return headed(f"{self.calibrated.name}: {self.sentence}", table, notes=[noise])
 
     def json(self) -> Json:
         """The result as plain data, in SI."""

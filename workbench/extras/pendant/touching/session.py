@@ -1,17 +1,15 @@
 """Touches in a session: the command that finds a tool's tip or a user frame; what is kept and saved."""
 
-import tempfile
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import TypeVar, final
 
 from workbench.arm.robot_toml import robot_text
-from workbench.base.errors import DataError, OptionError, WorkbenchError
+from workbench.base.errors import DataError, OptionError
 from workbench.extras.pendant.touching.tool_tip import ToolTip, tcp
 from workbench.extras.pendant.touching.user_frame import UserFrame, frame
 from workbench.report.json import Json
 from workbench.session.command import AbstractTask, computed
-from workbench.session.commands.data import LARGEST_FILE, safe_name, too_large
+from workbench.session.commands.data import LARGEST_FILE, as_files, safe_name, too_large
 from workbench.session.export import File, stem_of
 from workbench.session.journal.numbers import Subject
 from workbench.session.state import AbstractPart, Session, Severity
@@ -62,21 +60,13 @@ class ReadTouches(AbstractTask[ToolTip | UserFrame]):
                 raise DataError(too_large(name, len(content), LARGEST_FILE))
 
     def compute(self, session: Session) -> ToolTip | UserFrame:
-        with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-            touches, points = (
-                Path(folder, safe_name(self.name)),
-                Path(folder, f"cad-{safe_name(self.drawing)}"),
-            )
-            for path, content in ((touches, self.content), (points, self.points)):
-                path.write_bytes(content)
-            try:
-                if self.what == TIP:
-                    return tcp(session.robot, touches)
-                tip = usable(touched_of(session).tip)
-                arm = session.robot if tip is None else tip.robot
-                found = frame(arm, touches, cad=points if self.drawing else None, radius=self.radius)
-            except WorkbenchError as error:
-                raise DataError(str(error).replace(f"{folder}/", "")) from error
+        contents = {safe_name(self.name): self.content, f"cad-{safe_name(self.drawing)}": self.points}
+        with as_files(contents) as (touches, points):
+            if self.what == TIP:
+                return tcp(session.robot, touches)
+            tip = usable(touched_of(session).tip)
+            arm = session.robot if tip is None else tip.robot
+            found = frame(arm, touches, cad=points if self.drawing else None, radius=self.radius)
         own = ("the tool is the one found from touches before",) if tip is not None else ()
         return replace(found, notes=(*found.notes, *own))
 

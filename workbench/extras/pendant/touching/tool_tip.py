@@ -34,6 +34,7 @@ from workbench.extras.pendant.touching.touches import (
     orientation_line,
     read_touches,
     solve_without_slipped,
+    squared,
 )
 from workbench.plate.door import door
 from workbench.report.json import Json
@@ -233,7 +234,7 @@ def _axes(
     first, *others = sorted(mean, key="zxy".index)
     second = min(others, default=None)
     other = second or next(axis for axis in "xyz" if axis != first)
-    rotation, angle = _squared(first, mean[first], other, mean.get(other, own[:, "xyz".index(other)]))
+    rotation, angle = squared(first, mean[first], other, mean.get(other, own[:, "xyz".index(other)]))
     notes = []
     if second is None:
         notes.append(f"only the tool's {first} was touched: about it the tool is as the robot's file has it")
@@ -244,14 +245,3 @@ def _axes(
     shortest = min(float(np.linalg.norm(ahead)) for ahead in mean.values())
     unit = solved.half[0] / np.sqrt(solved.covariance[0, 0])
     return rotation, float(unit * np.sqrt(2.0) / shortest), notes
-
-
-def _squared(first: str, along: np.ndarray, second: str, about: np.ndarray) -> tuple[np.ndarray, float]:
-    """Axes of which one is along a direction and another near a second; and the angle between the two."""
-    a, b = along / np.linalg.norm(along), about / np.linalg.norm(about)
-    i, j = "xyz".index(first), "xyz".index(second)
-    rotation = np.empty((3, 3))
-    rotation[:, i], across = a, b - (a @ b) * a
-    rotation[:, j] = across / np.linalg.norm(across)
-    rotation[:, 3 - i - j] = (1.0 if (j - i) % 3 == 1 else -1.0) * np.cross(rotation[:, i], rotation[:, j])
-    return rotation, float(np.arccos(np.clip(a @ b, -1.0, 1.0)))

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from rich.console import Group, RenderableType
+from rich.console import RenderableType
 from rich.text import Text
 from scipy import special
 
@@ -28,7 +28,7 @@ from workbench.data.readers.assemble import joint_columns, joint_units
 from workbench.data.readers.read import read_fields
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
-from workbench.report.tables import line, new_table
+from workbench.report.tables import headed, line, new_table
 
 CHANCE = 0.01
 """Probability of setting a good touch aside in a file without bad ones."""
@@ -201,10 +201,8 @@ class TouchErrors:
         table = new_table("Touches", "touch", "of", "off by [mm]", "")
         for row in self.cells:
             table.add_row(*row)
-        parts: list[RenderableType] = [Text(title, style="bold"), table, *lines]
-        if self.slipped:
-            parts.append(line("warning", f"{self.touches.numbered(self.slipped)} slipped; left out"))
-        return Group(*parts, *(line("note", text) for text in notes))
+        slipped = f"{self.touches.numbered(self.slipped)} slipped; left out"
+        return headed(title, table, *lines, *[line("warning", slipped)] * bool(self.slipped), notes=notes)
 
     def json(self, schema: str, message: str, notes: Sequence[str], **found: Any) -> Json:
         """The result as plain data, in SI."""
@@ -226,3 +224,14 @@ def orientation_line(what: str, rotation: Float[np.ndarray, "3 3"], half: float)
         f"roll, pitch, yaw {', '.join(signed(v, 3) for v in rpy)}° (A, B, C the other way round); rotation "
         f"vector {', '.join(signed(v, 5) for v in vector)} rad{known}",
     )
+
+
+def squared(first: str, along: np.ndarray, second: str, about: np.ndarray) -> tuple[np.ndarray, float]:
+    """Axes of which one is along a direction and another near a second; and the angle between the two."""
+    a, b = along / np.linalg.norm(along), about / np.linalg.norm(about)
+    i, j = "xyz".index(first), "xyz".index(second)
+    rotation = np.empty((3, 3))
+    rotation[:, i], across = a, b - (a @ b) * a
+    rotation[:, j] = across / np.linalg.norm(across)
+    rotation[:, 3 - i - j] = (1.0 if (j - i) % 3 == 1 else -1.0) * np.cross(rotation[:, i], rotation[:, j])
+    return rotation, float(np.arccos(np.clip(a @ b, -1.0, 1.0)))

@@ -37,6 +37,7 @@ from workbench.extras.pendant.touching.touches import (
     orientation_line,
     read_touches,
     solve_without_slipped,
+    squared,
     tips,
 )
 from workbench.plate.door import door
@@ -259,10 +260,7 @@ def _require_spread(touches: Touches, points: np.ndarray) -> None:
 
 
 def _axes(origin: np.ndarray, x: np.ndarray, z: np.ndarray) -> Float[np.ndarray, "4 4"]:
-    z = z / np.linalg.norm(z)
-    x = x - (x @ z) * z
-    x = x / np.linalg.norm(x)
-    return se3.pose(np.column_stack([x, np.cross(z, x), z]), origin)
+    return se3.pose(squared("z", z, "x", x)[0], origin)
 
 
 def _solve(
