@@ -1,6 +1,6 @@
 """What a model file says: frames given relative to one another, and the joints between its bodies."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -90,14 +90,17 @@ class Model:
     def _into(self) -> dict[str, Edge]:
         return {e.child: e for e in self.edges}
 
+    def _above(self, body: str) -> Iterator[Edge]:
+        """Joints from a body up to the root."""
+        seen = set[str]()
+        while (edge := self._into.get(body)) is not None and body not in seen:
+            seen.add(body)
+            yield edge
+            body = edge.parent
+
     def _path(self, edge: Edge) -> list[Edge]:
         """Joints that move from the root to this one."""
-        found: list[Edge] = []
-        here: Edge | None = edge
-        while here is not None and here not in found:
-            found.append(here)
-            here = self._into.get(here.parent)
-        return [e for e in reversed(found) if e.moves]
+        return [e for e in (edge, *self._above(edge.parent)) if e.moves][::-1]
 
     def chain(self, names: Sequence[str]) -> tuple[list[Edge], bool]:
         """The arm's joints from base to flange, and whether they were found by their names."""
@@ -132,19 +135,11 @@ class Model:
     def classes(self, chain: list[Edge]) -> dict[str, int]:
         """Number of the arm's joints before each body; one more for what is fixed to the last body."""
         number = {id(e): k for k, e in enumerate(chain, start=1)}
-        found: dict[str, int] = {}
 
-        def of(body: str, inside: tuple[str, ...] = ()) -> int:
-            if body not in found:
-                edge = None if body in inside else self._into.get(body)
-                before = 0 if edge is None else of(edge.parent, (*inside, body))
-                found[body] = (
-                    0
-                    if edge is None
-                    else number.get(id(edge), min(before + (before == len(chain)), len(chain) + 1))
-                )
-            return found[body]
+        def of(body: str) -> int:
+            for depth, edge in enumerate(self._above(body)):
+                if k := number.get(id(edge), 0):
+                    return k + (k == len(chain) and depth > 0)
+            return 0
 
-        for body in [*self._into, *(f.body for f in self.frames.values())]:
-            of(body)
-        return found
+        return {body: of(body) for body in (*self._into, *(f.body for f in self.frames.values()))}

@@ -68,27 +68,22 @@ class TestedCause(NamedTuple):
 def groups_of(today: Touches, before: Touches | None) -> list[int]:
     """Group of every touch: its seat, and with a reference its posture there too."""
     if before is None:
-        order = list(dict.fromkeys(today.names))
-        return [order.index(name) for name in today.names]
+        return np.unique(today.names, return_inverse=True)[1].tolist()
     centres: list[tuple[str, np.ndarray]] = []
-    for q, name in zip(before.q, before.names, strict=True):
-        if not any(n == name and np.abs(q - c).max() < SAME_POSTURE for n, c in centres):
-            centres.append((name, q))
     found = []
-    for touches in (today, before):
+    for touches in (before, today):
         for k, (q, name) in enumerate(zip(touches.q, touches.names, strict=True)):
-            near = [
-                (np.abs(q - c).max(), g)
-                for g, (n, c) in enumerate(centres)
-                if n == name and np.abs(q - c).max() < SAME_POSTURE
-            ]
-            if not near:
-                raise DataError(
-                    f"{today.source}: touch {touches.rows[k] + 1} of '{name}' is in no posture of the "
-                    "reference; touch the same seats in the same postures, within 10° at each joint"
-                )
-            found.append(min(near)[1])
-    return found
+            far = [np.abs(q - at).max() if seat == name else np.inf for seat, at in centres]
+            if min(far, default=np.inf) >= SAME_POSTURE:
+                if touches is today:
+                    raise DataError(
+                        f"{today.source}: touch {today.rows[k] + 1} of '{name}' is in no posture of the "
+                        "reference; touch the same seats in the same postures, within 10° at each joint"
+                    )
+                far.append(0.0)
+                centres.append((name, q))
+            found.append(int(np.argmin(far)))
+    return found[len(before) :] + found[: len(before)]
 
 
 def causes_of(
