@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("mujoco")
 
-from servo_arm import NAMES, ServoArm, four, rotation
+from servo_arm import NAMES, ServoArm
 
 import workbench as wb
 from workbench.base.errors import DataError, ShapeError
@@ -77,6 +77,7 @@ def test_sag_tells_an_arm_that_stands_from_one_that_hangs(so101):
         up = [0.0, 0.0, 1.0]
         np.testing.assert_allclose(found.counting.base[:3, :3] @ up, arm.base[:3, :3] @ up, atol=0.1)
         assert off(arm, found) < 1.0
+        assert any("another choice of signs" in note for note in found.notes)
 
 
 def test_play_of_1_degree_that_motors_do_not_see_bounds_what_20_poses_tell(so101):
@@ -102,14 +103,6 @@ def test_exchanged_motors_are_named(so101, seed):
     np.testing.assert_array_equal(found.counting.order, arm.order)
     assert set(found.exchanged) == {"shoulder_lift", "elbow_flex"}
     assert off(arm, found) < 1.0
-
-
-def test_zeros_far_off_are_found_up_to_the_other_way_of_looking_at_the_arm(so101):
-    """Reversing all joints, or wrist and roll, describes the same arm with another mounting."""
-    arm = ServoArm(4, zero=np.deg2rad(100.0))
-    found = wb.map_motors(so101, recorded(arm))
-    assert off(arm, found) < 1.5
-    assert len(found.notes) == 1
 
 
 def test_counts_that_pass_4095_are_one_range(so101):
@@ -259,8 +252,3 @@ def test_the_makes_differ_in_the_sign_of_homing_offsets(run, files, tmp_path):
         assert turns == 0
         assert one[name]["range_min"] == other[name]["range_min"]
     assert run("hobby", "map", "poses.csv", *words, "x.json", "--make", "other")[0] == 64
-
-
-def test_a_pose_is_one_of_rotation_and_place():
-    """The helpers of these tests: a turn by a quarter about z."""
-    np.testing.assert_allclose(four(rotation([0, 0, np.pi / 2]), [1, 2, 3])[:, 0], [0, 1, 0, 0], atol=1e-12)

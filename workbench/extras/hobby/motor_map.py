@@ -95,7 +95,6 @@ class MotorMap(AbstractShown):
 
     @property
     def effects(self) -> tuple[AbstractEffect, ...]:
-        """What was found beside the zeros."""
         return self.robot.effects
 
     @property
@@ -125,7 +124,6 @@ class MotorMap(AbstractShown):
 
     @property
     def moved_by(self) -> list[str]:
-        """The motor of each joint."""
         return [self.motors[k] for k in self.counting.order.tolist()]
 
     @property

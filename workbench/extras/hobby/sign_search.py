@@ -60,7 +60,6 @@ class Counting:
         return float(np.abs(self.offsets).sum())
 
     def joints(self, motors: Float[np.ndarray, "rows n"]) -> Float[np.ndarray, "rows n"]:
-        """Joint positions [rad] of motor angles."""
         return self.signs * motors[:, self.order] + self.offsets
 
     def fits(self, length: float) -> bool:

@@ -79,7 +79,6 @@ class Extraction(AbstractShown):
 
     @cached_property
     def verdict(self) -> ModelVerdict:
-        """What was found."""
         if self.left[1] > self.allowed:
             return ModelVerdict.MORE
         share, minimum = UNCERTAIN

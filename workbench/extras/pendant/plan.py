@@ -61,7 +61,6 @@ class Plan:
         )
 
     def save(self, path: Path | str) -> Path:
-        """Write a form to be filled in."""
         slides = sliding(self.robot)
         heads = [f"q{k + 1}[{'mm' if slide else 'deg'}]" for k, slide in enumerate(slides)]
         head = ",".join((*heads, "x[mm]", "y[mm]", "z[mm]", "a", "b", "c"))
@@ -80,7 +79,6 @@ HELP = (
 
 
 def plan_readings(robot: Robot, number: int, *, seed: int = 0) -> Plan:
-    """Choose poses to read from a pendant."""
     if number < MIN_POSES:
         raise OptionError(f"--plan must be at least {MIN_POSES} poses, got {number}; 30 suit most arms")
     bare = robot.bare.with_frames(base=Frame(free=Freedom.AUTO), tool=Frame(free=Freedom.AUTO))

@@ -50,7 +50,6 @@ class Placing:
 
     @property
     def edits(self) -> list[Edit]:
-        """All changes of the file."""
         classes, found = self.model.classes(self.chain), []
         bodies = {name: f.body for name, f in self.model.frames.items()}
         for name, given in self.model.frames.items():

@@ -56,7 +56,6 @@ class XmlElement:
             yield from child.iter(*tags)
 
     def find(self, tag: str) -> "XmlElement | None":
-        """The first child of that name."""
         return next((c for c in self.children if c.tag == tag), None)
 
     @property
@@ -83,11 +82,9 @@ class XmlElement:
         return Edit(self.inside, self.stop, new)
 
     def with_child(self, text: str) -> Edit:
-        """Another first child."""
         return Edit(self.inside, self.inside, text.encode())
 
     def numbers(self, text: str, *counts: int) -> np.ndarray:
-        """Numbers of an attribute or of the contents."""
         try:
             found = np.array([float(v) for v in text.split()])
             if len(found) in counts and np.isfinite(found).all():

@@ -61,7 +61,6 @@ class TestedCause(NamedTuple):
 
     @property
     def is_found(self) -> bool:
-        """Whether it is beyond chance."""
         return self.chance < self.cause.alarm
 
 

@@ -124,7 +124,6 @@ class Check(AbstractShown):
 
     @property
     def health(self) -> Health:
-        """What was found."""
         if self.best is not None:
             kinds = {"warming": Health.WARMING, "touch": Health.SLIPPED}
             return kinds.get(self.best.cause.kind, Health.MOVED)
@@ -191,7 +190,6 @@ class Check(AbstractShown):
         return headed(f"{self.calibrated.name}: {self.sentence}", table, notes=[noise])
 
     def json(self) -> Json:
-        """The result as plain data, in SI."""
         return plain(
             {
                 "schema": SCHEMA,

@@ -88,14 +88,12 @@ def usable(found: Touched | None) -> Touched | None:
 
 
 def tool_toml(session: Session) -> File:
-    """The arm with the tool that was found."""
     if (found := usable(touched_of(session).tip)) is None:
         raise DataError("no tool tip has been found; give touches of one point first")
     return f"{stem_of(found.robot.name)}-tool.toml", robot_text(found.robot).encode()
 
 
 def frame_toml(session: Session) -> File:
-    """The frame that was found."""
     if (found := usable(touched_of(session).frame)) is None:
         raise DataError("no user frame has been found; give its touches first")
     return "frame.toml", found.toml().encode()

@@ -85,7 +85,6 @@ class ToolTip(AbstractShown):
 
     @property
     def used(self) -> int:
-        """Number of touches that count."""
         return len(self.of.touches) - len(self.of.slipped)
 
     @property

@@ -63,7 +63,6 @@ class Touches:
         return len(self.q)
 
     def take(self, kept: Sequence[int]) -> "Touches":
-        """Some of them."""
         names, rows = tuple(self.names[k] for k in kept), tuple(self.rows[k] for k in kept)
         return Touches(self.q[list(kept)], names, rows, self.time[list(kept)], self.source)
 
@@ -205,7 +204,6 @@ class TouchErrors:
         return headed(title, table, *lines, *[line("warning", slipped)] * bool(self.slipped), notes=notes)
 
     def json(self, schema: str, message: str, notes: Sequence[str], **found: Any) -> Json:
-        """The result as plain data, in SI."""
         rows = zip(self.touches.rows, self.touches.names, self.errors, strict=True)
         touches = [
             {"row": row, "name": name, "error": error, "slipped": k in self.slipped}

@@ -120,7 +120,6 @@ class UserFrame(AbstractShown):
 
     @property
     def _table(self) -> dict[str, list[float]]:
-        """The frame as plates have them."""
         return {"xyz": self.pose[:3, 3].tolist(), "rpy": se3.matrix_to_rpy(self.pose[:3, :3]).tolist()}
 
     def toml(self) -> str:
@@ -128,7 +127,6 @@ class UserFrame(AbstractShown):
         return tomli_w.dumps({"frame": self._table})
 
     def save(self, path: Path | str) -> Path:
-        """Write the frame as TOML."""
         return write_text(path, self.toml())
 
     def summary(self) -> RenderableType:
