@@ -76,7 +76,7 @@ USUAL = tuple(kind for kind in ORIENTATIONS if kind.text.endswith(")"))
 """Those that makers show."""
 
 
-class Meaning(NamedTuple):
+class DisplayedPoses(NamedTuple):
     """One meaning of what a pendant shows.
 
     Args:
@@ -111,7 +111,7 @@ def meanings(
     *,
     units: tuple[str, str, str] = ("", "", ""),
     kinds: Sequence[Orientation] = ORIENTATIONS,
-) -> Iterator[Meaning]:
+) -> Iterator[DisplayedPoses]:
     """What numbers may mean.
 
     Args:
@@ -131,7 +131,7 @@ def meanings(
         for kind in (kind for kind in kinds if kind.numbers == turn.shape[1]):
             for angle in in_turn if kind.has_units else ("",):
                 poses = se3.pose(kind.matrices(turn * SIZES[angle]), xyz * SIZES[length])
-                yield Meaning(q, poses, (joint, length, angle), kind)
+                yield DisplayedPoses(q, poses, (joint, length, angle), kind)
 
 
 def possible(units: Sequence[str], values) -> Sequence[str]:

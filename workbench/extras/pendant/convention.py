@@ -14,7 +14,7 @@ from workbench.arm.frame import Frame
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.own_robot.displayed_poses import SIZES, Meaning, Orientation, meanings
+from workbench.arm.own_robot.displayed_poses import SIZES, DisplayedPoses, Orientation, meanings
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -51,7 +51,7 @@ class Convention:
         rotation: Median angle there [rad].
     """
 
-    meaning: Meaning
+    meaning: DisplayedPoses
     base: Float[np.ndarray, "4 4"]
     tool: Float[np.ndarray, "4 4"]
     position: float
@@ -112,7 +112,7 @@ def _is_set(pose: np.ndarray, reach: float) -> bool:
     return bool(turn > TURNED or np.linalg.norm(pose[:3, 3]) > SOME * reach)
 
 
-def as_dataset(robot: Robot, readings: PendantReadings, meaning: Meaning) -> Dataset:
+def as_dataset(robot: Robot, readings: PendantReadings, meaning: DisplayedPoses) -> Dataset:
     """The readings in SI, each with the standard deviation that rounding gives it."""
     joint, length, angle = (
         step * SIZES[unit] for step, unit in zip(readings.steps, meaning.units, strict=True)
@@ -171,7 +171,7 @@ def _turned_by(kind: Orientation, turn: np.ndarray, sigma: float) -> np.ndarray:
     return total
 
 
-def _positions(meaning: Meaning, readings: PendantReadings) -> Dataset:
+def _positions(meaning: DisplayedPoses, readings: PendantReadings) -> Dataset:
     return Dataset(q=meaning.q, position=meaning.poses[:, :3, 3], source=readings.source)
 
 

@@ -17,7 +17,7 @@ from scipy import special
 
 from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
-from workbench.arm.own_robot.displayed_poses import Meaning
+from workbench.arm.own_robot.displayed_poses import DisplayedPoses
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import FileError
@@ -71,7 +71,7 @@ class Extraction(AbstractShown):
     """
 
     robot: Robot
-    meaning: Meaning
+    meaning: DisplayedPoses
     run: Identification
     left: tuple[float, float]
     allowed: float

@@ -107,6 +107,8 @@ class ToolTip(AbstractShown):
         remedy = f"add {max(self.more, 1)} touches in other orientations"
         if widest > WEAK * self.half.min():
             remedy = "touch with the tool tilted more, about all axes"
+        if self.nominal.calibration is None:
+            remedy = f"calibrate the arm first, or {remedy}"
         return f"the tip is known to ± {in_mm(widest)} only, not ± {in_mm(wanted)}; {remedy}"
 
     @property
