@@ -12,13 +12,14 @@ from jaxtyping import Float
 from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
 from workbench.arm.joint_units import shown_joints, sliding
+from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.files import write_text
 from workbench.base.progress import part_of
 from workbench.base.types import Freedom
-from workbench.data.dataset import Dataset
+from workbench.data.simulation.instruments import Instrument, Observes
+from workbench.data.simulation.simulate import simulate
 from workbench.extras.pendant.convention import UNIFORM
 from workbench.extras.pendant.extract import WANTED
 from workbench.identification.identify import identify
@@ -33,8 +34,13 @@ CLEARANCE, FLOOR = 0.01, 0.02
 """Distance of the arm from itself and the floor, which is so high above its base's plane [m]."""
 SAMPLES = 200
 """Postures that show how low links hang."""
-DISPLAY = (1e-4, float(np.deg2rad(0.01)))
-"""Last digits of a usual display [m], [rad]."""
+DISPLAY = Instrument(
+    name="display",
+    observes=Observes.POSE,
+    sigma_position=1e-4 * UNIFORM,
+    sigma_rotation=float(np.deg2rad(0.01)) * UNIFORM,
+)
+"""A usual one: rounding to 0.1 mm and 0.01°."""
 MIN_POSES = 8
 
 
@@ -101,15 +107,6 @@ def _floor(robot: Robot) -> float:
 
 def _expected(robot: Robot, q: np.ndarray, rng: np.random.Generator) -> Expected:
     """Expected error of the model that a virtual pendant gives at some poses."""
-    poses = robot.predict(q)
-    sigma = UNIFORM * np.repeat(DISPLAY, 3)
-    noise = rng.normal(size=(len(q), 6)) * sigma
-    data = Dataset(
-        q=q,
-        position=poses[:, :3, 3] + noise[:, :3],
-        rotation=se3.rotvec_to_matrix(noise[:, 3:]) @ poses[:, :3, :3],
-        sigma=np.tile(sigma, (len(q), 1)),
-        source="virtual pendant",
-    )
+    data = simulate(robot, Motion(q), instrument=DISPLAY, rng=rng)
     with part_of(0.5, 0.5):
         return identify(robot, data, held_out=0.0).transfer.anywhere
