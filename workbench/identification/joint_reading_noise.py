@@ -146,6 +146,15 @@ def with_joint_readings(
     return Noise(channels[0], channels[1], tuple(np.sqrt(variances[2:]).tolist()), tilt=white.tilt)
 
 
+def alike_readings(problem: Problem, residual: Float[np.ndarray, " m"]) -> Noise:
+    """The most likely standard deviations if every joint is read as badly as the others."""
+    tables = _tables(problem, residual)
+    scale = _scale(tables)
+    found = _fit(tables, _members(scale, [np.arange(len(scale) - 2)]), np.ones(3), False)
+    position, rotation, *joints = np.sqrt(found.variances).tolist()
+    return Noise(position, rotation, tuple(joints))
+
+
 def _likeliest(
     tables: Sequence[_Table], scale: np.ndarray, joints: np.ndarray, turning: np.ndarray, stated: bool
 ) -> _Answer | None:

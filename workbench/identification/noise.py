@@ -22,7 +22,12 @@ from scipy import optimize
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
-from workbench.identification.joint_reading_noise import FREEDOM, consistent, with_joint_readings
+from workbench.identification.joint_reading_noise import (
+    FREEDOM,
+    alike_readings,
+    consistent,
+    with_joint_readings,
+)
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor, factorise_pieces, factorise_products
 
@@ -189,3 +194,9 @@ def effective_parameters(problem: Problem, factor: Factor) -> float:
     """Trace of the hat matrix of the measured rows: parameters that they, and not a prior, determine."""
     known = 0.0 if problem.prior is None else float(((problem.prior @ factor.root) ** 2).sum())
     return factor.rank - known
+
+
+def with_alike_readings(problem: Problem, x: Float[np.ndarray, " p"]) -> Noise:
+    """The same where joints scatter for certain, each as much as the others."""
+    share = _spare_share(problem, x, None) or 1.0
+    return alike_readings(problem, problem.physical(problem.residual(x)) / np.sqrt(share))

@@ -17,7 +17,7 @@ from rich.console import RenderableType
 
 from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.joint_units import sliding
-from workbench.arm.kinematics.forward import geometric_jacobian, tool_poses
+from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.robot import Frame, Robot
@@ -29,9 +29,10 @@ from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, plural
 from workbench.data.dataset import Dataset
 from workbench.extras.hobby.layouts import NAMED
-from workbench.extras.hobby.sag_and_play import SagAndPlay, joint_scatter, sag_and_play
+from workbench.extras.hobby.sag_and_play import SagAndPlay, sag_and_play
 from workbench.extras.hobby.sign_search import Counting, find_counting
 from workbench.identification.identify import identify
+from workbench.identification.noise import with_alike_readings
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
 from workbench.plate.door import door
@@ -347,14 +348,10 @@ def _within(robot: Robot, joints: np.ndarray) -> np.ndarray:
 
 def _identified(arm: Robot, data: Dataset) -> Identification:
     """The offsets between the first and last joint, rows weighed by how far joints scatter."""
-    choices: dict[str, Any] = {"held_out": 0.0, "free": arm.joint_offsets[1:-1]}
-    run = identify(arm, data, algorithms=("ols",), deviation=np.inf, **choices)
-    used = run.data.take(run.train_rows)
-    error = se3.pose_error(
-        se3.pose(np.asarray(used.rotation), np.asarray(used.position)), run.robot.predict(used.q)
-    )
-    noise = joint_scatter(error, geometric_jacobian(run.robot, used.q), 12 + arm.dof - 2)
-    return identify(arm, data, algorithms=("ols",), deviation=np.inf, noise=noise, **choices)
+    choices: dict[str, Any] = {"held_out": 0.0, "free": arm.joint_offsets[1:-1], "deviation": np.inf}
+    fit = identify(arm, data, algorithms=("ols",), **choices).best.fit
+    noise = with_alike_readings(fit.problem, fit.x)
+    return identify(arm, data, algorithms=("ols",), noise=noise, **choices)
 
 
 def _error(arm: Robot, joints: np.ndarray, poses: np.ndarray) -> float:

@@ -9,13 +9,6 @@ it. Of no effect (where that sag would act upwards), sag, play, and both, each i
 the smallest Bayesian information criterion is chosen. Masses are known roughly or not at all: what a joint
 carries is then fitted term by term (`gravity-sag`), expected near c times the masses, c near that of servos.
 
-How far joints scatter about what their motors read, by play and slipping gears, shows in a row's covariance
-
-    C = diag(s_p², s_r²) + σ² J Jᵀ        J the tool's twist per joint
-
-the three sizes are those that make all residuals most likely, what went into the fit's p unknowns taken off
-by N/(N−p). With it a fit weighs each row by what play can do to it, and the intervals of its result hold.
-
 Source: Schwarz, Estimating the dimension of a model, Ann. Stat. 6(2), 1978.
 """
 
@@ -26,7 +19,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import minimize
 
 from workbench.arm.effects.backlash import Backlash
 from workbench.arm.effects.effect import AbstractEffect
@@ -49,9 +41,6 @@ SOFT = 0.03
 """Compliance that is expected of a servo's joint, as a standard deviation [rad/(N m)]."""
 FRESH = 200
 """Postures anywhere within the limits, at which what is uncertain of the sag is looked at."""
-
-MIN_SIGMA = np.array([1e-4, 2e-4, 1e-4])
-"""Minimum sizes: position [m], rotation [rad], joint [rad]."""
 
 Kinds = tuple[type[AbstractEffect], ...]
 
@@ -210,29 +199,3 @@ def _models(known: Kinds, joints: int) -> Iterator[tuple[Kinds, list[np.ndarray]
 def _twists(robot: Robot, effects: Sequence[AbstractEffect], q: np.ndarray, shown: np.ndarray) -> np.ndarray:
     """What a unit of each effect does to the poses (effects, rows, 6)."""
     return np.stack([se3.pose_error(robot.with_effects(e).predict(q), shown) / UNIT for e in effects])
-
-
-def joint_scatter(
-    errors: Float[np.ndarray, "rows 6"], jacobian: Float[np.ndarray, "rows 6 n"], unknowns: int
-) -> Noise:
-    """The most likely sizes.
-
-    Args:
-        errors: What a fit leaves [m, rad].
-        jacobian: Twist of the tool per joint.
-        unknowns: Number of the fit's.
-    """
-    left = errors * np.sqrt(errors.size / max(errors.size - unknowns, 1))
-    made = jacobian @ jacobian.swapaxes(1, 2)
-
-    def cost(log: np.ndarray) -> float:
-        variances = np.maximum(np.exp(2.0 * log), MIN_SIGMA**2)
-        covariance = variances[2] * made + np.diag(np.repeat(variances[:2], 3))
-        white = np.linalg.solve(covariance, left[..., None])[..., 0]
-        return float(0.5 * (np.linalg.slogdet(covariance)[1] + (left * white).sum(1)).sum())
-
-    size = np.sqrt((left**2).mean())
-    begun = ([0.3 * size, size, 0.01 * size], [0.03 * size, 0.1 * size, 0.5 * size])
-    found = min((minimize(cost, np.log(b), method="Nelder-Mead") for b in begun), key=lambda f: f.fun)
-    position, rotation, joint = np.maximum(np.exp(found.x), MIN_SIGMA).tolist()
-    return Noise(position, rotation, (joint,) * jacobian.shape[2])
