@@ -11,7 +11,7 @@ from itertools import product
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 
 from workbench.base import se3
@@ -107,7 +107,7 @@ def meanings(
     joints: Float[np.ndarray, "rows n"],
     xyz: Float[np.ndarray, "rows 3"],
     turn: Float[np.ndarray, "rows k"],
-    slides: Sequence[bool],
+    slides: Sequence[bool] | Bool[np.ndarray, " n"],
     *,
     units: tuple[str, str, str] = ("", "", ""),
     kinds: Sequence[Orientation] = ORIENTATIONS,

@@ -149,9 +149,8 @@ def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) ->
         readings[0].robot.check_joints(numbers.q, "the typed poses")
     refined, fits = list[_Fit](), list[_Fit]()
     for stage in SEARCH_STAGES:
-        refined += [
-            f for table, poses in product(readings, typed) for f in _refined_fits(table, poses, *stage)
-        ]
+        for reading, numbers in product(readings, typed):
+            refined += _refined_fits(reading, numbers, *stage)
         if fits := sorted((f for f in refined if f.fits), key=lambda f: f.cost):
             break
     tried = len(readings) * len(typed)
