@@ -45,3 +45,11 @@ def mean_base(
     rotation = nearest_rotation(np.einsum("kij,...klj->...il", measured[:, :3, :3], predicted[..., :3, :3]))
     offset = measured[:, :3, 3] - (rotation[..., None, :, :] @ predicted[..., :3, 3, None])[..., 0]
     return se3.pose(rotation, offset.mean(-2))
+
+
+def base_and_tool(
+    arm: Float[np.ndarray, "*lead rows 4 4"], measured: Float[np.ndarray, "rows 4 4"]
+) -> tuple[Float[np.ndarray, "*lead 4 4"], Float[np.ndarray, "*lead 4 4"]]:
+    """Both X and Z of B_i = X A_i Z."""
+    tool = hand_eye(arm, measured)
+    return mean_base(arm @ tool[..., None, :, :], measured), tool

@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from workbench.base import se3
-from workbench.base.hand_eye import hand_eye, mean_base
+from workbench.base.hand_eye import base_and_tool
 from workbench.extras.camera.camera import Camera, Mount
 from workbench.extras.camera.opencv import opencv
 
@@ -109,8 +109,8 @@ def placed_by_sights(
     """Poses of camera and board in closed form, from the board's pose in each picture."""
     is_fixed = camera.mounted is Mount.WORLD
     seen = sight if is_fixed else se3.inverse(sight)
-    z = hand_eye(tool, seen)
-    x = se3.inverse(mean_base(tool @ z, seen))
+    base, z = base_and_tool(tool, seen)
+    x = se3.inverse(base)
     return (x, z) if is_fixed else (z, x)
 
 

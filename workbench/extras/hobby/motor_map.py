@@ -23,7 +23,7 @@ from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.robot import Frame, Robot
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
-from workbench.base.hand_eye import hand_eye, mean_base
+from workbench.base.hand_eye import base_and_tool
 from workbench.base.threads import one_thread
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm, plural
@@ -357,8 +357,7 @@ def _identified(arm: Robot, data: Dataset) -> Identification:
 def _error(arm: Robot, joints: np.ndarray, poses: np.ndarray) -> float:
     """Mean distance of the board from where the arm has it, mounting fitted [m]."""
     tool = tool_poses(arm.bare, Motion(joints))
-    end = hand_eye(tool, poses)
-    base = mean_base(tool @ end, poses)
+    base, end = base_and_tool(tool, poses)
     return float(np.linalg.norm((base @ tool @ end)[:, :3, 3] - poses[:, :3, 3], axis=1).mean())
 
 

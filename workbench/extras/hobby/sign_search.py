@@ -19,7 +19,7 @@ from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
 from workbench.arm.own_robot.many_starts import descend
 from workbench.arm.robot import Robot
 from workbench.base import se3
-from workbench.base.hand_eye import hand_eye, mean_base
+from workbench.base.hand_eye import base_and_tool
 
 WEIGHT = 0.3
 """Length at which an angle counts, as a share of the arm's."""
@@ -101,7 +101,7 @@ def _begin(arm: ReducedArm, q: np.ndarray, poses: np.ndarray, signs: tuple[float
     """The most promising quarter turns of one choice of signs."""
     offsets = np.array([(0.0, *o, 0.0) for o in product(turns, repeat=arm.dof - 2)])
     tool = _tools(arm, np.array(signs) * q + offsets[:, None])[0]
-    base, end = _mounting(tool, poses)
+    base, end = base_and_tool(tool, poses)
     error = se3.pose_error(np.broadcast_to(poses, tool.shape), base[:, None] @ tool @ end[:, None])
     best = np.argsort(((error * _scale(arm)) ** 2).sum((1, 2)), kind="stable")[:REFINED]
     return np.tile(signs, (len(best), 1)), offsets[best]
@@ -120,7 +120,7 @@ def _tools(arm: ReducedArm, q: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.n
 
 def _refined(arm: ReducedArm, q, poses, signs, offsets) -> tuple[np.ndarray, ...]:
     """Offsets, X and Y, and the errors that are left (c, m, 6), after damped Gauss–Newton steps."""
-    base, end = _mounting(_tools(arm, signs[:, None] * q + offsets[:, None])[0], poses)
+    base, end = base_and_tool(_tools(arm, signs[:, None] * q + offsets[:, None])[0], poses)
     scale, free = _scale(arm), slice(1, arm.dof - 1)
 
     def linearise(offsets, base, end):
@@ -154,12 +154,6 @@ def _linear(arm: ReducedArm, q, poses, signs, offsets, base, end) -> tuple[np.nd
     at_end = np.zeros_like(at_base)
     at_end[..., :3, :3] = at_end[..., 3:, 3:] = ends[..., :3, :3]
     return error, np.concatenate([joint, at_base, at_end], -1)
-
-
-def _mounting(tool: np.ndarray, poses: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """X and Y of arms (c, m, 4, 4)."""
-    end = hand_eye(tool, poses)
-    return mean_base(tool @ end[:, None], poses), end
 
 
 def _small(twist: np.ndarray) -> np.ndarray:

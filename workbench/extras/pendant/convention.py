@@ -18,7 +18,7 @@ from workbench.arm.own_robot.displayed_poses import SIZES, DisplayedPoses, Orien
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
-from workbench.base.hand_eye import hand_eye, mean_base
+from workbench.base.hand_eye import base_and_tool
 from workbench.base.types import Freedom
 from workbench.base.wording import in_mm
 from workbench.data.dataset import Dataset
@@ -145,8 +145,7 @@ def _tried(robot: Robot, readings: PendantReadings) -> Iterator[Convention]:
         arm = tool_poses(bare, Motion(meaning.q))
         if not _turns(arm):
             continue
-        tool = hand_eye(arm, meaning.poses)
-        base = mean_base(arm @ tool, meaning.poses)
+        base, tool = base_and_tool(arm, meaning.poses)
         error = se3.pose_error(meaning.poses, base @ arm @ tool)
         position, rotation = (float(np.median(np.linalg.norm(error[:, p], axis=1))) for p in PARTS)
         yield Convention(meaning, base, tool, position, rotation)
