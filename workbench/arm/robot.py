@@ -261,11 +261,6 @@ class Robot:
         """The same arm with these effects, one by one or in a list, instead of its own."""
         return replace(self, effects=flattened(effects))
 
-    @property
-    def bare(self) -> "Robot":
-        """Its geometry from the first joint to the flange: no effects, sessions, base or tool."""
-        return replace(self, effects=(), sessions=(), base=Frame(), tool=Frame())
-
     def with_frames(self, *, base: Frame | None = None, tool: Frame | None = None) -> "Robot":
         """The same arm on another base or with another tool; itself if they are its own already."""
         base, tool = base or self.base, tool or self.tool
