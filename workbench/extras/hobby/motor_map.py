@@ -51,6 +51,8 @@ LEVEL = 4.0
 """Log likelihood within which two ways of counting fit alike."""
 SAME = 0.02
 """Share of the arm's length, or twice what is left, by which two ways of counting may differ and be one."""
+CALLED = {"gravity-sag": "sag", "joint-compliance": "sag", "backlash": "play"}
+"""What users call an effect."""
 WANTED = 1e-3
 NORMAL = 1.96
 
@@ -140,8 +142,8 @@ class MotorMap(AbstractShown):
         )
         swapped = f"; {' and '.join(self.exchanged)} are exchanged" if self.exchanged else ""
         zeros, all_found = self.after
-        names = " and ".join(dict.fromkeys(str(e.name) for e in self.effects))
-        more = f", with {names} {in_mm(all_found)}" if names else ""
+        names = " and ".join(dict.fromkeys(CALLED[str(e.name)] for e in self.effects))
+        more = f", and with {names} {in_mm(all_found)}" if names else ""
         return (
             f"{ways}{swapped}; with these zeros the tip is {in_mm(zeros)} off on average instead of "
             f"{in_mm(self.before)}{more}"
