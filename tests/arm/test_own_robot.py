@@ -13,6 +13,7 @@ from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.arm.own_robot.check import read_joint_table
 from workbench.arm.own_robot.find_convention import FoundConvention, find_convention
+from workbench.arm.own_robot.many_starts import descend
 from workbench.arm.own_robot.readings import TableReading, Typed, table_readings, typed_readings
 from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.robot import Robot
@@ -263,3 +264,16 @@ def test_xacro_files_are_robots(tmp_path):
         load_robot(path)
     with pytest.raises(FileError, match="no such"):
         load_robot(tmp_path / "none.xacro")
+
+
+def test_every_start_descends_to_its_own_minimum():
+    """x² = 4 from both sides; the second unknown does nothing and stays."""
+    starts = np.array([[-3.0, 1.0], [1.0, 5.0], [0.1, 0.0]])
+
+    def linearise(x):
+        slope = np.stack([2.0 * x[:, :1], np.zeros((len(x), 1))], axis=2)
+        return 4.0 - x[:, :1] ** 2, slope
+
+    (found,), left = descend((starts,), linearise, lambda x, step: (x + step,))
+    np.testing.assert_allclose(found, [[-2.0, 1.0], [2.0, 5.0], [2.0, 0.0]], atol=1e-9)
+    np.testing.assert_allclose(left, 0.0, atol=1e-8)

@@ -25,7 +25,8 @@ def descend(
 
     Args:
         state: The starts, each array with one entry a start.
-        linearise: Weighed errors (starts, numbers) of a state, and their derivatives (starts, numbers, p).
+        linearise: Weighed errors, measured minus predicted (starts, numbers), and the derivatives of the
+            prediction (starts, numbers, p).
         moved: A state after a step (starts, p).
         steps: Maximum number.
 

@@ -7,6 +7,8 @@ import numpy as np
 from jaxtyping import Float
 from scipy import special
 
+from workbench.arm.frame import Frame
+from workbench.arm.kinematics.forward import geometric_jacobian
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import DataError
@@ -20,7 +22,6 @@ SAME_POSTURE = float(np.deg2rad(10.0))
 """Joints that differ by less are one posture [rad or m]."""
 SEEN = 0.05
 """Part of a joint's effect that other unknowns must leave for it to be seen."""
-STEP = 1e-6
 
 
 class PossibleCause(NamedTuple):
@@ -95,8 +96,7 @@ def causes_of(
 ) -> Iterator[PossibleCause]:
     """Everything that may have happened, with its share of the chance of a false alarm."""
     mine = is_today[:, None, None]
-    steps = STEP * np.eye(robot.dof)
-    jacobian = np.stack([tips(robot, q + s) - tips(robot, q - s) for s in steps], axis=2) / (2.0 * STEP)
+    jacobian = geometric_jacobian(robot.with_frames(base=Frame()), q)[:, :3]
     for joint in range(robot.dof):
         columns = (-jacobian[:, :, [joint]] * mine).reshape(-1, 1)
         yield PossibleCause(
