@@ -16,7 +16,7 @@ def new(
         list[str] | None,
         option(
             "A pose as shown on the pendant, flange in the robot's base: "
-            '"q1,…,qn = x,y,z,roll,pitch,yaw"; give three or more. Units are detected.'
+            '"q1,…,qn = x,y,z,a,b,c" (angles, or a quaternion); give three or more. Units are detected.'
         ),
     ] = None,
     poses: Annotated[

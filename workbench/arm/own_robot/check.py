@@ -144,7 +144,7 @@ def check_robot(
 
     Args:
         source: A joint table (.csv), a file of a robot, or a built-in arm by name.
-        poses: `q1,…,qn = x,y,z,roll,pitch,yaw` each, whose units are found; or poses whose units are known.
+        poses: `q1,…,qn = x,y,z,a,b,c` (or a quaternion) each, whose units are found; or poses in known units.
         tip: Last link of the chain, for a URDF with several.
         name: Of the arm in what is found; its own, or that of the table's file, if empty.
     """
