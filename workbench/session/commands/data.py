@@ -387,11 +387,10 @@ def too_large(name: str, size: int, maximum: int) -> str:
 def as_files(contents: Mapping[str, bytes]) -> Iterator[list[Path]]:
     """Contents by their names as files, for as long as they are read; no message names their folder."""
     with tempfile.TemporaryDirectory(prefix="workbench-") as folder:
-        paths = [Path(folder, name) for name in contents]
-        for path, content in zip(paths, contents.values(), strict=True):
-            path.write_bytes(content)
+        for name, content in contents.items():
+            Path(folder, name).write_bytes(content)
         try:
-            yield paths
+            yield [Path(folder, name) for name in contents]
         except WorkbenchError as error:
             raise DataError(str(error).replace(f"{folder}/", "")) from error
 
