@@ -65,19 +65,20 @@ def dependence(fit: Fit) -> Float[np.ndarray, " p"]:
     if count < MIN_PLACES or len(place) < MIN_ROWS * count:
         return ones
     root, variance = fit.factor.root, fit.variance_factor
-    scores, inner = np.zeros((count, root.shape[1])), np.zeros((root.shape[1], root.shape[1]))
+    scores, expected = np.zeros((count, len(root))), np.zeros((len(root), len(root)))
     for block, piece in problem.pieces(fit.x):
         if block is None:
+            expected += piece.jacobian.T @ piece.jacobian
             continue
-        moved = piece.jacobian @ root
-        inner += moved.T @ moved
-        np.add.at(
-            scores,
-            np.repeat(place[block.rows], len(moved) // len(block.rows)),
-            moved * piece.residual[:, None],
-        )
-    shared = scores.T @ scores * count / (count - 1.0) - variance * inner
-    more = np.einsum("pi,ij,pj->p", root, shared, root)
+        label = np.repeat(place[block.rows], len(piece.residual) // len(block.rows))
+        order = np.argsort(label, kind="stable")
+        starts = np.flatnonzero(np.diff(label[order], prepend=-1))
+        products = (piece.jacobian * piece.residual[:, None])[order]
+        scores[label[order][starts]] += np.add.reduceat(products, starts)
+    inner = np.eye(root.shape[1]) - root.T @ expected @ root  # of the rows alone: rootᵀ A root is 1
+    mine = scores @ root
+    shared = mine.T @ mine * count / (count - 1.0) - variance * inner
+    more = np.einsum("pi,ij,pj->p", root, shared, root, optimize=True)
     own = variance * (root**2).sum(1)
     return np.sqrt(1.0 + np.maximum(more, 0.0) / np.where(own > 0.0, own, np.inf))
 
