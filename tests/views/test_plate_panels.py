@@ -19,7 +19,7 @@ from workbench.session.judgement import plate_judgement
 from workbench.views.drawables.plate import plate_before
 from workbench.views.drawables.region import envelope
 from workbench.views.page.panels.history import plot
-from workbench.views.page.panels.index import alone_or_together, judgement, worth
+from workbench.views.page.panels.index import alone_or_together, determined, judgement, worth
 
 
 @pytest.fixture(scope="module")
@@ -44,6 +44,12 @@ def test_every_bar_says_what_is_lost_without_its_target(first):
         assert f">+{100 * rise:.0f}</text>" in words
     heights = [float(part.split('"')[0]) for part in words.split('height="')[1:]]
     assert np.argmax(heights) == np.argmax(first.score.rises)
+
+
+def test_the_room_that_the_joints_have_is_said(first):
+    left = np.stack([state.q for state in first.states])
+    least = np.rad2deg(np.abs(left[..., None] - first.robot.limits).min())
+    assert f"{least:.3g}° or more from their limits" in determined(first)
 
 
 @pytest.mark.parametrize(

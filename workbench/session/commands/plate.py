@@ -90,7 +90,7 @@ class ImprovePlate(AbstractTask[tuple[Target, ...]]):
         )  # else the strip says it
         text = f"predicted error in the region: {before:.3g} → {now:.3g} mm"
         left = min(from_limit(session.robot, s.q) for s in better.states if s.reached)
-        return better.tell(told, f"{text}; every joint stays {left.text} or more from its limits")
+        return better.tell(told, f"{text}; joints stay {left.text} or more from their limits")
 
 
 class AbstractPlateTrial(AbstractTask[PlateTrial]):

@@ -10,6 +10,7 @@ from workbench.plate.region_poses import PLATE_CONE
 from workbench.report.chart import UprightBar, columns
 from workbench.session.commands.identify import SetWanted
 from workbench.session.judgement import Judgement, plate_judgement
+from workbench.session.reach import from_limit
 from workbench.session.state import Session, Tab
 from workbench.session.target_state import Score
 from workbench.views.appearance.colours import OUT_OF_REACH, css
@@ -51,7 +52,7 @@ class IndexPanel(AbstractPanel):
             + judgement(now, session.noise.position, plate_judgement(session))
             + heading("Predicted error without each target")
             + worth(session)
-            + _open(now),
+            + determined(session),
             testid="index",
         )
 
@@ -195,12 +196,17 @@ def _spread(error: float, unit: str) -> str:
     return f"±{number(1e3 * error, 2)} mm" if unit == "m" else f"±{number(np.rad2deg(error), 2)}°"
 
 
-def _open(now: Score) -> str:
-    """How much these targets leave undetermined, and how many count."""
+def determined(session: Session) -> str:
+    """How much these targets leave undetermined, how many count, and how near joints come to their limits."""
+    now, reached = session.score, [s.q for s in session.states if s.measurable]
+    nearest = min((from_limit(session.robot, q) for q in reached), default=None)
+    room = "" if nearest is None else f"; joints stay {nearest.text} or more from their limits"
     missing = now.parameters - now.rank
     colour = MUTED if missing == 0 else css(OUT_OF_REACH)
     more = f"; they leave {plural(missing, 'combination')} of parameters undetermined" if missing else ""
-    return f'<div data-testid="rank" style="color:{colour}">{plural(now.measurable, "target")}{more}</div>'
+    return (
+        f'<div data-testid="rank" style="color:{colour}">{plural(now.measurable, "target")}{room}{more}</div>'
+    )
 
 
 def _rank(now: Score) -> str:
