@@ -89,7 +89,7 @@ CAUSE = Action("Find the cause", Tab.CALIBRATE, Diagnose())
 ADD = Action("Add what was found", Tab.CALIBRATE, AddEffects())
 PLATE = Action("Back to the plate", Tab.PLATE)
 BACK = Action("Back to the calibration", Tab.CALIBRATE)
-KEEP = Action("Keep the calibration before (Undo)", Tab.CALIBRATE, Undo())
+KEEP = Action(Undo.title, Tab.CALIBRATE, Undo())
 COMPARE = Action("Compare", Tab.COMPARE)
 TAKE = Action("Save the arm …", Tab.EXPORT)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
@@ -354,7 +354,7 @@ def _trial() -> Action | None:
 def _predicted(session: Session) -> str:
     now, first = (1e3 * score.position for score in (session.score, session.history.first_score))
     if not np.isfinite(now):
-        return "the predicted error has not been computed yet"
+        return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
     began = f", {first:.3g} mm at first" if np.isfinite(first) and f"{first:.3g}" != f"{now:.3g}" else ""
     return f"predicted error after calibration {now:.3g} mm rms{began}"
 
