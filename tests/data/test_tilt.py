@@ -119,7 +119,7 @@ def test_candidates_of_a_diagnosis_are_seen_from_the_links(loose):
     wide = Problem.build(robot.with_effects(*(replace(e, coefficients=()) for e in deflected.effects)), rows,
                          effects=tuple(deflected.coefficients))  # fmt: skip
     whole = wide.jacobian(wide.start)[:, [wide.names.index(n) for n in deflected.coefficients]]
-    parts = [part for _, part in candidate_columns(problem, problem.start, deflected.effects)]
+    parts = [part.table for _, part in candidate_columns(problem, problem.start, deflected.effects)]
     order = [n for e in deflected.effects for n in e.names]
     found = np.concatenate(parts)[:, [order.index(n) for n in deflected.coefficients]]
     np.testing.assert_allclose(found, whole, atol=1e-9 * np.abs(whole).max())

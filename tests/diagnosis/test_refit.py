@@ -1,11 +1,15 @@
 """Geometry and effects fitted together: without the large matrix the answer is the same."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from arms import ARMS, make
 from problems import fitted, geometric
 
 from workbench.arm.effects import Candidate
+from workbench.arm.effects.bearing_compliance import BearingCompliance
+from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.effects.joint_harmonic import JointHarmonic
 from workbench.arm.kinematics.forward import tool_poses
@@ -14,6 +18,7 @@ from workbench.diagnosis import refit as refits
 from workbench.diagnosis.evidence import Term, left_by, offer
 from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.refit import linear_answer, refit, robot_with, with_own_noise
+from workbench.identification.columns import inner_products
 from workbench.identification.undetermined_combinations import factorise, factorise_pieces, factorise_products
 
 BAND = JointHarmonic((1,), order=tuple(range(1, 9)))
@@ -127,16 +132,37 @@ def test_noise_is_what_the_fit_leaves():
     assert left.rotation == pytest.approx(case.sigma[1], rel=0.15)
 
 
+def test_inner_products_need_no_jacobian():
+    """Those of effects of one element and of several, of masses, of two sessions, and of the prior's rows."""
+    problem = fitted(make("none", 2)).problem
+    soft = (JointCompliance((1, 2)), BearingCompliance((2,)), JointHarmonic((3,), order=(1, 2)))
+    robot = problem.robot.with_effects(*soft, EncoderScale((3,)))
+    rows = replace(problem.data, session=np.resize(["a", "b", "b"], len(problem.data)))
+    frames = replace(problem.frames, base=("x", "yaw"), base_per_session=True)
+    wide = problem.again(
+        robot=robot, data=rows, frames=frames, effects=tuple(robot.coefficients), inertia=True
+    )
+    x = wide.start + 1e-3 * wide.units * np.random.default_rng(0).normal(size=len(wide.names))
+    at = wide.evaluate(x)
+    table = np.column_stack([at.jacobian, at.residual])
+    size = np.linalg.norm(table, axis=0)
+    found = inner_products(wide, x)
+    np.testing.assert_allclose(
+        found / np.outer(size, size), table.T @ table / np.outer(size, size), atol=1e-12
+    )
+
+
 def test_inner_products_factorise_as_the_rows_do_or_say_that_they_can_not():
     fit = fitted(make("none", 2)).fit
     at, units = fit.problem.evaluate(fit.x), fit.problem.units
+    table = np.column_stack([at.jacobian, at.residual])
     whole = factorise(at.jacobian, at.residual, units)
-    found = factorise_products([(at.residual, at.jacobian)], units)
+    found = factorise_products(table.T @ table, units)
     assert found.s == pytest.approx(whole.s, rel=1e-6)
     assert found.step() == pytest.approx(whole.step(), abs=1e-9)
     assert found.covariance() == pytest.approx(whole.covariance(), rel=1e-5, abs=1e-15)
-    twice = np.column_stack([at.jacobian, at.jacobian[:, :1]])
-    assert factorise_products([(at.residual, twice)], np.append(units, units[0])) is None
+    twice = np.column_stack([at.jacobian[:, 0], table])
+    assert factorise_products(twice.T @ twice, np.append(units[0], units)) is None
 
 
 def test_heavy_fits_keep_one_curvature_and_end_where_the_others_end(monkeypatch):

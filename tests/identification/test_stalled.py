@@ -25,7 +25,7 @@ class Kink:
 
     def __init__(self, promise: float):
         self.promise = promise
-        self.start, self.units, self.count = np.zeros(1), np.ones(1), 1 + len(NOISE)
+        self.start, self.units, self.count, self.deviation = np.zeros(1), np.ones(1), 1 + len(NOISE), None
 
     def residual(self, x):
         return np.array([self.promise + abs(x[0]), *NOISE])

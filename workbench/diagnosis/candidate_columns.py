@@ -20,6 +20,7 @@ from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import deflect
 from workbench.arm.statics.wrenches import load_regressor, masses, motion_wrenches, own_axis
 from workbench.base.threads import in_order
+from workbench.identification.columns import Columns
 from workbench.identification.problem import Problem
 from workbench.identification.problem_blocks import RowBlock
 
@@ -41,7 +42,7 @@ def candidate_columns(
     effects: Sequence[AbstractEffect],
     *,
     weighed: Sequence[AbstractEffect] = (),
-) -> Iterator[tuple[RowBlock, Float[np.ndarray, "m k"]]]:
+) -> Iterator[tuple[RowBlock, Columns]]:
     """Whitened columns of some effects, block by block.
 
     Args:
@@ -52,29 +53,32 @@ def candidate_columns(
 
     Yields:
         A block of the problem, and the derivative of its residual components in coefficients, then in all of
-        the problem's `inertia_tolerance` through each of `weighed`.
+        the problem's `inertia_tolerance` through each of `weighed`. Columns of events are plain.
     """
-    own = sum(len(e.names) for e in effects)
 
-    def columns(arm: tuple[RowBlock, Robot, Motion]) -> np.ndarray:
+    def columns(arm: tuple[RowBlock, Robot, Motion]) -> Columns:
         block, robot, motion = arm
-        if not effects:
-            return np.zeros((block.stop - block.start, 0))
-        link = block.observation.link
-        found = effect_twists(
-            robot, motion, effects, weighed=weighed, varying=acting(problem, block)[1], link=link
+        places, varying = acting(problem, block)
+        poses, twists, laws = effect_twists(
+            robot, motion, effects, weighed=weighed, varying=varying, link=block.observation.link
         )
-        seen = _seen(problem, x, block, *found)
-        return seen if not weighed else np.concatenate([seen[:, :own], placed(block, seen[:, own:])], axis=1)
+        part = block.observation.see(poses, problem.unknown(block, x))
+        shown = problem.whiten(block, part.by_twist) @ twists
+        plain: list[tuple[np.ndarray, np.ndarray]] = []
+        products: list[tuple[np.ndarray, np.ndarray, np.ndarray]] = []
+        start = 0
+        for k, (where, law) in enumerate(laws):
+            if k >= len(effects):  # what acts in this block's session, in the places of what acts in any
+                session, law = law, np.zeros((*law.shape[:2], len(problem.inertia_tolerance)))
+                law[:, :, [index[problem.names[place]] for place in places]] = session
+            mine = np.arange(start, start := start + law.shape[2])
+            if k < len(effects) and effects[k].is_event:
+                plain.append((mine, shown[:, :, where] @ law))
+            else:
+                products.append((where, mine, law))
+        return Columns.of(shown, plain, products)
 
-    def placed(block: RowBlock, seen: np.ndarray) -> np.ndarray:
-        """Columns of what acts in a block's session in the places of what acts in any."""
-        index = {name: k for k, name in enumerate(problem.inertia_tolerance)}
-        mine = [index[problem.names[place]] for place in acting(problem, block)[0]]
-        out = np.zeros((len(seen), len(weighed), len(index)))
-        out[:, :, mine] = seen.reshape(len(seen), len(weighed), -1)
-        return out.reshape(len(seen), -1)
-
+    index = {name: k for k, name in enumerate(problem.inertia_tolerance)}
     yield from zip(problem.blocks, in_order(columns, tuple(_arms(problem, x))), strict=True)
 
 
@@ -95,15 +99,6 @@ def _arms(problem: Problem, x: np.ndarray) -> Iterator[tuple[RowBlock, Robot, Mo
         yield block, arm.in_session(block.session), mine
 
 
-def _seen(
-    problem: Problem, x: np.ndarray, block: RowBlock, poses: np.ndarray, twists: np.ndarray
-) -> np.ndarray:
-    """Twists as the block's observation sees them, whitened."""
-    part = block.observation.see(poses, problem.unknown(block, x))
-    seen = problem.whiten(block, part.by_twist) @ twists
-    return seen.reshape(-1, seen.shape[-1])
-
-
 def effect_twists(
     robot: Robot,
     motion: Motion,
@@ -112,8 +107,9 @@ def effect_twists(
     weighed: Sequence[AbstractEffect] = (),
     varying: np.ndarray | None = None,
     link: int | None = None,
-) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 k"]]:
-    """Poses of an arm with the effects that it has, and the tool's twist per coefficient of further ones.
+) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 e"], list[tuple[np.ndarray, np.ndarray]]]:
+    """Poses of an arm with the effects that it has, the tool's twists per element that further ones move, and
+    by each of these, and of `weighed`, which elements are its own, and its law.
 
     Args:
         effects: Further ones.
@@ -129,24 +125,17 @@ def effect_twists(
     shift[:, chain.indices([e.name for e in robot.chain.elements])] = deflected.shift
     loaded = any(e.loads for e in effects)
     wrenches = known_wrenches(robot, motion, deflected.shift) if loaded else NO_WRENCHES
-    moved = {e: chain.indices(e.elements(chain)) for e in (*effects, *weighed)}
-    union, where = np.unique(np.concatenate(list(moved.values())), return_inverse=True)
+    moved = [chain.indices(e.elements(chain)) for e in (*effects, *weighed)]
+    union = np.unique(np.concatenate([*moved, np.zeros(0, np.int64)]))
     view = watched(wide, link)
     poses, twists = view.turned(*chains.twists(chain, motion.q, union, shift=shift, part=view.part))
-    known = NO_WRENCHES
+    laws = [e.law(chain, motion, wrenches) for e in effects]
     if weighed and varying is not None:
         known = load_regressor(robot, motion, masses(robot), varying, shift=deflected.shift)
-    parts, start = [], 0
-    for k, (effect, places) in enumerate(moved.items()):
-        mine = twists[:, :, where[start : start + len(places)]]
-        if k < len(effects):
-            law = effect.law(chain, motion, wrenches)
-        else:
+        for effect in weighed:
             loads = effect.components(chain)
-            law = effect.slope(chain, motion, wrenches) @ known[:, loads[:, 0], loads[:, 1]]
-        parts.append(mine @ law)
-        start += len(places)
-    return poses, np.concatenate(parts, axis=2)
+            laws.append(effect.slope(chain, motion, wrenches) @ known[:, loads[:, 0], loads[:, 1]])
+    return poses, twists, [(np.searchsorted(union, m), law) for m, law in zip(moved, laws, strict=True)]
 
 
 def known_wrenches(robot: Robot, motion: Motion, shift: np.ndarray = chains.NO_SHIFT) -> np.ndarray:

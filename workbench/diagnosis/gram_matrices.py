@@ -20,6 +20,7 @@ from workbench.arm.effects.law import NO_WRENCHES
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.diagnosis.candidate_columns import candidate_columns, carriers, known_wrenches
+from workbench.identification.columns import Columns, joined
 from workbench.identification.problem import Problem
 from workbench.identification.undetermined_combinations import factorise
 
@@ -149,39 +150,46 @@ def compress(
     own = sum(len(e.names) for e in bearers)
     names = (*(name for e in bearers for name in e.names), *(n for each in inertia.values() for n in each))
     plain = np.array([p.is_plain for p in problem.parameters], bool)
-    residual, jacobian = np.empty(problem.size), np.empty((problem.size, int(plain.sum())))
-    for block, piece in problem.pieces(x):
-        if block is not None:
-            jacobian[block.start : block.stop] = piece.jacobian[:, plain]
-            residual[block.start : block.stop] = piece.residual
+    parts = [piece for block, piece in problem.pieces(x, only=plain) if block is not None]
+    residual, jacobian = (np.concatenate(part) for part in zip(*parts, strict=True))
     basis = factorise(jacobian, residual).root
     accepted = {p.name: v for p, v in zip(problem.parameters, x.tolist(), strict=True) if p.is_coefficient}
     size = basis.shape[1] + len(names) + 1
-    sums = np.zeros((int(fold.max()) + 1, size, size))
     fitted = [e.names for e in loaded if e in arm.effects]
     accepted |= {n: v for each in fitted for n, v in zip(inertia[each], off.values(), strict=True)}
-    present = np.array([accepted.get(n, 0.0) for n in names])
-    extra = slice(own, own + sum(len(e.names) for e in changed))
-    history = np.zeros(
-        (0 if pieces is None else int(pieces.max()) + 1, extra.stop - own, size + extra.stop - own)
+    extra = sum(len(e.names) for e in changed)
+    present = np.array([accepted.get(n, 0.0) for n in (*names[:own], *[""] * extra, *names[own:])])
+    sums = np.zeros((int(fold.max()) + 1, size + extra, size + extra))
+    history = np.zeros((0 if pieces is None else int(pieces.max()) + 1, extra, size + extra))
+    ahead = basis.shape[1]
+    place = np.concatenate(
+        [ahead + np.arange(own), size + np.arange(extra), np.arange(ahead + own, size - 1)]
     )
-    for block, columns in candidate_columns(problem, x, [*bearers, *changed], weighed=loaded):
-        rows = slice(block.start, block.stop)
-        shifted, columns = columns[:, extra], np.delete(columns, extra, axis=1)
-        whole = residual[rows] + columns @ present
-        table = np.concatenate([jacobian[rows] @ basis, columns, whole[:, None]], axis=1)
-        labels = np.repeat(fold[block.rows], table.shape[0] // len(block.rows))
-        for f in np.unique(labels):
-            mine = table[labels == f]
-            sums[f] += mine.T @ mine
+    order = place[:0]
+
+    def tables() -> Iterator[tuple[Int[np.ndarray, " rows"], Columns]]:
+        """Columns of each block with those of the geometry and the residual without any effect."""
+        for block, columns in candidate_columns(problem, x, [*bearers, *changed], weighed=loaded):
+            here, shape = slice(block.start, block.stop), (*columns.shown.shape[:2], -1)
+            whole = residual[here].reshape(shape) + columns.times(present)[..., None]
+            beside = [columns.plain, (jacobian[here] @ basis).reshape(shape), whole]
+            yield block.rows, replace(columns, plain=np.concatenate(beside, axis=2))
+
+    for rows, columns in joined(tables()):
+        alone, products = np.split(place[columns.order], [-columns.laws.shape[1]])
+        order = np.concatenate([alone, np.arange(ahead), [size - 1], products])
+        for f in np.unique(fold[rows]):
+            columns.add_inner(fold[rows] == f, sums[f])
         if pieces is not None:
-            labels = np.repeat(pieces[block.rows], table.shape[0] // len(block.rows))
-            wide = np.concatenate([table, shifted], axis=1)
-            for place, mine in _together(labels):
-                history[place] += shifted[mine].T @ wide[mine]
-    length = np.sqrt(np.maximum(np.diagonal(sums.sum(0)), 0.0))[basis.shape[1] : -1]
+            for piece, mine in _together(pieces[rows]):
+                history[piece] += columns.products(mine, np.flatnonzero(alone >= size))
+    given = np.argsort(order)
+    history, sums = history[:, :, given], sums[:, given[:size, None], given[:size]]
+    length = np.sqrt(np.maximum(np.diagonal(sums.sum(0)), 0.0))[ahead:-1]
     scale = np.where(length > SHORTEST, length, 1.0)
-    by = np.concatenate([np.ones(basis.shape[1]), scale, [1.0]])
+    by = np.concatenate([np.ones(ahead), scale, np.ones(1 + extra)])
+    sums /= np.outer(by[:size], by[:size])
+    history /= by
     widths = [problem.inertia_tolerance[n] for n in off] * len(inertia)
     known = dict(zip((n for each in inertia.values() for n in each), widths, strict=True))
     scales = dict(zip(names, scale.tolist(), strict=True))
@@ -189,7 +197,7 @@ def compress(
     moved = np.array([abs(v - p.nominal) for p, v in zip(problem.parameters, x.tolist(), strict=True)])
     return Grams(
         names,
-        sums / np.outer(by, by),
+        sums,
         scale,
         basis,
         problem.count,
@@ -197,7 +205,7 @@ def compress(
         known,
         np.maximum(TETHER, moved[plain]),
         np.array([*_bounds(problem, arm, bearers), *[np.inf] * (len(names) - own)]) * scale,
-        None if pieces is None else history / np.concatenate([by, np.ones(extra.stop - own)]),
+        None if pieces is None else history,
     )
 
 

@@ -101,7 +101,8 @@ def next_poses(
     # what the rows hardly show but a new pose does would else outweigh all others beyond rounding
     new_size = np.linalg.norm(new, axis=0) / np.sqrt(len(pool))
     scale = np.maximum(np.hypot(np.linalg.norm(now, axis=0), new_size), 1e-12)
-    information = (now / scale).T @ (now / scale)
+    now /= scale
+    information = now.T @ now
     information[np.diag_indices(len(information))] += WEAK
     per_pose = (new / scale).reshape(len(pool), -1, len(scale))
     known = len(scale) - sum(len(e.names) for e in requested) if requested else 0
@@ -217,11 +218,11 @@ def _columns(problem: Problem, x: np.ndarray, rows: Problem, effects: Sequence[A
     """
     here = rows.at(problem.named(x))
     plain = [p.name for p in problem.parameters if p.is_plain]
-    seen = [i for i, name in enumerate(plain) if name in rows.names]
+    mine = np.array([name in plain for name in rows.names])
     geometry = np.zeros((rows.size, len(plain)))
-    mine = [rows.names.index(plain[i]) for i in seen]
-    geometry[:, seen] = rows.evaluate(here).jacobian[: rows.size, mine]
-    parts = [columns for _, columns in candidate_columns(rows, here, effects)]
+    own = [piece.jacobian for block, piece in rows.pieces(here, only=mine) if block is not None]
+    geometry[:, [plain.index(name) for name in rows.names if name in plain]] = np.concatenate(own)
+    parts = [columns.table for _, columns in candidate_columns(rows, here, effects)]
     return np.concatenate([geometry, np.concatenate(parts)], axis=1)
 
 

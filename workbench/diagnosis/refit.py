@@ -19,6 +19,7 @@ from workbench.diagnosis.gram_matrices import Grams
 from workbench.identification import noise as noises
 from workbench.identification.algorithms.identifier import SearchOutcome, ended
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
+from workbench.identification.columns import inner_products
 from workbench.identification.fit import Fit
 from workbench.identification.problem import Problem
 
@@ -168,8 +169,7 @@ def _by_grams(problem: Problem, grams: Grams, model: Model) -> _Curvature:
 
 def _by_jacobian(problem: Problem, x: Float[np.ndarray, " p"], grams: Grams) -> _Curvature:
     """The curvature at x, masses among the unknowns; geometry is kept near as the inner products have it."""
-    matrix = sum(piece.jacobian.T @ piece.jacobian for _, piece in problem.pieces(x))
-    assert isinstance(matrix, np.ndarray), "there are rows"
+    matrix = inner_products(problem, x)[:-1, :-1]
     plain = np.flatnonzero([p.is_plain for p in problem.parameters])
     matrix[plain, plain] += np.broadcast_to(grams.reach, len(plain)) ** -2.0
     return _Curvature(np.eye(len(x)), solver_of(matrix), matrix)

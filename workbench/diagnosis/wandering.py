@@ -29,7 +29,7 @@ ANYWHERE = 1e6
 def leads(searched: Searched) -> dict[tuple[str, ...], float]:
     """Log odds of a fitted model's events against none where all wanders, by their coefficients."""
     alike: dict[AbstractEvent, list[AbstractEvent]] = {}
-    effects = searched.stage.fitted.fit.calibrated.effects
+    effects = searched.stage.fitted.fit.arm.effects
     for event in (e for e in effects if isinstance(e, AbstractEvent)):
         alike.setdefault(_at_any_time(event), []).append(event)
     found = {moved: _lead(searched, moved, events) for moved, events in alike.items()}
@@ -51,7 +51,7 @@ def _lead(searched: Searched, moved: AbstractEvent, events: Sequence[AbstractEve
     size = sizes[np.argmax((sizes**2).sum(1))]
     residual, y, info = problem.residual(stage.fitted.fit.x), np.zeros(rows), np.zeros(rows)
     for block, columns in candidate_columns(problem, stage.fitted.fit.x, [moved]):
-        u, part = -columns @ size, residual[block.start : block.stop]
+        u, part = -columns.table @ size, residual[block.start : block.stop]
         row = np.repeat(block.rows, len(u) // len(block.rows))
         y += np.bincount(row, u * part, rows)
         info += np.bincount(row, u * u, rows)

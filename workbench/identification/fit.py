@@ -23,7 +23,7 @@ from workbench.identification.considered import Considered, covariance
 from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.observed import idle_constants, observed_by
 from workbench.identification.problem import Noise, Problem
-from workbench.identification.undetermined_combinations import Factor
+from workbench.identification.undetermined_combinations import Factor, factorise_pieces
 from workbench.report.result_display import AbstractShown
 
 if TYPE_CHECKING:
@@ -106,8 +106,13 @@ class Fit(AbstractShown):
         return self.problem.parameters
 
     @cached_property
+    def arm(self) -> Robot:
+        """The robot with the identified values."""
+        return self.problem.robot_at(self.x)
+
+    @cached_property
     def calibrated(self) -> Robot:
-        """The robot with the identified values, which says where they come from."""
+        """The same, which says where they come from."""
         hidden = {name for combination in self.unidentifiable for name in combination.names}
         std = zip(self.problem.names, self.std.tolist(), strict=True)
         calibration = Calibration(
@@ -117,7 +122,7 @@ class Fit(AbstractShown):
             nominal={p.name: p.nominal for p in self.parameters if p.is_plain and not p.is_instrument},
             observed=observed_by(self),
         )
-        return replace(self.problem.robot_at(self.x), calibration=calibration)
+        return replace(self.arm, calibration=calibration)
 
     @cached_property
     def factor(self) -> Factor:
@@ -172,7 +177,23 @@ class Fit(AbstractShown):
     @cached_property
     def unidentifiable(self) -> tuple[Combination, ...]:
         """Combinations that no row shows; they stayed as near to nominal as the rest allowed."""
-        return combinations(self.rows_factor.null_space, self.parameters)
+        return combinations(self._unseen, self.parameters)
+
+    @property
+    def _unseen(self) -> Float[np.ndarray, "p n"]:
+        """Directions that no row shows [natural units]; nothing that prior knowledge holds by itself."""
+        problem, plain = self.problem.without_deviation(), np.array([p.is_plain for p in self.parameters])
+        if self.problem.deviation is None or problem.prior is None or plain.all():
+            return self.rows_factor.null_space
+        held = problem.prior[:, ~plain] * problem.units[~plain]
+        alone = not problem.prior[np.ix_(held.any(1), plain)].any()
+        if not alone or np.linalg.matrix_rank(held) < held.shape[1]:
+            return self.rows_factor.null_space
+        pieces = (piece for _, piece in problem.pieces(self.x, only=plain))
+        found = factorise_pieces(pieces, problem.units[plain]).null_space
+        out = np.zeros((len(plain), found.shape[1]))
+        out[plain] = found
+        return out
 
     @cached_property
     def hardly_seen(self) -> tuple[Combination, ...]:

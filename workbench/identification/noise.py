@@ -22,6 +22,7 @@ from scipy import optimize
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
+from workbench.identification.columns import inner_products
 from workbench.identification.joint_reading_noise import (
     FREEDOM,
     alike_readings,
@@ -184,7 +185,7 @@ def factor_at(problem: Problem, x: Float[np.ndarray, " p"]) -> Factor:
     """Factorisation of a problem's Jacobian, the prior's rows included, block by block."""
     is_held = problem.deviation is not None  # else some constants are likely to do the same
     if is_held and problem.size * len(problem.names) ** 2 > HEAVY:
-        found = factorise_products((piece for _, piece in problem.pieces(x)), problem.units)
+        found = factorise_products(inner_products(problem, x), problem.units)
         if found is not None:
             return found
     return factorise_pieces((piece for _, piece in problem.pieces(x)), problem.units)

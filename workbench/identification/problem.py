@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from workbench.arm.joint import EXACT
 from workbench.arm.parameters import Parameter
@@ -34,7 +34,6 @@ from workbench.identification.frame_freedom import (
 from workbench.identification.problem_blocks import (
     Noise,
     RowBlock,
-    add_products,
     build_blocks,
     instrument_start,
     observed_kinds,
@@ -296,54 +295,61 @@ class Problem:
         jacobian = np.zeros((self.size + extra, len(x)))
         for block in self.blocks:
             rows = slice(block.start, block.stop)
-            self._fill(block, x, residual[rows], jacobian[rows])
+            self._fill(block, x, residual[rows], jacobian[rows], np.arange(len(x)))
         if self.prior is not None:
             residual[self.size :] = -self.prior @ (x - self.prior_centre)
             jacobian[self.size :] = self.prior
         return LinearisedProblem(residual, jacobian)
 
-    def pieces(self, x: Float[np.ndarray, " p"]) -> Iterator[tuple[RowBlock | None, LinearisedProblem]]:
-        """Whitened residual and Jacobian block by block, the prior's last, so that no large matrix stands."""
+    def pieces(
+        self, x: Float[np.ndarray, " p"], *, only: Bool[np.ndarray, " p"] | None = None
+    ) -> Iterator[tuple[RowBlock | None, LinearisedProblem]]:
+        """Whitened residual and Jacobian, or its columns of some unknowns only, block by block, the prior's
+        last, so that no large matrix stands."""
+        wanted = np.ones(len(x), bool) if only is None else only
+        columns = np.where(wanted, np.cumsum(wanted) - 1, -1)
 
         def filled(block: RowBlock) -> LinearisedProblem:
-            rows = block.stop - block.start
-            piece = LinearisedProblem(np.empty(rows), np.zeros((rows, len(x))))
-            self._fill(block, x, *piece)
+            piece = LinearisedProblem(np.empty(n := block.stop - block.start), np.zeros((n, wanted.sum())))
+            self._fill(block, x, *piece, columns)
             return piece
 
         yield from zip(self.blocks, in_order(filled, self.blocks), strict=True)
         if self.prior is not None:
-            yield None, LinearisedProblem(-self.prior @ (x - self.prior_centre), self.prior)
+            yield None, LinearisedProblem(-self.prior @ (x - self.prior_centre), self.prior[:, wanted])
 
-    def _fill(self, block: RowBlock, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray) -> None:
+    def _fill(
+        self, block: RowBlock, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, columns: np.ndarray
+    ) -> None:
         poses, twists = block.twists(x)
         part = block.observation.see(poses, self.unknown(block, x))
         residual[:] = self.whiten(block, part.residual).ravel()
-        add_products(self.whiten(block, part.by_twist), twists, block.places, jacobian)
+        own, more = columns[block.places], columns[block.coefficients]
+        twists.seen(self.whiten(block, part.by_twist), jacobian, own, more)
         if len(block.unknowns):
-            mine = block.unknowns >= 0
+            places = np.where(block.unknowns >= 0, columns[block.unknowns], -1)
             product = self.whiten(block, part.by_unknown).reshape(len(residual), -1)
-            jacobian[:, block.unknowns[mine]] = product[:, mine]
+            jacobian[:, places[places >= 0]] = product[:, places >= 0]
 
     def cost_and_gradient(self, x: Float[np.ndarray, " p"]) -> tuple[float, Float[np.ndarray, " p"]]:
         """½|r|² and its gradient −Jᵀr, without the Jacobian: each row's residual acts as a wrench."""
-        cost, gradient = 0.0, np.zeros(len(x))
+        cost, work = 0.0, np.zeros(len(x))
         moved = in_order(lambda block: block.twists(x), self.blocks)
         for block, (poses, twists) in zip(self.blocks, moved, strict=True):
             part = block.observation.see(poses, self.unknown(block, x))
             pull = self.whiten(block, part.residual)
             cost += 0.5 * float((pull**2).sum())
             wrench = (pull[:, None] @ self.whiten(block, part.by_twist))[:, 0]
-            gradient[block.places] -= wrench.ravel() @ twists.reshape(wrench.size, len(block.places))
+            twists.pulled(wrench, work, block.places, block.coefficients)
             if len(block.unknowns):
                 mine = block.unknowns >= 0
                 by_unknown = np.einsum("rm,rmu->u", pull, self.whiten(block, part.by_unknown))
-                np.subtract.at(gradient, block.unknowns[mine], by_unknown[mine])
+                np.add.at(work, block.unknowns[mine], by_unknown[mine])
         if self.prior is not None:
             off = self.prior @ (x - self.prior_centre)
             cost += 0.5 * float(off @ off)
-            gradient += self.prior.T @ off
-        return cost, gradient
+            work -= self.prior.T @ off
+        return cost, -work
 
     def residual(self, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, " m"]:
         """Whitened residual alone."""

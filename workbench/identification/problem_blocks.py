@@ -7,11 +7,10 @@ observation; long ones are cut so that their twists stay in the processor's cach
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple, no_type_check
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
-from numba import njit
 
 from workbench.arm import chain as chains
 from workbench.arm.chain import Chain
@@ -21,7 +20,7 @@ from workbench.arm.gravity import tilted, tilting
 from workbench.arm.kinematics.forward import TOOL, Watched, watched
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
-from workbench.arm.statics.deflection import deflect, effect_columns, shift_of
+from workbench.arm.statics.deflection import Twists, deflect, effect_columns, shift_of
 from workbench.arm.statics.wrenches import Masses, masses
 from workbench.base.errors import DataError
 from workbench.data.dataset import Dataset
@@ -29,6 +28,7 @@ from workbench.data.observations import OBSERVATIONS, AbstractObservation, Chann
 from workbench.data.prediction import predict
 from workbench.identification.frame_freedom import FrameFreedom, frame_name, gravity_names
 
+NO_PLACES = np.zeros(0, np.int64)
 MIN_SIGMA = 1e-9
 """Minimum standard deviation of a component [m or rad]."""
 PIECE = 256
@@ -78,6 +78,7 @@ class Deflected:
         places: Their places in x.
         inertia: Places in x of the links' masses and centres, as in `Robot.inertia`; empty if known.
         gravity: Places in x of the two angles of gravity; empty if known.
+        sized: The effects with the last coefficients that were set: all blocks ask for the same.
     """
 
     robot: Robot
@@ -86,6 +87,7 @@ class Deflected:
     places: np.ndarray
     inertia: np.ndarray
     gravity: np.ndarray
+    sized: dict[tuple[float, ...], tuple[AbstractEffect, ...]]
 
     def weights(self, x: np.ndarray) -> Masses | None:
         """What loads come from at x; None where all of it is known."""
@@ -104,8 +106,13 @@ class Deflected:
 
     def effects(self, x: np.ndarray) -> tuple[AbstractEffect, ...]:
         """The robot's effects with the coefficients set."""
-        given = dict(zip(self.names, x[self.places].tolist(), strict=True))
-        return tuple(e.sized(given) for e in self.robot.effects)
+        sizes = tuple(x[self.places].tolist())
+        if (found := self.sized.get(sizes)) is None:
+            given = dict(zip(self.names, sizes, strict=True))
+            found = tuple(e.sized(given) for e in self.robot.effects)
+            self.sized.clear()
+            self.sized[sizes] = found
+        return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -119,8 +126,8 @@ class RowBlock:
         observation: How they were seen.
         chain: Base, arm and tool of the session.
         elements: Elements whose constants are unknown.
-        places: Places in x of the unknown constants, then of unknown coefficients of effects, then of masses,
-            then of the angles of gravity if the rows depend on them.
+        places: Places in x of the unknown constants, then of masses, then of the angles of gravity if the
+            rows depend on them; those of coefficients of effects are `coefficients`.
         unknowns: Places of the instrument's unknowns in x, -1 for known ones.
         known: Values of the instrument's unknowns that are known.
         inverse_sigma: Reciprocal standard deviation of every residual component, joint readings exact.
@@ -243,13 +250,14 @@ class RowBlock:
         poses = chains.poses(self.chain, self.q, values=values, shift=shift, part=part)
         return self.view(x).turned(poses, np.zeros((len(poses), 6, 0)))[0]
 
-    def twists(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Poses of what is watched, at x, and its twists per unknown in the order of `places`."""
-        values, part = self.values(x), self.watched.part
+    def twists(self, x: np.ndarray) -> tuple[np.ndarray, Twists]:
+        """Poses of what is watched, at x, and its twists per unknown, plain ones in the order of `places`."""
+        values, part, view = self.values(x), self.watched.part, self.view(x)
         if (arm := self.deflected) is None:
-            found = chains.twists(self.chain, self.q, self.elements, values=values, part=part)
+            poses, plain = chains.twists(self.chain, self.q, self.elements, values=values, part=part)
+            found = Twists(plain, plain[:, :, :0], ())
         else:
-            found = effect_columns(
+            poses, found = effect_columns(
                 arm.robot,
                 arm.motion,
                 self.elements,
@@ -260,33 +268,22 @@ class RowBlock:
                 varying=arm.varying,
                 part=part,
             )
-        if not len(self.turned):
-            return self.view(x).turned(*found)
-        poses, twists = self.view(x).turned(*found)
-        if arm is None or not len(arm.gravity):
-            twists = np.concatenate([twists, np.zeros((len(twists), 6, 2))], axis=2)
-        twists[:, [3, 4], [-2, -1]] -= 1.0  # a turn of gravity is one of the arm the other way
-        return poses, twists
+        (turned, plain), (_, moved) = (view.turned(poses, t) for t in (found.plain, found.moved))
+        if len(self.turned):
+            if arm is None or not len(arm.gravity):
+                plain = np.concatenate([plain, np.zeros((len(plain), 6, 2))], axis=2)
+            plain[:, [3, 4], [-2, -1]] -= 1.0  # a turn of gravity is one of the arm the other way
+        return turned, replace(found, plain=plain, moved=moved)
+
+    @property
+    def coefficients(self) -> np.ndarray:
+        """Places in x of unknown coefficients of effects."""
+        return NO_PLACES if self.deflected is None else self.deflected.places
 
     @property
     def stop(self) -> int:
         """First residual component after the block's."""
         return self.start + self.inverse_sigma.size
-
-
-@njit(cache=True, nogil=True)
-@no_type_check
-def add_products(by_twist, twists, places, out):
-    """out[(row, component), place] += by_twist · twist, written into the block's rows."""
-    rows, components, _ = by_twist.shape
-    for i in range(rows):
-        for a in range(components):
-            line = out[i * components + a]
-            for c in range(6):
-                factor = by_twist[i, a, c]
-                if factor != 0.0:
-                    for k in range(places.shape[0]):
-                        line[places[k]] += factor * twists[i, c, k]
 
 
 Kind = tuple[type[AbstractObservation], np.ndarray]
@@ -354,6 +351,7 @@ def build_blocks(
         values: First guesses and known values of the instruments' unknowns.
     """
     blocks, start, placed = [], 0, frames.placed(robot, data.sessions)
+    sized = dict[tuple[float, ...], tuple[AbstractEffect, ...]]()
     for session in data.sessions:
         in_session = data.in_session(session)
         arm = placed.in_session(session)
@@ -370,7 +368,7 @@ def build_blocks(
         weighing = np.array([index[n] for n in inertia], np.int64)
         angles = np.array([index[n] for n in gravity_names(session, frames)] if standing else [], np.int64)
         loaded = any(e.loads for e in robot.effects)
-        places += [*coefficients.tolist(), *weighing.tolist(), *(angles.tolist() if loaded else [])]
+        places += [*weighing.tolist(), *(angles.tolist() if loaded else [])]
         for observation, rows in pieces(data, kinds, in_session):
             inverse = inverse_sigma_of(data.take(rows), observation, noise)
             watching = observation.link is not None
@@ -394,6 +392,7 @@ def build_blocks(
                         coefficients,
                         weighing,
                         angles if loaded else angles[:0],
+                        sized,
                     )
                     if robot.effects
                     else None,

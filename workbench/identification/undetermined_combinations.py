@@ -16,7 +16,7 @@ from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.linalg import lapack, solve_triangular
+from scipy.linalg import cho_factor, cho_solve, lapack, solve_triangular
 
 RANK_TOLERANCE = 1e-10
 """Relative singular value below which a combination of parameters counts as not seen at all."""
@@ -30,25 +30,55 @@ HARDLY = 0.2
 
 @dataclass(frozen=True, eq=False)
 class Factor:
-    """J D = Q R, R = U S Vᵀ with D the natural units, and the compressed residual Qᵀr.
+    """J D = Q R, with D the natural units, and the compressed residual Qᵀr; R = U S Vᵀ where that is needed.
 
     Args:
-        s: Singular values, largest first; zeros where rows are fewer than columns.
-        vt: Right vectors, one for every parameter [natural units].
-        along: Uᵀ Qᵀ r, the residual along each left vector.
+        r: R, upper triangular [natural units].
+        compressed: Qᵀ r.
         residual_square: |r|².
         units: D, one natural unit of every parameter [rad, m, or whatever it is measured in].
     """
 
-    s: Float[np.ndarray, " p"]
-    vt: Float[np.ndarray, "p p"]
-    along: Float[np.ndarray, " p"]
+    r: Float[np.ndarray, "p p"]
+    compressed: Float[np.ndarray, " p"]
     residual_square: float
     units: Float[np.ndarray, " p"]
 
     @cached_property
+    def inverse(self) -> Float[np.ndarray, "p p"] | None:
+        """R⁻¹ if its size alone shows that all directions are identified; None where S must tell."""
+        if not len(self.r) or np.abs(np.diagonal(self.r)).min() <= 1.0 / HARDLY:  # the least s is no greater
+            return None
+        found = lapack.dtrtri(self.r)[0]
+        square = found.T @ found
+        size = float(np.linalg.norm(square @ square)) ** 0.25  # at least 1 / s, and a little more
+        limit = 1.0 / (RANK_TOLERANCE * float(np.linalg.norm(self.r)))
+        return found if size < min(HARDLY, limit) else None
+
+    @cached_property
+    def _directions(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        return np.linalg.svd(self.r)
+
+    @property
+    def s(self) -> Float[np.ndarray, " p"]:
+        """Singular values, largest first."""
+        return self._directions[1]
+
+    @property
+    def vt(self) -> Float[np.ndarray, "p p"]:
+        """Right vectors, one for every parameter [natural units]."""
+        return self._directions[2]
+
+    @cached_property
+    def along(self) -> Float[np.ndarray, " p"]:
+        """Uᵀ Qᵀ r, the residual along each left vector."""
+        return self._directions[0].T @ self.compressed
+
+    @cached_property
     def visible(self) -> Bool[np.ndarray, " p"]:
         """Directions that the rows show at all, however faintly."""
+        if self.inverse is not None:
+            return np.ones(len(self.r), bool)
         return self.s > RANK_TOLERANCE * max(float(self.s.max(initial=0.0)), 1e-300)
 
     @cached_property
@@ -59,7 +89,7 @@ class Factor:
     @cached_property
     def seen(self) -> Bool[np.ndarray, " p"]:
         """Directions that are identified."""
-        return self.visible & (self.uncertainty < HARDLY)
+        return self.visible if self.inverse is not None else self.visible & (self.uncertainty < HARDLY)
 
     @property
     def rank(self) -> int:
@@ -69,23 +99,44 @@ class Factor:
     @cached_property
     def null_space(self) -> Float[np.ndarray, "p n"]:
         """Directions in parameter space [natural units] that change no row, orthonormal."""
-        return self.vt[~self.visible].T
+        return self._some(~self.visible)
 
     @cached_property
     def hardly(self) -> Float[np.ndarray, "p n"]:
         """Directions [natural units] that the rows show, but too faintly to identify, orthonormal."""
-        return self.vt[self.visible & ~self.seen].T
+        return self._some(self.visible & ~self.seen)
+
+    def _some(self, wanted: Bool[np.ndarray, " p"]) -> Float[np.ndarray, "p n"]:
+        return self.vt[wanted].T if wanted.any() else np.zeros((len(wanted), 0))
 
     def step(self, damping: float = 0.0) -> Float[np.ndarray, " p"]:
         """Step that reduces the residual most: Gauss–Newton, or Levenberg–Marquardt if damped."""
+        if self.inverse is not None:
+            return self.units * self._damped(damping)
         s = self.s[self.seen]
         return self.units * (self.vt[self.seen].T @ (self.along[self.seen] * (s / (s**2 + damping))))
 
     def predicted_decrease(self, damping: float = 0.0) -> float:
         """Decrease of |r|² that the linear model promises for that step."""
+        if self.inverse is not None:
+            explained = self.compressed if damping == 0.0 else self.r @ self._damped(damping)
+            return float(explained @ (2.0 * self.compressed - explained))
         s2 = self.s[self.seen] ** 2
         shrink = s2 / (s2 + damping)
         return float(np.sum(self.along[self.seen] ** 2 * shrink * (2.0 - shrink)))
+
+    def _damped(self, damping: float) -> Float[np.ndarray, " p"]:
+        """That step in natural units, where all directions are identified."""
+        if damping == 0.0:
+            return solve_triangular(self.r, self.compressed)
+        normal = self._normal.copy()
+        normal[np.diag_indices(len(normal))] += damping
+        return cho_solve(cho_factor(normal, check_finite=False), self.r.T @ self.compressed)
+
+    @cached_property
+    def _normal(self) -> Float[np.ndarray, "p p"]:
+        """RᵀR."""
+        return self.r.T @ self.r
 
     def covariance(self) -> Float[np.ndarray, "p p"]:
         """Covariance of the minimum-norm solution for unit noise."""
@@ -94,11 +145,13 @@ class Factor:
     @cached_property
     def root(self) -> Float[np.ndarray, "p r"]:
         """Square root of that covariance."""
+        if self.inverse is not None:
+            return self.units[:, None] * self.inverse
         return self.units[:, None] * (self.vt[self.seen] / self.s[self.seen, None]).T
 
     def information(self) -> Float[np.ndarray, "p p"]:
         """JᵀJ: what the rows know, with zeros for what they do not."""
-        half = self.s[:, None] * self.vt / self.units
+        half = self.r / self.units
         return half.T @ half
 
     @property
@@ -154,33 +207,17 @@ def factorise_pieces(
         np.multiply(jacobian, units, out=table[:, :p])
         r = lapack.dtpqrt(0, min(PANEL, p + 1), r, table, overwrite_a=True, overwrite_b=True)[0]
         square += float(residual @ residual)
-    return _decomposed(r[:p], square, units)
+    return Factor(r[:p, :p], r[:p, p], square, units)
 
 
-def _decomposed(r: Float[np.ndarray, "k p1"], square: float, units: Float[np.ndarray, " p"]) -> Factor:
-    """From R and Qᵀr beside it."""
-    size, p = len(r), len(units)
-    u, s, vt = np.linalg.svd(r[:, :p])
-    along = np.zeros(p)
-    along[: len(s)] = (u.T @ r[:size, p])[: len(s)]
-    return Factor(np.pad(s, (0, p - len(s))), vt, along, square, units)
-
-
-def factorise_products(
-    pieces: Iterable[tuple[Float[np.ndarray, " m"], Float[np.ndarray, "m p"]]], units: Float[np.ndarray, " p"]
-) -> Factor | None:
-    """The same by inner products of columns, in a third of the time; None where they tell directions too
+def factorise_products(products: Float[np.ndarray, "p1 p1"], units: Float[np.ndarray, " p"]) -> Factor | None:
+    """The same from inner products of the columns, the residual last; None where they tell directions too
     poorly."""
-    p = len(units)
-    products = np.zeros((p + 1, p + 1))
-    for residual, jacobian in pieces:
-        table = np.column_stack([jacobian * units, residual])
-        products += table.T @ table
-    scale = np.sqrt(np.diagonal(products)[:p])
+    scale = np.sqrt(np.diagonal(products)[:-1])
     if not scale.all():
         return None
-    lower, failed = lapack.dpotrf(products[:p, :p] / np.outer(scale, scale), lower=1)
+    lower, failed = lapack.dpotrf(products[:-1, :-1] / np.outer(scale, scale), lower=1)
     if failed or np.diagonal(lower).min() ** 2 < PIVOT:
         return None
-    along = solve_triangular(lower, products[:p, p] / scale, lower=True)
-    return _decomposed(np.column_stack([lower.T * scale, along]), float(products[p, p]), units)
+    compressed = solve_triangular(lower, products[:-1, -1] / scale, lower=True)
+    return Factor(lower.T * (scale * units), compressed, float(products[-1, -1]), units)

@@ -164,8 +164,11 @@ def _deflected_sensitivity(
     elements = [n for n in names if n not in robot.coefficients]
     coefficients = [n for n in names if n in robot.coefficients]
     poses, twists = effect_columns(robot, motion, robot.chain.indices(elements), coefficients)
-    place = {n: i for i, n in enumerate([*elements, *coefficients])}
-    return poses, twists[:, :, [place[n] for n in names]]
+    place = {n: i for i, n in enumerate(names)}
+    out = np.zeros((len(motion), 6, len(names)))
+    own, more = (np.array([place[n] for n in group], np.int64) for group in (elements, coefficients))
+    twists.seen(np.tile(np.eye(6), (len(motion), 1, 1)), out.reshape(-1, len(names)), own, more)
+    return poses, out
 
 
 def joint_elements(robot: Robot) -> np.ndarray:

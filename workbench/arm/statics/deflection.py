@@ -15,7 +15,7 @@ Pinocchio, which computes loads of rigid links, has no such derivative through t
 compare it with central differences.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import no_type_check
 
@@ -50,6 +50,54 @@ class Deflection:
 
     shift: Float[np.ndarray, "rows k"]
     wrenches: Float[np.ndarray, "_ _ 6"]
+
+
+@dataclass(frozen=True, eq=False)
+class Twists:
+    """Twists [v; w] of the tool per unknown, at its origin in base axes.
+
+    Those per coefficient are products Z φ: laws are many, the elements that they move few.
+
+    Args:
+        plain: Per constant, then per mass and angle of gravity.
+        moved: Z, per element that effects move, with what follows from its move.
+        laws: By effect with unknown coefficients: its elements' columns of Z, the coefficients' places among
+            the unknown ones, and its law φ.
+    """
+
+    plain: Float[np.ndarray, "rows 6 pw"]
+    moved: Float[np.ndarray, "rows 6 e"]
+    laws: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
+
+    def seen(
+        self,
+        by_twist: Float[np.ndarray, "rows m 6"],
+        out: Float[np.ndarray, "rm p"],
+        places: Int[np.ndarray, " pw"],
+        coefficients: Int[np.ndarray, " c"],
+    ) -> None:
+        """Add derivatives of what is seen to the columns at these places, and at these of coefficients, but
+        where a place is negative."""
+        _add_products(by_twist, self.plain, places, out)
+        if (coefficients >= 0).any():
+            by_element = by_twist @ self.moved
+            for elements, which, law in self.laws:
+                _add_products(by_element.take(elements, 2), law, coefficients[which], out)
+
+    def pulled(
+        self,
+        wrench: Float[np.ndarray, "rows 6"],
+        out: Float[np.ndarray, " p"],
+        places: Int[np.ndarray, " pw"],
+        coefficients: Int[np.ndarray, " c"],
+    ) -> None:
+        """Add the work of each row's wrench per unknown, of all rows together."""
+        out[places] += wrench.ravel() @ self.plain.reshape(wrench.size, len(places))
+        if self.laws:
+            by_element = (wrench[:, None] @ self.moved)[:, 0]
+            for elements, which, law in self.laws:
+                pull = by_element.take(elements, 1).ravel()
+                out[coefficients[which]] += pull @ law.reshape(len(pull), len(which))
 
 
 def deflect(
@@ -98,7 +146,7 @@ def effect_columns(
     weights: Masses | None = None,
     varying: Int[np.ndarray, " w"] | None = None,
     part: slice = WHOLE,
-) -> tuple[Float[np.ndarray, "rows 4 4"], Float[np.ndarray, "rows 6 pcw"]]:
+) -> tuple[Float[np.ndarray, "rows 4 4"], Twists]:
     """Poses of the deflected arm, and the tool's twist per constant, coefficient, mass: the total derivative.
 
     Args:
@@ -110,9 +158,6 @@ def effect_columns(
         varying: Which of them vary: places in `Robot.inertia`, and behind it the two angles of gravity; all
             of the former if None.
         part: Elements between the first frame and the one that is watched in place of the tool, if not all.
-
-    Returns:
-        Poses, and twists [v; w] at the tool's origin in base axes, P + C + W columns.
     """
     chain = robot.chain if values is None else robot.chain.with_values(values)
     effects = robot.effects if effects is None else effects
@@ -125,24 +170,24 @@ def effect_columns(
     poses, twists = chains.twists(chain, motion.q, union, shift=deflected.shift, part=part)
     rows = [np.searchsorted(moved, p) for p in places]
     gain, change = _loads(robot, chain, motion, deflected, effects, union, rows, weights)
-    own = _chosen(effects, laws, rows, coefficients)
+    by_mass = np.zeros((len(motion), len(moved), 0))
     if weights is not None:
         which = np.arange(4 * len(weights.mass)) if varying is None else varying
-        own = np.concatenate(
-            [own, _by_inertia(robot, chain, motion, deflected, effects, gain, weights, which)], axis=2
-        )
-    out = np.empty((len(motion), 6, len(columns) + own.shape[2]))
+        by_mass = _by_inertia(robot, chain, motion, deflected, effects, gain, weights, which)
+    plain = np.empty((len(motion), 6, len(columns) + by_mass.shape[2]))
+    z = np.empty((len(motion), 6, len(moved)))
     _total(
         twists,
         change,
         gain,
         _growth(chain, motion, deflected, effects, columns, rows),
-        own,
+        by_mass,
         where[: len(columns)],
         where[len(columns) :],
-        out,
+        plain,
+        z,
     )
-    return poses, out
+    return poses, Twists(plain, z, tuple(_chosen(effects, laws, rows, coefficients)))
 
 
 def law_sizes(robot: Robot, motion: Motion, coefficients: Sequence[str]) -> dict[str, float]:
@@ -249,20 +294,18 @@ def _check_loads(robot: Robot, motion: Motion, deflected: Sequence[AbstractEffec
 
 def _add(out: np.ndarray, places: np.ndarray, effect: AbstractEffect, law: np.ndarray) -> None:
     """Add an effect's increments to its elements' columns."""
-    out[:, places] += law @ np.array(effect.coefficients)
+    sizes = np.array(effect.coefficients)
+    out[:, places] += (law.reshape(-1, len(sizes)) @ sizes).reshape(law.shape[:2])
 
 
-def _chosen(effects, laws, rows, coefficients) -> np.ndarray:
-    """Increment of every moved element per unit of the chosen coefficients, (rows, E, C)."""
-    size = 1 + max(int(r.max()) for r in rows)
-    out = np.zeros((len(laws[0]), size, len(coefficients)))
+def _chosen(effects, laws, rows, coefficients) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Laws in the chosen coefficients, as `Twists` has them."""
     column = {name: i for i, name in enumerate(coefficients)}
     for i, effect in enumerate(effects):
         mine = [k for k, name in enumerate(effect.names) if name in column]
         if mine:
-            places = [column[effect.names[k]] for k in mine]
-            out[:, rows[i][:, None], places] = laws[i][:, :, mine]
-    return out
+            law = laws[i] if len(mine) == len(effect.names) else laws[i][:, :, mine]
+            yield rows[i], np.array([column[effect.names[k]] for k in mine]), np.ascontiguousarray(law)
 
 
 def _growth(chain, motion, deflected, effects, columns, rows) -> np.ndarray:
@@ -338,15 +381,15 @@ def _divide(lines, matrix):
 
 @njit(cache=True, nogil=True)
 @no_type_check
-def _total(twists, change, gain, growth, laws, own, moved, out):
+def _total(twists, change, gain, growth, by_mass, own, moved, out, z_out):
     """The total derivative, row by row; `own` and `moved` are columns of J and of the wrenches' change W.
 
-    With Z = J_moved (1 − gain W_moved)⁻¹:  out = [J_own + Z (gain W_own + growth), Z laws]
+    With Z = J_moved (1 − gain W_moved)⁻¹:  out = [J_own + Z (gain W_own + growth), Z by_mass]
     """
     size, p, loads = moved.shape[0], own.shape[0], gain.shape[2]
-    z, matrix = np.empty((6, size)), np.empty((size, size))
-    carried = np.empty((loads, p))
+    matrix, carried = np.empty((size, size)), np.empty((loads, p))
     for row in range(out.shape[0]):
+        z = z_out[row]
         for i in range(6):
             for e in range(size):
                 z[i, e] = twists[row, i, moved[e]]
@@ -378,5 +421,21 @@ def _total(twists, change, gain, growth, laws, own, moved, out):
                 if growth.shape[0] > 0:
                     for k in range(p):
                         out[row, i, k] += factor * growth[row, e, k]
-                for k in range(laws.shape[2]):
-                    out[row, i, p + k] += factor * laws[row, e, k]
+                for k in range(by_mass.shape[2]):
+                    out[row, i, p + k] += factor * by_mass[row, e, k]
+
+
+@njit(cache=True, nogil=True)
+@no_type_check
+def _add_products(left, right, places, out):
+    """out[(row, component), place] += left · right, written into the rows of a table."""
+    rows, components, inner = left.shape
+    for i in range(rows):
+        for a in range(components):
+            line = out[i * components + a]
+            for c in range(inner):
+                factor = left[i, a, c]
+                if factor != 0.0:
+                    for k in range(places.shape[0]):
+                        if places[k] >= 0:
+                            line[places[k]] += factor * right[i, c, k]

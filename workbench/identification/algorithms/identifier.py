@@ -15,7 +15,7 @@ from jaxtyping import Float
 from workbench.base.progress import cancelled
 from workbench.base.types import Outcome
 from workbench.identification.problem import LinearisedProblem, Problem
-from workbench.identification.undetermined_combinations import Factor, factorise
+from workbench.identification.undetermined_combinations import Factor, factorise, factorise_products
 
 STEP_TOLERANCE = 1e-4
 """A step that promises to move the answer by less than this many standard errors ends the search."""
@@ -81,7 +81,7 @@ def descend(
             return SearchOutcome(x, Outcome.DIVERGED, tuple(history))
         if cancelled():
             return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
-        factor = factorise(at.jacobian, at.residual, problem.units)
+        factor = _factor(problem, at)
         if has_converged(factor, factor.predicted_decrease(), problem.count):
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
         found = step(x, at, factor, history[-1])
@@ -92,6 +92,16 @@ def descend(
         x, cost, at = found
         history.append(cost)
     return SearchOutcome(x, Outcome.ITERATION_LIMIT, tuple(history))
+
+
+def _factor(problem: Problem, at: LinearisedProblem) -> Factor:
+    """Factorisation at a point, by inner products where what is expected of constants lets these tell all."""
+    if problem.deviation is not None:
+        table = np.column_stack([at.jacobian, at.residual])
+        found = factorise_products(table.T @ table, problem.units)
+        if found is not None and found.inverse is not None:
+            return found
+    return factorise(at.jacobian, at.residual, problem.units)
 
 
 def has_converged(factor: Factor, decrease: float, size: int) -> bool:

@@ -1,0 +1,157 @@
+"""Columns of a Jacobian as products, and their inner products without the Jacobian.
+
+A coefficient of an effect that moves one element has a column that is what this element shows times a number
+for each row. An element has hundreds of them, and six numbers are measured of a row: inner products take a
+sixth of the time so, and no large matrix stands.
+"""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import groupby, islice, pairwise
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from workbench.base.threads import in_order
+from workbench.identification.problem import Problem
+from workbench.identification.problem_blocks import RowBlock
+
+AT_ONCE = 8
+"""Blocks whose inner products are taken together."""
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Whitened columns of a block's rows: D plain ones, then L that are products.
+
+    Args:
+        plain: The former.
+        shown: What each of E elements shows.
+        laws: By what number each of the latter is more than its element shows.
+        element: Element of each of these; in ascending order.
+        order: Place of all of them among the columns that were asked for.
+    """
+
+    plain: Float[np.ndarray, "rows m d"]
+    shown: Float[np.ndarray, "rows m e"]
+    laws: Float[np.ndarray, "rows l"]
+    element: Int[np.ndarray, " l"]
+    order: Int[np.ndarray, " dl"]
+
+    @classmethod
+    def of(
+        cls,
+        shown: Float[np.ndarray, "rows m e"],
+        plain: Sequence[tuple[Int[np.ndarray, " k"], Float[np.ndarray, "rows m k"]]],
+        laws: Sequence[tuple[Int[np.ndarray, " n"], Int[np.ndarray, " k"], Float[np.ndarray, "rows n k"]]],
+    ) -> "Columns":
+        """Of what elements show: columns with their places, and laws with their elements and places."""
+        beside = list(plain)
+        alone: list[tuple[int, np.ndarray, np.ndarray]] = []
+        for elements, places, law in laws:
+            if len(elements) == 1:
+                alone.append((int(elements[0]), places, law[:, 0]))
+            else:
+                beside.append((places, shown[:, :, elements] @ law))
+        alone.sort(key=lambda each: each[0])
+        moved, element = np.unique([e for e, mine, _ in alone for _ in mine], return_inverse=True)
+        return cls(
+            np.concatenate([shown[:, :, :0], *(part for _, part in beside)], axis=2),
+            shown[:, :, moved.astype(np.int64)],
+            np.concatenate([np.zeros((len(shown), 0)), *(law for *_, law in alone)], axis=1),
+            element,
+            np.concatenate([np.zeros(0, np.int64), *(p for p, _ in beside), *(p for _, p, _ in alone)]),
+        )
+
+    @cached_property
+    def table(self) -> Float[np.ndarray, "rm dl"]:
+        """All of them, in the order in which they were asked for."""
+        products = self.shown[:, :, self.element] * self.laws[:, None]
+        whole = np.concatenate([self.plain, products], axis=2)
+        out = np.empty_like(whole)
+        out[:, :, self.order] = whole
+        return out.reshape(-1, out.shape[2])
+
+    def times(self, sizes: Float[np.ndarray, " dl"]) -> Float[np.ndarray, "rows m"]:
+        """Their sum, each so many times."""
+        own, more = np.split(sizes[self.order], [self.plain.shape[2]])
+        moved = np.zeros((len(self.laws), self.shown.shape[2]))
+        for e, mine in self._groups:
+            moved[:, e] = self.laws[:, mine] @ more[mine]
+        return self.plain @ own + (self.shown @ moved[:, :, None])[:, :, 0]
+
+    @cached_property
+    def _groups(self) -> list[tuple[int, slice]]:
+        """Elements with columns of their own, and which these are."""
+        starts = np.flatnonzero(np.diff(self.element, prepend=-1)).tolist()
+        bounds = pairwise([*starts, len(self.element)])
+        return [(int(self.element[a]), slice(a, b)) for a, b in bounds]
+
+    @cached_property
+    def _by_element(self) -> tuple[Float[np.ndarray, "rows e d"], Float[np.ndarray, "rows e e"]]:
+        """Products of what elements show with plain columns, and with each other, row by row."""
+        shown = np.ascontiguousarray(self.shown.transpose(0, 2, 1))
+        return shown @ self.plain, shown @ self.shown
+
+    def products(
+        self, rows: np.ndarray | slice, left: Int[np.ndarray, " k"] | None = None
+    ) -> Float[np.ndarray, "k dl"]:
+        """Inner products of some plain columns with all columns, over some rows."""
+        plain, laws, along = self.plain[rows], self.laws[rows], self._by_element[0][rows]
+        flat = plain.reshape(-1, plain.shape[2])
+        chosen, along = (flat, along) if left is None else (flat[:, left], along[:, :, left])
+        parts = [along[:, e].T @ laws[:, mine] for e, mine in self._groups]
+        return np.concatenate([chosen.T @ flat, *parts], axis=1)
+
+    def add_inner(self, rows: np.ndarray | slice, out: Float[np.ndarray, "dl dl"]) -> None:
+        """Add the inner products of all columns over some rows."""
+        by_plain, laws, among = self.products(rows), self.laws[rows], self._by_element[1][rows]
+        size = len(by_plain)
+        out[:size] += by_plain
+        out[size:, :size] += by_plain[:, size:].T
+        inner = out[size:, size:]
+        for e, mine in self._groups:
+            rest = slice(mine.start, None)
+            found = laws[:, mine].T @ (laws[:, rest] * among[:, e].take(self.element[rest], 1))
+            inner[mine, rest] += found
+            inner[mine.stop :, mine] += found[:, mine.stop - mine.start :].T
+
+
+def joined(
+    tables: Iterable[tuple[Int[np.ndarray, " rows"], Columns]],
+) -> Iterator[tuple[Int[np.ndarray, " rows"], Columns]]:
+    """Columns of many rows at once, where these show as many components of the same unknowns."""
+    for _, group in groupby(tables, lambda t: (t[1].shown.shape[1:], t[1].order.tobytes())):
+        while some := list(islice(group, AT_ONCE)):
+            parts = [columns for _, columns in some]
+            whole = (np.concatenate([getattr(p, n) for p in parts]) for n in ("plain", "shown", "laws"))
+            yield (
+                np.concatenate([rows for rows, _ in some]),
+                Columns(*whole, parts[0].element, parts[0].order),
+            )
+
+
+def inner_products(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, "p1 p1"]:
+    """Of all columns of a problem's Jacobian, the residual last; the prior's rows included."""
+
+    def columns(block: RowBlock) -> tuple[Int[np.ndarray, " rows"], Columns]:
+        poses, twists = block.twists(x)
+        part = block.observation.see(poses, problem.unknown(block, x))
+        by_twist, mine = problem.whiten(block, part.by_twist), block.unknowns >= 0
+        plain = [(block.places, by_twist @ twists.plain)]
+        if mine.any():
+            plain.append((block.unknowns[mine], problem.whiten(block, part.by_unknown)[:, :, mine]))
+        plain.append((np.array([len(x)]), problem.whiten(block, part.residual)[:, :, None]))
+        laws = [(elements, block.coefficients[which], law) for elements, which, law in twists.laws]
+        return block.rows, Columns.of(by_twist @ twists.moved, plain, laws)
+
+    out = np.zeros((len(x) + 1,) * 2)
+    for _, part in joined(in_order(columns, problem.blocks)):
+        found = np.zeros((len(part.order),) * 2)
+        part.add_inner(slice(None), found)
+        out[np.ix_(part.order, part.order)] += found
+    if problem.prior is not None:
+        known = np.column_stack([problem.prior, -problem.prior @ (x - problem.prior_centre)])
+        out += known.T @ known
+    return out
