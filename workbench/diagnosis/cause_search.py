@@ -113,6 +113,6 @@ def _nominal(ready: Prepared) -> Validation:
 def _validated(ready: Prepared, stage: Stage) -> JudgedArm:
     """Errors on the fitted rows, outliers left out, and on the held-out rows."""
     fit = stage.fitted.fit
-    arm = fit.calibrated
+    arm = fit.arm
     train, held = replace(ready, problem=fit.problem).errors(arm, fit.problem.instrument(fit.x))
     return JudgedArm(Validation(Errors.of(train), held.summary), (train, held))

@@ -151,9 +151,7 @@ def _saved_arm(search: CauseSearch, advice: Advice) -> _Saved:
     final, note = fitted_on_all(ready, last, suspect_rows)
     motion, judge = Motion.of(fit.problem.data), Trial(ready, last)
     missing = advice.ask(
-        "what the rows can't show",
-        lambda: () if search.short else undetectable(last, fit.calibrated, motion),
-        (),
+        "what the rows can't show", lambda: () if search.short else undetectable(last, fit.arm, motion), ()
     )
     std = StandardErrors(final, hidden_variance(last, missing))
     alone, after = (judged(v.errors) for v in (search.before, search.after))
@@ -215,7 +213,7 @@ def _found_causes(search: CauseSearch, saved: _Saved, floor: Noise | None) -> tu
     motion = Motion.of(last.stage.fitted.problem.data)
     alone_mm, all_mm = (v.errors.train.position_mm.rms for v in (search.before, search.after))
     together_mm = float(np.sqrt(max(alone_mm**2 - all_mm**2, 0.0)))
-    return find_causes(last, saved.fit.calibrated, motion, floor, saved.std, together_mm=together_mm)
+    return find_causes(last, saved.fit.arm, motion, floor, saved.std, together_mm=together_mm)
 
 
 def _additions(search: CauseSearch, saved: _Saved, advice: Advice) -> Iterator[str]:
@@ -315,9 +313,7 @@ def _diagnosis(
         outlier_errors=advice.ask(
             "the errors of outliers",
             lambda: (
-                ready.errors_on(
-                    ready.data.take(outliers), fit.calibrated, fit.problem.instrument(fit.x)
-                ).summary
+                ready.errors_on(ready.data.take(outliers), fit.arm, fit.problem.instrument(fit.x)).summary
             ),
             None,
         ),
@@ -399,7 +395,7 @@ def _accepted(
         alone: Errors of the geometry alone on the rows that judge.
         after: Errors of the whole model on them.
     """
-    sized = {e.names: e for e in final.calibrated.effects}
+    sized = {e.names: e for e in final.arm.effects}
     model, out = last.found.model, []
     for k in sorted(range(len(model)), key=lambda k: -last.found.offers[k].gain):
         term, offered = model[k], last.found.offers[k]
@@ -415,7 +411,7 @@ def _accepted(
                 before=advice.ask(without, partial(judge.refitted, rest), UNKNOWN) if rest else alone,
                 after=after,
                 alternatives=alternatives,
-                text=sentence_of(effect, (), std, final.calibrated, Motion.of(final.problem.data)),
+                text=sentence_of(effect, (), std, final.arm, Motion.of(final.problem.data)),
             )
         )
     return tuple(out)

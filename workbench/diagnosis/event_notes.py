@@ -24,7 +24,7 @@ def without_undecided(ready: Prepared, last: Searched) -> Prepared:
     """
     held, fitted = Motion.of(ready.held), Motion.of(last.stage.fitted.problem.data)
     between = np.zeros(len(ready.held), bool)
-    for event in _events(last.stage.fitted.fit.calibrated.effects):
+    for event in _events(last.stage.fitted.fit.arm.effects):
         here, there = event.clock(held), event.clock(fitted)
         if event.is_step and here is not None and there is not None and (there < event.moment).any():
             between |= (here > there[there < event.moment].max()) & (here < event.moment)
@@ -60,7 +60,7 @@ class Now:
 
 def arm_now(ready: Prepared, final: Fit, left_out: Bool[np.ndarray, " held"]) -> Now | None:
     """The saved arm, and its errors; None where nothing happened."""
-    events = list(_events(final.calibrated.effects))
+    events = list(_events(final.arm.effects))
     if not events:
         return None
     arm, places = after_events(final.calibrated), final.problem.instrument(final.x)

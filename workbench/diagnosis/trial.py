@@ -45,7 +45,7 @@ class Trial:
         begin = linear_answer(stage.fitted, grams, model)
         rows = stage.rows.take(stage.keep)
         fit = refit(stage.geometric, grams, model, data=rows, begin=begin).fit
-        return self._errors(fit.calibrated, fit.problem.instrument(fit.x))
+        return self._errors(fit.arm, fit.problem.instrument(fit.x))
 
     def alternatives(self, term: Term) -> tuple[Ranked, ...]:
         """Rivals of a term of the search's model, with the error that they leave in its place."""

@@ -46,7 +46,7 @@ class Rows:
         places = fit.problem.instrument(fit.x)
         held = judged_rows(result)
         parts = [fit.problem.data] + ([held] if len(held) else [])
-        problems = tuple(_closed(fit.calibrated, data, fit.problem, places) for data in parts)
+        problems = tuple(_closed(fit.arm, data, fit.problem, places) for data in parts)
         return cls(problems, float(np.sqrt(fit.variance_factor)))
 
     @property

@@ -99,7 +99,7 @@ def arrows(result: Diagnosis) -> Figure | None:
     """Measured minus predicted position of fitted and held-out rows; None if no positions were measured."""
     fitted = result.after_fit.problem.data
     parts = [fitted, judged_rows(result)]
-    robots = (result.before_fit.calibrated, result.after_fit.calibrated)
+    robots = (result.before_fit.arm, result.after_fit.arm)
     place = np.concatenate([_positions(p) for p in parts])
     before, after = (
         np.concatenate([row_components(robot, part).position for part in parts]) for robot in robots
