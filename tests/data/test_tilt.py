@@ -49,7 +49,7 @@ def test_by_hand_a_link_that_rolled_by_30_degrees():
 def arm():
     """A UR5 on a slanted wall: its gravity is not along its own z axis."""
     gravity = se3.rotvec_to_matrix(np.array([0.4, -0.7, 0.0])) @ np.array([0.0, 0.0, -9.81])
-    return replace(load_robot("ur5"), gravity=frozen(gravity))
+    return load_robot("ur5").under(frozen(gravity))
 
 
 def offsets(robot):

@@ -66,9 +66,10 @@ class Joint:
 
     def reweighed(self, values: Mapping[str, float]) -> "Joint":
         """With other mass and centre where `values` name them; itself where not."""
-        if self.inertia.keys().isdisjoint(values):
+        known = self.inertia
+        if known.keys().isdisjoint(values):
             return self
-        mass, *com = (self.inertia | {n: v for n, v in values.items() if n in self.inertia}).values()
+        mass, *com = (values.get(name, size) for name, size in known.items())
         return replace(self, mass=mass, com=frozen(np.array(com, float)))
 
     def _by_name(self, *values: float) -> dict[str, float]:

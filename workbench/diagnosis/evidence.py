@@ -113,14 +113,13 @@ def projection(grams: Grams, model: Model) -> Callable[[np.ndarray], np.ndarray]
 
 def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Left:
     """Fit a model and geometry, and take them off all columns, or off those of one effect only."""
-    last = grams.total.shape[0] - 1
-    mine = (*only, *grams.inertia.get(tuple(only), ())) if only is not None else ()
-    requested = np.arange(last + 1) if only is None else np.append(grams.columns(mine), last)
-    half = projection(grams, model)(grams.total[requested])
-    part = grams.total[np.ix_(requested, requested)] - half.T @ half
-    inner = part if only is None else np.zeros_like(grams.total)
-    if only is not None:
-        inner[np.ix_(requested, requested)] = part
+    project = projection(grams, model)
+    if only is None:
+        half = project(grams.total)
+        return Left.of(grams, model, grams.total - half.T @ half)
+    requested = np.append(grams.columns((*only, *grams.inertia.get(tuple(only), ()))), len(grams.total) - 1)
+    half, inner = project(grams.total[requested]), np.zeros_like(grams.total)
+    inner[np.ix_(requested, requested)] = grams.total[np.ix_(requested, requested)] - half.T @ half
     return Left.of(grams, model, inner)
 
 
@@ -353,10 +352,7 @@ def validated(grams: Grams, model: Model) -> Float[np.ndarray, " folds"]:
     key = tuple((t.candidate, t.precision) for t in model)
     if key not in grams.validated:
         whole = np.column_stack([without_each_fold(grams, model), -np.ones(len(grams.folds))])
-        used = np.append(np.flatnonzero(whole[:, :-1].any(0)), whole.shape[1] - 1)
-        grams.validated[key] = np.array(
-            [w @ among(fold, used) @ w for w, fold in zip(whole[:, used], grams.folds, strict=True)]
-        )
+        grams.validated[key] = np.array([w @ fold @ w for w, fold in zip(whole, grams.folds, strict=True)])
     return grams.validated[key]
 
 

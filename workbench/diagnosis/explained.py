@@ -68,16 +68,14 @@ def _left(
     steps = solutions[:, grams.columns(names)] / grams.scales(names)[:, None]
     plain = np.array([p.is_plain for p in problem.parameters], bool)
     geometry = np.einsum("pg,fgk->fpk", grams.basis, solutions[:, : grams.geometry])
-    pieces = {block.start: piece for block, piece in problem.pieces(x) if block is not None}
+    pieces = {block.start: piece for block, piece in problem.pieces(x, only=plain) if block is not None}
     fold = searched.fold[searched.stage.keep]
     for block, columns in candidate_columns(problem, x, effects, weighed=loaded):
-        piece = pieces[block.start]
-        label = np.repeat(fold[block.rows], len(columns) // len(block.rows))
-        out = np.empty((len(columns), solutions.shape[2]))
-        whole = piece.residual + columns @ present
+        piece, table = pieces[block.start], columns.table
+        label = np.repeat(fold[block.rows], len(table) // len(block.rows))
+        out = np.empty((len(table), solutions.shape[2]))
+        whole = piece.residual + table @ present
         for f in np.unique(label):
             mine = label == f
-            out[mine] = (
-                whole[mine, None] - piece.jacobian[mine][:, plain] @ geometry[f] - columns[mine] @ steps[f]
-            )
+            out[mine] = whole[mine, None] - piece.jacobian[mine] @ geometry[f] - table[mine] @ steps[f]
         yield out

@@ -197,17 +197,17 @@ def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, ter
     The map enters first where one law alone explains little, and no exchange of one for one brings two in
     its place. Laws that leave the map something to explain are parts of an error without a name.
     """
-    named = drop(model, [term])
-    present = worth(left_without(grams, model, (term,)), (term,))
+    left = left_without(grams, model, (term,))
+    present = worth(left, (term,))
     joints = term.candidate.effect.joints
     laws = [c for c in candidates if c.effect.maps_joint and not c.shrunk and c.effect.joints == joints]
     for _ in range(LAWS):
-        best = max(_offers(left_of(grams, named), laws), key=lambda o: o.gain, default=None)
+        best = max(_offers(left, laws), key=lambda o: o.gain, default=None)
         if best is None or best.gain <= 0.0:
             return None
-        named, present = (*named, best.term), present - best.gain
-    rest = offer(left_by(grams, named, term.candidate.names), term.candidate)
-    return named if present < -PLAINER and (rest is None or rest.gain <= 0.0) else None
+        left, present = with_one_more(left, (*left.model, best.term)), present - best.gain
+    rest = offer(left, term.candidate)
+    return left.model if present < -PLAINER and (rest is None or rest.gain <= 0.0) else None
 
 
 def _groups(model: Model) -> list[Model]:

@@ -33,6 +33,8 @@ APART = (1, 3, 8, 20)
 NEAREST = (1, 4)
 """How many neighbours of a posture, or a place, it is compared with."""
 PERMUTATIONS = 120
+CACHED = 8000
+"""Permuted rows that are looked at together."""
 MIN_ROWS = 20
 """Rows below which nothing is looked for."""
 SPARE = 10.0
@@ -129,15 +131,13 @@ def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
     for name, label, value, view in _sorted_by(left):
         table = left.views[view]
         if view not in nulls:
-            nulls[view] = _agreement(
-                np.stack([table[rng.permutation(len(table))] for _ in range(PERMUTATIONS)])
-            )
+            nulls[view] = np.concatenate([_agreement(mixed) for mixed in _permuted(table, rng)])
         found = _agreement(table[None, np.argsort(value, kind="stable")])[0]
         axes.append(StructureAxis(name, label, value, view, _chance(found, nulls[view])))
     for name, near in _neighbours(left):
         table = left.views["frame"]
-        mixed = np.stack([table[rng.permutation(len(table))] for _ in range(PERMUTATIONS)])
-        p = _chance(_likeness(table[None], near)[0], _likeness(mixed, near))
+        null = np.concatenate([_likeness(mixed, near) for mixed in _permuted(table, rng)])
+        p = _chance(_likeness(table[None], near)[0], null)
         axes.append(StructureAxis(name, left.order.label, left.order.value, "frame", p))
     axes += [*_directions(left), *_sessions(left, rng)]
     axes.sort(key=lambda a: a.p)
@@ -170,7 +170,7 @@ class _Left:
         order = np.argsort(clock, kind="stable")
         self._rows = rows = order[:: max(1, -(-len(data) // MAX_ROWS))]
         self.data, self.row = data.take(rows), np.asarray(data.row)[rows]
-        self.arm = fit.calibrated
+        self.arm = fit.arm
         self.motion = Motion.of(self.data)
         name, label = (TIME, "time [min]") if is_timed else (ORDER, "row of the file")
         self.order = StructureAxis(name, label, clock[rows] / (60.0 if is_timed else 1.0), "frame", 1.0)
@@ -327,6 +327,16 @@ def _sessions(left: _Left, rng: np.random.Generator) -> Iterator[StructureAxis]:
                 yield StructureAxis(
                     name, name.removeprefix("the "), place.astype(float), view, _chance(sums[0], sums[1:])
                 )
+
+
+def _permuted(
+    table: Float[np.ndarray, "rows w"], rng: np.random.Generator
+) -> Iterator[Float[np.ndarray, "p rows w"]]:
+    """The table with its rows permuted, some times at once so that they stay in the processor's cache."""
+    some = max(1, CACHED // len(table))
+    for start in range(0, PERMUTATIONS, some):
+        times = range(start, min(start + some, PERMUTATIONS))
+        yield np.stack([table[rng.permutation(len(table))] for _ in times])
 
 
 def _agreement(tables: Float[np.ndarray, "p rows w"]) -> Float[np.ndarray, "p m"]:

@@ -124,12 +124,11 @@ def joined(
     """Columns of many rows at once, where these show as many components of the same unknowns."""
     for _, group in groupby(tables, lambda t: (t[1].shown.shape[1:], t[1].order.tobytes())):
         while some := list(islice(group, AT_ONCE)):
-            parts = [columns for _, columns in some]
-            whole = (np.concatenate([getattr(p, n) for p in parts]) for n in ("plain", "shown", "laws"))
-            yield (
-                np.concatenate([rows for rows, _ in some]),
-                Columns(*whole, parts[0].element, parts[0].order),
+            rows, parts = zip(*some, strict=True)
+            plain, shown, laws = (
+                np.concatenate([getattr(p, n) for p in parts]) for n in ("plain", "shown", "laws")
             )
+            yield np.concatenate(rows), Columns(plain, shown, laws, parts[0].element, parts[0].order)
 
 
 def inner_products(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.ndarray, "p1 p1"]:

@@ -123,19 +123,21 @@ def suspects(ready: Prepared, fit: Fit, *others: Mapping[str, float]) -> Bool[np
     found = fit.problem.named(fit.x)
     home = ready.with_new_session_bases(fit.calibrated, held)
     places = instrument_places(home, held, known={**fit.problem.known, **found})
-    there = fit.problem.again(
-        robot=ready.with_new_session_bases(_weighed(fit), held),
-        data=held,
-        known={name: value for name, value in places.items() if name not in found},
-        inertia=False,
-    )
-    nobody = np.zeros(len(held), bool)
-    after, *before = (
-        row_sizes(there, there.at(known), nobody, root=_root(there, fit)) for known in (found, *others, {})
-    )
+    robot = ready.with_new_session_bases(_weighed(fit), held)
+    fixed = {name: value for name, value in places.items() if name not in found}
+
+    def left(rows: Dataset, known: Mapping[str, float]) -> Float[np.ndarray, "rows 3"]:
+        there = fit.problem.again(robot=robot, data=rows, known=fixed, inertia=False)
+        return row_sizes(there, there.at(known), np.zeros(len(rows), bool), root=_root(there, fit))
+
+    after = left(held, found)
     own = row_sizes(fit.problem, fit.x, np.ones(len(fit.problem.data), bool), root=fit.factor.root)
     maximum = limits(np.concatenate([own, after]))
-    return np.all([(sizes > maximum).any(1) for sizes in (after, *before)], axis=0)
+    out = np.any(after > maximum, axis=1)
+    for known in (*others, {}):
+        if out.any():
+            out[out] = np.any(left(held.take(out), known) > maximum, axis=1)
+    return out
 
 
 def suspect_note(rows: list[int], errors: Errors) -> str:

@@ -223,6 +223,10 @@ class Candidate:
     def names(self) -> tuple[str, ...]:
         return self.effect.names
 
+    @cached_property
+    def _own(self) -> frozenset[str]:
+        return frozenset(self.names)
+
     @property
     def shrunk(self) -> bool:
         """Whether its coefficients share a variance that the data decide."""
@@ -243,7 +247,7 @@ class Candidate:
 
     def excludes(self, other: "Candidate") -> bool:
         """Whether the two can't stand in one model: one holds the other, or a part of it."""
-        if set(self.names) & set(other.names):
+        if not self._own.isdisjoint(other.names):
             return True
         both_map = self.effect.maps_joint and other.effect.maps_joint
         return both_map and self.effect.joints == other.effect.joints and (self.shrunk or other.shrunk)

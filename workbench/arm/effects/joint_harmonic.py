@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import final
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Float
 
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.effect import AbstractEffect, Candidate, moved_joints
@@ -84,14 +84,15 @@ class JointHarmonic(AbstractEffect):
         return Learned(low, high, HALF_TURN / self.orders[-1])
 
     def law(self, chain, motion, wrenches):
-        rows, joints = len(motion), len(self.joints)
-        out = np.zeros((rows, joints, joints, len(self.orders), 2))
+        rows, joints, each = len(motion), len(self.joints), 2 * len(self.orders)
+        out = np.zeros((rows, joints, joints, each))
         for j, joint in enumerate(self.joints):
-            wave = _waves(motion.q[:, joint], self.orders)
-            out[:, j, j, :, 0], out[:, j, j, :, 1] = wave.real, wave.imag
+            out[:, j, j] = _waves(motion.q[:, joint], self.orders)
         if self.learned is not None:
-            out *= self.learned.weight(motion.q[:, self.joints[0]])[:, None, None, None, None]
-        return out.reshape(rows, joints, len(self.names))
+            weight = self.learned.weight(motion.q[:, self.joints[0]])
+            beyond = weight != 1.0
+            out[beyond] *= weight[beyond, None, None, None]
+        return out.reshape(rows, joints, joints * each)
 
     def mistake(self, chain):
         whole = all(type(k) is int and k >= 1 for k in self.orders)
@@ -191,9 +192,9 @@ def places(q: np.ndarray) -> int:
     return len(np.unique(np.round(q, 3)))
 
 
-def _waves(angle: Float[np.ndarray, " rows"], orders: Sequence[int]) -> Complex[np.ndarray, "rows k"]:
-    """e^(i k angle) for some k; for many of them each power from the one before, without sines."""
+def _waves(angle: Float[np.ndarray, " rows"], orders: Sequence[int]) -> Float[np.ndarray, "rows 2k"]:
+    """Cosine and sine of some multiples of an angle; for many, each power of e^iq from the one before."""
     if len(orders) < MIN_BAND:
-        return np.exp(1j * angle[:, None] * np.array(orders))
+        return np.exp(1j * angle[:, None] * np.array(orders)).view(float)
     once = np.broadcast_to(np.exp(1j * angle)[:, None], (len(angle), orders[-1]))
-    return np.cumprod(once, axis=1)[:, np.array(orders) - 1]
+    return np.cumprod(once, axis=1).take(np.array(orders) - 1, axis=1).view(float)

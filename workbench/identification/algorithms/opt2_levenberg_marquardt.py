@@ -44,7 +44,7 @@ class Opt2(AbstractIdentifier):
 
         def damped(x, at, factor, cost):
             nonlocal damping
-            largest = np.linalg.norm(factor.r, 2) if damping is None else 0.0
+            largest = float(np.linalg.norm(factor.r, 2)) if damping is None else 0.0
             damping, growth = self.damping * largest**2 if damping is None else damping, 2.0
             for rejected in range(self.rejections):
                 step = gauge_step(factor, factor.step(damping), x - problem.start)
