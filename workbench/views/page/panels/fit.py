@@ -19,8 +19,9 @@ from workbench.session.commands.identify import HoldParameter, Identify, LeaveRo
 from workbench.session.judgement import arm_judgement
 from workbench.session.state import Session, Tab
 from workbench.session.worker import Worker
-from workbench.views.appearance.colours import FITTED, HELD_OUT, OUT_OF_REACH, css
+from workbench.views.appearance.colours import FITTED, HELD_OUT, css
 from workbench.views.page.html import (
+    BAD,
     CAREFUL,
     GOOD,
     INKS,
@@ -261,7 +262,7 @@ def _errors(found: Identification, shown: str) -> str:
     for name, run in found.runs.items():
         label = _titles()[name] if name != shown else f"<b>{_titles()[name]}</b>"
         outcome = "✓" if run.fit.outcome.ok else "✗"
-        colour = GOOD if run.fit.outcome.ok else css(OUT_OF_REACH)
+        colour = GOOD if run.fit.outcome.ok else BAD
         mark = f'<span title="{text(run.fit.outcome)}" style="color:{colour}">{outcome}</span>'
         rows.append((label, *_cells(run), mark))
     held = len(found.held_out_data)

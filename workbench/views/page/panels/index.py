@@ -13,9 +13,9 @@ from workbench.session.judgement import Judgement, plate_judgement
 from workbench.session.reach import from_limit
 from workbench.session.state import Session, Tab
 from workbench.session.target_state import Score
-from workbench.views.appearance.colours import OUT_OF_REACH, css
+from workbench.views.appearance.colours import css
 from workbench.views.drawables.plate import target_colour
-from workbench.views.page.html import INKS, MUTED, UNCHANGED, block, change, heading, note, number, text
+from workbench.views.page.html import BAD, INKS, MUTED, UNCHANGED, block, change, heading, note, number, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 INDEX = "O1"
@@ -103,7 +103,7 @@ def _measurable(session: Session) -> str:
         return ""
     count = len(session.states)
     return (
-        f'<div data-testid="measurable" title="{text("; ".join(lost))}" style="color:{css(OUT_OF_REACH)};'
+        f'<div data-testid="measurable" title="{text("; ".join(lost))}" style="color:{BAD};'
         f'font-weight:600">{count - len(lost)} of {count} targets measurable; the others are ignored</div>'
     )
 
@@ -121,7 +121,7 @@ def _predicted(session: Session) -> str:
         return f'<div style="color:{MUTED}">The arm does not reach the region.</div>'
     if np.isinf(now.position):
         return (
-            f'<div style="color:{css(OUT_OF_REACH)}">Unbounded: these targets leave parameters open which '
+            f'<div style="color:{BAD}">Unbounded: these targets leave parameters open which '
             "affect the tool there. Move more targets into reach.</div>"
         )
     is_moved = session.plate is not session.history.first_plate
@@ -202,7 +202,7 @@ def determined(session: Session) -> str:
     nearest = min((from_limit(session.robot, q) for q in reached), default=None)
     room = "" if nearest is None else f"; joints stay {nearest.text} or more from their limits"
     missing = now.parameters - now.rank
-    colour = MUTED if missing == 0 else css(OUT_OF_REACH)
+    colour = MUTED if missing == 0 else BAD
     more = f"; they leave {plural(missing, 'combination')} of parameters undetermined" if missing else ""
     return (
         f'<div data-testid="rank" style="color:{colour}">{plural(now.measurable, "target")}{room}{more}</div>'
