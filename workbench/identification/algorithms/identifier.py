@@ -76,12 +76,15 @@ def descend(
     x = (problem.start if begin is None else begin).copy()
     at = problem.evaluate(x)
     history = [0.5 * float(at.residual @ at.residual)]
+    is_held = problem.deviation is not None  # by what is expected of constants
     for _ in range(limit):
         if not np.isfinite(history[-1]):
             return SearchOutcome(x, Outcome.DIVERGED, tuple(history))
         if cancelled():
             return SearchOutcome(x, Outcome.CANCELLED, tuple(history))
-        factor = _factor(problem, at)
+        whole = _whole_factor(problem, at) if is_held else None
+        is_held = whole is not None
+        factor = whole or factorise(at.jacobian, at.residual, problem.units)
         if has_converged(factor, factor.predicted_decrease(), problem.count):
             return SearchOutcome(x, Outcome.CONVERGED, tuple(history))
         found = step(x, at, factor, history[-1])
@@ -94,14 +97,11 @@ def descend(
     return SearchOutcome(x, Outcome.ITERATION_LIMIT, tuple(history))
 
 
-def _factor(problem: Problem, at: LinearisedProblem) -> Factor:
-    """Factorisation at a point, by inner products where what is expected of constants lets these tell all."""
-    if problem.deviation is not None:
-        table = np.column_stack([at.jacobian, at.residual])
-        found = factorise_products(table.T @ table, problem.units)
-        if found is not None and found.inverse is not None:
-            return found
-    return factorise(at.jacobian, at.residual, problem.units)
+def _whole_factor(problem: Problem, at: LinearisedProblem) -> Factor | None:
+    """Factorisation by inner products; None where these do not show that all directions are identified."""
+    table = np.column_stack([at.jacobian, at.residual])
+    found = factorise_products(table.T @ table, problem.units)
+    return None if found is None or found.inverse is None else found
 
 
 def has_converged(factor: Factor, decrease: float, size: int) -> bool:
