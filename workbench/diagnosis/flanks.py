@@ -141,7 +141,7 @@ def open_flanks(fit: Fit) -> dict[int, tuple[float, float]]:
     loads = _loads(fit.problem, fit.x, middle)
     spread = np.array([fit.problem.inertia_tolerance[fit.problem.names[i]] for i in weighing])
     known = fit.covariance[np.ix_(weighing, weighing)] / np.outer(spread, spread)
-    width = TWO_SIDED * np.sqrt(np.einsum("rjv,vw,rjw->rj", loads.slope, known, loads.slope))
+    width = TWO_SIDED * np.sqrt(((loads.slope @ known) * loads.slope).sum(2))
     is_open = np.abs(loads.size + loads.slope @ loads.off) < width
     for k, joint in enumerate(_play(fit.problem)):
         if is_open[:, k].any():
@@ -252,7 +252,7 @@ def _belief(loads: _Loads, odds: Sides) -> _Belief:
     best = max(kinds, key=lambda k: k.evidence)
     scale = SCALES[kinds.index(best)]
     slope = scale * loads.slope
-    mean, variance = slope @ best.mean, np.einsum("rjv,vw,rjw->rj", slope, best.spread, slope)
+    mean, variance = slope @ best.mean, ((slope @ best.spread) * slope).sum(2)
     mean[near], variance[near] = best.free_mean, best.free_variance
     z = (loads.size + mean) / np.sqrt(1.0 + variance)
     told = loads.slope[near]
@@ -297,7 +297,7 @@ class Propagated:
         for _ in range(SWEEPS):
             spread = np.linalg.inv(np.eye(slope.shape[1]) + (slope.T * precision) @ slope)
             mean = spread @ (slope.T @ shift)
-            variance = np.einsum("kv,vw,kw->k", slope, spread, slope)
+            variance = ((slope @ spread) * slope).sum(1)
             share = np.maximum(1.0 - precision * variance, 1e-9)
             free_mean, free = (slope @ mean - variance * shift) / share, variance / share
             width = np.sqrt(1.0 + free)

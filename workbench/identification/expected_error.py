@@ -46,7 +46,7 @@ def expected_error(fit: Fit, motion: Motion) -> Expected:
     """
     _, twists, places = fit_twists(fit, motion)
     covariance = (fit.covariance + _unseen(fit))[np.ix_(places, places)]
-    spread = np.einsum("rip,pq,riq->ri", twists, covariance, twists)
+    spread = ((twists @ covariance) * twists).sum(2)
     position, rotation = spread[:, :3].sum(1), spread[:, 3:].sum(1)
     sizes = np.sqrt(np.maximum([position.mean(), rotation.mean()], 0.0))  # rounding may leave less than 0
     return Expected(float(sizes[0]), float(sizes[1]))

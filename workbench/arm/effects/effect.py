@@ -194,7 +194,7 @@ class AbstractEffect(AbstractLaw):
         law = law - law.mean(0)
         error = np.abs(law @ self.coefficients)
         if covariance is not None:
-            clear = error >= CLEAR * np.sqrt(np.maximum(np.einsum("ri,ij,rj->r", law, covariance, law), 0.0))
+            clear = error >= CLEAR * np.sqrt(np.maximum(((law @ covariance) * law).sum(1), 0.0))
             if not clear.any():
                 return UNCLEAR
             error = error[clear]
