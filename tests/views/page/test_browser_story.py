@@ -30,6 +30,7 @@ FIGURE = """document.querySelector('[data-testid="figure-now"]').innerText"""
 """Errors in the strip: of the nominal arm, of its geometry, with the causes."""
 
 
+@pytest.mark.slow  # a diagnosis of the UR10 beside a page that is drawn
 def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
     monkeypatch.setattr(demo, "DRAG_PLACES", 8)
     screen = look()
