@@ -40,6 +40,8 @@ HOMES = {
     "playwright": set(),
 }
 """With the ladder they keep viewers and the command line out of the numeric core."""
+NOTHING = {"None", "()", "{}", "''", "self", "NONE", "NO_UNKNOWNS"}
+"""What a method that says nothing returns."""
 LONGEST = 450
 FILES = sorted(p for p in ROOT.rglob("*.py"))
 EXTRAS = [p.parent for p in ROOT.glob("extras/*/__init__.py")]
@@ -410,6 +412,39 @@ def test_classes_are_abstract_or_final():
         if any(methods(node).values()) and not is_abstract(node):
             wrong.append(f"{name} has abstract methods but not the name")
     assert not wrong
+
+
+def is_neutral(method: ast.FunctionDef) -> bool:
+    """Whether an implementation says nothing: no more than a docstring, or one return of an empty value."""
+    body = method.body[isinstance(method.body[0], ast.Expr) :]
+    value = body[0].value if len(body) == 1 and isinstance(body[0], ast.Return) else None
+    return not body or getattr(value, "attr", ast.unparse(value or method)) in NOTHING
+
+
+def overridden(name: str) -> list[str]:
+    """What a class defines again that a class above it implements, other than special methods."""
+    own = {getattr(item, "name", "") for item in classes()[name][1].body} | {
+        target.id
+        for item in classes()[name][1].body
+        if isinstance(item, ast.Assign | ast.AnnAssign)
+        for target in (item.targets if isinstance(item, ast.Assign) else [item.target])
+        if isinstance(target, ast.Name)
+    }
+    return [
+        f"{name}.{method.name} overrides {base}"
+        for base in ancestors(name)
+        for method in classes()[base][1].body
+        if isinstance(method, ast.FunctionDef)
+        and method.name in own
+        and not method.name.startswith("__")
+        and not methods(classes()[base][1])[method.name]
+        and not is_neutral(method)
+    ]
+
+
+def test_nothing_implemented_is_overridden():
+    """A method that says nothing, such as `return None`, is a hook; one that computes is final."""
+    assert not [text for name in classes() for text in overridden(name)]
 
 
 def test_one_class_name_is_one_class():

@@ -50,7 +50,7 @@ class GearSag(AbstractEffect):
         moment = own(chain, self.joints, wrenches)
         return diagonal(-np.sign(moment) * np.sqrt(np.abs(moment)))
 
-    def slope(self, chain, motion, wrenches):
+    def own_slope(self, chain, motion, wrenches):
         moment = np.maximum(np.abs(own(chain, self.joints, wrenches)), 1e-3)
         return diagonal(-np.array(self.coefficients) / (2.0 * np.sqrt(moment)))
 
@@ -82,7 +82,7 @@ class Shrink(AbstractEffect):
     name = "shrink"
     whole_arm = True
 
-    def elements(self, chain):
+    def own_elements(self, chain):
         return tuple(chain.elements[chain.driven[j]].name for j in range(3))
 
     def law(self, chain, motion, wrenches):
@@ -101,7 +101,7 @@ class Slump(AbstractEffect):
     whole_arm = True
     loads = Loads.OWN
 
-    def elements(self, chain):
+    def own_elements(self, chain):
         return driven_names(chain, (1, 2))
 
     def law(self, chain, motion, wrenches):

@@ -86,7 +86,7 @@ def test_unknowns_of_another_package_s_observation_are_none_of_the_arm(monkeypat
         unknowns = ("floor.z",)
 
         @classmethod
-        def applies(cls, data):
+        def own_rows(cls, data):
             return np.ones(len(data), bool)
 
         @classmethod

@@ -22,7 +22,7 @@ from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged, with_error
 from workbench.identification.row_errors import Errors, RowErrors, row_errors
-from workbench.report.result_display import AbstractShown
+from workbench.report.result_display import AbstractShown, elsewhere
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -168,8 +168,8 @@ class Diagnosis(AbstractShown):
         warnings: Advice that could not be computed, one sentence each.
     """
 
-    tables = "workbench.diagnosis.report.table:summary"
-    figures = "workbench.diagnosis.report.plots:figure"
+    summary = elsewhere("workbench.diagnosis.report.table:summary")
+    plot = elsewhere("workbench.diagnosis.report.plots:figure")
 
     nominal_robot: Robot
     data: Dataset

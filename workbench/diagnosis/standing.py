@@ -25,17 +25,15 @@ class GravityDirection(AbstractEffect):
     name = "gravity-direction"
     whole_arm = True
 
-    @property
-    def names(self):
-        return ("gravity.x", "gravity.y")
+    own_names = ("gravity.x", "gravity.y")
 
-    def elements(self, chain):
+    def own_elements(self, chain):
         return ()
 
     def law(self, chain, motion, wrenches):
         return np.zeros((len(motion), 0, 2))
 
-    def views(self, state):
+    def own_views(self, state):
         return ()
 
     def sentence(self, chain, motion):

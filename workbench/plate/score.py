@@ -30,7 +30,7 @@ from workbench.plate.readings import SEAT, linearise_targets, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import Measurable, choose_branches, measurable, single_branches
 from workbench.plate.tolerances import EXACT, Production
-from workbench.report.result_display import AbstractShown
+from workbench.report.result_display import AbstractShown, elsewhere
 
 STARTS = 20
 """Random mixes of branches that are improved."""
@@ -82,8 +82,8 @@ class PlateScore(AbstractShown):
         outcome: How the choice of branches ended.
     """
 
-    tables = "workbench.plate.report.plates:score_tables"
-    figures = "workbench.plate.report.figures:score_figure"
+    summary = elsewhere("workbench.plate.report.plates:score_tables")
+    plot = elsewhere("workbench.plate.report.figures:score_figure")
 
     plate: Plate
     robot: Robot

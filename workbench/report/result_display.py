@@ -4,8 +4,10 @@ A result says what it shows as `rich` renderables (`summary`); here they become 
 """
 
 import io
+from abc import ABC, abstractmethod
+from collections.abc import Callable
 from pkgutil import resolve_name
-from typing import TYPE_CHECKING, ClassVar
+from typing import Any
 
 from markupsafe import Markup, escape
 from rich.console import Console, Group, RenderableType
@@ -14,29 +16,21 @@ from rich.text import Text
 
 from workbench.base.wording import readable
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 WIDTH = 100
 """Columns of a result that is printed."""
 
 
-class AbstractShown:
-    """A result that prints as small tables, in a terminal as in a notebook, and may have figures.
+def elsewhere(home: str) -> Callable[..., Any]:
+    """A method that stands in another module, as entry points name it: a report imports its result."""
+    return lambda self, *args: resolve_name(home)(self, *args)
 
-    Its report imports the result; the result names the report's functions as entry points do, `module:name`.
-    """
 
-    tables: ClassVar[str] = ""
-    figures: ClassVar[str] = ""
+class AbstractShown(ABC):
+    """A result that prints as small tables, in a terminal as in a notebook; some have a figure as `plot`."""
 
+    @abstractmethod
     def summary(self) -> RenderableType:
         """The key results, for display."""
-        return resolve_name(self.tables)(self)
-
-    def plot(self, name: str = "") -> "Figure":
-        """A figure of the result; where there are several, one of the report's by its name."""
-        return resolve_name(self.figures)(self, *((name,) if name else ()))
 
     def __repr__(self) -> str:
         return as_text(self.summary())

@@ -139,7 +139,7 @@ def examples(name: str, robot: Robot) -> list[AbstractEffect]:
     """An effect of the catalogue as its example has it, and with its other settings."""
     rng = np.random.default_rng(2)
     kind = EFFECTS[name]
-    out = [kind.example(robot, kind.usual_joint(robot.dof), rng)]
+    out = [kind.example(robot, min(kind.usual_joint, robot.dof - 1) % robot.dof, rng)]
     for settings in VARIANTS.get(name, []):
         one = kind((0,) if name == "local-joint-error" else (2,), **settings)
         out.append(kind(one.joints, tuple(rng.normal(size=len(one.names))), **settings))

@@ -52,7 +52,7 @@ class Backlash(AbstractEffect):
         return ("direction",) if self.by == "motion" else ()
 
     @property
-    def names(self):
+    def own_names(self):
         word = "backlash_by_motion" if self.by == "motion" else "backlash"
         return tuple(f"joint{j + 1}.{word}" for j in self.joints)
 
@@ -68,9 +68,9 @@ class Backlash(AbstractEffect):
         held = self._held(motion)
         return diagonal(-side if held is None else -np.where(np.isnan(held), side, held))
 
-    def slope(self, chain, motion, wrenches):
+    def own_slope(self, chain, motion, wrenches):
         if not self.width:
-            return super().slope(chain, motion, wrenches)
+            return None
         steep = np.cosh(np.clip(own(chain, self.joints, wrenches) / self.width, -300.0, 300.0)) ** -2.0
         if (held := self._held(motion)) is not None:
             steep = np.where(np.isnan(held), steep, 0.0)
@@ -100,11 +100,11 @@ class Backlash(AbstractEffect):
         return f"{self.where} has play of {self.size(chain)} to either side; its {cause} decides which"
 
     @classmethod
-    def offers(cls, arm, motion):
+    def own_offers(cls, arm, motion):
         yield from offered([cls((j,)) for j in range(arm.dof)], arm, motion)
         both_ways = [j for j in range(arm.dof) if motion.direction is None or np.ptp(motion.direction[:, j])]
         yield from offered([cls((j,), by="motion") for j in both_ways or range(arm.dof)], arm, motion)
 
     @classmethod
-    def example(cls, arm, joint, rng):
+    def own_example(cls, arm, joint, rng):
         return cls((joint,), (1.0,), by="moment" if arm.has_masses else "motion")

@@ -70,13 +70,13 @@ class BaseDrift(AbstractEffect):
     farther than 10 mm or 10 mrad was knocked."""
 
     @property
-    def names(self):
+    def own_names(self):
         return tuple(f"drift.{part}" for part in PARTS)
 
-    def units(self, chain):
+    def own_units(self, chain):
         return ("m",) * 3 + ("rad",) * 3 if self.by_row else ("m/s",) * 3 + ("rad/s",) * 3
 
-    def elements(self, chain):
+    def own_elements(self, chain):
         return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
 
     def law(self, chain, motion, wrenches):
@@ -111,7 +111,7 @@ class BaseDrift(AbstractEffect):
         return "no posture was measured again later, which would show it without doubt"
 
     @classmethod
-    def offers(cls, arm, motion):
+    def own_offers(cls, arm, motion):
         """From the first row on; by the rows where they have no times, if postures come in no order."""
         begin = 0.0 if motion.time is None else float(np.min(motion.time))
         found = list(offered([cls(reference=begin)], arm, motion))
@@ -122,12 +122,12 @@ class BaseDrift(AbstractEffect):
             yield Candidate(cls(reference=float(np.min(motion.row)), by_row=True))
 
     @classmethod
-    def example(cls, arm, joint, rng):
+    def own_example(cls, arm, joint, rng):
         """Along and about directions that chance chooses."""
         directions = (rng.normal(size=3) for _ in range(2))
         return cls((), tuple(v for d in directions for v in (d / np.linalg.norm(d)).tolist()))
 
-    def views(self, state):
+    def own_views(self, state):
         time = COLUMNS["time"]
         driver, shown = ("row of the file", 1.0) if self.by_row else (time.label, time.shown[1])
         x = shown * (self._clock(state.motion) - self.reference)

@@ -24,16 +24,14 @@ class BearingCompliance(AbstractEffect):
     of_many_joints = True
     loads = Loads.ALL
     insertion = Insertion.TILT
+    unit = ("rad/(N*m)", "")
     credible = (0.02, 0.0)
     """At the largest moment of the rows: 1°, where ball bearings would be overloaded."""
-
-    def units(self, chain):
-        return ("rad/(N*m)",) * len(self.joints)
 
     def law(self, chain, motion, wrenches):
         return paired(-across(chain, self.joints, wrenches))
 
-    def slope(self, chain, motion, wrenches):
+    def own_slope(self, chain, motion, wrenches):
         return np.tile(-np.diag(np.repeat(self.coefficients, 2)), (len(motion), 1, 1))
 
     def sentence(self, chain, motion):

@@ -36,7 +36,7 @@ class ClearanceTilt(AbstractEffect):
     def law(self, chain, motion, wrenches):
         return paired(-direction_of(across(chain, self.joints, wrenches))[0])
 
-    def slope(self, chain, motion, wrenches):
+    def own_slope(self, chain, motion, wrenches):
         direction, size = direction_of(across(chain, self.joints, wrenches))
         turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
         return blocks(-turning / size[..., None] * np.array(self.coefficients)[:, None, None])

@@ -61,7 +61,7 @@ class EffectArm(Protocol):
 
 @dataclass(frozen=True)
 class AbstractEffect(AbstractLaw):
-    """One effect with its coefficients. Only `name`, `law` and `sentence` have no default."""
+    """One effect with its coefficients: `name`, `law`, `sentence`, and what else it says of itself."""
 
     moves_arm: ClassVar[bool] = True
     """Whether it moves the arm rather than the instrument."""
@@ -77,6 +77,10 @@ class AbstractEffect(AbstractLaw):
     """Whether joints have it together as a rule, so that a diagnosis tries it on all of them at once."""
     typical_size: ClassVar[float | None] = None
     """Usual maximum coefficient [SI]; None if a virtual arm should choose one that shows well."""
+    usual_joint: ClassVar[int] = 1
+    """Joint of an example where none was chosen; from the last one if negative."""
+    largest: ClassVar[float | None] = None
+    """Largest credible coefficient [SI]; None where `credible` decides."""
     surprise_size: ClassVar[float | None] = None
     """Usual maximum coefficient [SI] where it may be the surprise of a virtual arm; None if it never is."""
     credible: ClassVar[tuple[float, float]] = (0.05, 0.01)
@@ -88,11 +92,16 @@ class AbstractEffect(AbstractLaw):
         """What it does with its coefficients, in plain English with readable units, without a full stop."""
 
     def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
-        """The sentence where the covariance of its coefficients [SI²] is known: sizes that are no clear ones
-        don't count, unless none is."""
+        """The sentence where the covariance of its coefficients [SI²] is known: usually clear sizes alone,
+        unless none is."""
+        if own := self.own_stated(chain, motion, covariance):
+            return own
         clear = np.abs(self.coefficients) >= CLEAR * np.sqrt(np.diagonal(covariance))
         sizes = np.where(clear | ~clear.any(), self.coefficients, 0.0)
         return replace(self, coefficients=tuple(sizes.tolist())).sentence(chain, motion)
+
+    def own_stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
+        return ""
 
     @property
     def variant(self) -> str:
@@ -103,9 +112,11 @@ class AbstractEffect(AbstractLaw):
     def offers(cls, arm: EffectArm, motion: Motion) -> "Iterator[Candidate | str]":
         """What a diagnosis should try on an arm and its rows; sentences on what can't be tried, and why.
 
-        By default the effect alone at every joint, or once for the whole arm, where its loads and drivers
+        Usually the effect alone at every joint, or once for the whole arm, where its loads and drivers
         are known; at joints that moved, if it follows their position.
         """
+        if (own := cls.own_offers(arm, motion)) is not None:
+            return own
         if cls.whole_arm:
             return offered([cls()], arm, motion)
         one = cls((0,))
@@ -113,40 +124,55 @@ class AbstractEffect(AbstractLaw):
         return offered(separate_and_joint(cls((j,)) for j in joints), arm, motion)
 
     @classmethod
-    def usual_joint(cls, dof: int) -> int:
-        """Joint of an example where none was chosen: the second by default."""
-        return min(1, dof - 1)
+    def own_offers(cls, arm: EffectArm, motion: Motion) -> "Iterator[Candidate | str] | None":
+        return None
 
     @classmethod
     def example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
-        """One to hide in a virtual arm, whose maximum coefficient is about 1; all are 1 by default.
+        """One to hide in a virtual arm, whose maximum coefficient is about 1; usually all are 1.
 
         Args:
             joint: Counted from 0; of no meaning where it concerns the whole arm.
         """
+        if (own := cls.own_example(arm, joint, rng)) is not None:
+            return own
         one = cls(() if cls.whole_arm else (joint,))
         return replace(one, coefficients=(1.0,) * len(one.names))
 
     @classmethod
-    def surprise(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEffect":
-        """The example that a virtual arm hides, if there is a `surprise_size`; the usual one by default."""
-        return cls.example(arm, joint, rng)
+    def own_example(cls, arm: EffectArm, joint: int, rng: np.random.Generator) -> "AbstractEffect | None":
+        return None
+
+    def as_surprise(self, rng: np.random.Generator) -> "AbstractEffect":
+        """The example as a virtual arm hides it, if there is a `surprise_size`."""
+        return self
 
     def bounds(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> tuple[float, ...]:
-        """Largest credible size of each coefficient [SI]; by default what moves an element by `credible`.
+        """Largest credible size of each coefficient [SI]; usually what moves an element by `credible`.
 
         A load counts as 1 N m or N at least: less tells nothing of how soft a joint can be. A diagnosis
         expects coefficients to scatter by half of the bound, and refuses larger ones.
         """
+        if self.largest is not None:
+            return (self.largest,) * len(self.names)
+        if (own := self.own_bounds(chain)) is not None:
+            return own
         law = np.nan_to_num(np.abs(self.law(chain, motion, wrenches))).max(0, initial=0.0)
         axes = [e.axis for e in chain.elements]
         slides = [axes[k] >= Axis.TX for k in chain.indices(self.elements(chain))]
         maximum = np.array(self.credible)[np.array(slides, int)]
         return tuple((maximum[:, None] / np.maximum(law, 1.0 if self.loads else UNDRIVEN)).min(0).tolist())
 
+    def own_bounds(self, chain: Chain) -> tuple[float, ...] | None:
+        return None
+
     def views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...]:
-        """Every increment over what drives it; by default over what `loads`, `needs` or its joints name."""
-        return tuple(usual_views(self, state))
+        """Every increment over what drives it: usually what `loads`, `needs` or its joints name."""
+        own = self.own_views(state)
+        return tuple(usual_views(self, state)) if own is None else own
+
+    def own_views(self, state: DeflectedRows) -> tuple[IncrementCurve, ...] | None:
+        return None
 
     def caveat(self, motion: Motion) -> str | None:
         """A caveat about the rows that it was learned from, one sentence; empty by default."""

@@ -4,7 +4,7 @@
 """
 
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import final
 
 from workbench.arm.effects.axes import diagonal, turns
 from workbench.arm.effects.effect import AbstractEffect
@@ -17,18 +17,13 @@ class EncoderScale(AbstractEffect):
 
     name = "encoder-scale"
     coefficient = "scale"
-    largest: ClassVar[float] = 0.03
+    unit = ("1", "1")
+    largest = 0.03
     """Teeth and counts are whole numbers, so gears are exact. The pulleys of a cable drive are made to 1 %,
     and a controller may be set to a sister model's ratio (WAM wrists: 9.7 for 9.48)."""
 
-    def units(self, chain):
-        return ("1",) * len(self.joints)
-
     def law(self, chain, motion, wrenches):
         return diagonal(motion.q[:, list(self.joints)])
-
-    def bounds(self, chain, motion, wrenches):
-        return (self.largest,) * len(self.joints)
 
     def sentence(self, chain, motion):
         moves = "turns" if turns(chain, self.joints[0]) else "slides"

@@ -57,12 +57,12 @@ class AbstractEvent(AbstractEffect):
     """A tripod or a tool that moved farther than 50 mm or 50 mrad was set up anew."""
 
     @classmethod
-    def offers(cls, arm, motion):
+    def own_offers(cls, arm, motion):
         """None: where to try events, a search over the rows finds out."""
         return iter(())
 
     @classmethod
-    def example(cls, arm, joint, rng):
+    def own_example(cls, arm, joint, rng):
         """Behind the first `EXAMPLE` rows, along and about directions that chance chooses."""
         one = cls(() if cls.whole_arm else (joint,), row=EXAMPLE)
         size = rng.normal(size=len(one.names))
@@ -113,7 +113,7 @@ class AbstractEvent(AbstractEffect):
         weight = self.weight(self._clock_or_later(motion))
         return -weight[:, None, None] * np.eye(len(self.elements(chain)))
 
-    def stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
+    def own_stated(self, chain: Chain, motion: Motion, covariance: Float[np.ndarray, "c c"]) -> str:
         """Its sentence with the standard errors of its coefficients."""
         size = " and ".join(self._sizes(chain, np.sqrt(np.diagonal(covariance))))
         return f"{self.what} by {size} {self.when(motion)}; {self.remedy(motion)}"
@@ -134,7 +134,7 @@ class AbstractEvent(AbstractEffect):
                     out.append(f"{with_error(1e3 * size, 1e3 * error)} {'mm' if unit == 'm' else 'mrad'}")
         return out or [readable(float(np.abs(values).max()), str(units[0]))]
 
-    def views(self, state):
+    def own_views(self, state):
         clock = self.clock(state.motion)
         time = COLUMNS["time"]
         text, size = (time.label, time.shown[1]) if self.is_timed else ("row of the file", 1.0)
@@ -221,13 +221,13 @@ class FrameStep(AbstractStep):
     what = "The instrument or the base was knocked, the measuring frame stepped"
 
     @property
-    def names(self):
+    def own_names(self):
         return tuple(f"frame_step{self.row}.{part}" for part in PARTS)
 
-    def units(self, chain):
+    def own_units(self, chain):
         return ("m",) * 3 + ("rad",) * 3
 
-    def elements(self, chain):
+    def own_elements(self, chain):
         return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))
 
 
@@ -247,13 +247,13 @@ class ToolStep(AbstractStep):
     what = "The tool or the reflector slipped"
 
     @property
-    def names(self):
+    def own_names(self):
         return tuple(f"tool_step{self.row}.{part}" for part in PARTS[: 6 if self.turns else 3])
 
-    def units(self, chain):
+    def own_units(self, chain):
         return (("m",) * 3 + ("rad",) * 3)[: len(self.names)]
 
-    def elements(self, chain):
+    def own_elements(self, chain):
         return tuple(
             f"tool.{part if k < 3 else 'slip_' + part}" for k, part in enumerate(PARTS[: len(self.names)])
         )
@@ -267,7 +267,7 @@ class ZeroStep(AbstractStep):
     name = "zero-step"
 
     @property
-    def names(self):
+    def own_names(self):
         return tuple(f"joint{j + 1}.zero_step{self.row}" for j in self.joints)
 
     @property
@@ -292,18 +292,18 @@ class WarmUp(AbstractEvent):
     insertion = Insertion.DRIFT
 
     @property
-    def names(self):
+    def own_names(self):
         tail = f"{self.pace:.4g}".replace(".", "_").replace("+", "")
         if not self.joints:
             return tuple(f"warm_up{tail}.{part}" for part in PARTS)
         return tuple(f"joint{j + 1}.warm_up{tail}" for j in self.joints)
 
-    def units(self, chain):
+    def own_units(self, chain):
         if not self.joints:
             return ("m",) * 3 + ("rad",) * 3
         return tuple("rad" if turns(chain, j) else "m" for j in self.joints)
 
-    def elements(self, chain):
+    def own_elements(self, chain):
         if self.joints:
             return driven_names(chain, self.joints)
         return tuple(f"base.{part if k < 3 else 'drift_' + part}" for k, part in enumerate(PARTS))

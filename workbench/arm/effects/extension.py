@@ -45,17 +45,15 @@ class ExtensionCompliance(AbstractEffect):
     name = "extension-compliance"
     loads = Loads.ALL
     insertion = Insertion.BEND
+    unit = ("rad/(N*m*m)", "")
     credible = (0.02, 0.0)
     """At the largest moment and extension of the rows, as of a bearing."""
-
-    def units(self, chain):
-        return ("rad/(N*m*m)",) * len(self.joints)
 
     def law(self, chain, motion, wrenches):
         reach = extension(self.joints, self.retracted, motion)[..., None]
         return paired(-reach * across(chain, self.joints, wrenches))
 
-    def slope(self, chain, motion, wrenches):
+    def own_slope(self, chain, motion, wrenches):
         soft = np.repeat(extension(self.joints, self.retracted, motion) * self.coefficients, 2, axis=1)
         return -soft[:, :, None] * np.eye(soft.shape[1])
 
@@ -64,7 +62,7 @@ class ExtensionCompliance(AbstractEffect):
         return f"{self.where} tips by {size} under what it carries for every metre that it extends"
 
     @classmethod
-    def offers(cls, arm, motion):
+    def own_offers(cls, arm, motion):
         return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)
 
 
@@ -81,18 +79,16 @@ class ExtensionClearance(AbstractEffect):
     name = "extension-clearance"
     loads = Loads.ALL
     insertion = Insertion.BEND
+    unit = ("rad/m", "")
     has_play = True
     credible = (0.02, 0.0)
     """At the largest extension of the rows, as of a bearing."""
-
-    def units(self, chain):
-        return ("rad/m",) * len(self.joints)
 
     def law(self, chain, motion, wrenches):
         reach = extension(self.joints, self.retracted, motion)[..., None]
         return paired(-reach * direction_of(across(chain, self.joints, wrenches))[0])
 
-    def slope(self, chain, motion, wrenches):
+    def own_slope(self, chain, motion, wrenches):
         direction, size = direction_of(across(chain, self.joints, wrenches))
         turning = np.eye(2) - direction[..., :, None] * direction[..., None, :]
         loose = extension(self.joints, self.retracted, motion) * self.coefficients
@@ -103,5 +99,5 @@ class ExtensionClearance(AbstractEffect):
         return f"{self.where} has play of {size} to either side for every metre that it extends"
 
     @classmethod
-    def offers(cls, arm, motion):
+    def own_offers(cls, arm, motion):
         return offered([cls((j,), retracted=low) for j, low in sliding_joints(arm, motion)], arm, motion)

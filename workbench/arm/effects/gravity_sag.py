@@ -80,10 +80,10 @@ class GravitySag(AbstractEffect):
     """Of each weight behind the joint, as of `joint-compliance`."""
 
     @property
-    def names(self):
+    def own_names(self):
         return tuple(f"joint{j + 1}.sag_{term}" for j in self.joints for term in self.terms.split())
 
-    def units(self, chain):
+    def own_units(self, chain):
         units = {"m": "rad/m", "d": "rad/(kg*m)"}
         return tuple(units.get(term[-1], "rad") for term in self.terms.split())
 
@@ -133,7 +133,7 @@ class GravitySag(AbstractEffect):
         return f"{self.where} deflects under the weight it carries, each part of it by up to {largest}"
 
     @classmethod
-    def offers(cls, arm, motion):
+    def own_offers(cls, arm, motion):
         """At every joint that turns, where neither masses nor torques are known."""
         is_known = arm.has_masses or has_complete_torques(motion)
         if is_known or not has_complete_payload(motion) or not np.any(arm.gravity):
@@ -146,11 +146,11 @@ class GravitySag(AbstractEffect):
                 yield Candidate(replace(effect, terms=" ".join(effect.terms.split()[:FEW]), coefficients=()))
 
     @classmethod
-    def example(cls, arm, joint, rng):
+    def own_example(cls, arm, joint, rng):
         terms = terms_of(arm.chain, joint)
         return cls((joint,), tuple(rng.uniform(-1.0, 1.0, len(terms.split()))), terms=terms)
 
-    def views(self, state):
+    def own_views(self, state):
         """The joint's error over what the weights behind it make of it, which takes many angles to say."""
         joint = self.joints[0]
         made = 1e3 * self.increments(state.chain, state.motion)[:, 0]

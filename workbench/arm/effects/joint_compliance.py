@@ -22,18 +22,16 @@ class JointCompliance(AbstractEffect):
     of_many_joints = True
     coefficient = "compliance"
     loads = Loads.OWN
+    unit = ("rad/(N*m)", "m/N")
     surprise_size = 5e-4
     credible = (0.05, 0.01)
     """At the largest moment of the rows, which the drive was chosen for. Catalogues of strain wave gears give
     a wind-up of about 1 mrad at the rated torque, whatever their size; hobby servos give way by 3°."""
 
-    def units(self, chain):
-        return tuple("rad/(N*m)" if turns(chain, j) else "m/N" for j in self.joints)
-
     def law(self, chain, motion, wrenches):
         return diagonal(-own(chain, self.joints, wrenches))
 
-    def slope(self, chain, motion, wrenches):
+    def own_slope(self, chain, motion, wrenches):
         return np.tile(-np.diag(self.coefficients), (len(motion), 1, 1))
 
     def sentence(self, chain, motion):

@@ -4,7 +4,7 @@
 """
 
 from dataclasses import dataclass
-from typing import ClassVar, final
+from typing import final
 
 from workbench.arm.effects.axes import driven_names, turns
 from workbench.arm.effects.effect import AbstractEffect, moved_joints, offered
@@ -20,26 +20,24 @@ class JointCoupling(AbstractEffect):
     """One coefficient: of the first joint, by the second."""
 
     name = "joint-coupling"
-    largest: ClassVar[float] = 0.05
+    usual_joint = -1
+    largest = 0.05
     """Of the other joint's travel. Controllers take gears that are coupled into account; what is left is the
     ratio's error, or a cable that pulls. Between a turning and a sliding joint, in rad/m or m/rad."""
 
     @property
-    def names(self):
+    def own_names(self):
         return tuple(f"joint{self.joints[0] + 1}.by_joint{j + 1}" for j in self.joints[1:2])
 
-    def units(self, chain):
+    def own_units(self, chain):
         pair = ["rad" if turns(chain, j) else "m" for j in self.joints]
         return ("1" if pair[0] == pair[1] else "/".join(pair),)
 
-    def elements(self, chain):
+    def own_elements(self, chain):
         return driven_names(chain, self.joints[:1])
 
     def law(self, chain, motion, wrenches):
         return motion.q[:, self.joints[1], None, None].copy()
-
-    def bounds(self, chain, motion, wrenches):
-        return (self.largest,)
 
     def mistake(self, chain):
         if len(self.joints) != 2:
@@ -52,7 +50,7 @@ class JointCoupling(AbstractEffect):
         return f"Joint {moved} moves along with joint {by}: {self.size(chain)} of its {way}"
 
     @classmethod
-    def offers(cls, arm, motion):
+    def own_offers(cls, arm, motion):
         last = arm.dof - WRIST
         pairs = (
             cls((joint, other))
@@ -63,12 +61,8 @@ class JointCoupling(AbstractEffect):
         return offered(pairs, arm, motion)
 
     @classmethod
-    def usual_joint(cls, dof):
-        return dof - 1
-
-    @classmethod
-    def example(cls, arm, joint, rng):
+    def own_example(cls, arm, joint, rng):
         return cls((joint, joint - 1 if joint else 1), (1.0,))
 
-    def views(self, state):
+    def own_views(self, state):
         return (over_position(self, state, 0, self.joints[1]),)

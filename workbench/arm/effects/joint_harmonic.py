@@ -8,7 +8,6 @@ learned on part of a turn fades out beyond its `range`: many orders predict noth
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import final
 
 import numpy as np
@@ -65,8 +64,8 @@ class JointHarmonic(AbstractEffect):
     def orders(self) -> tuple[int, ...]:
         return self.order if isinstance(self.order, tuple) else (self.order,)
 
-    @cached_property
-    def names(self):
+    @property
+    def own_names(self):
         return tuple(
             f"joint{j + 1}.{word}{k}" for j in self.joints for k in self.orders for word in ("cos", "sin")
         )
@@ -108,7 +107,7 @@ class JointHarmonic(AbstractEffect):
     def sentence(self, chain, motion):
         return self._of(self.error_phrase(chain, motion), motion, np.zeros(2 * (len(self.names),)))
 
-    def stated(self, chain, motion, covariance):
+    def own_stated(self, chain, motion, covariance):
         return self._of(self.error_phrase(chain, motion, covariance), motion, covariance)
 
     def _of(self, error: str, motion: Motion, covariance: np.ndarray) -> str:
@@ -141,7 +140,7 @@ class JointHarmonic(AbstractEffect):
         most = f", most at {', '.join(map(str, largest))}" if largest else ""
         return f"many times per turn{most}"
 
-    def bounds(self, chain, motion, wrenches):
+    def own_bounds(self, chain):
         return tuple(self.credible[0] / k for _ in self.joints for k in self.orders for _ in "cs")
 
     def caveat(self, motion):
@@ -155,7 +154,7 @@ class JointHarmonic(AbstractEffect):
         )
 
     @classmethod
-    def offers(cls, arm, motion):
+    def own_offers(cls, arm, motion):
         """Order by order, and a band of all orders that the rows can carry."""
         for joint in moved_joints(motion):
             if not turns(arm.chain, joint):
@@ -173,13 +172,12 @@ class JointHarmonic(AbstractEffect):
                     yield Candidate(effect, np.diag(1.0 / (1.0 + (orders / LOW) ** decay)))
 
     @classmethod
-    def example(cls, arm, joint, rng):
+    def own_example(cls, arm, joint, rng):
         phase = rng.uniform(0.0, 2.0 * np.pi)
         return cls((joint,), (np.cos(phase), np.sin(phase)), order=2)
 
-    @classmethod
-    def surprise(cls, arm, joint, rng):
-        return replace(cls.example(arm, joint, rng), order=int(rng.integers(1, 4)))
+    def as_surprise(self, rng):
+        return replace(self, order=int(rng.integers(1, 4)))
 
 
 def highest_order(q: np.ndarray) -> int:

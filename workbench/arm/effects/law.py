@@ -17,6 +17,7 @@ from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from enum import IntEnum
+from functools import cached_property
 from math import isfinite
 from typing import ClassVar, TypeVar
 
@@ -56,7 +57,9 @@ class Loads(IntEnum):
 
 @dataclass(frozen=True)
 class AbstractLaw(ABC):
-    """The physics of one effect. Only `name` and `law` have no default.
+    """The physics of one effect: `name`, `law`, and what it says of itself where the usual doesn't hold.
+
+    What is usual for all effects is final; a method `own_…` says otherwise of one, and None if it doesn't.
 
     Args:
         joints: Columns of q that it belongs to, counted from 0; empty where it concerns the whole arm.
@@ -68,8 +71,12 @@ class AbstractLaw(ABC):
 
     coefficient: ClassVar[str] = ""
     """What follows the joint in the name of a coefficient; the effect's own name if empty."""
+    unit: ClassVar[tuple[str, str]] = ("rad", "m")
+    """Units of a coefficient where its element turns, and where it slides; by default the increment's own."""
     whole_arm: ClassVar[bool] = False
     """Whether it concerns the whole arm, and has no joints."""
+    is_signed: ClassVar[bool] = False
+    """Whether its coefficients may be negative although loads drive it."""
     maps_joint: ClassVar[bool] = False
     """Whether it is an error of each joint over that joint's own position, of which one is enough."""
 
@@ -107,37 +114,58 @@ class AbstractLaw(ABC):
         """Rotations that its joints need beside those of the geometry; none by default."""
         return Insertion.NONE
 
-    @property
+    @cached_property
     def names(self) -> tuple[str, ...]:
-        """Names of its C coefficients, such as `joint3.compliance`; by default one a joint, or of the arm."""
-        word = self.coefficient or self.name.replace("-", "_")
-        return (f"arm.{word}",) if self.whole_arm else tuple(f"joint{j + 1}.{word}" for j in self.joints)
+        """Names of its C coefficients, such as `joint3.compliance`; usually one a joint, or of the arm."""
+        if (own := self.own_names) is not None:
+            return own
+        part = self.coefficient or self.name.replace("-", "_")
+        return (f"arm.{part}",) if self.whole_arm else tuple(f"joint{j + 1}.{part}" for j in self.joints)
+
+    @property
+    def own_names(self) -> tuple[str, ...] | None:
+        return None
 
     def units(self, chain: Chain) -> tuple[str, ...]:
-        """Their units; by default those of the increments, as if the law were a number."""
+        """Their units."""
+        if (own := self.own_units(chain)) is not None:
+            return own
         each = len(self.names) // max(len(self.joints), 1)
-        units = ["rad" if self.insertion or turns(chain, j) else "m" for j in self.joints or (-1,)]
-        return tuple(unit for unit in units for _ in range(each))
+        slides = (not (self.insertion or turns(chain, j)) for j in self.joints or (-1,))
+        return tuple(self.unit[slide] for slide in slides for _ in range(each))
+
+    def own_units(self, chain: Chain) -> tuple[str, ...] | None:
+        return None
 
     def elements(self, chain: Chain) -> tuple[str, ...]:
-        """Names of the E elements that it changes; by default its joints' own, or those that it inserts."""
+        """Names of the E elements that it changes; usually its joints' own, or those that it inserts."""
+        if (own := self.own_elements(chain)) is not None:
+            return own
         if self.insertion:
             return inserted_names(chain, self.joints, self.insertion)
         return driven_names(chain, self.joints)
 
-    def components(self, chain: Chain) -> Int[np.ndarray, "m 2"]:
-        """Joint and place in [f; τ] of what its law varies smoothly with.
+    def own_elements(self, chain: Chain) -> tuple[str, ...] | None:
+        return None
 
-        By default the moments that `loads` asks for if it has a slope, none if it has not.
-        """
-        if self.loads is Loads.NONE or type(self).slope is AbstractLaw.slope:
+    def components(self, chain: Chain) -> Int[np.ndarray, "m 2"]:
+        """Joint and place in [f; τ] of the M moments that `loads` asks for."""
+        if self.loads is Loads.NONE:
             return NO_COMPONENTS
         chosen = own_components if self.loads is Loads.OWN else across_components
         return chosen(chain, self.joints)
 
     def slope(self, chain: Chain, motion: Motion, wrenches: Wrenches) -> Float[np.ndarray, "rows e m"]:
-        """Derivative of Σ c φ in the M wrench components of `components`; arguments as in `law`."""
-        return np.zeros((len(motion), len(self.elements(chain)), len(self.components(chain))))
+        """Derivative of Σ c φ in its `components`; arguments as in `law`."""
+        own = self.own_slope(chain, motion, wrenches)
+        none = (len(motion), len(self.elements(chain)), len(self.components(chain)))
+        return np.zeros(none) if own is None else own
+
+    def own_slope(
+        self, chain: Chain, motion: Motion, wrenches: Wrenches
+    ) -> Float[np.ndarray, "rows e m"] | None:
+        """The same; None where a law doesn't vary smoothly with moments."""
+        return None
 
     def growth(
         self, chain: Chain, motion: Motion, wrenches: Wrenches, constants: Int[np.ndarray, " p"]
@@ -161,7 +189,7 @@ class AbstractLaw(ABC):
     @property
     def gives_way(self) -> bool:
         """Whether its coefficients can't be negative, as nothing pushes back harder than it is loaded."""
-        return self.loads is not Loads.NONE
+        return self.loads is not Loads.NONE and not self.is_signed
 
     def increments(
         self, chain: Chain, motion: Motion, wrenches: Wrenches = NO_WRENCHES

@@ -26,21 +26,19 @@ class LinkFlexure(AbstractEffect):
     name = "link-flexure"
     loads = Loads.ALL
     insertion = Insertion.BEND
+    unit = ("rad/(N*m)", "")
     credible = (0.05, 0.0)
     """At the largest moment of the rows: a link of plastic. Aluminium yields at a tenth of it."""
 
     @property
-    def names(self):
+    def own_names(self):
         return tuple(f"joint{j + 1}.flexure{k}" for j in self.joints for k in (1, 2))
-
-    def units(self, chain):
-        return ("rad/(N*m)",) * len(self.names)
 
     def law(self, chain, motion, wrenches):
         turned = self._turn(chain, motion) @ across(chain, self.joints, wrenches)[..., None]
         return diagonal(-turned.reshape(len(motion), -1))
 
-    def slope(self, chain, motion, wrenches):
+    def own_slope(self, chain, motion, wrenches):
         return blocks(-self._sizes() * self._turn(chain, motion))
 
     def growth(self, chain, motion, wrenches, constants):
@@ -55,10 +53,10 @@ class LinkFlexure(AbstractEffect):
         return f"The {link} bends by {self.size(chain)} under the moment that it carries"
 
     @classmethod
-    def example(cls, arm, joint, rng):
+    def own_example(cls, arm, joint, rng):
         return cls((joint,), (0.5, 1.0))
 
-    def views(self, state):
+    def own_views(self, state):
         """Bending of a link about each of its two axes over the moment that it carries about them."""
         laws = self.law(state.chain, state.motion, state.wrenches)
         places = [(k, self.joints[k // 2] + 1, k % 2 + 1) for k in range(laws.shape[1])]

@@ -7,7 +7,7 @@ at their ends, and keep their height beyond. Outside `range`, where it was learn
 """
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any, final
 
 import numpy as np
@@ -51,8 +51,8 @@ class LocalJointError(AbstractEffect):
     credible = (0.05, 0.01)
     """Height of each knot, as of `joint-harmonic` once a turn: it has the same causes."""
 
-    @cached_property
-    def names(self):
+    @property
+    def own_names(self):
         return tuple(f"joint{j + 1}.knot{k + 1}" for j in self.joints[:1] for k in range(len(self.knots)))
 
     @property
@@ -68,7 +68,7 @@ class LocalJointError(AbstractEffect):
         spline = _basis(self.knots, self.periodic)(at)
         return (spline if self.learned is None else spline * self.learned.weight(q)[:, None])[:, None, :]
 
-    def bounds(self, chain, motion, wrenches):
+    def own_bounds(self, chain):
         return (self.credible[0 if turns(chain, self.joints[0]) else 1],) * len(self.names)
 
     def mistake(self, chain):
@@ -88,7 +88,7 @@ class LocalJointError(AbstractEffect):
     def sentence(self, chain, motion):
         return self._of(self.error_phrase(chain, motion))
 
-    def stated(self, chain, motion, covariance):
+    def own_stated(self, chain, motion, covariance):
         return self._of(self.error_phrase(chain, motion, covariance))
 
     def _of(self, error: str) -> str:
@@ -97,7 +97,7 @@ class LocalJointError(AbstractEffect):
         )
 
     @classmethod
-    def offers(cls, arm, motion):
+    def own_offers(cls, arm, motion):
         """Splines of several widths over the positions that occur."""
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
@@ -112,7 +112,7 @@ class LocalJointError(AbstractEffect):
                 yield Candidate(effect, covariance)
 
     @classmethod
-    def example(cls, arm, joint, rng):
+    def own_example(cls, arm, joint, rng):
         bumps = rng.uniform(-1.0, 1.0, EXAMPLE_KNOTS)
         low, high = arm.search_limits[joint]
         knots = np.linspace(low, high, EXAMPLE_KNOTS)

@@ -7,7 +7,7 @@ excluded: it is fixed to the floor.
 """
 
 from dataclasses import dataclass, replace
-from typing import ClassVar, final
+from typing import final
 
 import numpy as np
 
@@ -32,14 +32,12 @@ class ThermalGrowth(AbstractEffect):
     name = "thermal-growth"
     needs = ("temperature",)
     whole_arm = True
+    unit = ("1/K", "1/K")
     typical_size = 2.3e-5  # aluminium [1/K]
-    largest: ClassVar[float] = 1.5e-4
+    largest = 1.5e-4
     """[1/K] Steel grows by 1.2e-5, aluminium by 2.3e-5, printed plastics by up to 1e-4."""
 
-    def units(self, chain):
-        return ("1/K",)
-
-    def elements(self, chain):
+    def own_elements(self, chain):
         return tuple(chain.elements[k].name for k in _lengths(chain))
 
     def law(self, chain, motion, wrenches):
@@ -55,13 +53,10 @@ class ThermalGrowth(AbstractEffect):
         same = np.array(_lengths(chain))[:, None] == constants
         return self.coefficients[0] * self._warmer(motion)[:, None, None] * same
 
-    def bounds(self, chain, motion, wrenches):
-        return (self.largest,)
-
     def sentence(self, chain, motion):
         return f"The lengths grow with the temperature: {readable(self.coefficients[0], '1/K')}"
 
-    def views(self, state):
+    def own_views(self, state):
         """Growth of all lengths together over the temperature."""
         warm = state.motion.need("temperature", self.name)
         warmer = replace(state.motion, temperature=np.full(len(warm), self.reference + 1.0))

@@ -38,18 +38,18 @@ class UnevenCompliance(AbstractEffect):
     range: tuple[float, ...] = (-1.0, 1.0)
     name = "uneven-compliance"
     loads = Loads.OWN
-    gives_way = False
+    is_signed = True
     is_nameless = True
 
     @property
-    def names(self):
+    def own_names(self):
         return tuple(f"joint{j + 1}.uneven_{shape}" for j in self.joints for shape in SHAPES)
 
     def law(self, chain, motion, wrenches):
         u, t, _ = self._driven(chain, motion, wrenches)
         return -np.stack([u * t, u**2 * t, t * np.abs(t)], -1)[:, None]
 
-    def slope(self, chain, motion, wrenches):
+    def own_slope(self, chain, motion, wrenches):
         u, t, steep = self._driven(chain, motion, wrenches)
         by_load = np.stack([u, u**2, 2.0 * np.abs(t)], -1) @ np.array(self.coefficients)
         return -(by_load * steep)[:, None, None]
@@ -76,14 +76,14 @@ class UnevenCompliance(AbstractEffect):
         return f"{self.where} gives way unevenly, by up to {self.size(chain)} that no other effect explains"
 
     @classmethod
-    def offers(cls, arm, motion):
+    def own_offers(cls, arm, motion):
         for joint in moved_joints(motion):
             q = motion.q[:, joint]
             effect = cls((joint,), range=(float(q.min()), float(q.max())))
             yield from offered([Candidate(effect, np.eye(len(SHAPES)))], arm, motion)
 
     @classmethod
-    def example(cls, arm, joint, rng):
+    def own_example(cls, arm, joint, rng):
         low, high = arm.search_limits[joint]
         sizes = rng.uniform(-1.0, 1.0, len(SHAPES))
         sizes = tuple((sizes / np.abs(sizes).max()).tolist())

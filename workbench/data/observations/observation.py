@@ -18,6 +18,8 @@ from workbench.base.columns import Column
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
 
+NO_UNKNOWNS = frozen(np.zeros(0))
+
 
 class Channel(StrEnum):
     """What a residual component measures, and so which standard deviation whitens it."""
@@ -80,7 +82,7 @@ class AbstractObservation(ABC):
     """Rows that were observed in one way; every class of this kind is a frozen dataclass."""
 
     columns: ClassVar[tuple[str, ...]] = ()
-    """Columns of numbers that a row must have whole, unless `applies` says otherwise."""
+    """Columns of numbers that a row must have whole, unless `own_rows` says otherwise."""
     brings: ClassVar[tuple[Column, ...]] = ()
     """Columns of files that nobody else knows: they are read into `Dataset.more`."""
     sees_base: bool = True
@@ -102,10 +104,17 @@ class AbstractObservation(ABC):
 
     @classmethod
     def applies(cls, data: Dataset) -> Bool[np.ndarray, " rows"]:
+        if (own := cls.own_rows(data)) is not None:
+            return own
         values = [v for name in cls.columns if (v := data.column(name)) is not None]
         if len(values) < len(cls.columns):
             return np.zeros(len(data), bool)
         return np.all([np.isfinite(v).all(axis=tuple(range(1, v.ndim))) for v in values], axis=0)
+
+    @classmethod
+    def own_rows(cls, data: Dataset) -> Bool[np.ndarray, " rows"] | None:
+        """Rows that carry it, where its columns don't tell."""
+        return None
 
     @classmethod
     @abstractmethod
@@ -115,7 +124,11 @@ class AbstractObservation(ABC):
     @classmethod
     def each(cls, data: Dataset) -> tuple["AbstractObservation", ...]:
         """The observations of rows that all carry it: one, unless several links were watched at once."""
-        return (cls.of(data),)
+        return cls.by_link(data) or (cls.of(data),)
+
+    @classmethod
+    def by_link(cls, data: Dataset) -> tuple["AbstractObservation", ...]:
+        return ()
 
     @property
     @abstractmethod
@@ -129,8 +142,13 @@ class AbstractObservation(ABC):
 
     @property
     def seen(self) -> Bool[np.ndarray, "..."]:
-        """Which components of which rows were measured; all of them, unless some can be missing."""
-        return np.ones((1, len(self.channels)), bool)
+        """Which components of which rows were measured."""
+        return np.ones((1, len(self.channels)), bool) if self.own_seen is None else self.own_seen
+
+    @property
+    def own_seen(self) -> Bool[np.ndarray, "..."] | None:
+        """The same where some can be missing."""
+        return None
 
     @property
     def unknowns(self) -> tuple[str, ...]:
@@ -144,7 +162,7 @@ class AbstractObservation(ABC):
 
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         """First guess of the unknowns from predicted tool poses."""
-        return np.zeros(0)
+        return NO_UNKNOWNS
 
     @abstractmethod
     def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:

@@ -66,7 +66,7 @@ def surprise(robot: Robot, *, rng: np.random.Generator) -> AbstractEffect:
     for kind in sorted(kinds, key=lambda kind: (bool(kind((joint,)).loads), kind.name)):
         plain = kind((joint,))
         if plain.mistake(robot.chain) is None and (robot.has_masses or not plain.loads):
-            effect = kind.surprise(robot, loaded if plain.loads else joint, rng)
+            effect = kind.example(robot, loaded if plain.loads else joint, rng).as_surprise(rng)
             choices.append(_scaled(effect, factor * (kind.surprise_size or 0.0)))
     if not choices:
         raise OptionError(
@@ -115,7 +115,7 @@ def _joint(robot: Robot, name: str, text: str, sentence: str) -> int:
     if EFFECTS[name].whole_arm and text:
         raise OptionError(f"effect '{name}' concerns the whole arm; write {name}, or {name}::SIZE")
     if not text:
-        return EFFECTS[name].usual_joint(robot.dof)
+        return min(EFFECTS[name].usual_joint, robot.dof - 1) % robot.dof
     if not text.isdecimal() or not 1 <= int(text) <= robot.dof:
         raise OptionError(f"effect '{sentence}': joint must be 1–{robot.dof}, got '{text}'")
     return int(text) - 1

@@ -6,6 +6,7 @@ none. Cartesian targets too: the controller solves them with its own model, whic
 """
 
 import re
+from abc import abstractmethod
 from collections.abc import Iterator
 from typing import ClassVar, NoReturn, final
 
@@ -102,8 +103,9 @@ class AbstractLanguage(AbstractProgramFormat):
             found |= {m.span() for m in one.finditer(code, *given.span())}
         return found
 
+    @abstractmethod
     def _numbers(self, code: str, begin: int, end: int) -> Spans:
-        return _numbers(code, begin, end)
+        """Those of a literal that begins and ends there."""
 
 
 @final
@@ -161,6 +163,9 @@ class UrScript(AbstractLanguage):
     after = r"[,)]"
     literal = rf"\[{LIST}\]"
     begin = r"^[ \t]*(?:(?:global|local)\s+)?"
+
+    def _numbers(self, code: str, begin: int, end: int) -> Spans:
+        return _numbers(code, begin, end)
 
 
 @final
