@@ -77,11 +77,11 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """What takes long first."""
 
     def rank(item: pytest.Item) -> int:
-        words = {
+        text = {
             *PurePath(item.nodeid.partition(".py")[0]).parts,
             *(mark.name for mark in item.iter_markers()),
         }
-        return next((k for k, word in enumerate(FIRST) if word in words), len(FIRST))
+        return next((k for k, word in enumerate(FIRST) if word in text), len(FIRST))
 
     ranks = {path: min(map(rank, group)) for path, group in groupby(items, key=lambda item: item.path)}
     items.sort(key=lambda item: ranks[item.path])
@@ -102,7 +102,7 @@ class Together(LoadFileScheduling):
     """A file goes to one worker, and so do all that share a costly thing: the browser, a work done again."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return next((words for words in SHARING if words in nodeid), super()._split_scope(nodeid))
+        return next((text for text in SHARING if text in nodeid), super()._split_scope(nodeid))
 
 
 @pytest.fixture(scope="session")
@@ -149,8 +149,8 @@ def run(monkeypatch, capfd, tmp_path, built):
 
     from workbench import cli
 
-    def call(*words: str | Path) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["workbench", *map(str, words)])
+    def call(*options: str | Path) -> tuple[int, str, str]:
+        monkeypatch.setattr(sys, "argv", ["workbench", *map(str, options)])
         with pytest.raises(SystemExit) as ended:
             cli.main()
         out, err = capfd.readouterr()
@@ -163,9 +163,9 @@ def run(monkeypatch, capfd, tmp_path, built):
 def refused(run):
     """A command ends with one sentence that names what is wrong, status 1 or 64, and no new file."""
 
-    def call(names: Iterable[str], *words: str | Path, status: int | None = None) -> None:
+    def call(names: Iterable[str], *options: str | Path, status: int | None = None) -> None:
         before = set(Path().rglob("*"))
-        ended, out, err = run(*words)
+        ended, out, err = run(*options)
         assert ended in ((1, 64) if status is None else (status,)), err
         (line,) = err.strip().splitlines()
         assert line.startswith("workbench: ")
@@ -190,8 +190,8 @@ class ClosedPipe(io.TextIOBase):
 def run_unread(run, monkeypatch):
     """Run a command whose output nobody reads."""
 
-    def call(*words: str | Path) -> tuple[int, str, str]:
+    def call(*options: str | Path) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "stdout", ClosedPipe())
-        return run(*words)
+        return run(*options)
 
     return call

@@ -8,9 +8,9 @@ from collections.abc import Iterable
 def run_lines(run, lines: Iterable[str]) -> None:
     """Every line as it is typed, each in this process."""
     for line in lines:
-        program, *words = shlex.split(line, comments=True)
+        program, *options = shlex.split(line, comments=True)
         assert program == "workbench"
-        status, _, err = run(*words)
+        status, _, err = run(*options)
         assert status == 0, (line, err)
 
 

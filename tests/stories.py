@@ -74,11 +74,11 @@ class Visit:
         what.click(timeout=LONG)
         self.clicks += 1
 
-    def type(self, label: str, words: str) -> None:
+    def type(self, label: str, text: str) -> None:
         """Click a field and type."""
         given = self.page.get_by_label(label, exact=True).first
         self.click(given)
-        given.fill(words)
+        given.fill(text)
         given.press("Enter")
 
     def drop(self, which: int, path: Path) -> None:
@@ -92,9 +92,9 @@ class Visit:
         download.value.save_as(path)
         return path
 
-    def says(self, words: str, testid: str = "hint") -> str:
+    def says(self, text: str, testid: str = "hint") -> str:
         """Wait until the page says so; returns all that it says there."""
-        place = self.page.locator(f'[data-testid="{testid}"]', has_text=words).first
+        place = self.page.locator(f'[data-testid="{testid}"]', has_text=text).first
         place.wait_for(timeout=LONG)
         return place.inner_text()
 
@@ -219,9 +219,9 @@ def film(visit: Visit) -> None:
     while END[:40] not in told:
         assert time.monotonic() < end
         session = visit.app.worker.session
-        words = session.page.caption or (session.page.messages[-1].text if session.page.messages else "")
-        if words != told:
-            told = words
+        message = session.page.caption or (session.page.messages[-1].text if session.page.messages else "")
+        if message != told:
+            told = message
             visit.shoot(f"{visit.seconds:.0f}s")
         visit.page.wait_for_timeout(200)
 

@@ -35,8 +35,8 @@ def strangers(text: str) -> list[str]:
     """What a text tells to install that is not this checkout, with an extra that exists or without."""
     wrong = [found for found in re.findall(r"\bworkbench\[\w+", text) if NAME not in text]
     for found in INSTALL.finditer(text):
-        words = found["words"].replace('\\"', '"').split(" && ")[0].split(" #")[0]
-        for word in re.findall(r"(?:'[^']*'|\"[^\"]*\"|[^\s'\"])+", words):
+        message = found["words"].replace('\\"', '"').split(" && ")[0].split(" #")[0]
+        for word in re.findall(r"(?:'[^']*'|\"[^\"]*\"|[^\s'\"])+", message):
             word = word.strip("'\".,;:)(")
             checkout = re.fullmatch(r"\[([\w,{}]+)\]|", word)  # `.` is stripped
             extras = [e for e in ((checkout and checkout[1]) or "").split(",") if e and "{" not in e]
@@ -44,7 +44,7 @@ def strangers(text: str) -> list[str]:
                 continue
             if word.startswith("{checkout"):  # as the helper writes it
                 break
-            beside = "--from" not in found[0] and re.search(r"\s'?workbench\b", words)
+            beside = "--from" not in found[0] and re.search(r"\s'?workbench\b", message)
             if checkout is None or beside or set(extras) - set(PROJECT["optional-dependencies"]):
                 wrong.append(found[0])
             break

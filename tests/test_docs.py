@@ -81,19 +81,19 @@ def built() -> Any:
 
 def unknown(line: str) -> str:
     """What of a command line no command has; empty if it could be run."""
-    words = [w for w in line.partition("workbench ")[2].partition("  #")[0].split() if w not in "…·|&&"]
+    text = [w for w in line.partition("workbench ")[2].partition("  #")[0].split() if w not in "…·|&&"]
     known: typer.core.TyperGroup | Any = built()
-    while words and hasattr(known, "commands"):
-        if re.search(r"\.(urdf|csv|toml|xacro)$", words[0]):  # a file in the place of a command
+    while text and hasattr(known, "commands"):
+        if re.search(r"\.(urdf|csv|toml|xacro)$", text[0]):  # a file in the place of a command
             return ""
-        if words[0].startswith("-"):
+        if text[0].startswith("-"):
             break
-        if words[0] not in known.commands:
-            return words[0]
+        if text[0] not in known.commands:
+            return text[0]
         context = known.make_context("workbench", [], resilient_parsing=True)
-        _, known, words = known.resolve_command(context, words)
+        _, known, text = known.resolve_command(context, text)
     options = {name for parameter in known.params for name in (*parameter.opts, *parameter.secondary_opts)}
-    named = re.findall(r"(?<![\w-])--[a-z][\w-]*", " ".join(words))
+    named = re.findall(r"(?<![\w-])--[a-z][\w-]*", " ".join(text))
     return next((name for name in named if name not in {*options, "--help"}), "")
 
 

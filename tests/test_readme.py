@@ -51,7 +51,7 @@ def test_the_python(tmp_path, monkeypatch, capsys):
     run_python(block("python"), tmp_path, monkeypatch)
     lines = capsys.readouterr().out.splitlines()
     held_out = [line.split() for line in lines if line.strip().startswith("held out")]
-    nominal, calibrated = [float(words[2]) for words in held_out]
+    nominal, calibrated = [float(parts[2]) for parts in held_out]
     assert calibrated < 0.2 < 2.0 < nominal
     assert (tmp_path / "calibrated.urdf").is_file()
 

@@ -84,9 +84,9 @@ def test_the_wam_on_the_authors_own_test_rows(shared_data):
 def test_what_a_reflector_on_the_last_axis_cannot_show_is_said(shared_data):
     data = read_measurements(shared_data / "ur5_jacobi" / "measurements.csv", joints=6)
     run = identify(load_robot("ur5"), data, algorithms=("opt2",))
-    words = " ".join(run.unidentifiable)
-    assert "joint6.theta" in words
-    assert "base yaw with joint1.theta" in words
+    text = " ".join(run.unidentifiable)
+    assert "joint6.theta" in text
+    assert "base yaw with joint1.theta" in text
 
 
 def test_joint_one_and_base_yaw_are_told_to_be_the_same(shared_data):
@@ -184,8 +184,8 @@ def test_what_is_certain_of_the_wam_survives_twenty_more_rows(seed, shared_data)
     """Joint 5 was certain to turn 1.5 % too far on 216 rows, and had no cause on 236."""
     parts = [of_the_wam(shared_data, rows, seed) for rows in (216, 236)]
     certain, named = (
-        [{(c.kind, c.joints) for c in said.causes if c.confidence in words} for said in parts]
-        for words in (("certain",), ("certain", "probable"))
+        [{(c.kind, c.joints) for c in said.causes if c.confidence in text} for said in parts]
+        for text in (("certain",), ("certain", "probable"))
     )
     assert certain[0] <= named[1]
     assert certain[1] <= named[0]

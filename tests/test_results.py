@@ -75,8 +75,8 @@ def test_one_algorithm_prints_as_its_parameters(fit):
 
 
 def test_a_plate_and_a_corrected_path_print_in_a_few_lines(fit):
-    words = "targets made exactly, no play in the seats"
-    assert repr(wb.load_plate("table2")) == f"<Plate Table 2: 10 targets; {words}>"
+    text = "targets made exactly, no play in the seats"
+    assert repr(wb.load_plate("table2")) == f"<Plate Table 2: 10 targets; {text}>"
     q = np.linspace(np.full(6, 0.2), np.full(6, 0.3), 20)
     path = Trajectory(time=None, q=q, position=None, rotation=None, source="table", notes=())
     found = str(wb.compensate(fit.robot, path, nominal=fit.nominal_robot))
@@ -135,7 +135,7 @@ def test_rows_may_be_named_and_of_another_convention():
 
 
 @pytest.mark.parametrize(
-    ("make", "error", "words"),
+    ("make", "error", "text"),
     [
         (lambda: wb.Robot.from_dh([[0.0, 1.0]]), FileError, "joint 1 has 2 numbers"),
         (lambda: wb.Robot.from_dh([]), RobotError, "has no rows"),
@@ -144,8 +144,8 @@ def test_rows_may_be_named_and_of_another_convention():
         (lambda: wb.load_robot("aria").save("arm.step"), OptionError, ".toml or .urdf, got '.step'"),
     ],
 )
-def test_bad_robots_are_refused(make, error, words):
-    with pytest.raises(error, match=words.replace(".", r"\.")):
+def test_bad_robots_are_refused(make, error, text):
+    with pytest.raises(error, match=text.replace(".", r"\.")):
         make()
 
 

@@ -161,8 +161,8 @@ def to_the_last_digit(found: Identification, toml: Path, urdf: Path, rows: trip.
 def by_command(measured: Measured, folder: Path, *, diagnosed: bool, run: Callable, **_) -> trip.Saved:
     verb = "diagnose" if diagnosed else "identify"
     toml, urdf = folder / "arm.toml", folder / "arm.urdf"
-    words = ("--save", toml, "--force", "--json", folder / "r.json")
-    code, out, err = run(verb, measured.path, "--robot", measured.robot, *words)
+    options = ("--save", toml, "--force", "--json", folder / "r.json")
+    code, out, err = run(verb, measured.path, "--robot", measured.robot, *options)
     assert code in (0, UNUSABLE), err
     assert run("export", toml, "--urdf", urdf)[0] == 0
     found = json.loads((folder / "r.json").read_text())
@@ -193,8 +193,8 @@ def on_the_page(measured: Measured, folder: Path, *, diagnosed: bool, **_) -> tr
         paths.append(folder / f"arm.{kind}")
         paths[-1].write_bytes(make(session)[1])
     found = session.results.identification
-    words = file_text(found, found.runs[session.results.fit])
-    return trip.Saved(*paths, words, found.held_out_data.row, refitted_rows(found))
+    text = file_text(found, found.runs[session.results.fit])
+    return trip.Saved(*paths, text, found.held_out_data.row, refitted_rows(found))
 
 
 ENTRANCES = {"python": in_python_calls, "command": by_command, "page": on_the_page}

@@ -115,10 +115,10 @@ def test_imports_climb_one_ladder():
     for path in FILES:
         mine = part(path)
         for name, line in imports(path):
-            words = name.split(".")
-            if words[0] != "workbench":
+            text = name.split(".")
+            if text[0] != "workbench":
                 continue
-            other = words[1] if len(words) > 1 else "__init__"
+            other = text[1] if len(text) > 1 else "__init__"
             # the package itself hands names out by need; commands call its verbs
             if mine == "__init__" or (mine in ("cli", "extras") and other == "__init__"):
                 continue
@@ -160,8 +160,8 @@ def strongly_connected(graph: dict[str, set[str]]) -> list[set[str]]:
 
 def extra(name: str) -> str:
     """The extra that a dotted name belongs to; empty for the core."""
-    words = name.split(".")
-    return words[2] if words[:2] == ["workbench", "extras"] and len(words) > 2 else ""
+    text = name.split(".")
+    return text[2] if text[:2] == ["workbench", "extras"] and len(text) > 2 else ""
 
 
 def test_the_core_imports_no_extra_and_an_extra_no_other():

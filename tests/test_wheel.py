@@ -33,8 +33,8 @@ def elsewhere(wheel):
     work = wheel.parent / "work"
     work.mkdir()
 
-    def start(*words: str, **options) -> subprocess.Popen:
-        command = [sys.executable, "-m", "workbench", *words]
+    def start(*arguments: str, **options) -> subprocess.Popen:
+        command = [sys.executable, "-m", "workbench", *arguments]
         pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
         return subprocess.Popen(command, cwd=work, env=environment, **pipes, **options)
 
@@ -80,9 +80,9 @@ def test_the_page(elsewhere):
     assert [*(work / "recordings").iterdir()] == [recording]
 
 
-def served(start, *words: str) -> None:
+def served(start, *options: str) -> None:
     """The page is served, and its command ends when it is told to."""
-    with start(*words, "--no-open", "--port", "0") as program:
+    with start(*options, "--no-open", "--port", "0") as program:
         try:
             said = dict(program.stdout.readline().split(None, 1) for _ in range(3))
             assert {"page:", "session:"} < set(said), said

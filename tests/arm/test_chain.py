@@ -164,7 +164,7 @@ def test_the_loops_are_compiled_once():
     q, values, shift = np.zeros((2, chain.dof)), np.zeros(5), np.zeros((2, 5))
     for loop, call in (
         (chains._poses, chains.poses),
-        (chains._twists, lambda *words, **options: chains.twists(*words, np.arange(2), **options)),
+        (chains._twists, lambda *arguments, **options: chains.twists(*arguments, np.arange(2), **options)),
     ):
         before = set(loop.signatures)
         for first, second, third in ((q, values, shift), (frozen(q), frozen(values), frozen(shift))):

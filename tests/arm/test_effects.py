@@ -341,7 +341,7 @@ def test_what_repeats_every_turn_does_not_fade(arms):
 
 
 @pytest.mark.parametrize(
-    ("name", "arguments", "words"),
+    ("name", "arguments", "text"),
     [
         ("joint-compliance", {"joints": (6,)}, "joint 7.*1 … 6"),
         ("joint-compliance", {"joints": (1, 1)}, "twice"),
@@ -363,8 +363,8 @@ def test_what_repeats_every_turn_does_not_fade(arms):
         ("local-joint-error", {"joints": (1,), "knots": (0.0, 1.0, 7.0), "periodic": True}, "turn"),
     ],
 )
-def test_an_arm_refuses_effects_without_sense(arms, name, arguments, words):
-    with pytest.raises(RobotError, match=words):
+def test_an_arm_refuses_effects_without_sense(arms, name, arguments, text):
+    with pytest.raises(RobotError, match=text):
         arms["aria"].with_effects(EFFECTS[name](**arguments))
 
 

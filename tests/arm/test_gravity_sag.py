@@ -97,7 +97,7 @@ def test_a_file_holds_it(pair, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("settings", "words"),
+    ("settings", "text"),
     [
         ({"terms": ""}, "2x 2y 3x"),
         ({"terms": "3x 3x"}, "different"),
@@ -109,6 +109,6 @@ def test_a_file_holds_it(pair, tmp_path):
         ({"joints": (1, 2), "terms": "3x"}, "one joint"),
     ],
 )
-def test_what_makes_no_sense_is_refused(pair, settings, words):
-    with pytest.raises(RobotError, match=words):
+def test_what_makes_no_sense_is_refused(pair, settings, text):
+    with pytest.raises(RobotError, match=text):
         pair[1].with_effects(GravitySag(**{"joints": (1,)} | settings))

@@ -214,13 +214,13 @@ def test_the_command(run, refused, tmp_path):
     rng = np.random.default_rng(8)
     q = rng.uniform(-2.0, 2.0, (3, 6))
     poses = tool_poses(arm, Motion(q))
-    words = []
+    options = []
     for row, pose in zip(signs * q, poses, strict=True):
         numbers = [*np.rad2deg(row), *1e3 * pose[:3, 3], *se3.matrix_to_rotvec(pose[:3, :3])]
         shown = [f"{v:.3f}" for v in numbers]
-        words += ["--pose", f"{', '.join(shown[:6])} = {', '.join(shown[6:])}"]
+        options += ["--pose", f"{', '.join(shown[:6])} = {', '.join(shown[6:])}"]
     out = tmp_path / "mine.toml"
-    code, said, error = run("new", table, "--out", out, "--json", tmp_path / "r.json", *words)
+    code, said, error = run("new", table, "--out", out, "--json", tmp_path / "r.json", *options)
     assert code == 0, error
     assert "joint 3 is inverted" in said
     assert "standard DH" in said
@@ -237,13 +237,13 @@ def test_a_table_from_elsewhere_is_read_in(run, refused, tmp_path):
     table, out = tmp_path / "table.csv", tmp_path / "mine.toml"
     assert run("export", "ur10", "--for", "dh-csv", "--out", table)[0] == 0
     table.write_text(table.read_text().replace("-0.612", "-0.611"))
-    words = ("new", "ur10", "--apply", table, "--for", "dh-csv", "--out")
-    code, _, error = run(*words, out)
+    options = ("new", "ur10", "--apply", table, "--for", "dh-csv", "--out")
+    code, _, error = run(*options, out)
     assert code == 0, error
     mine = load_robot(out)
     assert mine.chain.values[mine.chain.index["joint2.a"]] == pytest.approx(-0.611)
     table.write_text(table.read_text().replace("-0.611", "0.212"))
-    refused(["UR10"], *words, tmp_path / "no.toml", status=1)  # no UR10 is made like that
+    refused(["UR10"], *options, tmp_path / "no.toml", status=1)  # no UR10 is made like that
     refused(["--for"], "new", "ur10", "--apply", table, "--out", out, status=64)
 
 

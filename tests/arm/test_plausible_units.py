@@ -33,7 +33,7 @@ def test_a_table_in_other_units_is_refused_with_joint_unit_and_remedy(table, say
     for convention in ("dh", "craig", "hayati"):
         with pytest.raises(FileError) as error:
             Robot.from_dh(table, convention)
-        assert all(words in str(error.value) for words in says)
+        assert all(text in str(error.value) for text in says)
 
 
 def test_inches_are_asked_about():

@@ -439,7 +439,7 @@ def test_effects_go_through_a_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ('name = "magic"\ncoefficients = [1.0]', "'magic'; known are joint-compliance"),
         ('name = ["a"]\ncoefficients = [1.0]', "known are joint-compliance"),
@@ -457,6 +457,6 @@ def test_effects_go_through_a_file(tmp_path):
         ('name = "local-joint-error"\njoints = [1]\ncoefficients = [1.0]', "knots"),
     ],
 )
-def test_mistakes_in_effects_are_named(tmp_path, text, words):
-    with pytest.raises(FileError, match=words):
+def test_mistakes_in_effects_are_named(tmp_path, text, message):
+    with pytest.raises(FileError, match=message):
         read(tmp_path, ARM + "[[effect]]\n" + text + "\n")

@@ -48,7 +48,7 @@ def test_workers_with_our_versions_are_taken():
 
 
 @pytest.mark.parametrize(
-    ("found", "words"),
+    ("found", "text"),
     [
         ([{}, {"numpy": "1.0"}], r"the worker at tcp://w1 has numpy 1\.0 \(here .*install the same versions"),
         ([{"Python": "2.7", "workbench": "0"}], r"has workbench 0 \(here .*\), Python 2\.7 \(here"),
@@ -56,8 +56,8 @@ def test_workers_with_our_versions_are_taken():
         ([ModuleNotFoundError("workbench")], "can't import the workbench"),
     ],
 )
-def test_a_cluster_that_can_not_be_trusted_is_refused(found, words):
-    with pytest.raises(OptionError, match=words):
+def test_a_cluster_that_can_not_be_trusted_is_refused(found, text):
+    with pytest.raises(OptionError, match=text):
         parallel._check_workers(Cluster(*found), ADDRESS)
 
 

@@ -4,7 +4,7 @@ from workbench.base.wording import in_mm, joint_list
 
 
 @pytest.mark.parametrize(
-    ("metres", "words"),
+    ("metres", "text"),
     [
         (0.0, "less than 0.001 mm"),
         (1.7e-6, "0.0017 mm"),
@@ -14,12 +14,12 @@ from workbench.base.wording import in_mm, joint_list
         (0.3456, "346 mm"),
     ],
 )
-def test_lengths_in_words(metres, words):
-    assert in_mm(metres) == words
+def test_lengths_in_words(metres, text):
+    assert in_mm(metres) == text
 
 
 @pytest.mark.parametrize(
-    ("joints", "words"),
+    ("joints", "text"),
     [
         ((2,), "joint 3"),
         ((1, 2), "joints 2, 3"),
@@ -28,5 +28,5 @@ def test_lengths_in_words(metres, words):
         ((4, 3), "joints 5, 4"),
     ],
 )
-def test_joints_in_a_row_are_a_range(joints, words):
-    assert joint_list(joints) == words
+def test_joints_in_a_row_are_a_range(joints, text):
+    assert joint_list(joints) == text

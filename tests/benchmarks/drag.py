@@ -92,12 +92,11 @@ def with_cubes(session: Session, number: int) -> Session:
     return replace(session, plate=plate, cubes=cubes, sampled=plate.region, cube_view=view)
 
 
-def report(words: str, times: list[tuple[float, float]]) -> None:
+def report(text: str, times: list[tuple[float, float]]) -> None:
     """One line."""
     (wall, cpu), (late, late_cpu) = np.median(times, 0), np.percentile(times, 95, axis=0)
     print(
-        f"{words:<34} {wall:7.2f} ms   p95 {late:7.2f} ms   "
-        f"(processor {cpu:6.2f} ms, p95 {late_cpu:6.2f} ms)",
+        f"{text:<34} {wall:7.2f} ms   p95 {late:7.2f} ms   (processor {cpu:6.2f} ms, p95 {late_cpu:6.2f} ms)",
         flush=True,
     )
 
@@ -106,7 +105,7 @@ def on_the_server(first: Session, app: App) -> None:
     """Computing alone, then with drawing."""
     for number in CUBES:
         session = with_cubes(first, number)
-        for words, draw in (("step", values), ("step with drawing", app.view.draw)):
+        for text, draw in (("step", values), ("step with drawing", app.view.draw)):
             draw(session)
             now, times = GrabTarget(0, client=1).apply(session), []
             for move in moves(session):
@@ -115,7 +114,7 @@ def on_the_server(first: Session, app: App) -> None:
                 now = move.apply(now)
                 draw(now)
                 times.append((1e3 * (time.perf_counter() - begin), 1e3 * (time.thread_time() - cpu)))
-            report(f"{words}, {len(session.cubes)} cubes", times)
+            report(f"{text}, {len(session.cubes)} cubes", times)
 
 
 Measured = tuple[float, float, float]
@@ -292,7 +291,7 @@ def with_points(app: App, number: int) -> None:
 
 def side_by_side() -> None:
     """The page against a bare one in one run: what the drag itself costs."""
-    for words, cubes, points in (
+    for text, cubes, points in (
         ("no cubes", 0, 0),
         ("1 000 cubes", 1_000, 0),
         ("10 000 cubes", 10_000, 0),
@@ -300,7 +299,7 @@ def side_by_side() -> None:
     ):
         bare, ours = beside_bare(cubes, points)
         print(
-            f"{words}: gesture to number {ours[0]:.0f} ms median, bare page {bare[0]:.0f} "
+            f"{text}: gesture to number {ours[0]:.0f} ms median, bare page {bare[0]:.0f} "
             f"({ours[0] / bare[0]:.2f} ×); {ours[1]:.1f} updates/s, bare {bare[1]:.1f} "
             f"({ours[1] / bare[1]:.2f} ×); {ours[2]:.1f} frames/s",
             flush=True,

@@ -56,8 +56,8 @@ def bars(found: dict[str, dict[str, float]]) -> Figure:
                     place, share, left=start, height=0.62, color=shade, label=part if not place else None
                 )
                 if share > 6.0:
-                    words = f"{parts[part]:.2g}"
-                    axes.text(start + 0.5 * share, place, words, ha="center", va="center", color="white")
+                    message = f"{parts[part]:.2g}"
+                    axes.text(start + 0.5 * share, place, message, ha="center", va="center", color="white")
                 start += share
             axes.text(101.0, place, f"{whole:.2f} mm", va="center", clip_on=False)
         axes.set_yticks(range(len(found)), [NAMES.get(name, name) for name in found])
@@ -118,8 +118,8 @@ def main(arguments=None) -> int:
             robot, data = load(given.data, name)
             train, held = next(iter(splits(data, 0, 5)))
             said = diagnose(robot, train, held_out=held)
-            words = [cause.sentence for cause in said.causes]
-            record = {"parts": budget(said), "causes": words, "verdict": str(said.verdict)}
+            text = [cause.sentence for cause in said.causes]
+            record = {"parts": budget(said), "causes": text, "verdict": str(said.verdict)}
             ledger.add(name, record | {"order": left_in_order(said)})
     table = new_table("mean error on held-out rows [mm]", "arm", *PARTS)
     for name, record in ledger.records.items():

@@ -82,8 +82,8 @@ def main():
     for name, kind in (("hobby", "zeros"), ("ur5", "zeros"), ("aria", "zeros"), ("industrial", "shift")):
         found = [compared(seed, name, kind, pictures) for seed in range(draws)]
         px, ours_px, camera, ours, nominal, tool = np.mean(found, axis=0)
-        words = f"{px:9.2f}{ours_px:8.2f}{camera:11.2f}{ours:8.2f}{nominal:16.3f}{tool:10.3f}"
-        print(f"{name + ' ' + kind:22}{words}", flush=True)
+        text = f"{px:9.2f}{ours_px:8.2f}{camera:11.2f}{ours:8.2f}{nominal:16.3f}{tool:10.3f}"
+        print(f"{name + ' ' + kind:22}{text}", flush=True)
     if PUBLIC.is_dir():
         public()
 
@@ -123,8 +123,8 @@ def public():
         _, px = chain(data, run.nominal_robot.predict(data.q))
         fit = run.best.fit
         sure = max(fit.std[fit.problem.names.index(f"camera[c0].{axis}")] for axis in "xyz")
-    words = f"{px:9.2f}{rms_px(run):8.2f}"
-    print(f"{'public pictures':22}{words}   camera ±{1e3 * sure:.2f} mm by ours, unknown by the chain")
+    message = f"{px:9.2f}{rms_px(run):8.2f}"
+    print(f"{'public pictures':22}{message}   camera ±{1e3 * sure:.2f} mm by ours, unknown by the chain")
 
 
 if __name__ == "__main__":

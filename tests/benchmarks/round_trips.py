@@ -51,10 +51,10 @@ READERS = {"dh-csv": lambda nominal, text: spreadsheet(text), **forms.READERS}
 FORMATS = ("set", "after", "format", "says, at most", "file's own", "difference")
 
 
-def in_a_process(*words: object) -> tuple[int, str, str]:
+def in_a_process(*options: object) -> tuple[int, str, str]:
     """A command as a person types it."""
     done = subprocess.run(
-        [sys.executable, "-m", "workbench", *map(str, words)], capture_output=True, text=True
+        [sys.executable, "-m", "workbench", *map(str, options)], capture_output=True, text=True
     )
     return done.returncode, done.stdout, done.stderr
 

@@ -128,9 +128,9 @@ def soak(minutes, browsers):
                 times, timed.times = timed.times, []
                 late = np.percentile(times, 95, axis=0) if times else (np.nan, np.nan)
                 rows.append((most, *held()[1:], len(times), *late))
-                words = "minute {:3d}: {:7.1f} MB, {:3d} files, {:3d} threads, {:5d} steps, p95 {:7.1f} ms"
-                words += ", {:5.1f} ms of the processor"
-                print(words.format(minute, *rows[-1]), flush=True)
+                text = "minute {:3d}: {:7.1f} MB, {:3d} files, {:3d} threads, {:5d} steps, p95 {:7.1f} ms"
+                text += ", {:5.1f} ms of the processor"
+                print(text.format(minute, *rows[-1]), flush=True)
         finally:
             others.terminate()
             others.wait()
@@ -162,8 +162,8 @@ def main():
             later[:, 2] == threads
         ).all(),
     }
-    for words, is_kept in bounds.items():
-        print("✓" if is_kept else "✗", words)
+    for text, is_kept in bounds.items():
+        print("✓" if is_kept else "✗", text)
     if options.check and not all(bounds.values()):
         raise SystemExit(1)
 

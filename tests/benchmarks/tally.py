@@ -81,8 +81,8 @@ def under_conditions(calm: Mapping[str, Sequence[Judged]]) -> Table:
     )
     for condition, ones in calm.items():
         s = share(ones)
-        words = sorted({n.name for j in ones for n in (*j.found, *j.extra)})
-        cells = (str(s.cases), bounded(s.named, s.cases), ", ".join(words), str(s.failed or ""))
+        text = sorted({n.name for j in ones for n in (*j.found, *j.extra)})
+        cells = (str(s.cases), bounded(s.named, s.cases), ", ".join(text), str(s.failed or ""))
         table.add_row(condition, *cells, bounded(s.good, s.cases), f"{s.error:.2f}", f"{s.seconds[0]:.1f}")
     return table
 

@@ -90,19 +90,19 @@ def options(arguments=None):
     parser.add_argument("--check", action="store_true", help="exit status 1 if a bound is broken")
     given = parser.parse_args(arguments)
     for name, known in (("cases", CASES), ("conditions", CONDITIONS), ("alarms", CONDITIONS), ("off", OFF)):
-        chosen = list(known) if getattr(given, name) == "all" else _words(getattr(given, name))
+        chosen = list(known) if getattr(given, name) == "all" else _names(getattr(given, name))
         if strange := set(chosen) - set(known):
             choice = ", ".join(known) or "nothing yet"
             parser.error(f"--{name} doesn't know {', '.join(sorted(strange))}; choose from {choice}")
         setattr(given, name, chosen)
-    given.on = GROUPS.get(given.on) or tuple(_words(given.on))
+    given.on = GROUPS.get(given.on) or tuple(_names(given.on))
     if strange := set(given.on) - set(MORPHOLOGIES):
         parser.error(f"--on doesn't know {', '.join(sorted(strange))}; choose from {', '.join(MORPHOLOGIES)}")
     given.seeds = seeds_of(given.seeds, given.arms)
     return given
 
 
-def _words(text: str) -> list[str]:
+def _names(text: str) -> list[str]:
     return [word for word in text.split(",") if word]
 
 

@@ -378,10 +378,10 @@ SHOWN = ("turned base", "too few rows", "one row")
     ],
 )
 def test_bad_data(refused, measured, command, case):
-    make, robot, words = BAD_DATA[case]
+    make, robot, text = BAD_DATA[case]
     data = make(measured)
     options = ["--save", "c.toml", "--report", "report"] if command == "identify" else []
-    refused(words, command, data, "--robot", robot, "--json", "r.json", *options)
+    refused(text, command, data, "--robot", robot, "--json", "r.json", *options)
 
 
 def test_a_urdf_without_limits(refused, measured):
@@ -418,9 +418,9 @@ BAD_OPTIONS = {
 
 @pytest.mark.parametrize("case", BAD_OPTIONS)
 def test_bad_options(refused, measured, case):
-    options, words = BAD_OPTIONS[case]
+    options, text = BAD_OPTIONS[case]
     data = measured / "good.csv"
-    refused(words, "identify", data, "--robot", "aria", "--json", "r.json", *options)
+    refused(text, "identify", data, "--robot", "aria", "--json", "r.json", *options)
 
 
 @pytest.mark.parametrize("option", ["--save", "--json", "--report"])
@@ -463,8 +463,8 @@ OTHER_COMMANDS = {
 
 @pytest.mark.parametrize("case", OTHER_COMMANDS)
 def test_other_commands_refuse(refused, case):
-    command, words = OTHER_COMMANDS[case]
-    refused(words, *command)
+    command, text = OTHER_COMMANDS[case]
+    refused(text, *command)
 
 
 @pytest.mark.parametrize(

@@ -74,7 +74,7 @@ def test_found_saved_and_used(run, soft):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("options", "said"),
     [
         (("--save", "c.txt"), ".toml"),
         (("--report", "file"), "file: "),
@@ -85,9 +85,9 @@ def test_found_saved_and_used(run, soft):
         (("--noise", "-1mm"), "must be positive"),
     ],
 )
-def test_a_mistake_gets_one_sentence_and_writes_nothing(refused, soft, words, said):
+def test_a_mistake_gets_one_sentence_and_writes_nothing(refused, soft, options, said):
     Path("file").write_text("")
-    command = ("diagnose", soft / "soft.csv", "--robot", "aria", "--json", "r.json", *words)
+    command = ("diagnose", soft / "soft.csv", "--robot", "aria", "--json", "r.json", *options)
     refused([said], *command, status=1 if said == "file: " else 64)
 
 

@@ -23,9 +23,9 @@ def test_rows_of_another_arm_give_no_result_unless_forced(run, rows, tmp_path):
         assert not (tmp_path / "r.json").exists()
     run("identify", rows, "--robot", "aria", "--force", *FEW)
     result = json.loads((tmp_path / "r.json").read_text())
-    assert any("these rows are not ARIA's" in words for words in result["warnings"])
+    assert any("these rows are not ARIA's" in text for text in result["warnings"])
     status, _, err = run("identify", rows, "--robot", "ur5", *FEW)
     assert status == 0, err
     assert not any(
-        "rows are not" in words for words in json.loads((tmp_path / "r.json").read_text())["warnings"]
+        "rows are not" in text for text in json.loads((tmp_path / "r.json").read_text())["warnings"]
     )

@@ -7,13 +7,13 @@ import pytest
 
 @pytest.fixture
 def rows(run):
-    words = ("simulate", "--robot", "katana450", "--poses", 60, "--index", "iso-cube", "--seed", 3)
-    assert run(*words, "--out", "d.csv")[0] == 0
+    options = ("simulate", "--robot", "katana450", "--poses", 60, "--index", "iso-cube", "--seed", 3)
+    assert run(*options, "--out", "d.csv")[0] == 0
     return "d.csv"
 
 
-def identified(run, tmp_path, *words):
-    status, out, err = run("identify", "d.csv", "--robot", "katana450", *words, "--json", "r.json")
+def identified(run, tmp_path, *options):
+    status, out, err = run("identify", "d.csv", "--robot", "katana450", *options, "--json", "r.json")
     assert status == 0, err
     return json.loads((tmp_path / "r.json").read_text())["algorithms"], out
 
@@ -41,8 +41,18 @@ def test_level_1_frees_the_offsets_alone(run, refused, tmp_path, rows):
 
 @pytest.mark.parametrize("instrument", ["laser-tracker-fixed", "inclinometer", "plane-probe"])
 def test_instruments_are_chosen_by_name(run, tmp_path, instrument):
-    words = ("simulate", "--robot", "katana450", "--poses", 80, "--index", "circle-points", "--out", "i.csv")
-    status, out, _ = run(*words, "--instrument", instrument)
+    options = (
+        "simulate",
+        "--robot",
+        "katana450",
+        "--poses",
+        80,
+        "--index",
+        "circle-points",
+        "--out",
+        "i.csv",
+    )
+    status, out, _ = run(*options, "--instrument", instrument)
     assert status == 0
     assert "80 rows" in out
     head = (tmp_path / "i.csv").read_text().splitlines()[0]

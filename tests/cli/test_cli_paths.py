@@ -19,8 +19,8 @@ CIRCLE = ("--through", "0.45,0.3,0.25", "--through", "0.37,0.38,0.25", "--throug
 @pytest.fixture
 def circle(run):
     """A level circle of ARIA's."""
-    words = ("path", "circle", "--robot", "aria", *CIRCLE, "--duration", 8, "--rows", 120)
-    status, out, err = run(*words, "--out", "c.csv", "--picture", "c.png", "--json", "c.json")
+    options = ("path", "circle", "--robot", "aria", *CIRCLE, "--duration", 8, "--rows", 120)
+    status, out, err = run(*options, "--out", "c.csv", "--picture", "c.png", "--json", "c.json")
     assert status == 0, err
     assert "held along" in out
     assert "-0.000" not in out
@@ -61,16 +61,16 @@ def test_a_circle_read_as_measurements_is_where_the_arm_is(run):
 
 
 def test_a_compensated_circle_is_corrected_where_only_positions_count(run, refused, circle):
-    words = ("compensate", "c.csv", "--robot", "ur5", "--nominal", "aria", "--out", "k.csv")
-    refused((), *words, status=1)
-    words = ("compensate", "c.csv", "--robot", "aria-table4", "--nominal", "aria", "--out", "k.csv")
-    assert run(*words, "--positions-only", "--moving")[0] == 0
-    refused(["joint"], *words[:-1], "n.csv", "--positions-only", "--max-speed", "0.01", status=1)
+    options = ("compensate", "c.csv", "--robot", "ur5", "--nominal", "aria", "--out", "k.csv")
+    refused((), *options, status=1)
+    options = ("compensate", "c.csv", "--robot", "aria-table4", "--nominal", "aria", "--out", "k.csv")
+    assert run(*options, "--positions-only", "--moving")[0] == 0
+    refused(["joint"], *options[:-1], "n.csv", "--positions-only", "--max-speed", "0.01", status=1)
 
 
 def test_nothing_is_written_where_a_path_can_not_be(run, refused):
     line = ("path", "line", "--robot", "aria", "--out", "l.csv")
-    for words, said in (
+    for options, said in (
         (("--from", "0.45,0.3,0.25", "--to", "1.45,0.3,0.25"), "beyond"),
         (
             ("--from", "0.45,0.3,0.25", "--to", "0.3,0.4,0.3", "--duration", "0.2", "--max-speed", "1"),
@@ -78,5 +78,5 @@ def test_nothing_is_written_where_a_path_can_not_be(run, refused):
         ),
         (("--from", "0.45,0.3", "--to", "0.3,0.4,0.3"), "--from"),
     ):
-        refused([said], *line, *words, status=64 if said == "--from" else 1)
+        refused([said], *line, *options, status=64 if said == "--from" else 1)
     assert run("path", "circle", "--robot", "aria", "--out", "l.csv")[0] == 64

@@ -31,7 +31,7 @@ def test_score_says_what_is_not_told_apart(run):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("options", "said"),
     [
         (("score", "nowhere.toml"), "nowhere.toml"),
         (("score", "table2", "--unknown", "wrist"), "--unknown must be base"),
@@ -39,8 +39,8 @@ def test_score_says_what_is_not_told_apart(run):
         (("compare", "table2"), "at least two plates"),
     ],
 )
-def test_one_sentence_for_bad_input(refused, words, said):
-    refused([said], "plate", *words, "--robot", "aria", status=1 if said == "nowhere.toml" else 64)
+def test_one_sentence_for_bad_input(refused, options, said):
+    refused([said], "plate", *options, "--robot", "aria", status=1 if said == "nowhere.toml" else 64)
 
 
 def test_plates_are_compared_as_if_made_alike(run, tmp_path, aria):
@@ -50,8 +50,8 @@ def test_plates_are_compared_as_if_made_alike(run, tmp_path, aria):
     write_plate(plate, tmp_path / "one.toml")
     made = Production(position=5e-5, angle=8.7e-4, play=(1.2e-5, 1.4e-3))
     write_plate(replace(plate, name="Other", production=made), tmp_path / "other.toml")
-    words = ("plate", "compare", "one.toml", "other.toml", "--robot", "aria", "--json", "c.json")
-    status, out, _ = run(*words)
+    options = ("plate", "compare", "one.toml", "other.toml", "--robot", "aria", "--json", "c.json")
+    status, out, _ = run(*options)
     out = " ".join(out.split())
     assert status == 0
     assert "made within ±0.05 mm, ±0.05°, seat play ±0.012 mm, ±0.08°" in out
@@ -60,7 +60,7 @@ def test_plates_are_compared_as_if_made_alike(run, tmp_path, aria):
     one, other = ([p["set"]["predicted"], p["as_stated"]["predicted"]] for p in found["plates"])
     assert one[0] == other[0] == other[1]
     assert one[1]["position_mm"]["rms"] < 0.9 * one[0]["position_mm"]["rms"]
-    status, out, _ = run(*words, "--tolerance", "0mm,0deg", "--play", "none")
+    status, out, _ = run(*options, "--tolerance", "0mm,0deg", "--play", "none")
     assert status == 0
     again = json.loads((tmp_path / "c.json").read_text())["plates"]
     assert again[1]["set"]["predicted"] == one[1]
@@ -71,8 +71,8 @@ def test_plates_are_compared_as_if_made_alike(run, tmp_path, aria):
 
 
 def test_clusters_as_a_plate(run, tmp_path):
-    words = ("--robot", "aria", "--side", "100mm", "--index", "O1", "--out", "c.toml", "--json", "c.json")
-    status, out, _ = run("plate", "cluster", *words)
+    options = ("--robot", "aria", "--side", "100mm", "--index", "O1", "--out", "c.toml", "--json", "c.json")
+    status, out, _ = run("plate", "cluster", *options)
     assert status == 0
     assert "joint 1 alone turned" in out
     found = json.loads((tmp_path / "c.json").read_text())

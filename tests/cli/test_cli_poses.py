@@ -9,9 +9,9 @@ from workbench.data.readers import read_trajectory
 
 
 def test_poses_with_limits(run, tmp_path):
-    words = ("--region", "table2", "--towards", "-150,0,0", "--cone", "80deg", "--spread", "40mm")
+    options = ("--region", "table2", "--towards", "-150,0,0", "--cone", "80deg", "--spread", "40mm")
     more = ("--travel", "120deg", "--unknown", "base", "--out", "q.csv", "--json", "q.json")
-    status, out, _ = run("poses", "--robot", "aria", "--number", "8", *words, *more)
+    status, out, _ = run("poses", "--robot", "aria", "--number", "8", *options, *more)
     assert status == 0
     assert "from pose to pose" in out
     found = json.loads((tmp_path / "q.json").read_text())
@@ -26,7 +26,7 @@ def test_poses_with_limits(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("options", "said"),
     [
         (("--spread", "500mm", "--region", "table2"), "conflict"),
         (("--towards", "1,2"), "roll,pitch,yaw"),
@@ -35,6 +35,6 @@ def test_poses_with_limits(run, tmp_path):
         (("--region", "5,5,5:6,6,6"), "hardly ever reaches"),
     ],
 )
-def test_bad_input(refused, words, said):
+def test_bad_input(refused, options, said):
     status = 1 if said in ("conflict", "hardly ever reaches") else 64
-    refused([said], "poses", "--robot", "aria", "--number", "8", *words, status=status)
+    refused([said], "poses", "--robot", "aria", "--number", "8", *options, status=status)

@@ -63,14 +63,14 @@ def inputs(tmp_path_factory) -> Path:
     return folder
 
 
-@pytest.mark.parametrize("command", COMMANDS, ids=lambda words: " ".join(words.split()[:2]))
+@pytest.mark.parametrize("command", COMMANDS, ids=lambda options: " ".join(options.split()[:2]))
 def test_every_file_is_there_though_nobody_reads(command, inputs, run_unread, tmp_path):
     for path in inputs.iterdir():
         (tmp_path / path.name).symlink_to(path)
-    words = command.split()
-    status, _, err = run_unread(*words)
+    options = command.split()
+    status, _, err = run_unread(*options)
     assert status == 0, err
-    outputs = [tmp_path / words[k + 1] for k, word in enumerate(words) if word in WRITTEN]
+    outputs = [tmp_path / options[k + 1] for k, word in enumerate(options) if word in WRITTEN]
     assert all(path.exists() for path in outputs)
 
 

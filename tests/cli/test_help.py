@@ -28,9 +28,9 @@ def groups():
     return [str(group.name or group.typer_instance.info.name) for group in app.registered_groups]
 
 
-@pytest.mark.parametrize("words", [(), *((group,) for group in groups())])
-def test_no_sentence_is_cut_off(run, words):
-    _, out, _ = run(*words, "--help")
+@pytest.mark.parametrize("options", [(), *((group,) for group in groups())])
+def test_no_sentence_is_cut_off(run, options):
+    _, out, _ = run(*options, "--help")
     assert "..." not in out.partition("\n")[2]
     listed = out[out.rindex("--help") :]
     entries = re.split(r"\n {2}(?=[a-z])", listed)[1:]

@@ -44,7 +44,7 @@ def test_a_terminal_obeys_no_name(capfd):
 
 
 def test_a_terminal_obeys_no_reason(capfd):
-    def command(words):
+    def command(text):
         options.fail(f"the arm {OBEYED} fails")
 
     assert exit_status.run(command, []) == exit_status.UNUSABLE
@@ -107,8 +107,8 @@ def test_from_the_file_to_the_report(run, tmp_path):
     text = measurements_csv(replace(rows, session=np.full(40, label)))
     name = "=1+1\u202e<b>.csv"
     Path(name).write_text(text)
-    words = ("--robot", "aria", "--report", "report", "--json", "r.json")
-    for command in (("preview", name), ("identify", name, *words), ("diagnose", name, *words)):
+    arguments = ("--robot", "aria", "--report", "report", "--json", "r.json")
+    for command in (("preview", name), ("identify", name, *arguments), ("diagnose", name, *arguments)):
         status, out, err = run(*command)
         assert status in (0, 2), err
         assert obeyed(out + err) == []

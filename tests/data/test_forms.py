@@ -297,12 +297,12 @@ def test_another_separator_in_every_label(read, label):
 
 @given(
     separators=st.permutations([",", ";", "\t"]),
-    words=st.lists(st.text("ab 7,;\t", min_size=1, max_size=5), min_size=2, max_size=5),
+    message=st.lists(st.text("ab 7,;\t", min_size=1, max_size=5), min_size=2, max_size=5),
     title=st.booleans(),
 )
-def test_the_separator_is_the_one_of_the_heading(separators, words, title):
+def test_the_separator_is_the_one_of_the_heading(separators, message, title):
     own, others = separators[0], separators[1:]
-    labels = [word.replace(own, "") + "".join(others) for word in words]
+    labels = [word.replace(own, "") + "".join(others) for word in message]
     rows = [own.join(["1", "2.5", "3", "4", label]) for label in labels]
     lines = ["rows of today"] * title + [own.join(["q1[deg]", "x[mm]", "y[mm]", "z[mm]", "session"]), *rows]
     assert separator_of(lines).value == own

@@ -58,8 +58,8 @@ def test_an_effect_from_elsewhere_may_be_the_surprise(aria, monkeypatch):
 
 def test_joint_and_size_are_as_said(aria):
     rng = np.random.default_rng(0)
-    words = ["joint-compliance:3:4e-5", "base-drift::1e-7", "joint-coupling:4:1e-3", "backlash:5:2e-3"]
-    compliance, drift, coupling, backlash = hidden_effects(aria, words, rng=rng)[0]
+    text = ["joint-compliance:3:4e-5", "base-drift::1e-7", "joint-coupling:4:1e-3", "backlash:5:2e-3"]
+    compliance, drift, coupling, backlash = hidden_effects(aria, text, rng=rng)[0]
     assert (compliance.joints, compliance.coefficients) == ((2,), (4e-5,))
     assert drift.joints == ()
     assert np.linalg.norm(drift.coefficients[:3]) == pytest.approx(1e-7)
@@ -86,7 +86,7 @@ def test_rows_carry_what_drives_the_effects(aria):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("text", "said"),
     [
         ("wobble", "no effect 'wobble'; known are joint-compliance, backlash"),
         ("backlash:0", "joint must be 1–6, got '0'"),
@@ -97,6 +97,6 @@ def test_rows_carry_what_drives_the_effects(aria):
         ("joint-compliance:1", "nothing drives it"),
     ],
 )
-def test_words_without_sense_are_refused(aria, words, said):
+def test_words_without_sense_are_refused(aria, text, said):
     with pytest.raises(OptionError, match=said):
-        hidden_effects(aria, [words], rng=np.random.default_rng(0))
+        hidden_effects(aria, [text], rng=np.random.default_rng(0))

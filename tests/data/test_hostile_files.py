@@ -113,15 +113,15 @@ def _packed(content: bytes) -> bytes:
 
 
 @pytest.mark.parametrize(
-    ("depth", "words"), [(20, "there are no matrices|which matrix"), (3000, "variable 1.* is damaged")]
+    ("depth", "text"), [(20, "there are no matrices|which matrix"), (3000, "variable 1.* is damaged")]
 )
-def test_matlab_cells_in_cells(tmp_path, depth, words):
+def test_matlab_cells_in_cells(tmp_path, depth, text):
     content = struct.pack("<2I", 14, 0)
     for _ in range(depth):
         content = struct.pack("<12I", 14, 40 + len(content), 6, 8, 1, 0, 5, 8, 1, 1, 1, 0) + content
     path = tmp_path / "deep.mat"
     path.write_bytes(HEADER + content)
-    with pytest.raises(WorkbenchError, match=words):
+    with pytest.raises(WorkbenchError, match=text):
         read_measurements(path)
 
 

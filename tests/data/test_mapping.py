@@ -46,7 +46,7 @@ def test_choices_one_after_the_other_name_the_files_own_headings(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ('[columns]\na = "nothing[m]"\n', "there is no such column"),
         ("[columns]\na = 3\n", "must be a name"),
@@ -54,9 +54,9 @@ def test_choices_one_after_the_other_name_the_files_own_headings(tmp_path):
         ("layout = 3\n", "layout must be a name"),
     ],
 )
-def test_bad_mappings_are_refused(text, words, tmp_path):
+def test_bad_mappings_are_refused(text, message, tmp_path):
     (tmp_path / "m.toml").write_text(text)
-    with pytest.raises(WorkbenchError, match=words):
+    with pytest.raises(WorkbenchError, match=message):
         read_mapping(tmp_path / "m.toml")
 
 

@@ -50,9 +50,9 @@ def test_quaternions_of_another_order_or_of_the_opposite_turn(aria, rows, order,
         checked(aria, misread(rows, order, signs))
 
 
-@pytest.mark.parametrize(("factor", "words"), [(1e-3, "m labelled mm"), (1e3, "mm labelled m")])
-def test_lengths_of_another_unit(aria, rows, factor, words):
-    with pytest.raises(DataError, match=words):
+@pytest.mark.parametrize(("factor", "text"), [(1e-3, "m labelled mm"), (1e3, "mm labelled m")])
+def test_lengths_of_another_unit(aria, rows, factor, text):
+    with pytest.raises(DataError, match=text):
         checked(aria, replace(rows, position=factor * rows.position))
 
 

@@ -17,7 +17,7 @@ from workbench.data.writer import RotationForm, write_measurements
 
 NOT_IN_THE_FILE = {"source", "notes", "row", "joint_units"}
 quick = settings(max_examples=40)
-words = st.text(
+texts = st.text(
     st.characters(categories=("L", "N", "P", "S"), exclude_characters="#"), min_size=1, max_size=6
 )
 
@@ -45,7 +45,7 @@ def columns(draw):
     rows, joints = draw(st.integers(1, 6)), draw(st.integers(1, 7))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     maybe = lambda value: value if draw(st.booleans()) else None  # noqa: E731
-    labels = lambda: np.array(draw(st.lists(words, min_size=rows, max_size=rows)), dtype=str)  # noqa: E731
+    labels = lambda: np.array(draw(st.lists(texts, min_size=rows, max_size=rows)), dtype=str)  # noqa: E731
     size = 10.0 ** draw(st.integers(-6, 3))
     temperature = rng.normal(23, 2, rows)
     temperature[rng.random(rows) < 0.3] = np.nan

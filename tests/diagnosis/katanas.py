@@ -57,8 +57,8 @@ class Katana:
     @property
     def sizes(self) -> dict[str, float]:
         """Coefficients as the package names them, SI."""
-        words = {"clearance-tilt": "clearance", "backlash": "backlash", "joint-compliance": "compliance"}
-        return {f"joint{e.joints[0] + 1}.{words[e.name]}": e.size[0] for e in self.hidden}
+        text = {"clearance-tilt": "clearance", "backlash": "backlash", "joint-compliance": "compliance"}
+        return {f"joint{e.joints[0] + 1}.{text[e.name]}": e.size[0] for e in self.hidden}
 
 
 def tilting(*, spread=0.0, rng=None):

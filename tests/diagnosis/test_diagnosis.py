@@ -158,7 +158,7 @@ def test_what_was_not_measured_is_null(nothing):
 
 
 @pytest.mark.parametrize(
-    ("size", "words"),
+    ("size", "message"),
     [
         (Size("a", 0.041234, 0.000312, "mrad"), "0.04123 ± 0.00031 mrad"),
         (Size("a", -2.5, 0.25, "mm/h"), "−2.50 ± 0.25 mm/h"),
@@ -169,8 +169,8 @@ def test_what_was_not_measured_is_null(nothing):
         (Size("a", 0.0, 0.0031, "mm"), "0.0000 ± 0.0031 mm"),
     ],
 )
-def test_sizes_have_two_digits_of_their_error(size, words):
-    assert size.text == words
+def test_sizes_have_two_digits_of_their_error(size, message):
+    assert size.text == message
 
 
 def test_units_are_readable():
@@ -183,11 +183,11 @@ def test_units_are_readable():
     ]
     soft = EFFECTS["joint-compliance"]((1,), (4.1e-5,))
     assert lines(soft, (1e-6,), chain) == (("compliance", "0.0410 ± 0.0010 mrad/(N·m)"),)
-    ((name, words),) = lines(DENT, (1e-4,) * 9, chain)
+    ((name, text),) = lines(DENT, (1e-4,) * 9, chain)
     assert name == "9 coefficients, clearest knot4"
-    assert words == "2.00 ± 0.10 mrad"
-    ((_, words),) = lines(DENT, (1e-2,) * 9, chain)
-    assert "±" not in words
+    assert text == "2.00 ± 0.10 mrad"
+    ((_, text),) = lines(DENT, (1e-2,) * 9, chain)
+    assert "±" not in text
 
 
 @pytest.mark.parametrize("width", [80, 100])
@@ -196,8 +196,8 @@ def test_the_terminal_tells_it_all(diagnosed, width):
     Console(file=text, width=width).print(diagnosis_tables(diagnosed))
     shown = " ".join(text.getvalue().split())
     assert max(map(len, text.getvalue().splitlines())) <= width
-    for words in ("explained:", "geometry", "with effects", "joint-compliance,"):
-        assert words in shown
+    for message in ("explained:", "geometry", "with effects", "joint-compliance,"):
+        assert message in shown
     assert f"outliers: data row {WRONG}:" in shown
     assert "chance" not in shown
     assert "…" not in shown.replace(" …", "")
@@ -214,7 +214,7 @@ def test_poses_that_tell_little_more_are_not_shown(diagnosed, left, is_shown):
 def test_a_screen_has_one_standard_error_for_one_size(diagnosed):
     """What poses to measure next would tell is relative to it."""
     effects = [s.text for e in diagnosed.effects for s in sizes(e.effect, e.std, diagnosed.robot.chain)]
-    assert all(" ± " in words for words in effects)
+    assert all(" ± " in message for message in effects)
     sharpened = [r.sentence for r in diagnosed.next_reasons if "observable" not in r.sentence]
     assert all(sentence.endswith((" % smaller", "by less than 1 %")) for sentence in sharpened)
 
@@ -311,8 +311,8 @@ def test_the_drawn_shape_is_the_hidden_one_within_its_band(diagnosed):
 def test_rows_show_the_law_of_every_effect(name):
     """At a model without the effect, exact rows show its law in the increment over its driver."""
     robot = load_robot("aria")
-    words = name if EFFECTS[name].whole_arm else f"{name}:3"
-    actual, rows = measure_poses(robot, 40, effects=(words,), actual=robot, instrument="ideal", seed=4)
+    text = name if EFFECTS[name].whole_arm else f"{name}:3"
+    actual, rows = measure_poses(robot, 40, effects=(text,), actual=robot, instrument="ideal", seed=4)
     (effect,) = actual.effects
     alone = replace(effect, coefficients=_only_last(effect))
     data = replace(_exact(robot.with_effects(alone), rows), sigma=None)

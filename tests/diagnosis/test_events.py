@@ -268,7 +268,7 @@ def test_the_report_draws_a_line_with_its_name_where_something_happened(slipped)
     (axes,) = figure.axes
     dashed = [line for line in axes.lines if line.get_linestyle() == "--"]
     assert [line.get_xdata()[0] for line in dashed] == [pytest.approx(event.time_s / 60.0)]
-    assert [words.get_text().strip() for words in axes.texts] == [event.mark]
+    assert [text.get_text().strip() for text in axes.texts] == [event.mark]
     before, after = (line.get_ydata() for line in axes.lines if line.get_linestyle() == "None")
     assert before.mean() > 3.0 * after.mean()
     again = diagnose(made.robot, made.data.take(np.arange(event.row, len(made.data))), held_out=0.0)

@@ -154,10 +154,10 @@ def check_found(diagnosis):
 
 
 def test_from_the_simulator_to_the_corrected_path_at_the_command_line(run):
-    words = ("--robot", "aria", "--poses", "90", "--effect", f"gear-sag:2:{SIZE}", "--seed", "2")
-    assert run("simulate", *words, "--out", "sag.csv")[0] == 0
-    words = ("--save", "sag.toml", "--report", "report", "--json", "r.json")
-    status, out, err = run("diagnose", "sag.csv", "--robot", "aria", *words)
+    options = ("--robot", "aria", "--poses", "90", "--effect", f"gear-sag:2:{SIZE}", "--seed", "2")
+    assert run("simulate", *options, "--out", "sag.csv")[0] == 0
+    options = ("--save", "sag.toml", "--report", "report", "--json", "r.json")
+    status, out, err = run("diagnose", "sag.csv", "--robot", "aria", *options)
     assert status == 0, err
     assert SENTENCE in " ".join(out.split())
     result = json.loads(Path("r.json").read_text())
@@ -174,8 +174,8 @@ def test_from_the_simulator_to_the_corrected_path_at_the_command_line(run):
     q = np.linspace([0.2, -0.4, 0.5, 0.0, 0.4, 0.0], [0.6, -0.2, 0.7, 0.2, 0.6, 0.1], 12)
     header = ",".join(["time[s]", *(f"q{j + 1}[rad]" for j in range(6))])
     np.savetxt("path.csv", np.column_stack([np.arange(12), q]), delimiter=",", header=header, comments="")
-    words = ("--robot", "sag.toml", "--nominal", "aria", "--out", "corrected.csv")
-    status, _, err = run("compensate", "path.csv", *words)
+    options = ("--robot", "sag.toml", "--nominal", "aria", "--out", "corrected.csv")
+    status, _, err = run("compensate", "path.csv", *options)
     assert status == 0, err
     corrected = read_trajectory("corrected.csv", joints=6).q
     nominal, here = load_robot("aria"), calibrated.base.pose

@@ -100,7 +100,7 @@ def test_a_repeated_row_is_not_its_own_neighbour():
 
 
 @pytest.mark.parametrize(
-    ("effect", "words"),
+    ("effect", "text"),
     [
         (EncoderScale((0,), (0.005,)), "Joint 1 slides 0.5 % too far"),
         (JointCompliance((0,), (2e-6,)), "Joint 1 deflects by 2 µm/N under the force along its axis"),
@@ -113,8 +113,8 @@ def test_a_repeated_row_is_not_its_own_neighbour():
         (EncoderScale((1,), (-0.005,)), "Joint 2 turns 0.5 % too little"),
     ],
 )
-def test_sliding_joints_slide(tmp_path, effect, words):
+def test_sliding_joints_slide(tmp_path, effect, text):
     path = tmp_path / "column.toml"
     path.write_text(SLIDING)
     rows = Motion(np.column_stack([np.linspace(0.0, 0.2, 9), np.linspace(-1.0, 1.0, 9)]))
-    assert words in effect.sentence(read_toml(path).chain, rows)
+    assert text in effect.sentence(read_toml(path).chain, rows)

@@ -68,9 +68,9 @@ def test_a_varying_payload_weighs_the_compliance():
 def test_the_sentence_gives_angles_alone():
     sag = GravitySag((3,), (0.002, 0.001, 0.009), terms="4x 4y payload")
     case = make("payload", TUNING[1], "aria")
-    words = sag.sentence(case.robot.chain, Motion.of(case.data))
-    assert words.startswith("Joint 4 deflects")
-    assert "up to 2 mrad" in words
+    text = sag.sentence(case.robot.chain, Motion.of(case.data))
+    assert text.startswith("Joint 4 deflects")
+    assert "up to 2 mrad" in text
 
 
 @pytest.mark.parametrize(("arm", "seed"), HARMONICS)

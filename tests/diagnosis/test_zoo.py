@@ -83,7 +83,7 @@ def test_parts_are_switched_off_by_name(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("text", "message"),
     [
         (["--cases", "nonsense"], "--cases doesn't know nonsense; choose from none, compliance"),
         (["--conditions", "rain"], "--conditions doesn't know rain"),
@@ -91,9 +91,9 @@ def test_parts_are_switched_off_by_name(monkeypatch):
         (["--off", "everything"], "--off doesn't know everything"),
     ],
 )
-def test_unknown_words_are_refused(words, message, capsys):
+def test_unknown_words_are_refused(text, message, capsys):
     with pytest.raises(SystemExit) as ended:
-        zoo.main(words)
+        zoo.main(text)
     assert ended.value.code == 2
     assert message in capsys.readouterr().err
 

@@ -48,8 +48,8 @@ def test_a_urdf_after_a_diagnosis_is_as_good_as_geometry_alone(diagnosed, tmp_pa
     shown = file_errors(found, found.best)
     assert shown["URDF"].position_mm.mean == pytest.approx(missed.mean(), rel=0.05)
     assert shown["TOML"].position_mm.mean == diagnosed.after.held_out.position_mm.mean
-    words = file_text(found, found.best)
-    assert words.index("URDF") < words.index("TOML")
+    text = file_text(found, found.best)
+    assert text.index("URDF") < text.index("TOML")
 
 
 @pytest.mark.data

@@ -75,9 +75,9 @@ def test_the_command(run, tmp_path):
     code, said, _ = run("export", "ur5", "--for", "list")
     assert code == 0
     assert all(name in said for name in FORMS)
-    for words in (["--for", "nonsense", "--out", out], ["--for", "dh-csv"], ["--out", out]):
-        code, _, error = run("export", "ur5", *words)
-        assert code == 64, words
+    for options in (["--for", "nonsense", "--out", out], ["--for", "dh-csv"], ["--out", out]):
+        code, _, error = run("export", "ur5", *options)
+        assert code == 64, options
         assert "--" in error or "choose" in error
 
 

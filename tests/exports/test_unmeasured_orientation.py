@@ -214,7 +214,7 @@ def test_how_far_the_flange_is_from_nominal_is_that_of_the_file(cell):
         turned_in_file(table), abs=1e-4
     )
     said = [*unobserved_text(arm), *usable_arm(arm).notes, *usable_arm(arm, effects=False).notes]
-    sizes = [float(re.search(r"([\d.e-]+)°", words)[1]) for words in said]
+    sizes = [float(re.search(r"([\d.e-]+)°", text)[1]) for text in said]
     assert sizes == pytest.approx([own, *2 * [turned_in_file(table)]], rel=0.06)
 
 
@@ -258,8 +258,8 @@ def test_controller_numbers_that_are_advised_help(cell, run, tmp_path):
 def test_a_corrected_path_is_not_said_to_have_no_error(cell, run, tmp_path):
     rows = "\n".join(",".join(map(repr, row)) for row in cell.q[:20].tolist())
     (tmp_path / "t.csv").write_text(",".join(f"q{k + 1}[rad]" for k in range(6)) + "\n" + rows + "\n")
-    words = ("compensate", "t.csv", "--robot", cell.saved, "--nominal", "ur5", "--out", "o.csv")
-    status, out, _ = run(*words, "--json", "r.json")
+    options = ("compensate", "t.csv", "--robot", cell.saved, "--nominal", "ur5", "--out", "o.csv")
+    status, out, _ = run(*options, "--json", "r.json")
     assert status == 0
     assert not re.search(r"e-\d", out)
     own = wb.load_robot(cell.saved).calibration.error.position
@@ -267,7 +267,7 @@ def test_a_corrected_path_is_not_said_to_have_no_error(cell, run, tmp_path):
     used = np.hypot(own, usable_arm(wb.load_robot(cell.saved)).left.position_mean)
     assert f"{1e3 * used:.3f}" in out
     assert json.loads((tmp_path / "r.json").read_text())["model_error"][0] == pytest.approx(used)
-    assert run(*words, "--orientations")[0] == 64
+    assert run(*options, "--orientations")[0] == 64
 
 
 def test_an_older_file_without_a_record_is_taken_for_positions_alone(cell, tmp_path):

@@ -115,7 +115,7 @@ def test_what_was_expected_is_no_knowledge_for_the_next_calibration(tmp_path):
     prior = Prior.of(fit)
     place = prior.names.index("joint6.theta")
     assert prior.information[place, place] < 1e-3 / fit.problem.deviation**2
-    assert any("base yaw" in words.text for words in fit.unidentifiable)
+    assert any("base yaw" in message.text for message in fit.unidentifiable)
     assert "joint6.theta" in fit.only_expected
 
 

@@ -108,7 +108,7 @@ def test_a_sigma_of_zero_is_rounding(tmp_path, rows):
 
 def test_a_channel_that_gets_worse_than_nominal_is_warned_of(rows):
     """Sigma columns that call orientations meaningless: the fit turns the tool by degrees."""
-    assert not any("nominal" in words for words in fitted(rows).warnings)
+    assert not any("nominal" in text for text in fitted(rows).warnings)
     claims = claimed(rows, 1e-3 * SIGMA[0], 1.0)
     told = fitted(claims, deviation=np.inf)
     assert told.best.held_out.orientation_deg.mean > 5.0 * told.nominal.held_out.orientation_deg.mean

@@ -101,7 +101,7 @@ def test_other_arms_are_recovered_with_unknown_base_and_tool(name, tmp_path):
     for result in run.runs.values():
         assert result.fit.outcome is Outcome.CONVERGED
         assert held_out_error(result.calibrated, hidden, rng) < 1e-9
-    assert any("base yaw" in words for words in run.unidentifiable)
+    assert any("base yaw" in text for text in run.unidentifiable)
 
 
 def test_errors_are_as_large_as_their_standard_errors_say(tmp_path):

@@ -92,4 +92,4 @@ def test_a_turned_held_out_row_is_told_in_degrees():
 def test_exact_rows_show_one_arm_and_no_warning():
     run = identify(load_robot("aria"), rows_of(4, noise=0.0, turn=0.0))
     assert len(run.distinct) == 1
-    assert not any("moves the tool" in words for words in run.warnings)
+    assert not any("moves the tool" in text for text in run.warnings)

@@ -71,9 +71,9 @@ def test_a_fit_reports_the_held_out_points_alone(command, run, tmp_path):
     write_rows(tmp_path / "fit.csv", made, seen=60, tilted=20, seed=1, noise=1e-4)
     q, xyz, _ = write_rows(tmp_path / "held.csv", made, seen=15, tilted=15, seed=2, noise=2e-4)
     robot_file(tmp_path / "arm.toml")
-    words = ("fit.csv", "--robot", "arm.toml", "--held-out", "held.csv", "--noise", "0.1mm,0.001deg")
-    words += ("--algorithm", "ols") if command == "identify" else ()
-    status, _, err = run(command, *words, "--save", "cal.toml", "--json", "r.json", "--report", "out")
+    options = ("fit.csv", "--robot", "arm.toml", "--held-out", "held.csv", "--noise", "0.1mm,0.001deg")
+    options += ("--algorithm", "ols") if command == "identify" else ()
+    status, _, err = run(command, *options, "--save", "cal.toml", "--json", "r.json", "--report", "out")
     assert status == 0, err
     found = json.loads((tmp_path / "r.json").read_text())
     saved = tomllib.loads((tmp_path / "cal.toml").read_text())

@@ -61,9 +61,9 @@ def test_a_search_assumes_the_same_making_from_python_and_as_a_command(searched,
         assert searched == [asked, asked]
         searched.clear()
     machined = replace(MANNERS["machined"].production, play=PINS)
-    words = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml")
-    assert run(*words, "--play", "none", "--tolerance", "0.1mm,0deg")[0] == 0
-    assert run(*words, "--made", "machined")[0] == 0
+    options = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml")
+    assert run(*options, "--play", "none", "--tolerance", "0.1mm,0deg")[0] == 0
+    assert run(*options, "--made", "machined")[0] == 0
     assert searched == [(Production(position=1e-4), "seat"), (machined, "seat")]
 
 

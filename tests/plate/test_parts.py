@@ -74,7 +74,7 @@ def test_mounting_holes_keep_clear_of_blocks(plate_of):
 
 
 @pytest.mark.parametrize(
-    ("places", "words"),
+    ("places", "text"),
     [
         ([(0.0, 0.0, 0.05, 1.3, 0.0, 0.0)], ("target 1", "turn")),
         ([(0.0, 0.0, 0.015, 0.1, 0.0, 0.0)], ("target 1", "raise")),
@@ -84,14 +84,14 @@ def test_mounting_holes_keep_clear_of_blocks(plate_of):
         ([], ("no targets",)),
     ],
 )
-def test_what_cannot_be_made_is_named(places, words, plate_of):
+def test_what_cannot_be_made_is_named(places, text, plate_of):
     plate = plate_of(*places)
-    if words is None:
+    if text is None:
         assert len(fixture_of(plate).blocks) == len(places)
         return
     with pytest.raises(OptionError) as error:
         fixture_of(plate)
-    assert all(word in str(error.value) for word in words)
+    assert all(word in str(error.value) for word in text)
 
 
 def test_the_least_height_is_enough(plate_of):

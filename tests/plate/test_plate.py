@@ -106,7 +106,7 @@ def test_built_in_round_trip(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("name = 'x'\n", "no region"),
         ("region = 3\n", "must be a table"),
@@ -127,10 +127,10 @@ def test_built_in_round_trip(tmp_path):
         ("region = {\n", "no valid TOML"),
     ],
 )
-def test_each_mistake_has_its_sentence(tmp_path, text, words):
+def test_each_mistake_has_its_sentence(tmp_path, text, message):
     path = tmp_path / "bad.toml"
     path.write_text(text)
-    with pytest.raises(FileError, match=words) as error:
+    with pytest.raises(FileError, match=message) as error:
         load_plate(path)
     assert error.value.path == str(path)
 

@@ -134,8 +134,8 @@ def test_walks_stay_within_limits_and_reach(aria, plate):
 def test_conflicts_name_the_pair(aria, plate, monkeypatch):
     monkeypatch.setattr("workbench.plate.poses.informative_poses.LIMITED_CANDIDATES", 300)
 
-    def asked(number=12, **words):
-        return informative_poses(aria, number, limits=PoseLimits(region=plate.region, **words), rng=rng(14))
+    def asked(number=12, **text):
+        return informative_poses(aria, number, limits=PoseLimits(region=plate.region, **text), rng=rng(14))
 
     with pytest.raises(DataError, match="300 mm"):
         asked(spread=0.3)

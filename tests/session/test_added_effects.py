@@ -50,9 +50,9 @@ def the_law_of_the_cause_is_laid_over_the_errors(session):
     written = np.deg2rad(np.array(lines[1:])[:, :6].astype(float))
     assert written == pytest.approx(found.measure_next, abs=1e-5)
     assert all("±" in line[6] for line in lines[1:])
-    words = joint_plots(session, rows)
-    assert words.count("◄") == len(effect.joints)
-    assert f"Law of {effect.label}" in words
+    text = joint_plots(session, rows)
+    assert text.count("◄") == len(effect.joints)
+    assert f"Law of {effect.label}" in text
     glowing = {item.path for item in blame(session)}
     assert {f"arm/blame/{joint + 1}" for joint in effect.joints} <= glowing
     tried = next(e for e in candidates(found) if e.label != effect.label)

@@ -49,9 +49,9 @@ def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_pat
     name, content = robot_toml(session)
     (tmp_path / name).write_bytes(content)
     np.testing.assert_allclose(tool_poses(read_toml(tmp_path / name), Motion(shown)), found, atol=1e-9)
-    for wrong, words in ((typed[:2], "at least 3 poses"), (("1, 2 = 3",) * 3, "6 joint positions")):
+    for wrong, message in ((typed[:2], "at least 3 poses"), (("1, 2 = 3",) * 3, "6 joint positions")):
         refused = do(LoadModel("mine.csv", table.encode(), wrong))
-        assert words in refused.page.messages[-1].text
+        assert message in refused.page.messages[-1].text
         assert refused.robot is session.robot
     assert "none of" in do(ChooseRobot("ur5e", poses=typed)).page.messages[-1].text
 

@@ -178,11 +178,11 @@ def test_a_file_whose_words_only_the_command_takes_says_where_they_go(do, tmp_pa
     """Which matrix of a MATLAB file is what, no choice of the page can say."""
     savemat(tmp_path / "a.mat", {"Q": np.zeros((20, 6)), "P": np.zeros((20, 3))})
     session = do(LoadData("a.mat", (tmp_path / "a.mat").read_bytes()))
-    words = session.page.messages[-1].text
-    assert words.startswith(
+    message = session.page.messages[-1].text
+    assert message.startswith(
         "a.mat: a MATLAB file says not which matrix is what; it holds Q (20 x 6), P (20 x 3)"
     )
-    assert words.endswith(": give it to 'workbench identify --columns', or load a CSV here")
+    assert message.endswith(": give it to 'workbench identify --columns', or load a CSV here")
     assert session.measurements.loaded is session.measurements.unread is None
 
 

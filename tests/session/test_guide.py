@@ -281,12 +281,12 @@ STATES = [
 ]
 
 
-@pytest.mark.parametrize(("before", "change", "words", "tone", "label", "tab", "other"), STATES)
+@pytest.mark.parametrize(("before", "change", "text", "tone", "label", "tab", "other"), STATES)
 def test_every_state_says_where_it_stands_and_what_is_next(
-    walked, before, change, words, tone, label, tab, other
+    walked, before, change, text, tone, label, tab, other
 ):
     step = guide(change(walked[before]))
-    assert words in step.sentence
+    assert text in step.sentence
     assert step.sentence.endswith((".", "?"))
     assert "nan" not in step.sentence
     assert step.tone is tone
@@ -330,7 +330,7 @@ def test_errors_fall_stage_by_stage_on_the_same_rows(walked):
     assert stages(walked["loaded"]) == ()
 
 
-def words_of(html: str) -> str:
+def texts_of(html: str) -> str:
     return re.sub("<[^>]*>", "", html)
 
 
@@ -342,7 +342,7 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
     assert stages(identified)[1].error == stages(diagnosed)[1].error == geometry
     assert f"{geometry:.3g} mm" in guide(diagnosed).sentence
     figures = [f"{error:.3g}" for error in (nominal, geometry, causes)]
-    assert re.findall(r"[\d.]+", words_of(numbers(stages(added)))) == figures
+    assert re.findall(r"[\d.]+", texts_of(numbers(stages(added)))) == figures
     assert added.results.diagnosis.before.held_out.position_mm.mean != geometry  # it fits it for itself
     for session in (diagnosed, added):
         calibrated = session.results.comparison.errors[:, 1]
@@ -352,10 +352,10 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
             guide(replace(session, page=replace(session.page, caption="told"))).figure
             == f"{' → '.join(figures)} mm"
         )
-        means = words_of(stage_means(session.results.comparison, ComparedStage.CAUSES))
+        means = texts_of(stage_means(session.results.comparison, ComparedStage.CAUSES))
         assert means.startswith(" → ".join(figures)), means
     fitted = identified.results.identification.frames
-    said = words_of(result_card(identified))
+    said = texts_of(result_card(identified))
     assert ("base" in said) is bool(fitted.base)
     assert ("tool" in said) is bool(fitted.tool)
 

@@ -28,7 +28,7 @@ FEW = 10
 STEPS = 8
 NUMBERS = (0.0, 0.05, 0.2, 0.4, -0.3, 1.0, -2.6, 1e-6, 1e9, 1e300, -1e300, float("nan"), float("inf"))
 COUNTS = (0, 1, 2, 3, 5, 9, 10, 50, -1, 10**6, -(2**63), 2**200)
-WORDS = (
+TEXTS = (
     "",
     "ARIA",
     "OPT2",
@@ -57,7 +57,7 @@ def values_of(hint) -> st.SearchStrategy:
         return st.sampled_from(list(hint))
     if dataclasses.is_dataclass(hint):
         return made(hint)
-    of_type = {float: NUMBERS, int: COUNTS, str: WORDS, bool: (True, False), bytes: (b"", b"q1[deg]\n1\n")}
+    of_type = {float: NUMBERS, int: COUNTS, str: TEXTS, bool: (True, False), bytes: (b"", b"q1[deg]\n1\n")}
     return st.sampled_from(of_type[hint]) if hint in of_type else st.none()
 
 

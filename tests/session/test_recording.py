@@ -323,7 +323,7 @@ def test_a_drag_that_was_cut_off_is_let_go(record, first):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "words"),
+    ("spoil", "text"),
     [
         (lambda lines: [*lines[:3], b"{oops", *lines[4:]], "step 3"),
         (lambda lines: lines[:3] + lines[4:], "it says step 4"),
@@ -337,11 +337,11 @@ def test_a_drag_that_was_cut_off_is_let_go(record, first):
         (lambda lines: [lines[0], lines[1].replace(b'"target"', b'"aim"')], "no 'aim'"),
     ],
 )
-def test_damage_is_one_clear_sentence(whole, tmp_path, spoil, words):
+def test_damage_is_one_clear_sentence(whole, tmp_path, spoil, text):
     folder = earlier(whole[0], tmp_path / "copy")
     path = folder / JOURNAL
     path.write_bytes(b"\n".join(spoil(path.read_bytes().splitlines())) + b"\n")
-    with pytest.raises(FileError, match=words) as found:
+    with pytest.raises(FileError, match=text) as found:
         read_recording(folder)
     assert "\n" not in str(found.value)
 

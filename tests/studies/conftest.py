@@ -26,13 +26,13 @@ def reproduced_aria():
     return reproduce_aria(**ARIA)
 
 
-def finding(found, where, words):
-    return next(f for f in found.findings if f.where == where and words in f.what)
+def finding(found, where, text):
+    return next(f for f in found.findings if f.where == where and text in f.what)
 
 
 def agree(found, *which):
     """These printed numbers and statements do; whatever doesn't has a reason."""
-    assert not [(where, words) for where, words in which if finding(found, where, words).verdict not in GOOD]
+    assert not [(where, text) for where, text in which if finding(found, where, text).verdict not in GOOD]
     assert all(f.reason for f in found.findings if f.verdict not in GOOD)
 
 
@@ -61,14 +61,14 @@ def check_page(reproduce, tmp_path):
 def reproduce(run, monkeypatch):
     """Run `workbench reproduce` with options whose study has been done: its output is of what was found."""
 
-    def call(work, options, found, *words):
+    def call(work, options, found, *arguments):
         def known(**asked):
             assert asked == options
             return found
 
         monkeypatch.setattr(f"studies.{work}.reproduce_{work}", known)
         given = (word for name, value in options.items() for word in (f"--{name}", str(value)))
-        status, out, _ = run("reproduce", work, *given, *words)
+        status, out, _ = run("reproduce", work, *given, *arguments)
         assert status == 0
         return out
 

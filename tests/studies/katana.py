@@ -101,8 +101,8 @@ def reproduce_katana(
     if diagnosed < 1:
         raise OptionError(f"{diagnosed} arms can't be diagnosed; ask for at least 1")
 
-    def studied(begin: float, words: str, *, play: float = EACH_WAY, share: float = 1.0) -> KatanaStudy:
-        with part_of(begin, 0.15, words):
+    def studied(begin: float, text: str, *, play: float = EACH_WAY, share: float = 1.0) -> KatanaStudy:
+        with part_of(begin, 0.15, text):
             return katana_study(arms=arms, play=play, share=share, seed=seed)
 
     once = studied(0.0, "arms calibrated in every way")

@@ -152,11 +152,11 @@ def _figure(found: PencilCheck) -> Figure:
     with look():
         figure = new_figure(8.0, 3.4)
         axes = figure.subplots()
-        for read, real, words, colour in zip(
+        for read, real, text, colour in zip(
             found.read, found.actual, WAYS, (NOMINAL, *COLOURS), strict=False
         ):
             axes.plot(found.time, real, color=colour, lw=2.6, alpha=0.35)
-            axes.plot(found.time, read, color=colour, lw=0.9, label=words)
+            axes.plot(found.time, read, color=colour, lw=0.9, label=text)
         axes.set_xlabel("time [s]")
         axes.set_ylabel("distance from the circle [mm]")
         axes.set_ylim(bottom=0.0)

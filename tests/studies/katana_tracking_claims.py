@@ -91,7 +91,7 @@ def _better(study: TrackingStudy) -> str:
         for better in (True, False)
     )
     said = (f"the thesis's own way, from samples of the circle, is better on: {own}", f"ours on: {ours}")
-    return "; ".join(words for words, paths in zip(said, (own, ours), strict=True) if paths)
+    return "; ".join(text for text, paths in zip(said, (own, ours), strict=True) if paths)
 
 
 def _matches(study: TrackingStudy, step: int) -> bool:
@@ -183,8 +183,8 @@ def _alone(study: TrackingStudy) -> Figure:
     with look():
         figure = new_figure(6.0, 3.0)
         axes = figure.subplots()
-        for row, words, colour in zip(study.alone, ("stiffness alone", "tilting"), COLOURS, strict=False):
-            axes.plot(study.paths[0].time, row, color=colour, label=words)
+        for row, text, colour in zip(study.alone, ("stiffness alone", "tilting"), COLOURS, strict=False):
+            axes.plot(study.paths[0].time, row, color=colour, label=text)
         _finish(axes)
     return figure
 
@@ -193,8 +193,8 @@ def _example(study: TrackingStudy) -> Figure:
     with look():
         figure = new_figure(7.5, 3.4)
         axes = figure.subplots()
-        for row, words, colour in zip(study.example, STEPS, COLUMN_COLOURS, strict=False):
-            axes.plot(study.paths[0].time, row, color=colour, label=words)
+        for row, text, colour in zip(study.example, STEPS, COLUMN_COLOURS, strict=False):
+            axes.plot(study.paths[0].time, row, color=colour, label=text)
         _finish(axes)
     return figure
 
@@ -222,7 +222,7 @@ def _arms(study: TrackingStudy) -> Figure:
             axes.plot(range(len(STEPS)), thesis[path], "x", color=INK, ms=7.0, mew=1.6)
             axes.set_yscale("log")
             axes.yaxis.set_major_formatter("{x:g}")
-            axes.set_xticks(range(len(STEPS)), [words.replace(" ", "\n") for words in STEPS])
+            axes.set_xticks(range(len(STEPS)), [text.replace(" ", "\n") for text in STEPS])
             axes.set_title(title)
             grid(axes)
         panels[0].set_ylabel("mean error [mm]")

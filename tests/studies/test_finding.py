@@ -33,6 +33,6 @@ def test_what_is_not_printed_is_not_counted():
     assert [f.verdict for f in found] == [
         Verdict.AGREES, Verdict.HOLDS, Verdict.FAILS, Verdict.HOLDS, Verdict.HOLDS
     ]  # fmt: skip
-    words = plural(found)
-    assert words.startswith("1 printed numbers and statements: 1 agree, 0 differ")
-    assert "Another 4 checks" in words
+    text = plural(found)
+    assert text.startswith("1 printed numbers and statements: 1 agree, 0 differ")
+    assert "Another 4 checks" in text

@@ -45,13 +45,13 @@ def test_what_must_agree_agrees(found):
 
 @pytest.mark.slow
 def test_printed_numbers_that_can_not_stand_together_are_named(found):
-    for where, words in (
+    for where, text in (
         ("Table 3.4", "simultaneous: mean |ΔP| at least"),
         ("Table 3.4", "influence based: mean |ΔP| at least"),
         ("Table 4.5", "with tilting: mean |ΔP| at least"),
         ("Tables 3.2, 3.3", "distance"),
     ):
-        assert finding(found, where, words).verdict is Verdict.FAILS, words
+        assert finding(found, where, text).verdict is Verdict.FAILS, text
     for where in ("Table 3.4", "Table 4.5"):
         angles = [f for f in found.findings if f.where == where and "|ΔΦ|, |Δθ|, |ΔΨ|" in f.what]
         assert [f.verdict for f in angles] == [Verdict.NONE] * 2

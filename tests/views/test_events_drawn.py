@@ -57,10 +57,10 @@ def test_points_before_the_last_event_are_smaller(arm):
     drawn = [_points(compared, ModelStage.CAUSES, frozenset(), False, before) for before in (True, False)]
     assert [points.numbers.tolist() for points in drawn] == [list(range(7)), [7, 8, 9]]
     assert drawn[0].radius < 0.7 * drawn[1].radius
-    words = events(two, compared)
-    assert words.count(css(EVENT)) == 2
-    assert "row 3" in words
-    assert "row 7" in words
+    text = events(two, compared)
+    assert text.count(css(EVENT)) == 2
+    assert "row 3" in text
+    assert "row 7" in text
 
 
 def test_the_chart_has_a_line_where_a_row_is_the_first_one_after_it(arm):

@@ -22,16 +22,16 @@ def session() -> Session:
     return replace(first, cubes=found)
 
 
-def colours(words: str) -> set[str]:
-    return set(re.findall("#[0-9a-f]{6}", words))
+def colours(text: str) -> set[str]:
+    return set(re.findall("#[0-9a-f]{6}", text))
 
 
 def test_the_scale_of_the_cubes_has_its_colours_ends_and_unit(session):
-    words, numbers = cubes_scale(session), values(session)
-    low, high = re.findall(r"[≤≥] ([0-9.]+)", words)
+    text, numbers = cubes_scale(session), values(session)
+    low, high = re.findall(r"[≤≥] ([0-9.]+)", text)
     assert (float(low), float(high)) == pytest.approx((1e3 * numbers.low, 1e3 * numbers.high))
-    assert words.index(low) < words.index(high) < words.rindex("mm")
-    assert colours(words) == {css(tuple(colour)) for colour in SCALE.astype(int).tolist()}
+    assert text.index(low) < text.index(high) < text.rindex("mm")
+    assert colours(text) == {css(tuple(colour)) for colour in SCALE.astype(int).tolist()}
 
 
 def test_good_is_on_the_left_for_errors_and_on_the_right_for_an_index(session):

@@ -38,11 +38,11 @@ def moved(first):
 
 
 def test_every_bar_says_what_is_lost_without_its_target(first):
-    words = worth(first)
+    text = worth(first)
     for i, rise in enumerate(first.score.rises):
-        assert f"target {i + 1}: {100 * rise:+.0f} % error without it" in words
-        assert f">+{100 * rise:.0f}</text>" in words
-    heights = [float(part.split('"')[0]) for part in words.split('height="')[1:]]
+        assert f"target {i + 1}: {100 * rise:+.0f} % error without it" in text
+        assert f">+{100 * rise:.0f}</text>" in text
+    heights = [float(part.split('"')[0]) for part in text.split('height="')[1:]]
     assert np.argmax(heights) == np.argmax(first.score.rises)
 
 
@@ -53,7 +53,7 @@ def test_the_room_that_the_joints_have_is_said(first):
 
 
 @pytest.mark.parametrize(
-    ("own", "error", "words"),
+    ("own", "error", "text"),
     [
         (1.02, 1.007, ("less", "rises")),
         (0.97, 0.95, ("more", "falls")),
@@ -63,15 +63,15 @@ def test_the_room_that_the_joints_have_is_said(first):
         (1.0, 1.007, ()),
     ],
 )
-def test_an_index_that_rises_with_the_error_is_explained_beside_it(first, own, error, words):
+def test_an_index_that_rises_with_the_error_is_explained_beside_it(first, own, error, text):
     """The index is of one target alone; the error is of all of them."""
     at_first, now = first.history.first_score, first.score
     per_target = np.array(at_first.per_target)
     per_target[3] *= own
     now = replace(now, per_target=per_target, position=error * at_first.position)
     said = alone_or_together(replace(first, score=now, selected=3))
-    assert bool(said) is bool(words)
-    assert all(word in said for word in words)
+    assert bool(said) is bool(text)
+    assert all(word in said for word in text)
     assert not said or said in worth(replace(first, score=now, selected=3))
     assert alone_or_together(replace(first, score=now, selected=2)) == ""
 
@@ -79,9 +79,9 @@ def test_an_index_that_rises_with_the_error_is_explained_beside_it(first, own, e
 def test_a_target_that_nothing_replaces_is_marked(first):
     rises = np.array(first.score.rises)
     rises[2], rises[5] = np.inf, np.nan
-    words = worth(replace(first, score=replace(first.score, rises=rises), selected=2))
-    assert "parameters undetermined without it" in words
-    assert ">!</text>" in words
+    text = worth(replace(first, score=replace(first.score, rises=rises), selected=2))
+    assert "parameters undetermined without it" in text
+    assert ">!</text>" in text
 
 
 @pytest.mark.parametrize(
@@ -100,18 +100,18 @@ def test_an_error_is_judged_against_the_wanted_one_and_the_instrument(first, pos
     session = replace(
         first, score=score, choices=replace(first.choices, wanted=wanted and Wanted(position=wanted))
     )
-    words = judgement(score, 1e-4, plate_judgement(session))
-    assert expected in words
-    assert bool(words) is bool(expected)
+    text = judgement(score, 1e-4, plate_judgement(session))
+    assert expected in text
+    assert bool(text) is bool(expected)
 
 
 def test_the_history_has_numbers_and_any_step_can_be_gone_back_to(first, moved):
     assert len(moved.history.past) == len(moved.history.scores) == 3
-    words = plot(moved.history.scores, 0)
-    assert words.count("<circle") == 4  # the best one twice
+    text = plot(moved.history.scores, 0)
+    assert text.count("<circle") == 4  # the best one twice
     best = 1e3 * min(score.position for score in moved.history.scores)
-    assert f"{best:.3f}" in words
-    assert "step 1" in words
+    assert f"{best:.3f}" in text
+    assert "step 1" in text
     back = GoBackTo(0).apply(moved)
     assert back.plate is first.plate
     assert len(back.history.scores) == len(back.history.past) == 4
@@ -139,9 +139,9 @@ def test_a_ghost_stands_where_a_target_was_before_the_last_step(first, moved):
 def test_the_reach_is_shown_during_a_drag_alone(first):
     assert list(envelope(first)) == []
     dragged = GrabTarget(2, client=1).apply(first)
-    ring, words = [item.make(*item.inputs) for item in envelope(dragged)]
+    ring, message = [item.make(*item.inputs) for item in envelope(dragged)]
     assert ring.places[:, 2] == pytest.approx(first.plate.targets[2].xyz[2], abs=0.021)
-    assert words.text == "reach"
+    assert message.text == "reach"
 
 
 @pytest.mark.parametrize("name", ["aria", "katana450"])

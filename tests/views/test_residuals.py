@@ -168,9 +168,9 @@ def test_the_scale_has_round_ends_and_ticks_between(errors, low, high, ticks):
     scale = ErrorScale.of(errors)
     assert (scale.low, scale.high) == pytest.approx((low, high))
     assert scale.ticks == pytest.approx(ticks)
-    words = colour_bar(scale)
-    assert "≤" in words
-    assert "mm" in words
+    text = colour_bar(scale)
+    assert "≤" in text
+    assert "mm" in text
 
 
 def test_colours_of_errors_end_with_the_scale():
@@ -187,16 +187,16 @@ def test_a_scale_of_nothing_known_is_there():
 
 def test_the_legend_says_whose_errors_and_how_long_arrows_are():
     rows = comparison()
-    words = stage_means(rows, ModelStage.GEOMETRY)
-    assert "3.00" in words  # of the held-out row alone
-    assert "0.300" in words
-    assert "Mean of 1 held-out poses; colours: geometry" in words
-    words = arrow_factors(rows, Overlay(exaggeration=2.0, exaggeration_after=800.0))
-    assert "× 2 " in words
-    assert "× 800" in words
+    text = stage_means(rows, ModelStage.GEOMETRY)
+    assert "3.00" in text  # of the held-out row alone
+    assert "0.300" in text
+    assert "Mean of 1 held-out poses; colours: geometry" in text
+    text = arrow_factors(rows, Overlay(exaggeration=2.0, exaggeration_after=800.0))
+    assert "× 2 " in text
+    assert "× 800" in text
     assert arrow_factors(rows, Overlay(arrows=False)) == ""
-    words = row_errors(rows, 3)
-    assert "Data row 7</b> (held out): 3.00 mm nominal, 0.300 mm geometry, 0.100 mm with causes" in words
+    text = row_errors(rows, 3)
+    assert "Data row 7</b> (held out): 3.00 mm nominal, 0.300 mm geometry, 0.100 mm with causes" in text
 
 
 @pytest.mark.parametrize(("typical", "times"), [(1e-3, 50.0), (4e-2, 1.0), (5e-5, 1000.0), (5.0, 1.0)])

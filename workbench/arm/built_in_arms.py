@@ -46,9 +46,9 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
     built_in = built_in_robots()
     if str(source).lower() in built_in:
         return _built_in(built_in[str(source).lower()])
-    words = str(source).split()
-    if words and words[0].lower().endswith(".xacro"):
-        path = expand_xacro(words[0], dict(pair.split(":=", 1) for pair in words[1:] if ":=" in pair))
+    parts = str(source).split()
+    if parts and parts[0].lower().endswith(".xacro"):
+        path = expand_xacro(parts[0], dict(pair.split(":=", 1) for pair in parts[1:] if ":=" in pair))
     else:
         path = Path(source)
     if path.suffix.lower() in (".urdf", ".xml"):

@@ -161,8 +161,8 @@ def _is_array_like(parts: tuple[Any, ...]) -> bool:
 
 def _ordered(parts: tuple[Any, ...]) -> list[Any]:
     """Members of a union as they are tried: text last, and not at all beside words of an enumeration."""
-    has_words = any(isinstance(part, type) and issubclass(part, Enum) for part in parts)
-    kept = [part for part in parts if not (part is str and has_words)]
+    has_enum = any(isinstance(part, type) and issubclass(part, Enum) for part in parts)
+    kept = [part for part in parts if not (part is str and has_enum)]
     return sorted(kept, key=lambda part: (part is not NoneType, part is str))
 
 

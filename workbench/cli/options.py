@@ -306,10 +306,10 @@ def unknown_frames(text: str | None) -> tuple[bool | None, bool | None]:
     """Whether base and tool are identified, from `base,tool`, one of them, or none; None where not said."""
     if text is None:
         return None, None
-    words = set() if text == "none" else {word.strip() for word in text.split(",")}
-    if strange := words - {"base", "tool"}:
+    parts = set() if text == "none" else {word.strip() for word in text.split(",")}
+    if strange := parts - {"base", "tool"}:
         raise OptionError(f"--unknown must be base, tool, base,tool or none, got '{min(strange)}'")
-    return "base" in words, "tool" in words
+    return "base" in parts, "tool" in parts
 
 
 def orientations_of(text: str):

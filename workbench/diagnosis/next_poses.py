@@ -159,8 +159,10 @@ def _unknowns(problem: Problem, requested: Sequence[AbstractEffect]) -> list[_Un
     found = [_Unknown(p.text, p.name, p.unit) for p in problem.parameters if p.is_plain]
     for effect in requested:
         for name, unit in zip(effect.names, effect.units(chain), strict=True):
-            words = effect.phrase if len(effect.joints) < 2 else f"{effect.name} ({name.partition('.')[0]})"
-            found.append(_Unknown(words, effect.label if len(effect.joints) < 2 else name, unit))
+            sentence = (
+                effect.phrase if len(effect.joints) < 2 else f"{effect.name} ({name.partition('.')[0]})"
+            )
+            found.append(_Unknown(sentence, effect.label if len(effect.joints) < 2 else name, unit))
     return found
 
 
@@ -183,10 +185,10 @@ def _reason(
     other = int(np.argmax(alike))
     size = new[best] / scale[best]
     if is_vague[best] or (old[best] > OPEN and mine.unit in ("rad", "m") and size > INCREDIBLE):
-        words = f"begins to show {mine.name}"
+        text = f"begins to show {mine.name}"
     elif old[best] > OPEN:
         factor, unit = readable_unit(mine.unit)
-        words = f"makes {mine.name} observable: ± {factor * size:.2g} {unit}"
+        text = f"makes {mine.name} observable: ± {factor * size:.2g} {unit}"
     else:
         verb = (
             f"separates {mine.name} from {unknowns[other].name}"
@@ -194,8 +196,8 @@ def _reason(
             else f"sharpens {mine.name}"
         )
         fall = 1.0 - new[best] / old[best]
-        words = f"{verb}: ± {100.0 * fall:.0f} % smaller" if fall > SLIGHT else f"{verb}, by less than 1 %"
-    return NextReason(words, float(new[best] / old[best]), gain)
+        text = f"{verb}: ± {100.0 * fall:.0f} % smaller" if fall > SLIGHT else f"{verb}, by less than 1 %"
+    return NextReason(text, float(new[best] / old[best]), gain)
 
 
 def _gain(covariance: np.ndarray, per_pose: np.ndarray) -> np.ndarray:

@@ -230,14 +230,14 @@ def test_tags_are_found_by_their_points_and_by_any_dictionary(tmp_path):
 
 
 def test_the_command_writes_board_and_target(run, tmp_path):
-    words = ("--squares", "6x4", "--square", "25mm", "--mounted", "world")
-    status, out, _ = run("board", "--out", "b.pdf", *words)
+    options = ("--squares", "6x4", "--square", "25mm", "--mounted", "world")
+    status, out, _ = run("board", "--out", "b.pdf", *options)
     assert status == 0
     assert "6 × 4 squares of 25 mm" in out
     target = read_target(tmp_path / "target.toml")
     assert target.charuco == Charuco((6, 4), 0.025, 0.0188, "DICT_6X6_250")
     assert (tmp_path / "b.pdf").stat().st_size > 2000
-    assert run("board", "--out", "b.png", *words)[0] == 0
+    assert run("board", "--out", "b.png", *options)[0] == 0
     status, _, said = run("board", "--out", "c.pdf", "--squares", "5x7")
     assert status != 0
     assert "describes another target" in said
@@ -245,8 +245,8 @@ def test_the_command_writes_board_and_target(run, tmp_path):
 
 
 def test_the_command_prints_boards_with_markers_of_their_own(run, tmp_path):
-    words = ("--boards", "2", "--square", "40mm", "--out", "b.png", "--dpi", "100")
-    assert run("board", *words)[0] == 0
+    options = ("--boards", "2", "--square", "40mm", "--out", "b.png", "--dpi", "100")
+    assert run("board", *options)[0] == 0
     targets = read_targets(tmp_path / "target.toml")
     assert [t.name for t in targets] == ["board1", "board2"]
     finders = BoardFinder.of(targets)
@@ -256,7 +256,7 @@ def test_the_command_prints_boards_with_markers_of_their_own(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "said"),
+    ("options", "said"),
     [
         (["--squares", "5"], "squares must be like 5x7"),
         (["--squares", "40x40", "--square", "8mm", "--dictionary", "DICT_4X4_50"], "needs 800 markers"),
@@ -267,9 +267,9 @@ def test_the_command_prints_boards_with_markers_of_their_own(run, tmp_path):
         (["--boards", "20", "--dictionary", "DICT_4X4_50"], "needs 17 markers from 34 on"),
     ],
 )
-def test_impossible_boards_are_refused_in_a_sentence(run, tmp_path, words, said):
-    status, _, err = run("board", "--out", "b.pdf", *words)
-    assert status == (1 if words[0] == "--marker" else 64)
+def test_impossible_boards_are_refused_in_a_sentence(run, tmp_path, options, said):
+    status, _, err = run("board", "--out", "b.pdf", *options)
+    assert status == (1 if options[0] == "--marker" else 64)
     assert said in err
     assert err.count("\n") == 1
     assert not list(tmp_path.glob("*.pdf"))

@@ -194,7 +194,7 @@ def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
     assert data.readings.pixels[1, 0, 3] == pytest.approx([127.0, 203.5])
     assert data.included.tolist() == [True, True, False]
     assert "1 of 3 rows of joints.csv has no picture: '3'; it is left out" in data.notes
-    assert not any("observation" in words for words in data.notes)
+    assert not any("observation" in text for text in data.notes)
     more = table(tmp_path, ["image,q1[deg],q2[deg]", *(f"{k},{k},{k}" for k in range(2, 12))], "more.csv")
     said = "8 of 10 rows of more.csv have no picture: '3', '4', '5', '6', '7' and 3 more; add"
     with pytest.raises(DataError, match=said):
@@ -214,7 +214,7 @@ def test_a_picture_without_the_target_keeps_its_joints(tmp_path):
     )
     data = read_pixels(seen, rig, joints=table(tmp_path, ["q1[deg]", "10", "20", "30"], "order.csv"))
     assert np.rad2deg(data.q[data.included, 0]) == pytest.approx([10.0, 30.0])
-    assert not any("no picture" in words for words in data.notes)
+    assert not any("no picture" in text for text in data.notes)
 
 
 def test_pictures_and_joints_that_do_not_belong_together_are_refused(tmp_path):

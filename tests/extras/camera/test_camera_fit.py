@@ -49,11 +49,11 @@ def read(folder, pixels="pixels.csv", **options):
     return wb.read_pixels(folder / pixels, rig, joints=folder / "joints.csv", **options)
 
 
-def identified(run, folder, *words):
+def identified(run, folder, *options):
     """Exit status of the command on the files of a folder."""
     files = ("camera.toml", "target.toml", "joints.csv", "robot.toml")
     given = [w for f in files for w in (f"--{f.split('.')[0]}", str(folder / f))]
-    return run("identify", str(folder / "pixels.csv"), *given, "--algorithm", "opt2", *words)[0]
+    return run("identify", str(folder / "pixels.csv"), *given, "--algorithm", "opt2", *options)[0]
 
 
 def true_errors(arm, robots, seed=5):
@@ -128,7 +128,7 @@ def test_boards_that_stand_anywhere_to_one_another(tmp_path, on_tool):
         spread = 1e-3 * np.array(at["xyz_std_mm"])
         assert (np.abs(at["xyz"] - pose[:3, 3]) < 4.0 * spread).all()
         assert spread.max() < 3e-3
-    assert sum("target[B] on the" in words for words in run.identifiability.found(run.best.fit)) == 1
+    assert sum("target[B] on the" in text for text in run.identifiability.found(run.best.fit)) == 1
     first = min(image for image, _, k, _, _, _ in shots.rows if k >= virtual.SOLID)
     rows = [r for r in shots.rows if r[2] < virtual.SOLID or r[0] == first]
     (tmp_path / "once.csv").write_text(replace(shots, rows=rows).table())
@@ -219,19 +219,19 @@ def test_what_does_not_carry_is_refused_and_said(tmp_path, run):
     assert result.identifiability.taken == 0
     assert result.robot.values(robot.default_free) == pytest.approx(robot.values(robot.default_free), abs=0.0)
     assert "measure about" in result.identifiability.refused
-    assert any("nothing of the arm was identified" in words for words in result.warnings)
+    assert any("nothing of the arm was identified" in text for text in result.warnings)
     saved = tmp_path / "calibrated.toml"
     assert identified(run, tmp_path, "--save", str(saved)) == 2
     assert not saved.exists()
     held = wb.evaluate(robot, data).errors
     assert 0.01 < held.position_mm.rms < 2.0
     assert 0.2 < held.own.rms < 2.0
-    for call, words in (
+    for call, text in (
         (lambda: wb.read_measurements(tmp_path / "pixels.csv"), "--camera and --target"),
         (lambda: wb.read_pixels(tmp_path / "pixels.csv", rig_of(data)), "has no joints"),
         (lambda: wb.diagnose(robot, data), "can't be diagnosed"),
     ):
-        with pytest.raises(WorkbenchError, match=words):
+        with pytest.raises(WorkbenchError, match=text):
             call()
 
 

@@ -36,8 +36,8 @@ def here(pictures, tmp_path):
 def test_pictures_to_a_calibrated_urdf(run, here, aria):
     """The print is 0.3 % too large and the lens other than said: the zeros are found all the same."""
     shutil.copy("joints.csv", "poses.csv")  # one that was not named
-    words = ("--robot", "aria", *WITH, "--joints", "joints.csv")
-    status, out, err = run("identify", ".", *words, "--algorithm", "opt2", "--save", "arm.urdf")
+    options = ("--robot", "aria", *WITH, "--joints", "joints.csv")
+    status, out, err = run("identify", ".", *options, "--algorithm", "opt2", "--save", "arm.urdf")
     assert (status, err) == (0, "")
     assert "corners in 10 pictures" in out
     found = wb.load_robot("arm.urdf")
@@ -73,8 +73,8 @@ def _turn(real, arm, q):
 
 
 def test_the_joints_that_moved_are_named_from_pictures(run, here):
-    words = ("--robot", "aria", *WITH, "--joints", "joints.csv", "--json", "r.json")
-    status, _, err = run("rezero", ".", *words)
+    options = ("--robot", "aria", *WITH, "--joints", "joints.csv", "--json", "r.json")
+    status, _, err = run("rezero", ".", *options)
     assert (status, err) == (0, "")
     joints = json.loads((here / "r.json").read_text())["joints"]
     assert [j["joint"] for j in joints if j["moved"]] == [3, 5]
@@ -117,8 +117,8 @@ def _all(change):
 )
 def test_what_is_wrong_with_pictures_is_said_in_one_sentence(run, here, spoil, said):
     spoil(here)
-    words = ("--robot", "aria", *WITH, "--joints", "joints.csv", "--save", "arm.toml")
-    status, _, err = run("identify", ".", *words)
+    options = ("--robot", "aria", *WITH, "--joints", "joints.csv", "--save", "arm.toml")
+    status, _, err = run("identify", ".", *options)
     assert status == 1
     assert said in err
     assert err.count("\n") == 1
@@ -137,9 +137,9 @@ def test_what_a_folder_may_be(run, here):
     turned.save(inside / "5.png", exif=turned.getexif())
     shutil.copy(here / "joints.csv", here / "all")
     shutil.make_archive(str(here / "packed"), "zip", here / "all")
-    words = ("--robot", "aria", *WITH, "--algorithm", "opt2", "--json", "r.json")
+    options = ("--robot", "aria", *WITH, "--algorithm", "opt2", "--json", "r.json")
     for place in ("all", "packed.zip"):
-        status, out, err = run("identify", place, *words)
+        status, out, err = run("identify", place, *options)
         out = " ".join(out.split())
         assert (status, err) == (0, "")
         assert "corners in 9 pictures" in out
@@ -178,8 +178,8 @@ def test_the_public_pictures_do_as_well_as_the_baseline(run, tmp_path, shared_da
         'mounted = "tool"\n[charuco]\nsquares = [5, 7]\nsquare = 0.036195\nmarker = 0.018256\n'
         'dictionary = "DICT_6X6_250"\n'
     )
-    words = (*WITH, "--joints", "poses.csv", "--held-out", "0", "--json", "r.json", "--algorithm", "opt2")
-    status, out, _ = run("identify", folder / "images", *words)
+    options = (*WITH, "--joints", "poses.csv", "--held-out", "0", "--json", "r.json", "--algorithm", "opt2")
+    status, out, _ = run("identify", folder / "images", *options)
     assert status == 0
     assert "292 corners in 16 pictures" in out
     assert "joints are missing" in " ".join(out.split())

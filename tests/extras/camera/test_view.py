@@ -121,16 +121,16 @@ def test_the_command_chooses_poses_in_view(run, tmp_path, aria):
     seen = view()
     write_cameras(seen.rig.cameras, tmp_path / "camera.toml")
     write_target(seen.rig.targets, tmp_path / "target.toml")
-    words = ("poses", "--robot", "aria", "--number", "8", "--camera", "camera.toml", "--out", "q.csv")
+    options = ("poses", "--robot", "aria", "--number", "8", "--camera", "camera.toml", "--out", "q.csv")
     at = ("--camera-at", "0.4,0,1.1,180,0,0", "--target-at", "-0.07,0.1,0.02,180,0,0", "--method", "greedy")
-    status, out, err = run(*words, "--target", "target.toml", *at)
+    status, out, err = run(*options, "--target", "target.toml", *at)
     assert (status, err) == (0, "")
     assert "index Ov1" in out
     q = np.loadtxt(tmp_path / "q.csv", delimiter=",", skiprows=1)
     assert seen.admits(aria, q).all()
     for missing in (("--target", "target.toml"), at):
-        status, _, err = run(*words, *missing)
+        status, _, err = run(*options, *missing)
         assert status == 64
         assert "--camera needs --target FILE" in err
-    status, _, err = run(*words, "--target", "target.toml", "--camera-at", "0.4,0,1")
+    status, _, err = run(*options, "--target", "target.toml", "--camera-at", "0.4,0,1")
     assert "--camera-at must be x,y,z,roll,pitch,yaw" in err

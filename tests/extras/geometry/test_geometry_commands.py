@@ -20,8 +20,8 @@ def test_axes_come_from_circles(run, refused, tmp_path):
     """Joint 2's axis leans by 0.1° in the actual arm; its circle says so, and that it is where it was."""
     (tmp_path / "nominal.toml").write_text(TURNING.format(alpha=1.5707963267948966))
     (tmp_path / "leaning.toml").write_text(TURNING.format(alpha=1.5707963267948966 + 0.0017453292519943296))
-    words = ("simulate", "--of", "leaning.toml", "--poses", 40, "--index", "circle-points", "--seed", 2)
-    assert run(*words, "--robot", "nominal.toml", "--instrument", "ideal", "--out", "c.csv")[0] == 0
+    options = ("simulate", "--of", "leaning.toml", "--poses", 40, "--index", "circle-points", "--seed", 2)
+    assert run(*options, "--robot", "nominal.toml", "--instrument", "ideal", "--out", "c.csv")[0] == 0
     status, out, err = run("axes", "c.csv", "--robot", "nominal.toml", "--json", "a.json")
     assert status == 0, err
     assert "tilted by" in out

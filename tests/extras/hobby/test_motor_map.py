@@ -174,9 +174,9 @@ def files(tmp_path):
 
 def test_counts_become_a_urdf_and_a_lerobot_calibration(run, files, tmp_path):
     """Counts that pass 4095, homing offsets, and the model whose joints are what LeRobot then reads."""
-    words = ("--robot", "so101", "--calibration", "follower.json", "--json", "map.json")
+    options = ("--robot", "so101", "--calibration", "follower.json", "--json", "map.json")
     status, out, err = run(
-        "hobby", "map", "poses.csv", *words, "--lerobot", "new.json", "--save", "mine.toml"
+        "hobby", "map", "poses.csv", *options, "--lerobot", "new.json", "--save", "mine.toml"
     )
     assert (status, err) == (0, "")
     assert "elbow_flex" in out
@@ -222,9 +222,9 @@ def test_percent_of_the_range_needs_the_calibration(run, files, tmp_path):
     text = (tmp_path / "poses.csv").read_text().replace("[counts]", ".pos")
     (tmp_path / "degrees.csv").write_text(text)
     assert run("hobby", "map", "degrees.csv", "--robot", "so101", "--percent")[0] == 64
-    words = ("--percent", "--calibration", "follower.json")
+    options = ("--percent", "--calibration", "follower.json")
     for file, why in (("degrees.csv", "beyond 100 %"), ("poses.csv", "in counts")):
-        status, _, err = run("hobby", "map", file, "--robot", "so101", *words)
+        status, _, err = run("hobby", "map", file, "--robot", "so101", *options)
         assert (status, why in err) == (64, True)
     lines = [line.split(",") for line in (tmp_path / "poses.csv").read_text().splitlines()]
     for row in lines[1:]:
@@ -234,8 +234,8 @@ def test_percent_of_the_range_needs_the_calibration(run, files, tmp_path):
     (tmp_path / "percent.csv").write_text(
         "\n".join(",".join(row) for row in lines).replace("[counts]", ".pos")
     )
-    calibration = words[1:]
-    for file, more in (("percent.csv", words), ("poses.csv", calibration)):
+    calibration = options[1:]
+    for file, more in (("percent.csv", options), ("poses.csv", calibration)):
         assert run("hobby", "map", file, "--robot", "so101", *more, "--json", f"{file}.json")[0] == 0
     found = [json.loads((tmp_path / f"{f}.csv.json").read_text())["joints"] for f in ("percent", "poses")]
     zeros = np.array([[j["offset"] for j in joints[1:4]] for joints in found])
@@ -243,12 +243,12 @@ def test_percent_of_the_range_needs_the_calibration(run, files, tmp_path):
 
 
 def test_the_makes_differ_in_the_sign_of_homing_offsets(run, files, tmp_path):
-    words = ("--robot", "so101", "--calibration", "follower.json", "--lerobot")
+    options = ("--robot", "so101", "--calibration", "follower.json", "--lerobot")
     for make in ("feetech", "dynamixel"):
-        assert run("hobby", "map", "poses.csv", *words, f"{make}.json", "--make", make)[0] == 0
+        assert run("hobby", "map", "poses.csv", *options, f"{make}.json", "--make", make)[0] == 0
     one, other = (json.loads((tmp_path / f"{m}.json").read_text()) for m in ("feetech", "dynamixel"))
     for name in NAMES[1:4]:
         turns = (one[name]["homing_offset"] - 100 + other[name]["homing_offset"] - 100) % 4096
         assert turns == 0
         assert one[name]["range_min"] == other[name]["range_min"]
-    assert run("hobby", "map", "poses.csv", *words, "x.json", "--make", "other")[0] == 64
+    assert run("hobby", "map", "poses.csv", *options, "x.json", "--make", "other")[0] == 64

@@ -91,7 +91,7 @@ def here(arm, tmp_path):
 
 
 def test_pictures_become_the_map_of_the_motors(run, here, arm):
-    words = (
+    options = (
         "--joints",
         "counts.csv",
         "--camera",
@@ -101,7 +101,7 @@ def test_pictures_become_the_map_of_the_motors(run, here, arm):
         "--robot",
         "so101",
     )
-    status, _, err = run("hobby", "map", "pictures", *words, "--json", "map.json", "--save", "mine.toml")
+    status, _, err = run("hobby", "map", "pictures", *options, "--json", "map.json", "--save", "mine.toml")
     assert (status, err) == (0, "")
     found = json.loads((here / "map.json").read_text())
     assert [j["sign"] for j in found["joints"]] == arm.signs.tolist()

@@ -10,8 +10,8 @@ from workbench.data.readers import read_measurements
 
 
 def test_the_experiment_from_end_to_end(run, tmp_path):
-    words = ("loading", "katana450", "--added-mass", 3, "--pairs", 2, "--seed", 2)
-    status, out, err = run(*words, "--out", "found", "--json", "r.json")
+    options = ("loading", "katana450", "--added-mass", 3, "--pairs", 2, "--seed", 2)
+    status, out, err = run(*options, "--out", "found", "--json", "r.json")
     assert status == 0, err
     assert "gravity exerts no moment about joint 1" in out
     assert "3 kg were hung onto the tool" in out
@@ -38,7 +38,7 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("options", "told"),
     [
         (("katana450", "--joints", "1"), "gravity exerts no moment about it"),
         (("katana450", "--joints", "2,7"), "joint must be 1–5, got 7"),
@@ -51,9 +51,9 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
         (("iiwa14",), "mass"),
     ],
 )
-def test_what_is_refused(refused, words, told):
+def test_what_is_refused(refused, options, told):
     status = 1 if told in ("pull harder", "or add mass at the tool", "mass") else 64
-    refused([told], "loading", *words, "--out", "o", "--json", "o.json", status=status)
+    refused([told], "loading", *options, "--out", "o", "--json", "o.json", status=status)
 
 
 def test_its_files_are_there_though_nobody_reads(run_unread, tmp_path):

@@ -20,15 +20,15 @@ CIRCLE = ("--through", "0.45,0.3,0.25", "--through", "0.37,0.38,0.25", "--throug
 
 def test_a_circle_is_drawn_and_read(run, refused):
     """An arm whose second joint is off by 2 mrad: what was read is what its kinematics say."""
-    words = ("path", "circle", "--robot", "aria", *CIRCLE, "--duration", 8, "--rows", 120)
-    assert run(*words, "--out", "c.csv")[0] == 0
+    options = ("path", "circle", "--robot", "aria", *CIRCLE, "--duration", 8, "--rows", 120)
+    assert run(*options, "--out", "c.csv")[0] == 0
     circle = read_trajectory("c.csv", joints=6)
     arm = load_robot("aria").with_values({"joint2.theta": 2e-3})
     write_toml(arm, "real.toml")
-    words = ("pencil", "draw", "c.csv", "--robot", "real.toml", "--dpi", 150, "--out", "scan.png")
-    assert run(*words, "--readings", "pot.csv")[0] == 0
-    words = ("pencil", "errors", "scan.png", "--radius", "80mm", "--path", "c.csv", "--readings", "pot.csv")
-    status, out, _ = run(*words, "--json", "e.json", "--picture", "e.png")
+    options = ("pencil", "draw", "c.csv", "--robot", "real.toml", "--dpi", 150, "--out", "scan.png")
+    assert run(*options, "--readings", "pot.csv")[0] == 0
+    options = ("pencil", "errors", "scan.png", "--radius", "80mm", "--path", "c.csv", "--readings", "pot.csv")
+    status, out, _ = run(*options, "--json", "e.json", "--picture", "e.png")
     assert status == 0
     assert "mean [mm]" in out
     read = np.array(json.loads(Path("e.json").read_text())["errors_mm"])
@@ -37,7 +37,7 @@ def test_a_circle_is_drawn_and_read(run, refused):
     wanted = np.sum(away * ray, axis=1)[:, None] * ray + away[:, 2:] * [0.0, 0.0, 1.0]
     assert np.linalg.norm(wanted, axis=1).mean() > 0.5
     assert np.linalg.norm(read - wanted, axis=1).mean() < 0.06
-    refused(["80 mm"], *words[:4], "90mm", *words[5:], status=64)
+    refused(["80 mm"], *options[:4], "90mm", *options[5:], status=64)
     assert run("pencil", "errors", "c.png")[0] == 1
 
 

@@ -97,5 +97,5 @@ REFUSED = {
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_live_commands_refuse(refused, case):
-    command, words = REFUSED[case]
-    refused(words, *command)
+    command, text = REFUSED[case]
+    refused(text, *command)

@@ -47,8 +47,8 @@ def follow(page: str, run, makers: Makers) -> None:
     if table := re.search(r"```text\n((?:type|theta).*?)```", text, re.DOTALL):
         Path({"cobot": "cobot.csv", "industrial": "kr6.csv"}[page]).write_text(table[1])
     for line in commands(text):
-        words = line.split()
-        for name in [name for name in waiting if name in words and words[words.index(name) - 1] != "--out"]:
+        parts = line.split()
+        for name in [name for name in waiting if name in parts and parts[parts.index(name) - 1] != "--out"]:
             waiting.pop(name)()
         run_lines(run, [line])
     assert not waiting

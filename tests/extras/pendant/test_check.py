@@ -119,8 +119,8 @@ def test_the_command_names_the_joint_and_saves_its_zero(run, arm, postures):
     assert status == 0
     assert "good: " in out
     table(visit(arm, postures, rng, moved=moved), NAMES, "today.csv")
-    words = ("--reference", "good.csv", "--save", "mended.toml", "--json", "found.json")
-    status, _, err = run("check", "today.csv", "--robot", arm, *words)
+    options = ("--reference", "good.csv", "--save", "mended.toml", "--json", "found.json")
+    status, _, err = run("check", "today.csv", "--robot", arm, *options)
     found = json.loads(Path("found.json").read_text())
     assert (status, found["verdict"]) == (2, "moved")
     assert "joint 3 moved by 0.08" in err
@@ -170,18 +170,18 @@ def test_without_a_reference_joint_1_and_the_models_errors_are_owned_up_to(arm, 
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("change", "text"),
     [
         (lambda q: (q[:4], NAMES[:4]), "got 4"),
         (lambda q: (q, ["X", *NAMES[1:]]), "no posture of the reference"),
         (lambda q: (q[:, :5], NAMES), "5 joint columns"),
     ],
 )
-def test_touches_that_check_nothing_say_why(run, arm, postures, change, words):
+def test_touches_that_check_nothing_say_why(run, arm, postures, change, text):
     table(postures, NAMES, "good.csv")
     table(*change(postures), "today.csv")
     ended, _, err = run("check", "today.csv", "--robot", arm, "--reference", "good.csv")
-    assert (ended, words in err) == (1, True)
+    assert (ended, text in err) == (1, True)
 
 
 @pytest.mark.parametrize("more", [(), ("--reference", "good.csv")])

@@ -233,7 +233,7 @@ def _in_rad(cells):
 
 
 @pytest.mark.parametrize(
-    ("rows", "words"),
+    ("rows", "text"),
     [
         (lambda rows: rows[:3], "3 poses"),
         (lambda rows: [row[:9] for row in rows], "columns"),
@@ -246,11 +246,11 @@ def _in_rad(cells):
         ),
     ],
 )
-def test_bad_readings_are_refused_in_one_sentence(run, tmp_path, rows, words):
+def test_bad_readings_are_refused_in_one_sentence(run, tmp_path, rows, text):
     good = lines(hidden("ur5e", tmp_path / "hidden.toml"), random_joints("ur5e", 20))
     status, _, err = run("extract", write(rows(good)), "--robot", "ur5e")
     assert status == 1
-    assert words in err
+    assert text in err
     assert len(err.strip().splitlines()) == 1
 
 
@@ -291,7 +291,7 @@ def test_six_readings_say_how_far_to_trust_them(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "words",
+    "options",
     [
         (),
         ("--plan", "30"),
@@ -300,7 +300,7 @@ def test_six_readings_say_how_far_to_trust_them(tmp_path):
         ("r.csv", "--pose", "1=2"),
     ],
 )
-def test_wrong_usage_is_status_64(run, words):
-    status, _, err = run("extract", "--robot", "ur5e", *words)
+def test_wrong_usage_is_status_64(run, options):
+    status, _, err = run("extract", "--robot", "ur5e", *options)
     assert status == 64
     assert err

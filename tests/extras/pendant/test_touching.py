@@ -152,7 +152,7 @@ def test_two_touches_more_give_the_tools_axes(run, arm):
 
 
 @pytest.mark.parametrize(
-    ("q", "words", "status"),
+    ("q", "text", "status"),
     [
         (lambda arm: pivot(arm, 3), "3 touches", 1),
         (
@@ -173,10 +173,10 @@ def test_two_touches_more_give_the_tools_axes(run, arm):
     ],
     ids=["few", "turned about one axis", "not turned", "other units", "another arm", "loose"],
 )
-def test_touches_that_give_no_tip_say_why(run, arm, q, words, status):
+def test_touches_that_give_no_tip_say_why(run, arm, q, text, status):
     ended, _, err = run("tcp", table(q(arm)), "--robot", arm, "--save", "tool.toml")
     assert ended == status
-    assert words in err
+    assert text in err
     assert len(err.strip().splitlines()) == 1
     assert not Path("tool.toml").exists()
 
@@ -234,8 +234,8 @@ METHODS = {
 def test_a_frame_from_touches(run, arm, pointer, method):
     names, places, radius = METHODS[method]
     table(touched(arm, places), names)
-    words = ("--radius", f"{1e3 * radius}mm", "--save", "frame.toml", "--json", "frame.json")
-    assert run("frame", "touches.csv", "--robot", pointer, *words)[0] == 0
+    options = ("--radius", f"{1e3 * radius}mm", "--save", "frame.toml", "--json", "frame.json")
+    assert run("frame", "touches.csv", "--robot", pointer, *options)[0] == 0
     pose, found = frame_of(Path("frame.toml")), json.loads(Path("frame.json").read_text())
     assert np.linalg.norm(pose[:3, 3] - FRAME[:3, 3]) < 2e-4
     assert angle(pose[None], FRAME[None])[0] < 1e-3
@@ -253,8 +253,8 @@ def drawing() -> str:
 
 def test_a_fixture_by_the_points_of_its_drawing(run, arm, pointer):
     table(touched(arm, CAD.values()), list(CAD))
-    words = ("--cad", drawing(), "--save", "frame.toml", "--json", "frame.json")
-    assert run("frame", "touches.csv", "--robot", pointer, *words)[0] == 0
+    options = ("--cad", drawing(), "--save", "frame.toml", "--json", "frame.json")
+    assert run("frame", "touches.csv", "--robot", pointer, *options)[0] == 0
     pose, found = frame_of(Path("frame.toml")), json.loads(Path("frame.json").read_text())
     local = inverse(pose) @ FRAME
     twist = np.abs([*local[:3, 3], *Rotation.from_matrix(local[:3, :3]).as_rotvec()])
@@ -284,7 +284,7 @@ def test_a_drawings_point_that_slipped_and_two_that_were_exchanged(run, arm, poi
 
 
 @pytest.mark.parametrize(
-    ("names", "words"),
+    ("names", "text"),
     [
         (["origin", "x", "xy"], "has no tool"),
         (["A", "B", "C"], "name the touches"),
@@ -292,11 +292,11 @@ def test_a_drawings_point_that_slipped_and_two_that_were_exchanged(run, arm, poi
         (["origin", "x", "x"], "do not make a frame"),
     ],
 )
-def test_touches_that_give_no_frame_say_why(run, arm, pointer, names, words):
+def test_touches_that_give_no_frame_say_why(run, arm, pointer, names, text):
     table(touched(arm, METHODS["three points"][1]), names)
-    status, _, err = run("frame", "touches.csv", "--robot", arm if "tool" in words else pointer)
+    status, _, err = run("frame", "touches.csv", "--robot", arm if "tool" in text else pointer)
     assert status == 1
-    assert words in err
+    assert text in err
     assert len(err.strip().splitlines()) == 1
 
 

@@ -54,8 +54,8 @@ def test_a_choice_that_can_not_be_had_leaves_the_others(aria, plate, monkeypatch
 
 
 def test_a_plate_for_each_choice_is_written(run, tmp_path):
-    words = ("plate", "tradeoff", "table2", "--robot", "aria", "--out", "t", "--json", "t.json")
-    status, _, _ = run(*words, "--targets", "8", "--made", "breadboard", "--places", "60")
+    options = ("plate", "tradeoff", "table2", "--robot", "aria", "--out", "t", "--json", "t.json")
+    status, _, _ = run(*options, "--targets", "8", "--made", "breadboard", "--places", "60")
     assert status == 0
     (choice,) = json.loads((tmp_path / "t.json").read_text())["choices"]
     assert choice["front"]

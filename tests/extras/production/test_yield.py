@@ -177,9 +177,9 @@ def test_sources_add_up_and_the_worst_is_named(found):
 def test_the_table_says_its_units(found):
     console = Console(width=120, file=io.StringIO())
     console.print(yield_tables(found))
-    words = console.file.getvalue()
-    assert "position error, rms [mm]" in words
-    assert "median, 95 %, worst arm [mm]" in words
+    text = console.file.getvalue()
+    assert "position error, rms [mm]" in text
+    assert "median, 95 %, worst arm [mm]" in text
 
 
 def test_all_arms_pass_eq_3_with_mixed_branches_and_fewer_with_more_noise(job, found):
@@ -314,8 +314,8 @@ def test_virtual_arms_on_a_ball_bar_are_as_good_as_the_search_predicts(aria, pla
 
 def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, aria, monkeypatch):
     """Predicted and tried out over the same poses: any place and branch, 60° about Table 2's targets."""
-    words = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml", "--json", "best.json")
-    status, out, _ = run(*words, "--tilt", "40deg", "--spacing", "75mm", "--places", "100")
+    options = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml", "--json", "best.json")
+    status, out, _ = run(*options, "--tilt", "40deg", "--spacing", "75mm", "--places", "100")
     assert status == 0
     assert "predicted error in the region" in out
     best = json.loads((tmp_path / "best.json").read_text())
@@ -332,9 +332,9 @@ def test_an_optimised_plate_calibrates_arms_better_than_table_2(run, tmp_path, a
 
 def test_yield_of_table_2(run, tmp_path, monkeypatch):
     monkeypatch.setattr(production_yield, "CHUNK", 50)
-    words = ("plate", "yield", "table2", "--robot", "aria", "--arms", "100", "--json", "yield.json")
+    options = ("plate", "yield", "table2", "--robot", "aria", "--arms", "100", "--json", "yield.json")
     status, out, _ = run(
-        *words, "--tolerance", "0.05mm,0.05deg", "--joint-noise", "0.002deg", "--poses", "60"
+        *options, "--tolerance", "0.05mm,0.05deg", "--joint-noise", "0.002deg", "--poses", "60"
     )
     assert status == 0
     assert "arms that meet it" in out

@@ -120,7 +120,7 @@ def test_a_target_that_can_not_be_corrected_is_named_by_its_line(run, tmp_path, 
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "words"),
+    ("name", "text", "message"),
     [
         ("a.mod", "CONST robtarget p:=[[1,2,3],[1,0,0,0],[0,0,0,0],[9E9,9E9,9E9,9E9,9E9,9E9]];", "Cartesian"),
         ("a.src", "PTP {A1 0,A2 -90,A3 90,A4 0,A5 0,A6 0}\nLIN {X 1,Y 2,Z 3,A 0,B 0,C 0}", "line 2"),
@@ -154,10 +154,10 @@ def test_a_target_that_can_not_be_corrected_is_named_by_its_line(run, tmp_path, 
         ("a.script", "q = [0,0,0,0,0,0]\nq = get_actual_joint_positions()\nmovej(q)", "line 2"),
     ],
 )
-def test_what_can_not_be_read_is_refused(refused, tmp_path, calibrated, name, text, words):
+def test_what_can_not_be_read_is_refused(refused, tmp_path, calibrated, name, text, message):
     (tmp_path / name).write_text(text)
     command = ("compensate", name, "--robot", calibrated, "--nominal", "ur5e", "--out", "new.txt")
-    refused([words], *command, status=1)
+    refused([message], *command, status=1)
 
 
 @pytest.mark.parametrize(

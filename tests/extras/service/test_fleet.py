@@ -135,9 +135,9 @@ def test_the_page_shows_worn_arms(fleet, tmp_path):
     page = write_fleet(fleet, tmp_path / "out")
     html = Page()
     html.feed(page.read_text())
-    words = " ".join(html.text)
-    assert "joint3.theta" in words
-    assert "14 arms" in words
+    message = " ".join(html.text)
+    assert "joint3.theta" in message
+    assert "14 arms" in message
     assert {p.name for p in page.parent.iterdir()} == {
         *("fleet.html", "result.json", "fleet.svg", "drift-1.svg", "drift-2.svg")
     }

@@ -110,8 +110,8 @@ def test_what_a_base_and_a_tool_hide_is_said_and_left_as_calibrated(aria):
     assert [s.joint for s in found.moved] == [2]
     assert [s.joint for s in found.shifts if not s.determined] == [0, 5]
     assert found.sentence.endswith("joints 1 and 6 can't be determined")
-    assert any("joint 1 and a turn of the base" in words for words in found.ambiguous)
-    assert any("joint 6 and a turn of the tool" in words for words in found.ambiguous)
+    assert any("joint 1 and a turn of the base" in text for text in found.ambiguous)
+    assert any("joint 6 and a turn of the tool" in text for text in found.ambiguous)
     zeros = aria.joint_offsets
     written = found.robot.values(zeros) - arm.values(zeros)
     assert written == pytest.approx([0, 0, shifts[2], 0, 0, 0], abs=3e-4)
@@ -124,7 +124,7 @@ def test_a_joint_far_off_is_no_base_that_stands_elsewhere(aria):
     found = wb.rezero(framed(aria, Freedom.AUTO), measured(framed(aria), shifts))
     assert [s.joint for s in found.moved] == [0]
     assert found.shifts[0].shift == pytest.approx(shifts[0], abs=3e-4)
-    assert any("if the base has moved" in words for words in found.ambiguous)
+    assert any("if the base has moved" in text for text in found.ambiguous)
 
 
 def test_geometry_counts_as_known_as_its_record_says(aria):
@@ -186,7 +186,7 @@ def test_a_base_that_stands_elsewhere_is_named(aria):
     rows = measured(arm, np.zeros(6))
     found = wb.rezero(arm, replace(rows, position=rows.position + np.array([0.0, 0.0, 0.004])))
     assert found.verdict is RezeroVerdict.REFUSED
-    assert any(words.startswith("the base is not where") for words in found.doubts)
+    assert any(text.startswith("the base is not where") for text in found.doubts)
 
 
 def test_a_replaced_joint_frees_its_neighbours(aria):

@@ -52,7 +52,7 @@ def test_a_row_that_stands_twice_is_no_second_visit(arm):
     found = wb.verify(calibrated, twice)
     assert len(found.data) == len(fresh)
     assert not found.repeated
-    assert any("2 duplicate rows" in words for words in found.warnings)
+    assert any("2 duplicate rows" in text for text in found.warnings)
 
 
 def test_a_row_that_stands_again_after_it_was_excluded_is_judged(arm):
@@ -62,7 +62,7 @@ def test_a_row_that_stands_again_after_it_was_excluded_is_judged(arm):
     exclude = np.arange(31) == 3
     found = wb.verify(calibrated, replace(twice, exclude=exclude, row=np.arange(31)))
     assert found.data.row.tolist() == [0, 1, 2, *range(4, 31)]
-    assert not any("duplicate" in words for words in found.warnings)
+    assert not any("duplicate" in text for text in found.warnings)
 
 
 def test_limits_per_axis_are_judged_axis_by_axis(arm):
@@ -240,7 +240,7 @@ def test_a_certificate_says_what_was_done(arm, tmp_path):
     assert {p.name for p in page.parent.iterdir()} == {PAGE, f"{MAP}.svg", "result.json"}
     html = Page()
     html.feed(text)
-    words = " ".join(html.text)
+    message = " ".join(html.text)
     for said in (
         "PASSED",
         "A <b> & C",
@@ -248,7 +248,7 @@ def test_a_certificate_says_what_was_done(arm, tmp_path):
         "2026-01-02",
         "ISO 9283",
     ):
-        assert said in words
+        assert said in message
     assert not [value for name, value in html.attributes if name in ("src", "href") and "http" in value]
     assert json.loads((page.parent / "result.json").read_text())["iso9283"][0]["visits"] == 2
 
@@ -257,19 +257,19 @@ def test_the_command_fails_where_the_arm_does(arm, run, tmp_path):
     calibrated, _, fresh = arm
     calibrated.save(tmp_path / "arm.toml")
     wb.write_measurements(fresh, tmp_path / "fresh.csv")
-    words = ("verify", "fresh.csv", "--robot", "arm.toml", "--json", "r.json")
-    status, out, _ = run(*words, "--wanted", "1mm,0.5deg", "--report", "out", "--fact", "Serial=7")
+    options = ("verify", "fresh.csv", "--robot", "arm.toml", "--json", "r.json")
+    status, out, _ = run(*options, "--wanted", "1mm,0.5deg", "--report", "out", "--fact", "Serial=7")
     assert status == 0
     assert "Passed" in out
     assert "Serial" in Path("out", PAGE).read_text()
     assert json.loads(Path("r.json").read_text())["facts"] == {"Serial": "7"}
-    status, _, err = run(*words, "--wanted", "1um")
+    status, _, err = run(*options, "--wanted", "1um")
     assert status == 2
     assert "Failed: 70 of 70" in err
-    assert run(*words, "--wanted", "3")[0] == 64
-    assert run(*words, "--report", "c.pdf")[0] == 64
+    assert run(*options, "--wanted", "3")[0] == 64
+    assert run(*options, "--report", "c.pdf")[0] == 64
     assert not Path("c.pdf").exists()
-    assert run(*words, "--fact", "no")[0] == 64
+    assert run(*options, "--fact", "no")[0] == 64
 
 
 @pytest.mark.parametrize(

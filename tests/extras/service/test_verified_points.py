@@ -21,8 +21,8 @@ def test_verify_judges_the_measured_positions_alone(mixed, run, tmp_path):
     """All ten points within a limit: 0.05^(1/10) = 74.1 % of all poses, whatever 30 inclinometer rows say."""
     q, xyz, _ = mixed
     off = 1e3 * np.linalg.norm(points(DH, q) - xyz, axis=1)[:10]
-    words = ("verify", "mixed.csv", "--robot", "arm.toml", "--json", "r.json")
-    status, out, err = run(*words, "--wanted", f"{1.01 * off.max()}mm", "--report", "out")
+    options = ("verify", "mixed.csv", "--robot", "arm.toml", "--json", "r.json")
+    status, out, err = run(*options, "--wanted", f"{1.01 * off.max()}mm", "--report", "out")
     assert status == 0, err
     found = json.loads((tmp_path / "r.json").read_text())
     assert (found["rows"], found["poses"]) == (10, 10)
@@ -35,7 +35,7 @@ def test_verify_judges_the_measured_positions_alone(mixed, run, tmp_path):
     assert any("10 of 40" in text for text in found["warnings"])
     assert "10 of 40" in out
     assert "10 measurements of 10" in (tmp_path / "out" / "certificate.html").read_text()
-    status, _, _ = run(*words, "--wanted", f"{0.99 * off.max()}mm")
+    status, _, _ = run(*options, "--wanted", f"{0.99 * off.max()}mm")
     assert status == 2
     assert json.loads((tmp_path / "r.json").read_text())["failed_rows"] == [int(off.argmax())]
 

@@ -70,7 +70,7 @@ def test_measured_targets_are_known_as_well_as_the_machine_knows_them(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "message"),
     [
         ("x[mm],y[mm],z[mm]\n1,2,3\n", ("target",)),
         ("target,x[mm],y[mm],z[mm]\n1,1,2,3\n1,1,2,3\n", ("line 3", "twice")),
@@ -82,10 +82,10 @@ def test_measured_targets_are_known_as_well_as_the_machine_knows_them(tmp_path):
         ("target,x[m],y[m],z[m]\n1,566,354,235\n", ("target 1", "units")),
     ],
 )
-def test_mistakes_are_named(text, words, tmp_path):
+def test_mistakes_are_named(text, message, tmp_path):
     with pytest.raises(WorkbenchError) as error:
         as_measured(load_toml("table2"), read_measured_targets(write(tmp_path, text)))
-    assert all(word in str(error.value) for word in words), str(error.value)
+    assert all(word in str(error.value) for word in message), str(error.value)
 
 
 def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
@@ -102,10 +102,10 @@ def test_a_plate_is_made_and_comes_back_as_measured(run, tmp_path):
     assert "0.100 mm rms" in out
     status, out, _ = run("plate", "compare", "real.toml", "cmm.csv", "--robot", "aria")
     assert status == 0
-    words = ("simulate", "--robot", "aria", "--plate", "cmm.csv", "--branch", "auto", "--out", "rows.csv")
-    assert run(*words)[0] == 0
+    options = ("simulate", "--robot", "aria", "--plate", "cmm.csv", "--branch", "auto", "--out", "rows.csv")
+    assert run(*options)[0] == 0
 
 
-@pytest.mark.parametrize(("words", "said"), [((), "none.csv"), (("--frame", "world"), "base or plate")])
-def test_bad_input(refused, words, said):
-    refused([said], "plate", "as-measured", "table2", "none.csv", "--out", "real.toml", *words)
+@pytest.mark.parametrize(("options", "said"), [((), "none.csv"), (("--frame", "world"), "base or plate")])
+def test_bad_input(refused, options, said):
+    refused([said], "plate", "as-measured", "table2", "none.csv", "--out", "real.toml", *options)

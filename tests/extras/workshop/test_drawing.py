@@ -70,10 +70,10 @@ def test_every_hole_of_the_plate_is_drawn_to_size(fixture, drawn):
 
 def said(drawing):
     """All words of a drawing, those of dimensions too."""
-    words = [t.dxf.text for t in drawing.modelspace().query("TEXT")]
+    labels = [t.dxf.text for t in drawing.modelspace().query("TEXT")]
     for dimension in drawing.modelspace().query("DIMENSION"):
-        words += [t.plain_text() for t in drawing.blocks[dimension.dxf.geometry].query("MTEXT")]
-    return words
+        labels += [t.plain_text() for t in drawing.blocks[dimension.dxf.geometry].query("MTEXT")]
+    return labels
 
 
 def test_dimensions_say_millimetres(fixture, drawn):
@@ -84,12 +84,12 @@ def test_dimensions_say_millimetres(fixture, drawn):
     for value in (*size, *places):
         assert min(abs(value - number) for number in numbers) < 2e-3
     for shape in fixture.shapes:
-        words = said(drawn[f"block-{shape.letter}"])
-        numbers = [float(w.strip("()")) for w in words if re.fullmatch(r"\(?-?[\d.]+\)?", w)]
+        labels = said(drawn[f"block-{shape.letter}"])
+        numbers = [float(w.strip("()")) for w in labels if re.fullmatch(r"\(?-?[\d.]+\)?", w)]
         for height in shape.block.heights:
             assert min(abs(1e3 * height - number) for number in numbers) < 2e-3
         assert any(
-            w.startswith(f"{1e3 * shape.block.height:.3f}".rstrip("0").rstrip(".") + " ±0.05") for w in words
+            w.startswith(f"{1e3 * shape.block.height:.3f}".rstrip("0").rstrip(".") + " ±0.05") for w in labels
         )
 
 
@@ -106,17 +106,17 @@ def test_tolerances_are_the_plate_s_own_budget(plate_of):
     assert usual.assumed
 
 
-def numbers(words):
-    return [float(n) for n in re.findall(r"\d+(?:\.\d+)?", words)]
+def numbers(labels):
+    return [float(n) for n in re.findall(r"\d+(?:\.\d+)?", labels)]
 
 
 def table_of(drawing):
     """The rows of a drawing's table of holes as words by the words of its head."""
-    words = [(t.dxf.insert.x, t.dxf.insert.y, t.dxf.text) for t in drawing.modelspace().query("TEXT")]
-    left, top = next((x, y) for x, y, word in words if word == "hole")
-    head = {round(x, 3): word for x, y, word in words if abs(y - top) < 0.1 and x >= left}
+    labels = [(t.dxf.insert.x, t.dxf.insert.y, t.dxf.text) for t in drawing.modelspace().query("TEXT")]
+    left, top = next((x, y) for x, y, word in labels if word == "hole")
+    head = {round(x, 3): word for x, y, word in labels if abs(y - top) < 0.1 and x >= left}
     rows = {}
-    for x, y, word in words:
+    for x, y, word in labels:
         if y < top - 0.1 and round(x, 3) in head:
             rows.setdefault(round(y, 3), {})[head[round(x, 3)]] = word
     return [row for _, row in sorted(rows.items(), reverse=True) if len(row) > 3]
@@ -252,7 +252,7 @@ def test_a_block_s_face_and_index_hole_lie_as_drawn(slanted):
         assert any(w.startswith(f"{angle:.4f}° ±") for w in angles[f"block-{shape.letter}"])
 
 
-def words_of(fixture):
+def texts_of(fixture):
     return {name: said(drawing) for name, drawing in drawings(fixture).items()}
 
 
@@ -260,13 +260,13 @@ def test_words_of_a_ball_s_drawings(plate_of):
     """A probe has no datums of a block; a bought board's holes are its own; anchors are not targets."""
     plate = plate_of((-0.08, 0.0, 0.09, 0.0, 0.0, 0.0), (0.05, 0.0, 0.09, 0.0, 0.0, 0.0), kinds=("socket",))
     board = fixture_of(plate, stock=Stock.named("breadboard"))
-    pages = words_of(board)
+    pages = texts_of(board)
     assert AXIAL in pages["probe"]
-    assert not any("A B C" in words for words in pages["probe"])
+    assert not any("A B C" in labels for labels in pages["probe"])
     assert "Screw holes: the board's own. Drill the mounting holes, Ø0.2." in pages["plate"]
     assert any(w.endswith("for targets 1, 2") for w in pages["block-A"])
     assert "stamp letter and target on the +x side" in pages["block-A"]
-    anchored = words_of(replace(board, anchored=True, blocks=board.blocks[:1]))
+    anchored = texts_of(replace(board, anchored=True, blocks=board.blocks[:1]))
     assert any(w.endswith("for anchor 1") for w in anchored["block-A"])
 
 
@@ -320,7 +320,7 @@ def test_nothing_of_a_column_runs_into_the_next_or_over_the_frame(drawn):
 
 def test_what_the_drawing_allows_stays_within_the_budget(slanted):
     """The seat is held to where the block stands, its dowels, whose own place in the foot costs nothing."""
-    page = words_of(slanted)["block-A"]
+    page = texts_of(slanted)["block-A"]
     tolerances = slanted.tolerances
     assert any("B midway between the dowel holes" in w for w in page)
     (across,) = {float(w[1:].split()[0]) for w in page if w.endswith("to A B C")}
@@ -340,7 +340,7 @@ def test_bought_pins_and_screws_fit_the_plate(plate_of):
     assert long["dowel pin ISO 8734 Ø4 m6"] == 28.0
     assert long["screw ISO 4762 M8"] <= 15.0 + 1e3 * min(b.depth for b in thick.standoff.bores) - 2.0
     assert parts["screw ISO 4762 M6, for the probe's flange"]["quantity"] == "4"
-    assert any("Ø4 m6 × 28" in w for w in words_of(thick)["block-A"])
+    assert any("Ø4 m6 × 28" in w for w in texts_of(thick)["block-A"])
 
 
 def test_drawings_of_ball_blocks_name_neither_pins_nor_dowels(plate_of):

@@ -74,6 +74,6 @@ def replaced(points, tmp_path_factory):
     for name in ("errors-orientation.svg", "report.html", "mine.txt"):
         (folder / name).write_text("old")
     wanted = Requirement(per_axis=1e-7).wanted
-    with running(lambda part, words: parts.append(part)):
+    with running(lambda part, text: parts.append(part)):
         path = write_report(points, folder, wanted=wanted)
     return Replaced(path, parts)

@@ -59,28 +59,28 @@ def test_tags_close_and_hostile_words_are_only_words(page, result):
     text = path.read_text()
     assert "<b>probe" not in text
     assert "a<i>b.csv" not in text
-    words = "".join(parsed.text)
+    message = "".join(parsed.text)
     assert "<script>" in result.robot.name
-    assert result.robot.name in words
-    assert "<b>probe</b>" in words
+    assert result.robot.name in message
+    assert "<b>probe</b>" in message
 
 
 def test_it_says_what_matters(page, result):
-    words = " ".join("".join(page[1].text).split())
+    message = " ".join("".join(page[1].text).split())
     for sentence in (*result.notes, *result.warnings, *result.unidentifiable):
-        assert " ".join(sentence.split()) in words
+        assert " ".join(sentence.split()) in message
     for value in result.best.held_out.position_mm[:3]:
-        assert f"{value:.3f}" in words
-    assert "1 mm per axis and 0.66°" in words
-    assert "joint offsets only" in words
+        assert f"{value:.3f}" in message
+    assert "1 mm per axis and 0.66°" in message
+    assert "joint offsets only" in message
 
 
 def test_points_without_held_out_rows(points, replaced):
     text = replaced.path.read_text()
     assert "none were held out" in text
     assert "✗" in text
-    for words in points.unidentifiable:
-        assert words in text
+    for message in points.unidentifiable:
+        assert message in text
 
 
 def test_an_arm_is_judged_by_what_its_user_wants_and_else_not_at_all(result, points, tmp_path, monkeypatch):

@@ -42,8 +42,8 @@ def test_fits_eighty_columns_and_loses_no_number(name, request):
                 assert rounded <= 0.1 * factor * cell.std or rounded == pytest.approx(1e-6)
                 assert cell.shown[1] in text
     flat = " ".join(text.split())
-    for words in (*found.unidentifiable, *found.warnings, *found.notes):
-        assert " ".join(words.split()) in flat
+    for message in (*found.unidentifiable, *found.warnings, *found.notes):
+        assert " ".join(message.split()) in flat
 
 
 @pytest.mark.parametrize("size", [0.0004, 0.37, 11.06, 123.4])

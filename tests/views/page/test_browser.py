@@ -212,9 +212,9 @@ def test_file_identify_overlay_save(app, look, tmp_path):
 def plots_can_be_read(screen):
     """Errors axis by axis, in words of a readable height [px]."""
     screen.page.get_by_text("Details", exact=True).click()
-    words = screen.page.locator('[data-testid="figure"] text').last
-    words.wait_for()
-    assert words.evaluate("e => e.getBoundingClientRect().height") > 9.0
+    text = screen.page.locator('[data-testid="figure"] text').last
+    text.wait_for()
+    assert text.evaluate("e => e.getBoundingClientRect().height") > 9.0
 
 
 def errors_are_mapped_where_the_rows_are(screen):

@@ -60,9 +60,9 @@ def test_the_palette_finds_buttons_and_settings_and_escape_closes_every_sheet(ap
     screen = look()
     page = screen.page
 
-    def find(words: str, name: str) -> None:
+    def find(text: str, name: str) -> None:
         page.keyboard.press("Control+k")
-        page.get_by_placeholder("Search").fill(words)
+        page.get_by_placeholder("Search").fill(text)
         page.locator(".mantine-Spotlight-action", has_text=name).first.click()
         page.wait_for_selector(".mantine-Spotlight-action", state="detached")
 
@@ -83,9 +83,9 @@ def test_the_palette_finds_buttons_and_settings_and_escape_closes_every_sheet(ap
     page.wait_for_function("() => document.activeElement.type === 'checkbox'")
     with page.expect_download():
         find("plate toml", "Plate (TOML)")
-    for words in ("identify", "urdf", "measure", "undo"):
+    for text in ("identify", "urdf", "measure", "undo"):
         page.keyboard.press("Control+k")
-        page.get_by_placeholder("Search").fill(words)
-        page.locator(".mantine-Spotlight-action", has_text=words).first.wait_for()
+        page.get_by_placeholder("Search").fill(text)
+        page.locator(".mantine-Spotlight-action", has_text=text).first.wait_for()
         page.keyboard.press("Escape")
         page.wait_for_selector(".mantine-Spotlight-action", state="detached")

@@ -39,8 +39,8 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
                 timeout=60_000,
             )
 
-        def says(words: str) -> None:
-            page.locator('[data-testid="hint"]', has_text=words).wait_for(timeout=120_000)
+        def says(text: str) -> None:
+            page.locator('[data-testid="hint"]', has_text=text).wait_for(timeout=120_000)
 
         press("A robot and measurements")
         files = page.locator(".mantine-Modal-body input[type=file]")

@@ -68,9 +68,9 @@ def test_the_demo_plays_to_its_end_and_the_numbers_fall(app, look, monkeypatch):
 
 def the_last_picture_is_the_bare_arm_with_its_three_numbers(screen):
     """Large, in the middle of what the panel leaves of the window."""
-    numbers, words = map(screen.box, ("figure-now", "caption"))
+    numbers, message = map(screen.box, ("figure-now", "caption"))
     canvas = screen.page.locator("canvas[data-engine]").bounding_box()
-    for box in (numbers, words):
+    for box in (numbers, message):
         assert box["x"] > 0.0
         assert box["x"] + box["width"] < canvas["x"] + canvas["width"]
     assert numbers["height"] > 30.0
@@ -94,8 +94,8 @@ def suggested_poses_that_are_blocked_become_no_targets(screen, found):
     screen.show(replace(session, results=replace(session.results, diagnosis=told, accepted=())))
     screen.press("Make the next poses targets")
     before, number = len(session.plate), len(told.measure_next)
-    words = f"of {number} suggested poses"
-    session = screen.until(lambda now: any(words in message.text for message in now.page.messages))
+    sentence = f"of {number} suggested poses"
+    session = screen.until(lambda now: any(sentence in message.text for message in now.page.messages))
     added = len(session.plate) - before
     assert added == 1
     assert [state.obstacle for state in session.states if not state.measurable] == []

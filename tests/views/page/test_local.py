@@ -175,9 +175,9 @@ def test_a_link_opens_its_own_session_and_no_other():
         with pytest.raises(urllib.error.HTTPError) as refused:
             urllib.request.urlopen(session_link(running, "tuesday"), timeout=60)
         assert refused.value.code == 404
-        words = refused.value.read().decode()
-        assert "shows 'monday & co'" in words
-        assert "serve --session recordings/tuesday" in words
+        text = refused.value.read().decode()
+        assert "shows 'monday & co'" in text
+        assert "serve --session recordings/tuesday" in text
     finally:
         running.stop()
 

@@ -436,7 +436,7 @@ def test_a_message_draws_no_figure_again(app, monkeypatch):
     drawn = []
     real = fit.error_figure
     monkeypatch.setattr(
-        fit, "error_figure", lambda *words, **options: drawn.append(1) or real(*words, **options)
+        fit, "error_figure", lambda *arguments, **options: drawn.append(1) or real(*arguments, **options)
     )
     for command in (MeasureVirtualArm(2), Identify(("opt2",)), Tell("one"), Tell("two")):
         app.worker.submit(command)
@@ -541,7 +541,7 @@ def test_a_page_that_comes_before_the_tabs_opens_the_first_one_once_they_are_the
     )
     drawn = Event()
     drawn.set()
-    told = SimpleNamespace(drawn=lambda words: ("", drawn))
+    told = SimpleNamespace(drawn=lambda text: ("", drawn))
     tabs = Tabs(server, told, first=Tab.ROBOT)
     assert sent == []
     for tab in Tab:

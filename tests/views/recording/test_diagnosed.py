@@ -57,9 +57,9 @@ def test_a_diagnosis_is_told_in_pictures_and_numbers(draw, sample, diagnosed):
     pictures = draw(
         (None, sample.first), (Diagnose(), found), (SelectTarget(1), found), (SelectTarget(2), sample.first)
     )
-    (_, (words,)), *_ = pictures.values("/diagnosis/words", "TextDocument:text")
-    assert diagnosed.message in words
-    assert "joint-compliance, joint 2" in words
+    (_, (text,)), *_ = pictures.values("/diagnosis/words", "TextDocument:text")
+    assert diagnosed.message in text
+    assert "joint-compliance, joint 2" in text
     assert pictures.values("/diagnosis/ranking", "EncodedImage:blob")
     for name, fit in (("geometry", diagnosed.before), ("effects", diagnosed.after)):
         drawn = pictures.values(f"/error/diagnosed_{name}_mm", "Scalars:scalars")

@@ -37,8 +37,8 @@ def call(monkeypatch, capfd, tmp_path):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "100")
 
-    def run(*words):
-        monkeypatch.setattr("sys.argv", ["workbench", *map(str, words)])
+    def run(*options):
+        monkeypatch.setattr("sys.argv", ["workbench", *map(str, options)])
         with pytest.raises(SystemExit) as ended:
             cli.main()
         out, err = capfd.readouterr()
@@ -266,7 +266,7 @@ def test_a_comparison_says_how_far_it_is(copy, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("options", "sentence"),
     [
         (("review", "nothing"), "has no journal.jsonl"),
         (("replay", "nothing"), "has no journal.jsonl"),
@@ -275,9 +275,9 @@ def test_a_comparison_says_how_far_it_is(copy, tmp_path):
         (("serve", "--rerun", "what:ever"), "no rerun viewer listens"),
     ],
 )
-def test_mistakes_are_one_sentence(call, words, sentence):
-    status, _, err = call(*words)
-    assert status == (64 if words[0] == "serve" else 1)
+def test_mistakes_are_one_sentence(call, options, sentence):
+    status, _, err = call(*options)
+    assert status == (64 if options[0] == "serve" else 1)
     assert sentence in err
     assert err.count("\n") == 1
 

@@ -247,11 +247,11 @@ def _excluded_by_file(fields: Fields) -> Mask:
     """Mask that the file itself keeps out."""
     if "exclude" not in fields.values:
         return np.zeros(fields.rows, bool)
-    words = [str(word).strip().lower() for word in fields.values["exclude"]]
-    for row, word in enumerate(words):
+    cells = [str(word).strip().lower() for word in fields.values["exclude"]]
+    for row, word in enumerate(cells):
         if word not in _TRUE | _FALSE:
             raise fields.error(f"'{word}' is neither true nor false", row, "exclude")
-    return np.array([word in _TRUE for word in words], bool)
+    return np.array([word in _TRUE for word in cells], bool)
 
 
 def _gaps(fields: Fields, numbers: dict[str, np.ndarray]) -> list[str]:

@@ -62,7 +62,7 @@ def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
             files[f"{PICTURES}{picture.name}.png"] = png(figure)
     progress(0.9, "writing the page")
     old = (p.name for p in Path(folder).glob(f"{PICTURES}*.png"))
-    numbers, fields = diagnosis_json(result), _words(result)
+    numbers, fields = diagnosis_json(result), _template_fields(result)
     fields["sections"], more = sections_of(result, advice)
     fields["notes"] = (*result.warnings, *advice.warnings, *result.notes)
     path = write_page(
@@ -72,7 +72,7 @@ def write_diagnosis(result: Diagnosis, folder: Path | str) -> Path:
     return path
 
 
-def _words(result: Diagnosis) -> dict[str, Any]:
+def _template_fields(result: Diagnosis) -> dict[str, Any]:
     """What the template is filled with."""
     return {
         "robot": result.robot.name,

@@ -189,7 +189,7 @@ def read_cameras(path: Path | str) -> tuple[Camera, ...]:
 
 def write_cameras(cameras: tuple[Camera, ...], path: Path | str) -> Path:
     """Write cameras as `read_cameras` reads them."""
-    words = {freedom: word for word, freedom in FREE.items()}
+    names = {freedom: word for word, freedom in FREE.items()}
     tables = [
         {
             "name": c.name,
@@ -197,7 +197,7 @@ def write_cameras(cameras: tuple[Camera, ...], path: Path | str) -> Path:
             **dict(zip(INTRINSICS[:4], c.intrinsics[:4].tolist(), strict=True)),
             "distortion": c.intrinsics[4:].tolist(),
             "mounted": str(c.mounted),
-            "free": words[c.free],
+            "free": names[c.free],
             "sigma": c.sigma.tolist(),
             **({PER_SESSION: True} if c.per_session else {}),
         }

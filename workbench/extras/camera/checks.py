@@ -128,10 +128,10 @@ class Doubts:
     off: Mapping[str, float]
 
     @classmethod
-    def of_size(cls, words: Sequence[str], given: Dataset, size: PictureFit) -> "Doubts":
+    def of_size(cls, notes: Sequence[str], given: Dataset, size: PictureFit) -> "Doubts":
         """Where a target of any size suits the pictures better."""
         off = {f"{t.owner}.scale": size.scale(t) for t in rig_of(given).targets}
-        return cls(tuple(words), given, size.problem.data, off)
+        return cls(tuple(notes), given, size.problem.data, off)
 
     def considered(self, problem: Problem, deviations: Float[np.ndarray, " p"] | float = 0.0) -> Considered:
         """What it bends, beside constants that are uncertain.
@@ -159,37 +159,37 @@ def find_doubts(
         data: The pictures, with the intrinsics let go where they are doubted.
     """
     rig = rig_of(data)
-    words: list[str] = []
+    notes: list[str] = []
     given, size = fitted(data), fitted(_of_any_size(data))
     if rig.is_lens_fixed:
         let_go = with_rig(data, rig.with_intrinsics(Freedom.AUTO))
         lens = fitted(let_go)
         by_lens, by_size = given.less_likely_than(lens), given.less_likely_than(size)
         if by_lens > OTHER_LENS and by_size > max(OTHER_SIZE, EITHER * by_lens):
-            words.append(
+            notes.append(
                 "the target's size or the focal length is wrong, and the pictures can't determine which: "
                 f"{_by_size(plain, data)}, {_by_lens(plain(let_go), rig)}; check the printed square's side, "
                 'or leave the intrinsics to be refined with free = "auto"'
             )
-            return Doubts.of_size(words, data, size)
+            return Doubts.of_size(notes, data, size)
         if by_lens > max(OTHER_LENS, by_size):
-            words.append(
+            notes.append(
                 f"the given intrinsics do not suit the pictures: corners {given.pixel:.2f} px off with them, "
                 f'{_by_lens(lens, rig)}; they were left free, so set free = "auto" or calibrate the camera'
             )
             data, given, size = let_go, lens, fitted(_of_any_size(let_go))
     is_strange = any(size.strangeness(target) > OUTSIDE for target in rig.targets)
     is_other = is_strange and given.less_likely_than(size) > OTHER_SIZE
-    words += [
+    notes += [
         f"{far}, more than {OUTSIDE:g} times sigma from the given intrinsics; check that they are of this "
         "camera and lens"
         for far in (size if is_other else given).implausible_intrinsics(rig)
     ]
     if not is_other:
-        return Doubts(tuple(words), data, data, {})
+        return Doubts(tuple(notes), data, data, {})
     off = _by_size(plain, data, "that one")
-    words.append(f"{_larger(size, rig, 'is ')}: {off}; measure it and correct its sizes")
-    return Doubts.of_size(words, data, size)
+    notes.append(f"{_larger(size, rig, 'is ')}: {off}; measure it and correct its sizes")
+    return Doubts.of_size(notes, data, size)
 
 
 def _of_any_size(data: Dataset, sigma: float = ANY_SIZE) -> Dataset:
@@ -222,11 +222,11 @@ def _larger(fit: PictureFit, rig: Rig, verb: str = "") -> str:
 def _size(target: PictureTarget, scale: float, verb: str) -> str:
     board, more = target.charuco, "larger" if scale > 0.0 else "smaller"
     who = f"board '{target.name}'" if target.name else "the target"
-    words = f"{who} {verb}{100 * abs(scale):.2f} % {more} than stated"
+    text = f"{who} {verb}{100 * abs(scale):.2f} % {more} than stated"
     if board is None:
-        return words
+        return text
     side = 1e3 * board.square
-    return f"{words} (squares of {side * (1.0 + scale):.4g} mm, not {side:.4g} mm)"
+    return f"{text} (squares of {side * (1.0 + scale):.4g} mm, not {side:.4g} mm)"
 
 
 def mismatched_pictures(
@@ -250,9 +250,9 @@ def mismatched_pictures(
     usual = float(np.median(off))
     if usual > SUSPICIOUS:
         _check_mounts(robot, data, build, problem, x)
-        for words, q in _other_joints(data):
+        for text, q in _other_joints(data):
             if np.median(fitted(replace(data, q=q))[2]) < OTHER_JOINTS * usual:
-                raise DataError(f"{data.source}: {words}")
+                raise DataError(f"{data.source}: {text}")
     if usual > HOPELESS:
         raise DataError(
             f"{data.source}: the pictures don't suit their joints: with the best places of camera and target "
@@ -273,8 +273,8 @@ def mismatched_pictures(
         order[[i, j]] = j, i
         swapped = build(robot, replace(data, q=data.q[order]), free=free).with_noise(ROUGH)
         if (_errors(swapped, x)[[i, j]] <= limit).all():
-            words = f"the joints of images {image[i]} and {image[j]} are exchanged"
-            reasons |= {i: words, j: words}
+            text = f"the joints of images {image[i]} and {image[j]} are exchanged"
+            reasons |= {i: text, j: text}
     return reasons
 
 

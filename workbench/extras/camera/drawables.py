@@ -46,8 +46,8 @@ def ellipsoid(session: Session) -> Iterator[Item]:
     half = 2.796 * np.sqrt(np.linalg.eigvalsh(covariance))  # χ² of three, 95 %
     times = _round_factor(SHOWN / max(float(half[-1]), 1e-9))
     yield Item("camera/ellipsoid", _ellipsoid, (covariance, place, times))
-    words = f"tool ±{1e3 * half[-1]:.2g} mm (95 %), drawn × {times:g}"
-    yield Item("camera/ellipsoid_words", _words, (words, place))
+    text = f"tool ±{1e3 * half[-1]:.2g} mm (95 %), drawn × {times:g}"
+    yield Item("camera/ellipsoid_words", _label, (text, place))
 
 
 def _frustum(pose: np.ndarray, frame: np.ndarray) -> Line:
@@ -79,7 +79,7 @@ def _ellipsoid(covariance: np.ndarray, place: np.ndarray, times: float) -> Mesh:
     return Mesh(solid=solid, colour=CALIBRATED, opacity=0.45, pose=se3.pose(np.eye(3), place))
 
 
-def _words(text: str, place: np.ndarray) -> Label:
+def _label(text: str, place: np.ndarray) -> Label:
     return Label(text=text, place=place + np.array([0.0, 0.0, 0.06]))
 
 

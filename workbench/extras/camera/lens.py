@@ -82,11 +82,11 @@ def with_lenses(rig: Rig, pixels: Float[np.ndarray, "rows cameras points 2"]) ->
     for c, camera in enumerate(cameras):
         if camera.is_assumed:
             cameras[c] = _started(camera, rig, pixels[:, c])
-            said.append(_words(camera, cameras[c]))
+            said.append(_lens_text(camera, cameras[c]))
     return replace(rig, cameras=tuple(cameras)), said
 
 
-def _words(given: Camera, found: Camera) -> str:
+def _lens_text(given: Camera, found: Camera) -> str:
     size = "{} x {} px".format(*given.size)
     if given.sigma[2] > CENTRE_SIGMA * given.size[0]:
         size += " (the smallest usual size with all corners)"

@@ -177,12 +177,12 @@ def _camera(session: Session, number_of: int, view: CameraView) -> str:
     found = int(np.isfinite(off).sum())
     head = f"{view.name}: image {view.image}" if view.image else f"{view.name}: what it would see here"
     inside = ((view.predicted >= 0.0) & (view.predicted < np.array(view.size))).all(axis=1)
-    words = f"{plural(found, 'corner')}" if view.image else f"{plural(int(inside.sum()), 'corner')} in view"
+    caption = f"{plural(found, 'corner')}" if view.image else f"{plural(int(inside.sum()), 'corner')} in view"
     if found and session.results.identification is not None:
-        words += f", {number(float(np.sqrt((off[np.isfinite(off)] ** 2).mean())))} px off the model"
+        caption += f", {number(float(np.sqrt((off[np.isfinite(off)] ** 2).mean())))} px off the model"
     return block(
         f'<div style="display:flex;justify-content:space-between"><b>{text(head)}</b>'
-        f"<span>{text(words)}</span></div>"
+        f"<span>{text(caption)}</span></div>"
         + picture_of(view)
         + covered(coverage(session.measurements.loaded.dataset, number_of)),
         testid=f"camera_{number_of}",
@@ -216,23 +216,23 @@ def picture_of(view: CameraView) -> str:
                     f'stroke-width="{0.4 * r:.1f}"/>'
                 )
     has_model = bool(np.isfinite(view.predicted).any())
-    words = "rings: found" + (
+    caption = "rings: found" + (
         f"; crosses: by the model; lines: the difference × {ARROWS:g}" if has_model else ""
     )
     return (
         f'<svg viewBox="0 0 {width} {height}" width="100%" data-testid="picture" style="border-radius:4px">'
-        f"<title>{words}</title>{''.join(parts)}</svg>"
-        f'<div style="color:{MUTED};font-size:11.5px">{words}</div>'
+        f"<title>{caption}</title>{''.join(parts)}</svg>"
+        f'<div style="color:{MUTED};font-size:11.5px">{caption}</div>'
     )
 
 
 def covered(cells: np.ndarray) -> str:
     """How much of the picture has corners, and which parts of it."""
     share = float((cells > 0).mean())
-    words = badge(f"{100 * share:.0f} % of the picture used", GOOD if share > ENOUGH else CAREFUL)
+    content = badge(f"{100 * share:.0f} % of the picture used", GOOD if share > ENOUGH else CAREFUL)
     return (
         f'<div style="display:flex;gap:10px;align-items:center;margin-top:4px">{_cells(cells)}'
-        f'<span data-testid="coverage">{words}</span></div>'
+        f'<span data-testid="coverage">{content}</span></div>'
     )
 
 
@@ -259,8 +259,8 @@ def camera_json(session: Session) -> tuple[str, bytes]:
 def _identified(result: Identification | None, *, is_alone: bool = False) -> str:
     """The identification steps, and the poses of cameras and target."""
     if result is None or not isinstance(result.identifiability, Identifiability):
-        words = "Not identified yet: camera and target are first guesses. Identify is in the next tab."
-        return note(words, "gate")
+        sentence = "Not identified yet: camera and target are first guesses. Identify is in the next tab."
+        return note(sentence, "gate")
     found = result.identifiability
     verdict = "Nothing of the arm was identified" if found.refused else f"Identified: {found.title}"
     if is_alone:
@@ -268,13 +268,13 @@ def _identified(result: Identification | None, *, is_alone: bool = False) -> str
     colour = BAD if found.refused and not is_alone else GOOD
     reasons = [f"{text(step.name)}: {text(step.refused)}" for step in found.steps if step.refused]
     said = [*found.doubts, *([found.advice] if found.advice else [])]
-    places = "".join(f"<div>{text(words)}</div>" for words in found.found(result.best.fit))
+    places = "".join(f"<div>{text(sentence)}</div>" for sentence in found.found(result.best.fit))
     return block(
         badge(verdict, colour)
         + heading("Step by step, at the tool")
         + _steps(found)
         + bullets(reasons, style="margin:4px 0")
-        + "".join(f'<div style="color:{CAREFUL}">{text(words)}</div>' for words in said)
+        + "".join(f'<div style="color:{CAREFUL}">{text(sentence)}</div>' for sentence in said)
         + folded("Zeros, camera and target", places),
         testid="gate",
         style="margin:4px 0 8px",
@@ -298,14 +298,14 @@ ENDING = ".tar,.zip"
 """File types of the upload button, by which the script finds the button's field."""
 _SCRIPT = """
 (async field => {
-  const words = new TextEncoder(), parts = [];
+  const coder = new TextEncoder(), parts = [];
   const wanted = /\\.(png|jpe?g|bmp|tiff?|pgm|webp|csv|tsv|xlsx|parquet|toml)$/i;
   let folder = 'pictures';
   for (const file of field.files) {
     const way = (file.webkitRelativePath || file.name).split('/');
     if (way.length > 1) folder = way.shift();
     if (!wanted.test(file.name) || way.some(part => part.startsWith('.'))) continue;
-    const head = new Uint8Array(512), put = (at, s) => head.set(words.encode(s).slice(-100), at);
+    const head = new Uint8Array(512), put = (at, s) => head.set(coder.encode(s).slice(-100), at);
     put(0, way.join('/')); put(100, '0000644'); put(124, file.size.toString(8).padStart(11, '0'));
     put(136, '00000000000'); put(148, '        '); put(156, '0'); put(257, 'ustar'); put(263, '00');
     put(148, head.reduce((a, b) => a + b).toString(8).padStart(6, '0') + '\\0 ');
@@ -321,17 +321,17 @@ _SCRIPT = """
 """.replace("ENDING", ENDING)
 
 
-def folder_field(words: str) -> str:
+def folder_field(label: str) -> str:
     """A field, in HTML, on which a folder is dropped or chosen.
 
-    viser's upload button takes one file. A field for folders (`webkitdirectory`) lies over the words; what it
+    viser's upload button takes one file. A field for folders (`webkitdirectory`) lies over the label; what it
     is given is put into one tar archive in the page, and that archive into the button's own field.
     """
     return (
         '<div data-testid="folder" style="position:relative;margin:2px 12px 8px;padding:14px 10px;'
         f'border:1.5px dashed {LINE};border-radius:6px;text-align:center;font-size:13px;color:{MUTED}">'
-        f'{text(words)}<input type="file" webkitdirectory multiple onchange="{text(_SCRIPT)}" '
-        f'title="{text(words)}" style="position:absolute;inset:0;width:100%;height:100%;opacity:0;'
+        f'{text(label)}<input type="file" webkitdirectory multiple onchange="{text(_SCRIPT)}" '
+        f'title="{text(label)}" style="position:absolute;inset:0;width:100%;height:100%;opacity:0;'
         'cursor:pointer"></div>'
     )
 
@@ -398,11 +398,11 @@ def _shown(capture: Capture) -> str:
     camera, shot = capture.rig.cameras[0], capture.last
     head = f'<div style="font-weight:600">{plural(len(capture.kept), "picture")} kept</div>'
     if shot is None:
-        words = f"<div>Watching {text(capture.source)}: no picture yet.</div>"
+        content = f"<div>Watching {text(capture.source)}: no picture yet.</div>"
     else:
-        words = f"{_verdict(shot)}{picture_of(_view(shot, camera.size))}"
-        words += covered(cells(capture.points(camera.name), camera.size))
-    return block(head + words, testid="shooting", style="margin:4px 0 8px")
+        content = f"{_verdict(shot)}{picture_of(_view(shot, camera.size))}"
+        content += covered(cells(capture.points(camera.name), camera.size))
+    return block(head + content, testid="shooting", style="margin:4px 0 8px")
 
 
 def _verdict(shot: Shot) -> str:

@@ -221,5 +221,5 @@ def _driven(joints: Fields) -> tuple[Fields, tuple[str, ...]]:
     q = np.concatenate([position, se3.matrix_to_rpy(rotation)[:, ::-1]], axis=1)
     kept = {key: v for key, v in values.items() if key in ("session", "group", "time", "exclude", "reason")}
     kept |= {f"q{k + 1}": frozen(column) for k, column in enumerate(q.T)}
-    words = "joints are missing, tool poses are given: camera and target are found, of the arm nothing can be"
-    return replace(joints, values=kept, rotation=None, notes=(*joints.notes, *notes)), (words,)
+    text = "joints are missing, tool poses are given: camera and target are found, of the arm nothing can be"
+    return replace(joints, values=kept, rotation=None, notes=(*joints.notes, *notes)), (text,)

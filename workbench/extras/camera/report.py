@@ -65,19 +65,19 @@ def found_sentences(fit: Fit) -> Iterator[str]:
         )
     for camera in rig_of(fit.problem.data).cameras:
         if camera.free is not Freedom.FIXED:
-            yield f"{camera.owner} lens: {_lens_words(fit, camera)} (one standard error)"
+            yield f"{camera.owner} lens: {_lens_text(fit, camera)} (one standard error)"
     if points := _points(fit):
         worst = max(max(point["xyz_std_mm"]) for point in points)
         yield f"{plural(len(points), 'point')} of the target placed to ±{worst:.2g} mm or better"
 
 
-def _lens_words(fit: Fit, camera: Camera) -> str:
+def _lens_text(fit: Fit, camera: Camera) -> str:
     """The intrinsics that matter, with their standard errors."""
-    words = []
+    parts = []
     for part, digits, unit in zip(INTRINSICS[:6], (1, 1, 1, 1, 4, 4), (*[" px"] * 4, "", ""), strict=True):
         at = fit.problem.names.index(f"{camera.owner}.{part}")
-        words.append(f"{part} {fit.x[at]:.{digits}f} ± {fit.std[at]:.2g}{unit}")
-    return ", ".join(words)
+        parts.append(f"{part} {fit.x[at]:.{digits}f} ± {fit.std[at]:.2g}{unit}")
+    return ", ".join(parts)
 
 
 def found_json(fit: Fit) -> Json:

@@ -24,7 +24,7 @@ from workbench.data.dataset import Dataset, Labels
 from workbench.extras.camera.camera import Camera, project
 from workbench.extras.camera.opencv import opencv
 from workbench.extras.camera.readings import PictureReadings
-from workbench.extras.camera.rig import RejectedCorner, Rig, off_in_words, owner_in
+from workbench.extras.camera.rig import RejectedCorner, Rig, off_text, owner_in
 from workbench.extras.camera.target import PictureTarget
 
 STEPS = 15
@@ -196,7 +196,7 @@ def _judged(
     useless = of_picture > USELESS
     if np.median(of_picture) > USELESS:
         raise DataError(
-            f"{data.source}: corners lie {off_in_words(np.median(of_picture))} from where the target and "
+            f"{data.source}: corners lie {off_text(np.median(of_picture))} from where the target and "
             f"intrinsics of camera '{camera.name}' put them; check squares, ids, a mirrored print, fx and fy"
         )
     points = np.isfinite(off[~useless]).sum(1)

@@ -26,7 +26,7 @@ def owner_in(part: Camera | PictureTarget, session: str) -> str:
     return f"{part.owner}[{session}]" if part.per_session and session else part.owner
 
 
-def off_in_words(off: float) -> str:
+def off_text(off: float) -> str:
     """A distance of corners [px]; behind a camera it has no meaning."""
     return f"{off:.1f} px" if off < MAX_OFF else f"more than {MAX_OFF:g} px"
 
@@ -42,7 +42,7 @@ class RejectedCorner:
     off: float
 
     def __str__(self) -> str:
-        return f"image {self.image} id {self.id} corner {self.corner} ({off_in_words(self.off)})"
+        return f"image {self.image} id {self.id} corner {self.corner} ({off_text(self.off)})"
 
 
 @dataclass(frozen=True, eq=False)

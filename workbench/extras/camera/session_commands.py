@@ -103,8 +103,8 @@ class LoadPictures(AbstractLoad[PictureFolder | CameraAlone]):
 
     def check(self, session: Session) -> None:
         if len(self.content) > LARGEST_FOLDER:
-            words = too_large(self.name, len(self.content), LARGEST_FOLDER)
-            raise DataError(f"{words}; use 'workbench identify FOLDER' for larger ones")
+            text = too_large(self.name, len(self.content), LARGEST_FOLDER)
+            raise DataError(f"{text}; use 'workbench identify FOLDER' for larger ones")
 
     def compute(self, session: Session) -> PictureFolder | CameraAlone:
         name = safe_name(self.name)

@@ -53,8 +53,8 @@ class Board:
         files = {"target.toml": self.target(), "joints.csv": f"{heads}\n"}
         made = io.BytesIO()
         with zipfile.ZipFile(made, "w") as archive:
-            for name, words in files.items():
-                archive.writestr(name, words)
+            for name, text in files.items():
+                archive.writestr(name, text)
         return made.getvalue()
 
     def fill_in(self, folder: Path) -> tuple[str, ...]:

@@ -57,10 +57,10 @@ def _html(image: str, size: tuple[int, int], seen: Float[np.ndarray, "n 2"], pic
         back += f'<image width="{width}" height="{height}" href="data:image/jpeg;base64,{data}"/>'
     colour = GOOD if len(seen) >= FEW else CAREFUL if len(seen) else BAD
     dots = "".join(f"M{u:.0f} {v:.0f}h0" for u, v in seen)
-    words = f"{image}: {plural(len(seen), 'corner')}" if len(seen) else f"{image}: no corners"
+    title = f"{image}: {plural(len(seen), 'corner')}" if len(seen) else f"{image}: no corners"
     return (
         f'<svg viewBox="0 0 {width} {height}" width="100%" role="img" style="display:block;border-radius:3px;'
-        f'outline:2px solid {colour}"><title>{text(words)}</title>{back}'
+        f'outline:2px solid {colour}"><title>{text(title)}</title>{back}'
         f'<path d="{dots}" stroke="#22c55e" stroke-width="{width / 40:.0f}" stroke-linecap="round"/></svg>'
         f'<div style="font-size:12px;text-align:center">{text(image)} · {len(seen)}</div>'
     )

@@ -31,10 +31,10 @@ def yield_tables(found: Yield) -> RenderableType:
     for name, share in sorted(found.shares.items(), key=lambda item: -item[1]):
         position, rotation = found.sources[name]
         sources.add_row(name, f"{1e3 * position:.4f}", f"{np.rad2deg(rotation):.4f}", f"{100 * share:.1f}")
-    return Group(arms, sources, Text("\n".join(_yield_words(found))))
+    return Group(arms, sources, Text("\n".join(_yield_notes(found))))
 
 
-def _yield_words(found: Yield) -> list[str]:
+def _yield_notes(found: Yield) -> list[str]:
     notes = [f"errors include: {found.assumptions}"] if found.assumptions else []
     if found.blame is not None:
         notes.append(f"the {found.blame} dominates")

@@ -57,7 +57,7 @@ def blame(session: Session) -> Iterator[Item]:
         inputs = session.robot, drawn_joints(session), joint
         yield Item(f"arm/blame/{joint + 1}", _glow, inputs)
         text = effect.label if effect is not None and k == 0 else ""
-        yield Item(f"arm/blame_words/{joint + 1}", _glow_words, (*inputs, text))
+        yield Item(f"arm/blame_words/{joint + 1}", _glow_label, (*inputs, text))
 
 
 def branches(session: Session) -> Iterator[Item]:
@@ -113,7 +113,7 @@ def _glow(robot: Robot, q: np.ndarray, joint: int) -> Mesh:
     return Mesh(solid=ball(GLOW * robot.reach, np.zeros(3)), colour=BLAMED, opacity=0.35, pose=place)
 
 
-def _glow_words(robot: Robot, q: np.ndarray, joint: int, text: str) -> Label | None:
+def _glow_label(robot: Robot, q: np.ndarray, joint: int, text: str) -> Label | None:
     place = body_frames(robot, q)[joint + 1, :3, 3] + np.array([0.0, 0.0, 1.2 * GLOW * robot.reach])
     return Label(text=text, place=place) if text else None
 

@@ -37,7 +37,7 @@ def happened(session: Session) -> Iterator[Item]:
         base = found.calibrated.base.rotation  # seen by the instrument, as base and tool were found
         inputs = session.robot, drawn_joints(session), event, base
         yield Item(f"event/arrow/{k + 1}", _arrow, inputs, shown=is_shown)
-        yield Item(f"event/words/{k + 1}", _words, (*inputs, k), shown=is_shown)
+        yield Item(f"event/words/{k + 1}", _label, (*inputs, k), shown=is_shown)
 
 
 def times_drawn(event: AbstractEvent) -> float:
@@ -83,7 +83,7 @@ def _arrow(robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray) 
     return None if event.joints else Arrows(starts=start[None], ends=end[None], colour=EVENT, thick=THICK)
 
 
-def _words(robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray, number: int) -> Label:
+def _label(robot: Robot, q: np.ndarray, event: AbstractEvent, base: np.ndarray, number: int) -> Label:
     end = _ends(robot, q, event, base)[1]
     times = "" if event.joints else f" (arrow × {times_drawn(event):g})"
     return Label(text=f"{event.mark}{times}", place=end + np.array([0.0, 0.0, ABOVE * (number + 1)]))

@@ -95,7 +95,7 @@ def envelope(session: Session) -> Iterator[Item]:
         height = LAYER * round(float(at[2]) / LAYER)
         yield Item("reach/envelope", _ring, (session.robot, height))
         turn = DIRECTION * round(float(np.arctan2(at[1], at[0])) / DIRECTION)
-        yield Item("reach/words", _words, (session.robot, height, turn))
+        yield Item("reach/words", _label, (session.robot, height, turn))
 
 
 def _ring(robot: Robot, height: float) -> Line | None:
@@ -103,7 +103,7 @@ def _ring(robot: Robot, height: float) -> Line | None:
     return Line(places=places, colours=np.array([REGION], np.uint8), pixels=2.5) if len(places) > 1 else None
 
 
-def _words(robot: Robot, height: float, turn: float) -> Label | None:
+def _label(robot: Robot, height: float, turn: float) -> Label | None:
     """Where the ring is nearest to the target."""
     places = ring_at(robot, height)
     if len(places) < 2:

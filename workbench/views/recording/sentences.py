@@ -64,7 +64,7 @@ def about(session: Session) -> str:
         "**Blocks:** sand where reached, blue where selected, brown where the arm is blocked, red where",
         "out of reach. **Arms:** the solid one is nominal, the orange shell calibrated. **Points** were",
         "measured: coloured by their error once there is a fit"
-        + _scale_words(session)
+        + _scale_text(session)
         + ". **Arrows** lead from measured to",
         f"predicted positions: grey nominal, {session.choices.overlay.exaggeration:g} times too long, orange",
         f"calibrated, {session.choices.overlay.exaggeration_after:g} times.",
@@ -72,7 +72,7 @@ def about(session: Session) -> str:
     return "\n".join(lines)
 
 
-def _scale_words(session: Session) -> str:
+def _scale_text(session: Session) -> str:
     """What the colours of the measured points mean."""
     rows = session.results.comparison
     if rows is None or not rows.stages:

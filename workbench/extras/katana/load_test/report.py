@@ -26,7 +26,7 @@ PARTS = (
     ("stiffness", 1e-3, "stiffness [kN·m/rad]"),
 )
 """Sizes, factors to the units that people read, and headings."""
-WORDS = {
+LABELS = {
     PairPurpose.CROSSWISE: "tips both ways",
     PairPurpose.REVERSAL: "turns both ways",
     PairPurpose.SIZE: "little and much",
@@ -129,7 +129,7 @@ def load_test_figure(found: LoadTest) -> Figure:
         above.axes[0].set_ylabel("moment across [N·m]")
         above.supxlabel("moment about the axis [N·m]", fontsize=8)
         handles = [above.axes[0].plot([], [], color=COLOURS[k], marker="o", ms=3)[0] for k in range(3)]
-        above.legend(handles, [WORDS[p] for p in PairPurpose], loc="outside upper right", ncols=3)
+        above.legend(handles, [LABELS[p] for p in PairPurpose], loc="outside upper right", ncols=3)
         for axes, (part, size, text) in zip(below.subplots(1, 3), PARTS, strict=True):
             _sizes(axes, found, part, size)
             axes.set_ylabel(text)

@@ -24,7 +24,7 @@ from workbench.views.page.html import (
 )
 from workbench.views.page.panels.panel import AbstractPanel
 
-WORDS = {
+HEADLINES = {
     RezeroVerdict.MOVED: "Moved",
     RezeroVerdict.UNCHANGED: "Unchanged",
     RezeroVerdict.REFUSED: "Not the zeros alone",
@@ -82,14 +82,14 @@ def _card(found: Rezero) -> str:
         RezeroVerdict.UNCHANGED: GOOD,
         RezeroVerdict.REFUSED: css(OUT_OF_REACH),
     }
-    mark = badge(WORDS[found.verdict], colours[found.verdict])
+    mark = badge(HEADLINES[found.verdict], colours[found.verdict])
     error = f"<div style='color:{MUTED}'>{text(repr(found.error).capitalize())}</div>"
     open_pairs = (
         heading("Can't be distinguished") + bullets(map(text, found.ambiguous)) if found.ambiguous else ""
     )
     renewed = folded("Geometry next to replaced joints", _geometry(found)) if found.renewed else ""
     more = folded("Notes", bullets(map(text, found.notes)))
-    sentence = found.sentence.removeprefix(f"{WORDS[found.verdict].lower()}: ")
+    sentence = found.sentence.removeprefix(f"{HEADLINES[found.verdict].lower()}: ")
     return f"{mark}<div>{text(capital(sentence))}.</div>{error}{_bars(found)}{open_pairs}{renewed}{more}"
 
 

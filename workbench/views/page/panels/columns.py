@@ -94,20 +94,20 @@ def file_of(session: Session) -> MeasurementFile | None:
 def listing(file: MeasurementFile) -> str:
     """Columns with their first cell and what they are read as; problems above."""
     found = file.preview
-    problems = "".join(f'<div style="color:{BAD}">{text(words)}</div>' for words in found.problems)
+    problems = "".join(f'<div style="color:{BAD}">{text(sentence)}</div>' for sentence in found.problems)
     rows = [(text(c.heading or "(none)"), text(c.first[:10]), _meaning(c)) for c in found.columns]
     more = len(rows) - MAX_LISTED_COLUMNS
-    words = f'<div style="color:{MUTED}">{plural(more, "more column")}</div>' if more > 0 else ""
+    rest = f'<div style="color:{MUTED}">{plural(more, "more column")}</div>' if more > 0 else ""
     return block(
-        problems + table(("heading", "first", "is"), rows[:MAX_LISTED_COLUMNS]) + words, testid="columns"
+        problems + table(("heading", "first", "is"), rows[:MAX_LISTED_COLUMNS]) + rest, testid="columns"
     )
 
 
 def _meaning(column: PreviewColumn) -> str:
     if column.key is None:
         return f'<span style="color:{MUTED}">left out</span>'
-    words = text(ours(column))
-    return f'<span style="color:{BAD}">{words}: unit?</span>' if lacks_unit(column) else words
+    meaning = text(ours(column))
+    return f'<span style="color:{BAD}">{meaning}: unit?</span>' if lacks_unit(column) else meaning
 
 
 def _understood(file: MeasurementFile, heading: str) -> str:

@@ -127,8 +127,8 @@ def _readout(session: Session) -> str:
         return block(f"{head}{_as_opened(comparison, row)}", testid="row", style="margin:6px 0")
     before, after = comparison.errors[row]
     if np.isnan(before):
-        words = "No position was measured here."
-        return block(f"{head} · {kind}<br>{words}", testid="row", style="margin:6px 0")
+        sentence = "No position was measured here."
+        return block(f"{head} · {kind}<br>{sentence}", testid="row", style="margin:6px 0")
     rows = [
         (badge("Nominal", css(NOMINAL)), f"{number(1e3 * before)} mm"),
         (badge("Calibrated", css(CALIBRATED)), f"{number(1e3 * after)} mm"),
@@ -150,11 +150,11 @@ def _as_opened(comparison: Comparison, row: int) -> str:
         ("mean", f"{number(float(np.nanmean(errors)))} mm"),
         ("largest", f"{number(float(np.nanmax(errors)))} mm"),
     ]
-    words = (
+    sentence = (
         "Nothing has been identified yet. If this robot is already calibrated, a few poses tell whether "
         "the calibration is still valid; otherwise identify it first."
     )
     return (
         table(("Error of the robot as opened", ""), rows)
-        + f'<div style="color:{MUTED};margin-top:4px">{words}</div>'
+        + f'<div style="color:{MUTED};margin-top:4px">{sentence}</div>'
     )

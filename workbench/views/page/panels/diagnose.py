@@ -57,10 +57,10 @@ class EventButtons:
     def show(self, session: Session) -> None:
         """The events of this snapshot."""
         steps = list(splittable(session).values())
-        for place, (words, button) in enumerate(self._lines):
-            words.visible = button.visible = place < len(steps)
+        for place, (line, button) in enumerate(self._lines):
+            line.visible = button.visible = place < len(steps)
             if place < len(steps):
-                words.content = block(text(f"{steps[place]}."), testid=f"event-{place + 1}", style=APART)
+                line.content = block(text(f"{steps[place]}."), testid=f"event-{place + 1}", style=APART)
 
 
 class DiagnosePanel(AbstractPanel):
@@ -176,7 +176,7 @@ def _ranking(found: Diagnosis) -> str:
 
 
 def _notes(found: Diagnosis) -> str:
-    words = list(found.notes)
+    notes = list(found.notes)
     if len(found.outliers):
-        words.insert(0, f"outliers: {outlier_text(found)}")
-    return bullets(map(text, words), style=f"margin:0;color:{MUTED}")
+        notes.insert(0, f"outliers: {outlier_text(found)}")
+    return bullets(map(text, notes), style=f"margin:0;color:{MUTED}")

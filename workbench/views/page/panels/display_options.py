@@ -93,5 +93,5 @@ class LookPanel(AbstractPanel):
 def help_sheet() -> str:
     parts = (("In this order", ORDER), ("Mouse", MOUSE), ("Keys", KEYS))
     lines = "".join(heading(title) + pairs(rows) for title, rows in parts)
-    words = "Hover over a control for an explanation."
-    return block(f'{lines}<div style="color:{MUTED};margin-top:8px">{words}</div>', testid="help")
+    sentence = "Hover over a control for an explanation."
+    return block(f'{lines}<div style="color:{MUTED};margin-top:8px">{sentence}</div>', testid="help")

@@ -54,8 +54,8 @@ def _errors(found: Identification, shown: str) -> str:
     if found.identifiability is not None and found.identifiability.refused:
         return ""
     first, mark, rest = text(file_text(found, run)).partition("; ")
-    words = f'<b>{first}</b><span style="color:{MUTED}">{mark}{rest}</span>'
-    return block(words, testid="file-errors", style="margin:2px 0 6px")
+    content = f'<b>{first}</b><span style="color:{MUTED}">{mark}{rest}</span>'
+    return block(content, testid="file-errors", style="margin:2px 0 6px")
 
 
 class FilesPanel(AbstractPanel):

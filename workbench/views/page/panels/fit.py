@@ -209,7 +209,7 @@ class FitDetailsPanel(AbstractPanel):
         self._figure.content = block(drawing, style="margin:4px 0 8px")
 
 
-def read_rows(words: str) -> tuple[int, ...]:
+def read_rows(typed: str) -> tuple[int, ...]:
     """Row numbers from `3, 17, 20-24`.
 
     Raises:
@@ -217,14 +217,14 @@ def read_rows(words: str) -> tuple[int, ...]:
     """
     rows: set[int] = set()
     try:
-        for part in filter(None, re.split(r"[,;\s]+", words.strip())):
+        for part in filter(None, re.split(r"[,;\s]+", typed.strip())):
             first, _, last = part.partition("-")
             begin, end = int(first), int(last or first)
             if end - begin > 100_000:
                 raise ValueError(part)
             rows |= set(range(begin, end + 1))
     except ValueError:
-        raise OptionError(f"'{words[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24") from None
+        raise OptionError(f"'{typed[:40]}' is not a list of row numbers; give e.g. 3, 17, 20-24") from None
     return tuple(sorted(rows))
 
 
@@ -292,8 +292,8 @@ def _warnings(found: Identification) -> str:
     """How many there are, and folded what they say."""
     count = len(found.warnings)
     head = f"{count} warning" + "s" * (count > 1)
-    words = bullets(map(text, found.warnings), style=f"margin:0;color:{CAREFUL}")
-    return block(folded(head, words), testid="warnings") if count else ""
+    listed = bullets(map(text, found.warnings), style=f"margin:0;color:{CAREFUL}")
+    return block(folded(head, listed), testid="warnings") if count else ""
 
 
 def _remarks(found: Identification) -> str:

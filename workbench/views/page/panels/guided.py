@@ -168,16 +168,16 @@ class MeasuringPanel(AbstractPanel):
 def _source(source: Source | None) -> str:
     """Where the real arm's joints come from, and whether they still do."""
     if source is None:
-        words = "To follow and measure a real arm, start with workbench serve --source HOST:PORT."
-        return note(words, "source", margin="2px 0 6px")
+        sentence = "To follow and measure a real arm, start with workbench serve --source HOST:PORT."
+        return note(sentence, "source", margin="2px 0 6px")
     if not source.is_open:
         light = badge("Ended", BAD)
     elif source.silence:
         light = badge("Silent", CAREFUL)
     else:
         light = badge("Connected", GOOD)
-    words = f"{light} · real arm at {text(source.name)}"
-    return block(words, testid="source", style="margin:2px 0 6px")
+    content = f"{light} · real arm at {text(source.name)}"
+    return block(content, testid="source", style="margin:2px 0 6px")
 
 
 def _status(status: Status, measuring: Measuring) -> str:
@@ -192,14 +192,14 @@ def _status(status: Status, measuring: Measuring) -> str:
     if stored == count:
         end = f'<div style="{large}">All targets are stored</div><div style="color:{MUTED}">{COMPLETE}</div>'
         return block(progress + end, testid="measuring", style="margin:10px 0")
-    words = f'<div style="color:{MUTED};margin-top:10px">{text(capital(status.message))}</div>'
+    message = f'<div style="color:{MUTED};margin-top:10px">{text(capital(status.message))}</div>'
     return block(
         progress
         + f'<div style="{large}">Target {measuring.target + 1}</div>'
         + _place(status)
         + _deviation(status, measuring)
         + f'<div style="font-size:18px">{_light(status.arm_state)}</div>'
-        + (words if status.message else "")
+        + (message if status.message else "")
         + f'<div style="color:{MUTED};margin-top:10px">{SPACE}</div>',
         testid="measuring",
         style="margin:10px 0;min-height:36vh",
@@ -232,16 +232,16 @@ def _deviation(status: Status, measuring: Measuring) -> str:
     if status.place.is_known:
         return content
     index = status.place.looks_like
-    words = (
+    sentence = (
         "The tool is at no target."
         if index is None
         else f"This looks like target {measuring.numbers[index] + 1}."
     )
-    return content + f'<div data-testid="place" style="color:{BAD};font-weight:600">{words}</div>'
+    return content + f'<div data-testid="place" style="color:{BAD};font-weight:600">{sentence}</div>'
 
 
 def _light(arm_state: ArmState | None) -> str:
     if arm_state is None:
         return badge("No sample yet: move the arm", MUTED)
-    words = STILL_MOVES if arm_state is ArmState.MOVING else str(arm_state)
-    return f'<span data-testid="standing">{badge(capital(words), LIGHTS[arm_state])}</span>'
+    standing = STILL_MOVES if arm_state is ArmState.MOVING else str(arm_state)
+    return f'<span data-testid="standing">{badge(capital(standing), LIGHTS[arm_state])}</span>'

@@ -132,8 +132,8 @@ class Header(AbstractPanel):
         for part in (self._work, self._bar, self._cancel):
             part.visible = job is not None
         if job is not None:
-            words = text(job.title) + (f": {text(job.text)}" if job.text else " …")
-            self._work.content = block(words, testid="job")
+            message = text(job.title) + (f": {text(job.text)}" if job.text else " …")
+            self._work.content = block(message, testid="job")
             set_value(self._bar, 100.0 * min(max(job.fraction, 0.02), 1.0))
 
 
@@ -166,11 +166,11 @@ def _message(message: Message) -> str:
     )
 
 
-def _sentence(words: str) -> str:
-    first = words.split(maxsplit=1)[0] if words.strip() else ""
+def _sentence(message: str) -> str:
+    first = message.split(maxsplit=1)[0] if message.strip() else ""
     is_name = "." in first or "/" in first  # a file's name stays as it is
-    start = words[:1] if is_name else words[:1].upper()
-    return start + words[1:] + ("" if words.endswith((".", "?", "!")) else ".")
+    start = message[:1] if is_name else message[:1].upper()
+    return start + message[1:] + ("" if message.endswith((".", "?", "!")) else ".")
 
 
 class CaptionPanel(AbstractPanel):
@@ -196,5 +196,5 @@ def caption(session: Session, address: str) -> str:
     figure = guide(session).figure
     number = f'<div data-testid="figure-now" class="figure">{text(figure)}</div>' if figure else ""
     way_out = f'<a href="{text(address)}">{WITH_MY_ROBOT}</a>' if address else ""
-    words = f'<div data-testid="caption">{text(session.page.caption)}</div>'
-    return f"<div {CAPTION}>{number}{words}{way_out}</div>"
+    content = f'<div data-testid="caption">{text(session.page.caption)}</div>'
+    return f"<div {CAPTION}>{number}{content}{way_out}</div>"

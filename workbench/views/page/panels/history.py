@@ -52,7 +52,7 @@ def _best(values: np.ndarray, unit: str) -> int:
 
 def plot(scores: tuple[Score, ...], first: int, links: Sequence[str] = ()) -> str:
     """The value after each step; a click on a point leads back to it."""
-    values, unit, words = values_of(scores)
+    values, unit, title = values_of(scores)
     if np.isfinite(values).sum() < 2:
         return ""
     x, best = np.arange(len(values), dtype=float), _best(values, unit)
@@ -65,4 +65,4 @@ def plot(scores: tuple[Score, ...], first: int, links: Sequence[str] = ()) -> st
     ends = (f"step {first + 1}", str(first + len(values)))
     line = Marks(x, values, MUTED, is_line=True)
     chart = Chart((line, points, top) if best >= 0 else (line, points), 78.0, ends, is_log=True)
-    return heading(f"{words}; click one to go back to it") + chart.svg()
+    return heading(f"{title}; click one to go back to it") + chart.svg()

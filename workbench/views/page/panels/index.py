@@ -92,8 +92,8 @@ def judgement(score: Score, noise: float, judged: Judgement | None = None) -> st
         reading = f"below the error of one instrument reading ({number(1e3 * length)} mm rms)"
     else:
         reading = f"{number(times, 2)} × the error of one reading ({number(1e3 * length)} mm rms)"
-    words = f'<span style="color:{INKS[judged.tone]}">{text(judged.text)}</span>' if judged else reading
-    return f'<div data-testid="judgement" title="{reading}" style="color:{MUTED}">{words}</div>'
+    verdict = f'<span style="color:{INKS[judged.tone]}">{text(judged.text)}</span>' if judged else reading
+    return f'<div data-testid="judgement" title="{reading}" style="color:{MUTED}">{verdict}</div>'
 
 
 def _measurable(session: Session) -> str:
@@ -145,8 +145,8 @@ def worth(session: Session) -> str:
         share = 1.0 if np.isinf(rise) else 0.0 if np.isnan(rise) else min(rise / top, 1.0)
         above = "!" if np.isinf(rise) else "" if np.isnan(rise) else f"+{100 * rise:.0f}"
         colour = css(target_colour(state, selected=i == session.selected))
-        words = f"target {i + 1}: " + (_without(rise) if state.measurable else state.obstacle)
-        drawn.append(UprightBar(f"{i + 1}", share, colour, above, words))
+        tooltip = f"target {i + 1}: " + (_without(rise) if state.measurable else state.obstacle)
+        drawn.append(UprightBar(f"{i + 1}", share, colour, above, tooltip))
     selected, own = (of[session.selected] for of in (rises, session.score.per_target))
     return (
         f"{columns(drawn)}"
@@ -167,8 +167,10 @@ def alone_or_together(session: Session) -> str:
     if not (own * error > 0.0 and min(abs(own), abs(error)) > UNCHANGED):
         return ""
     more, falls = ("less", "rises") if error > 0.0 else ("more", "falls")
-    words = f"the index rates it alone; beside the others it tells {more} that is new, so the error {falls}"
-    return f'<span data-testid="alone">: {words}</span>'
+    sentence = (
+        f"the index rates it alone; beside the others it tells {more} that is new, so the error {falls}"
+    )
+    return f'<span data-testid="alone">: {sentence}</span>'
 
 
 def _without(rise: float) -> str:
@@ -238,9 +240,9 @@ class WantedPanel(AbstractPanel):
         set_value(self._fields[0], 0.0 if wanted is None else 1e3 * wanted.position)
         angle = 0.0 if wanted is None or wanted.rotation is None else wanted.rotation
         set_value(self._fields[1], round(float(np.rad2deg(angle)), 3))
-        words = NOTHING if wanted is None else NO_ANGLE if wanted.rotation is None else ""
-        self._unjudged.content = note(words, "unjudged", margin="0 0 4px")
-        self._unjudged.visible = bool(words)
+        sentence = NOTHING if wanted is None else NO_ANGLE if wanted.rotation is None else ""
+        self._unjudged.content = note(sentence, "unjudged", margin="0 0 4px")
+        self._unjudged.visible = bool(sentence)
 
     def _want(self) -> SetWanted:
         position, rotation = (float(field.value) for field in self._fields)

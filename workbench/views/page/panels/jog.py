@@ -135,8 +135,8 @@ class CapturedPanel(AbstractPanel):
 
 def _content(poses: CapturedPoses) -> str:
     if not len(poses.q):
-        words = "Keep some poses before and after a calibration to compare the tool positions."
-        return note(words, "captured", margin="0")
+        sentence = "Keep some poses before and after a calibration to compare the tool positions."
+        return note(sentence, "captured", margin="0")
     places = poses.nominal if poses.calibrated is None else poses.calibrated
     rows = [
         [f"{i + 1}", *(f"{1e3 * v:.2f}" for v in places[i, :3, 3]), number(1e3 * float(poses.apart[i]))]

@@ -144,9 +144,9 @@ def things(session: Session, *, is_alone: bool = False) -> str:
     return f'<div data-testid="things" {hidden}>{"".join(_mark(*mark) for mark in marks)}</div>'
 
 
-def _mark(words: str, colour: tuple[int, int, int]) -> str:
+def _mark(label: str, colour: tuple[int, int, int]) -> str:
     dot = f"display:inline-block;width:10px;height:10px;border-radius:2px;background:{css(colour)}"
-    return f'<span style="white-space:nowrap;margin-right:10px"><span style="{dot}"></span> {words}</span> '
+    return f'<span style="white-space:nowrap;margin-right:10px"><span style="{dot}"></span> {label}</span> '
 
 
 def points(session: Session, rows: Comparison, links: Mapping[ModelStage, str]) -> str:
@@ -172,13 +172,13 @@ def stage_means(rows: Comparison, wanted: ModelStage, links: Mapping[ModelStage,
     seen = np.isfinite(rows.stage_errors[:, STAGES.index(rows.stages[0])])
     kind = "held-out " if (judged & seen).any() else ""
     use = seen & judged if kind else seen
-    words = f"Mean of {int(use.sum())} {kind}poses; colours: {shown}"
+    title = f"Mean of {int(use.sum())} {kind}poses; colours: {shown}"
     parts = []
     for stage in rows.stages:
         mean = f"{number(1e3 * float(np.nanmean(rows.stage_errors[use, STAGES.index(stage)])))}"
         style = "font-size:19px;font-weight:650;color:inherit" if stage is shown else f"color:{MUTED}"
         href = f'href="{text(links[stage])}"' if links else ""
-        hint = f"{words}. Click to colour the points by the errors of: {stage}"
+        hint = f"{title}. Click to colour the points by the errors of: {stage}"
         parts.append(f'<a {href} aria-label="{text(stage)}" title="{text(hint)}" style="{style}">{mean}</a>')
     arrow = f' <span style="color:{MUTED}">→</span> '
     return f"<div>{arrow.join(parts)} mm</div>"
@@ -191,9 +191,9 @@ def colour_bar(scale: ErrorScale) -> str:
         at = 100.0 * float(scale.shares(np.array(tick)))
         if 0 < i < last and not ENDS[0] < at < ENDS[1]:
             continue
-        words = ("≤ " if i == 0 else "≥ " if i == last else "") + number(1e3 * tick, 1)
+        label = ("≤ " if i == 0 else "≥ " if i == last else "") + number(1e3 * tick, 1)
         side = f"left:{at:.1f}%;transform:translateX(-{at:.0f}%)"
-        ticks.append(f'<span style="position:absolute;{side}">{words}{" mm" if i == last else ""}</span>')
+        ticks.append(f'<span style="position:absolute;{side}">{label}{" mm" if i == last else ""}</span>')
     return (
         f'<div style="{BAR};background:{gradient()}"></div>'
         '<div data-testid="colour-bar" style="position:relative;height:19px;white-space:nowrap">'
@@ -239,5 +239,5 @@ def row_errors(rows: Comparison, row: int) -> str:
         if np.isfinite(rows.stage_errors[row, STAGES.index(stage)])
     ]
     errors = ", ".join(known) or "no position was measured"
-    words = f"<b>Data row {int(rows.number[row])}</b> ({kind}): {errors}"
-    return f'<div data-testid="row-errors" style="margin-top:4px">{words}</div>'
+    content = f"<b>Data row {int(rows.number[row])}</b> ({kind}): {errors}"
+    return f'<div data-testid="row-errors" style="margin-top:4px">{content}</div>'

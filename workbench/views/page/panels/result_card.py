@@ -23,7 +23,7 @@ def result_card(session: Session) -> str:
         return ""
     done = stages(session)
     kind = "held-out" if len(done[0].rows) == len(found.held_out_data) else "fitted"
-    fitted = [words for words, parts in (("base", found.frames.base), ("tool", found.frames.tool)) if parts]
+    fitted = [frame for frame, parts in (("base", found.frames.base), ("tool", found.frames.tool)) if parts]
     where = f"; {' and '.join(fitted)} fitted in all of them" if fitted else ""
     measured = int(np.isfinite(done[0].rows).sum())
     below = f"Mean position error on {measured} {kind} poses{where}."
@@ -40,8 +40,12 @@ def result_card(session: Session) -> str:
 
 def weighed(diagnosis: Diagnosis) -> str:
     """Why its geometry is not quite that of Identify."""
-    words = " Geometry as the diagnosis fits it, which expects constants near nominal"
-    return f"{words}." if diagnosis.joint_noise is None else f"{words} and weighs poses by the joints' noise."
+    sentence = " Geometry as the diagnosis fits it, which expects constants near nominal"
+    return (
+        f"{sentence}."
+        if diagnosis.joint_noise is None
+        else f"{sentence} and weighs poses by the joints' noise."
+    )
 
 
 def numbers(done: tuple[StageErrors, ...]) -> str:

@@ -71,7 +71,7 @@ class StartCard(AbstractPanel):
         self._begins, self._ends_at, self._designs = None, Tab.PLATE, False
         self._modal = gui.add_modal("What do you have?")
         with self._modal:
-            self._words = gui.add_html("")
+            self._message = gui.add_html("")
             self._entries = [
                 self._entry(
                     gui,
@@ -130,16 +130,16 @@ class StartCard(AbstractPanel):
         newest, bad = next(said, None), (Severity.WARNING, Severity.ERROR)
         wrong = newest.text if newest is not None and newest.severity in bad else ""
         working = f"{session.page.job.title} …" if session.page.job is not None else ""
-        self._words.content = self._said(session, wrong, working)
+        self._message.content = self._said(session, wrong, working)
 
     def _said(self, session: Session, wrong: str, working: str) -> str:
         is_asking = self._asked.visible
         designs = ALONE if self._designs else FIRST.format(self._ends_at.value.capitalize())
-        words = INTRODUCTION if not is_asking else BOTH if self._wants_data else designs
+        sentence = INTRODUCTION if not is_asking else BOTH if self._wants_data else designs
         purpose = "" if is_asking else f'<div style="font-size:15px;margin-bottom:6px">{text(PURPOSE)}</div>'
         robot = f"<div><b>Robot: {text(session.robot.name)}</b>, {session.robot.dof} joints</div>"
         return block(
-            f'{purpose}<div style="color:{MUTED}">{words}</div>'
+            f'{purpose}<div style="color:{MUTED}">{sentence}</div>'
             + (robot if is_asking else "")
             + f'<div style="color:{BAD}">{text(wrong)}</div><div>{text(working)}</div>',
             testid="start",

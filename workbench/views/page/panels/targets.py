@@ -75,8 +75,8 @@ class TargetsPanel(AbstractPanel):
         self._locked.disabled = is_hidden
         for field in (self._xyz, self._rpy):
             field.control.disabled = is_hidden or target.locked
-        words = text(HIDDEN) if is_hidden else _state(target, state) + near_limit(session.robot, state)
-        self._state.content = block(words, testid="state", style="margin:4px 0 6px")
+        sentence = text(HIDDEN) if is_hidden else _state(target, state) + near_limit(session.robot, state)
+        self._state.content = block(sentence, testid="state", style="margin:4px 0 6px")
 
     @property
     def _number(self) -> int:
@@ -156,20 +156,20 @@ def near_limit(robot: Robot, state: TargetState) -> str:
     near = from_limit(robot, state.q)
     if not state.reached or near.distance >= LIMIT_MARGIN - ROUNDED:
         return ""
-    words = f"Joint {near.joint + 1} is {near.text} from its limit; Improve keeps 10° on every joint."
-    return f'<div data-testid="near-limit" style="color:{CAREFUL}">{words}</div>'
+    sentence = f"Joint {near.joint + 1} is {near.text} from its limit; Improve keeps 10° on every joint."
+    return f'<div data-testid="near-limit" style="color:{CAREFUL}">{sentence}</div>'
 
 
 def _state(target: Target, state: TargetState) -> str:
     if state.measurable:
         return badge("Reached", css(REACHED)) + f'<span style="color:{MUTED}"> · {text(state.branch)}</span>'
     if state.reached:
-        words = "Choose another branch, or move the target."
+        sentence = "Choose another branch, or move the target."
         return (
             badge("Blocked", css(BLOCKED))
             + f'<span style="color:{MUTED}"> · {text(state.branch)}</span>'
             + f"<div>In this posture {text(state.hit)}.</div>"
-            + f'<div style="color:{MUTED}">{words}</div>'
+            + f'<div style="color:{MUTED}">{sentence}</div>'
         )
     distance, angle = state.missing
     if " off" in state.reason:  # it says how far, for the nearest orientation there

@@ -163,8 +163,8 @@ def result(track: Track, times: float) -> str:
     """Errors along the path in numbers, their curve, and what the trail's colours mean."""
     tail = bullets(map(text, track.notes), style=f"margin:4px 0 0;color:{MUTED}")
     if track.before is None:
-        words = "Planned. Identify the arm, and plan again, to see its error along the path."
-        return block(f"{legend(track)}<div>{words}</div>{tail}", testid="track", style="margin:4px 0")
+        sentence = "Planned. Identify the arm, and plan again, to see its error along the path."
+        return block(f"{legend(track)}<div>{sentence}</div>{tail}", testid="track", style="margin:4px 0")
     errors = track.errors
     rows = [("Error, mean", in_mm(errors.mean())), ("largest", in_mm(errors.max()))]
     if track.is_corrected:
@@ -187,14 +187,14 @@ def curves(track: Track) -> str:
         parts.append(_polyline(track.time, share, ROOM, ink))
     drawn = f'<svg viewBox="0 0 {WIDTH} {2 * ROOM}" preserveAspectRatio="none">{"".join(parts)}</svg>'
     top = f"error, largest {in_mm(track.errors.max())}" if is_shown else ""
-    words = (
+    labels = (
         label("0", 10, top, size=12),
         label("0", ROOM + 10, "joints, each in its own range", size=12),
         label("100%", ROOM - 2, f"{number(float(track.time[-1]))} s", anchor="end", size=12),
     )
     return (
         f'<div {OVER} data-testid="curves" style="padding:0 12px;color:var(--mantine-color-text)">'
-        f'<svg width="100%" height="{2 * ROOM}">{drawn}{"".join(words)}</svg></div>'
+        f'<svg width="100%" height="{2 * ROOM}">{drawn}{"".join(labels)}</svg></div>'
     )
 
 
@@ -204,8 +204,8 @@ def legend(track: Track) -> str:
     columns = shown_joints(track.robot, track.q).T
     shown = zip(columns, JOINT_INKS * 2, shown_units(track.robot), strict=False)
     for j, (column, ink, unit) in enumerate(shown):
-        words = f"{column.min():.0f} … {column.max():.0f}{unit}".replace("-", "−")
-        parts.append(f'<span style="white-space:nowrap"><b style="color:{ink}">{j + 1}</b> {words}</span>')
+        bounds = f"{column.min():.0f} … {column.max():.0f}{unit}".replace("-", "−")
+        parts.append(f'<span style="white-space:nowrap"><b style="color:{ink}">{j + 1}</b> {bounds}</span>')
     return f'<div data-testid="legend-joints" style="color:{MUTED}">{" · ".join(parts)}</div>'
 
 
