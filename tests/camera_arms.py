@@ -274,10 +274,10 @@ def scene(
                 continue
             seen = []
             for (c, eye), (b, target) in product(enumerate(cameras), enumerate(targets)):
-                see = np.linalg.inv(tool @ eye) @ target if on_tool else np.linalg.inv(eye) @ tool @ target
-                points = tags @ see[:3, :3].T + see[:3, 3]
+                pose = np.linalg.inv(tool @ eye) @ target if on_tool else np.linalg.inv(eye) @ tool @ target
+                points = tags @ pose[:3, :3].T + pose[:3, 3]
                 centre = points.mean(1)
-                facing = -((normals @ see[:3, :3].T) * centre).sum(1) / np.linalg.norm(centre, axis=1)
+                facing = -((normals @ pose[:3, :3].T) * centre).sum(1) / np.linalg.norm(centre, axis=1)
                 if (centre[:, 2] < 0.25).any():
                     continue
                 uv = pixels(points, k, distortion)

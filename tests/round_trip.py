@@ -196,7 +196,7 @@ def errors(arm: Arm, rows: Rows) -> Errors:
     return Errors(float(np.nanmean(distance)), float(turned))
 
 
-def apart(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
+def pose_difference(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
     """Greatest distance [m] and angle [rad] between poses."""
     return float(np.linalg.norm(a[:, :3, 3] - b[:, :3, 3], axis=1).max()), float(angle(a, b).max())
 
@@ -316,8 +316,8 @@ class TomlArm:
 
 
 Shift = dict[str, np.ndarray]
-BENT = ("link-flexure", "extension-compliance", "extension-clearance")
-LOADED = ("joint-compliance", "bearing-compliance", "clearance-tilt", "backlash", *BENT)
+BENDING = ("link-flexure", "extension-compliance", "extension-clearance")
+LOADED = ("joint-compliance", "bearing-compliance", "clearance-tilt", "backlash", *BENDING)
 
 
 def _joints(effect: dict) -> list[int]:
@@ -516,7 +516,7 @@ def toml_arm(text: str) -> TomlArm:
     effects = [e for e in table.get("effect", []) if e["name"] != "base-drift"]
     tilted = {j for e in effects if e["name"] in ("bearing-compliance", "clearance-tilt") for j in _joints(e)}
 
-    deflected = {j for e in effects if e["name"] in BENT for j in _joints(e)}
+    deflected = {j for e in effects if e["name"] in BENDING for j in _joints(e)}
 
     def add(kind: str, value: float, name: str, *, drives: bool) -> None:
         if drives and len(driven) in tilted:
@@ -594,7 +594,7 @@ def urdf_arm(text: str) -> FrameArm:
     """From `measuring_frame`, or the root, to `calibrated_tool`, or the end of the longest chain."""
     joints = {node.find("child").get("link"): node for node in ET.fromstring(text).findall("joint")}
 
-    def way(link: str) -> list[ET.Element]:
+    def chain(link: str) -> list[ET.Element]:
         out = []
         while link in joints:
             out.insert(0, joints[link])
@@ -602,15 +602,15 @@ def urdf_arm(text: str) -> FrameArm:
         return out
 
     def moving(link: str) -> int:
-        return sum(node.get("type") != "fixed" for node in way(link))
+        return sum(node.get("type") != "fixed" for node in chain(link))
 
     tip = (
         "calibrated_tool"
         if "calibrated_tool" in joints
-        else max(joints, key=lambda n: (moving(n), len(way(n))))
+        else max(joints, key=lambda n: (moving(n), len(chain(n))))
     )
     base, tool, found = np.eye(4), np.eye(4), []
-    for node in way(tip):
+    for node in chain(tip):
         place = node.find("origin")
         given = {} if place is None else place.attrib
         origin = placed(given.get("xyz", "0 0 0"), given.get("rpy", "0 0 0"))

@@ -215,13 +215,13 @@ def plate(visit: Visit, robot: Path, folder: Path) -> Path:
 def film(visit: Visit) -> None:
     """The demo from its beginning to its end."""
     visit.press("Nothing yet: show me")
-    told, end = "", time.monotonic() + LONG / 1e3
-    while END[:40] not in told:
+    warnings, end = "", time.monotonic() + LONG / 1e3
+    while END[:40] not in warnings:
         assert time.monotonic() < end
         session = visit.app.worker.session
         message = session.page.caption or (session.page.messages[-1].text if session.page.messages else "")
-        if message != told:
-            told = message
+        if message != warnings:
+            warnings = message
             visit.shoot(f"{visit.seconds:.0f}s")
         visit.page.wait_for_timeout(200)
 

@@ -16,7 +16,7 @@ WEATHER = """
     from workbench.arm.effects.axes import diagonal
     from workbench.base.columns import Column
     from workbench.base.units import Quantity
-    from workbench.data.observations import AbstractObservation, Channel, Seen
+    from workbench.data.observations import AbstractObservation, Channel, Linearised
 
     HUMIDITY = Column(
         name="humidity", quantity=Quantity.NUMBER, also=("feuchte",), driver=True, usual=(0.5, 0.3)
@@ -47,9 +47,9 @@ WEATHER = """
         def of(cls, data):
             return cls(data.column("height"))
 
-        def see(self, poses, unknown):
+        def linearise(self, poses, unknown):
             up = np.tile([0.0, 0.0, 1.0, 0.0, 0.0, 0.0], (len(poses), 1, 1))
-            return Seen((self.height - poses[:, 2, 3])[:, None], up, np.zeros((len(poses), 1, 0)))
+            return Linearised((self.height - poses[:, 2, 3])[:, None], up, np.zeros((len(poses), 1, 0)))
 """
 POINTS = {
     "columns": "weather.parts:HUMIDITY",
@@ -76,8 +76,8 @@ def here(package, tmp_path_factory):
 @pytest.fixture(scope="module")
 def table(here):
     """80 rows of an arm whose second joint swells by 4 mrad, with the column as somebody else calls it."""
-    words = "--poses 80 --effect humidity-swell:2:0.004 --seed 1 --out made.csv"
-    commands(f"simulate --robot aria {words}", **here)
+    text = "--poses 80 --effect humidity-swell:2:0.004 --seed 1 --out made.csv"
+    commands(f"simulate --robot aria {text}", **here)
     made = (here["folder"] / "made.csv").read_text()
     head, _, rows = made.partition("\n")
     (here["folder"] / "rows.csv").write_text(f"{head.replace('humidity', 'Feuchte')}\n{rows}")
@@ -133,9 +133,9 @@ def test_a_row_without_it_and_a_file_without_it_are_told(here, diagnosed):
         wet = wb.read_trajectory("path.csv")
         print(wet.drivers["humidity"].tolist(), COLUMNS["temperature"].label)
         """
-    first, told, last = python(code, **here).splitlines()
+    first, messages, last = python(code, **here).splitlines()
     assert first == "[False, False, False, True, True] True True"
-    assert "humidity" in told
+    assert "humidity" in messages
     assert last == "[0.9, 0.9, 0.9] temperature [°C]"
 
 

@@ -222,8 +222,8 @@ def test_parts_of_another_package_through_the_command_line(here, log, tmp_path):
         "its-stranger --number 7",
         "--help",
     )
-    identified, exported, evaluated, new, listed, told, shown = commands(*lines, **here)
-    assert (identified.status, exported.status, evaluated.status, told.status) == (0, 0, 0, 0)
+    identified, exported, evaluated, new, listed, messages, shown = commands(*lines, **here)
+    assert (identified.status, exported.status, evaluated.status, messages.status) == (0, 0, 0, 0)
     (warning,) = [line for line in identified.err.splitlines() if "broken" in line]
     assert "a_module_that_nobody_has" in warning
     assert "theirs" in json.loads((tmp_path / "r.json").read_text())["algorithms"]
@@ -234,7 +234,7 @@ def test_parts_of_another_package_through_the_command_line(here, log, tmp_path):
     assert len(json.loads((tmp_path / "e.json").read_text())["rows"]) == 40
     assert "--theirs" not in new.out
     assert "'their-log'" in listed.err
-    assert told.out == "7 7\n"
+    assert messages.out == "7 7\n"
     assert "its-stranger" in shown.out.partition("\nFiles:\n")[2]
     assert "\nCommands:\n" not in shown.out
 

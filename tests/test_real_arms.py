@@ -113,8 +113,8 @@ def test_diagnosis_lowers_held_out_errors(name, shared_data, capsys):
     bound = DIAGNOSED[name]
     robot, data = load(shared_data, name)
     train, held = next(splits(data))
-    said = diagnose(robot, train, held_out=held)
-    before, after = (v.held_out.position_mm.mean for v in (said.before, said.after))
+    result = diagnose(robot, train, held_out=held)
+    before, after = (v.held_out.position_mm.mean for v in (result.before, result.after))
     with capsys.disabled():
         print(f"\n{name}: {before:.4f} → {after:.4f} mm with what was found", end="")
     assert after <= (NO_WORSE * before if bound is None else bound)
@@ -172,11 +172,11 @@ def test_no_effect_of_the_wam_is_larger_than_a_sound_arm_can_have(shared_data):
     arm = said.robot
     shift = np.abs(deflect(arm, Motion.of(data)).shift)
     turns = [k for k, e in enumerate(arm.chain.elements) if e.axis < Axis.TX]
-    assert said.effects
+    assert result.effects
     assert shift[:, turns].max() < 0.06
     assert all(max(abs(c) / s for c, s in zip(a.effect.coefficients, a.std, strict=True)) > 3.0
-               for a in said.effects)  # fmt: skip
-    assert said.after.held_out.position_mm.mean < said.before.held_out.position_mm.mean
+               for a in result.effects)  # fmt: skip
+    assert result.after.held_out.position_mm.mean < result.before.held_out.position_mm.mean
 
 
 @pytest.mark.parametrize("seed", [0, 2])
@@ -184,15 +184,15 @@ def test_what_is_certain_of_the_wam_survives_twenty_more_rows(seed, shared_data)
     """Joint 5 was certain to turn 1.5 % too far on 216 rows, and had no cause on 236."""
     parts = [of_the_wam(shared_data, rows, seed) for rows in (216, 236)]
     certain, named = (
-        [{(c.kind, c.joints) for c in said.causes if c.confidence in text} for said in parts]
+        [{(c.kind, c.joints) for c in result.causes if c.confidence in text} for result in parts]
         for text in (("certain",), ("certain", "probable"))
     )
     assert certain[0] <= named[1]
     assert certain[1] <= named[0]
     scales = [
         a.effect.coefficients[0]
-        for said in parts
-        for a in said.effects
+        for result in parts
+        for a in result.effects
         if (a.effect.name, a.effect.joints) == ("encoder-scale", (4,))
     ]
     assert scales == pytest.approx([0.0155, 0.0155], abs=0.002)

@@ -169,12 +169,12 @@ def by_command(measured: Measured, folder: Path, *, diagnosed: bool, run: Callab
     line = " ".join(out.split("held-out error of the files:")[1].split())
     rows = found["measurements"]
     numbers, held_out = np.arange(len(measured.rows)), np.array(rows["held_out_rows"])
-    apart = (
+    pose_difference = (
         [*(row["row"] for row in rows["excluded"]), *rows["outliers"], *found["suspects"]]
         if diagnosed
         else []
     )
-    refitted = np.setdiff1d(numbers, apart) if "fitted again" in line else None
+    refitted = np.setdiff1d(numbers, pose_difference) if "fitted again" in line else None
     if not diagnosed:
         shown = found["algorithms"][re.search(r"calibrated robot \((\w+)\)", out)[1].lower()]
         file = trip.errors(trip.read_arm(toml), measured.rows.take(held_out))
@@ -262,10 +262,10 @@ def check_form(form: str, measured: Measured, files: trip.Saved, folder: Path, r
     rows, (_, wanted) = at_observed(files)
     found = arm_of(read(written.path.read_text()), written.notes, files)(rows)[1]
     geometry = trip.read_arm(files.urdf)(rows)[1]
-    assert trip.apart(found, wanted)[0] == pytest.approx(written.position, abs=MICRON)
-    assert trip.apart(found, geometry) < (MICRON, TURN)
+    assert trip.pose_difference(found, wanted)[0] == pytest.approx(written.position, abs=MICRON)
+    assert trip.pose_difference(found, geometry) < (MICRON, TURN)
     if measured.rows.rotation is not None:
-        assert trip.apart(found, wanted)[1] == pytest.approx(written.rotation, abs=TURN)
+        assert trip.pose_difference(found, wanted)[1] == pytest.approx(written.rotation, abs=TURN)
 
 
 def test_numbers_for_a_controller_leave_what_they_say(saved, run, tmp_path):
@@ -282,9 +282,9 @@ def test_numbers_for_a_controller_leave_what_they_say(saved, run, tmp_path):
         flange = nominal(moved)[0]
         base, tool = (trip.placed(numbers[k]["xyz"], numbers[k]["rpy"]) for k in ("base", "tool"))
         missed = np.linalg.norm((base @ flange @ tool)[:, :3, 3] - wanted[:, :3, 3], axis=1)
-        said = numbers["remains"]["position_mm"]
+        message = numbers["remains"]["position_mm"]
         assert (1e3 * missed.mean(), 1e3 * missed.max()) == pytest.approx(
-            (said["mean"], said["max"]), abs=1e-3
+            (message["mean"], message["max"]), abs=1e-3
         )
         if measured.rows.rotation is not None:
             turned = np.rad2deg(trip.angle(base @ flange @ tool, wanted)).mean()

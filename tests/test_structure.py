@@ -264,7 +264,7 @@ def test_the_package_imports_what_it_declares():
     project = tomllib.loads((ROOT.parent / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     base, kinds = names(project["dependencies"]), project["optional-dependencies"]
     extras = base.union(*(names(kinds[kind]) for kind in kinds if kind not in ("test", "docs", "dev")))
-    strangers = set()
+    undeclared = set()
     for path in FILES:
         for node in nodes(path):
             if isinstance(node, ast.Import):
@@ -276,8 +276,8 @@ def test_the_package_imports_what_it_declares():
             for module in {name.split(".")[0] for name in modules} - set(sys.stdlib_module_names):
                 declared = extras if node.col_offset else base
                 if IMPORTED_AS.get(module, module).lower() not in declared | {"workbench"}:
-                    strangers.add((label(path), module))
-    assert strangers == {("cli/studies.py", "studies")}  # the checkout's own folder
+                    undeclared.add((label(path), module))
+    assert undeclared == {("cli/studies.py", "studies")}  # the checkout's own folder
 
 
 def test_modules_named_in_texts_exist():

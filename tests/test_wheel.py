@@ -84,9 +84,9 @@ def served(start, *options: str) -> None:
     """The page is served, and its command ends when it is told to."""
     with start(*options, "--no-open", "--port", "0") as program:
         try:
-            said = dict(program.stdout.readline().split(None, 1) for _ in range(3))
-            assert {"page:", "session:"} < set(said), said
-            with urllib.request.urlopen(said["page:"].strip()) as page:
+            message = dict(program.stdout.readline().split(None, 1) for _ in range(3))
+            assert {"page:", "session:"} < set(message), message
+            with urllib.request.urlopen(message["page:"].strip()) as page:
                 assert b"<html" in page.read()
         finally:
             program.terminate()

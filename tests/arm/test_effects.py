@@ -448,7 +448,7 @@ def test_what_is_usually_hidden_is_credible(name):
     q = rng.uniform(-1.0, 1.0, (20, robot.dof))
     motion = Motion(q, direction=np.sign(q), time=np.arange(20.0), temperature=20.0 + q[:, 0])
     wide = robot.with_effects(effect)
-    most = np.array(effect.bounds(wide.chain, motion, motion_wrenches(robot, motion)))
-    assert np.isfinite(most).all()
+    maximum = np.array(effect.bounds(wide.chain, motion, motion_wrenches(robot, motion)))
+    assert np.isfinite(maximum).all()
     usual = EFFECTS[name].typical_size or EFFECTS[name].surprise_size or 0.0
-    assert (most > 2.0 * usual).all()
+    assert (maximum > 2.0 * usual).all()

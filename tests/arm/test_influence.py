@@ -53,13 +53,13 @@ def test_the_thesis_reads_like_ours(katana, poses):
     nearer to the arm; the printed value lies within what θ2 does over the poses."""
     found = influence(katana, Motion(poses), names=CONSTANTS)
     mean = dict(zip(CONSTANTS, found.mean, strict=True))
-    greatest = dict(zip(CONSTANTS, found.maximum, strict=True))
-    least = dict(zip(CONSTANTS, found.minimum, strict=True))
+    largest = dict(zip(CONSTANTS, found.maximum, strict=True))
+    lowest = dict(zip(CONSTANTS, found.minimum, strict=True))
     assert max(mean, key=mean.get) == "joint2.theta"
     assert np.isclose(mean["joint3.alpha"], PRINTED_INFLUENCE["joint3.alpha"], rtol=0.10)
     assert np.isclose(mean["joint2.theta"], 0.78 * PRINTED_INFLUENCE["joint2.theta"], rtol=0.03)
-    assert least["joint2.theta"] < PRINTED_INFLUENCE["joint2.theta"] < greatest["joint2.theta"]
-    assert greatest["joint3.theta"] > least["joint2.theta"]  # §3.5: the order of influence changes
+    assert lowest["joint2.theta"] < PRINTED_INFLUENCE["joint2.theta"] < largest["joint2.theta"]
+    assert largest["joint3.theta"] > lowest["joint2.theta"]  # §3.5: the order of influence changes
 
 
 def test_the_picture_names_every_constant(katana, poses):

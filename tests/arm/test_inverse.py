@@ -225,8 +225,8 @@ def test_what_is_missing_does_not_depend_on_what_is_asked_for_first():
     targets = np.stack([down(2.0, 0.0, 0.205), down(0.75, 0.2, 0.1)])
     robot = load_robot("aria")
     forwards, backwards = inverse.solve_many(robot, targets), inverse.solve_many(robot, targets)[::-1]
-    said = [(r.reason, r.nearest.q.tolist()) for r in backwards]
-    assert [(r.reason, r.nearest.q.tolist()) for r in forwards] == said[::-1]
+    message = [(r.reason, r.nearest.q.tolist()) for r in backwards]
+    assert [(r.reason, r.nearest.q.tolist()) for r in forwards] == message[::-1]
 
 
 def test_too_close_is_told_from_too_far():

@@ -63,8 +63,8 @@ def wrong_choice(rng: np.random.Generator, name: str):
 def right(found: FoundConvention, arm: Robot, signs: np.ndarray, offsets: np.ndarray) -> bool:
     """Whether the arm that was found goes where the pendant says, everywhere."""
     q = np.random.default_rng(0).uniform(-2.0, 2.0, (50, arm.dof))
-    apart = tool_poses(found.robot, Motion(q)) - tool_poses(arm, Motion(signs * q + offsets))
-    return bool(np.abs(apart[:, :3, 3]).max() < 2e-3)
+    distance = tool_poses(found.robot, Motion(q)) - tool_poses(arm, Motion(signs * q + offsets))
+    return bool(np.abs(distance[:, :3, 3]).max() < 2e-3)
 
 
 @pytest.mark.parametrize(("name", "seed"), [("ur10", 10), ("aria", 1), ("iiwa14", 8), ("katana450", 9)])
@@ -103,8 +103,8 @@ def test_a_slip_in_one_pose_is_named_with_its_size():
         find_convention([TableReading(arm, ("as given",))], [Typed(q, poses)])
 
 
-@pytest.mark.parametrize(("axes", "says"), [("zyz", "Doosan"), ("xyz", "Stäubli"), ("wxyz", "ABB")])
-def test_makers_angles_are_read(axes, says):
+@pytest.mark.parametrize(("axes", "expected"), [("zyz", "Doosan"), ("xyz", "Stäubli"), ("wxyz", "ABB")])
+def test_makers_angles_are_read(axes, expected):
     """R = R1(a) R2(b) R3(c), each about an axis that the last one turned; or a quaternion."""
     arm = plain("ur10")
     rng = np.random.default_rng(7)
@@ -116,7 +116,7 @@ def test_makers_angles_are_read(axes, says):
     )
     numbers = np.column_stack([np.rad2deg(q), 1e3 * poses[:, :3, 3], angles])
     found = find_convention([TableReading(arm)], typed_readings(numbers, [False] * 6))
-    assert says in found.assumptions[-1]
+    assert expected in found.assumptions[-1]
     assert found.position < 1e-6
 
 
@@ -220,10 +220,10 @@ def test_the_command(run, refused, tmp_path):
         shown = [f"{v:.3f}" for v in numbers]
         options += ["--pose", f"{', '.join(shown[:6])} = {', '.join(shown[6:])}"]
     out = tmp_path / "mine.toml"
-    code, said, error = run("new", table, "--out", out, "--json", tmp_path / "r.json", *options)
+    code, message, error = run("new", table, "--out", out, "--json", tmp_path / "r.json", *options)
     assert code == 0, error
-    assert "joint 3 is inverted" in said
-    assert "standard DH" in said
+    assert "joint 3 is inverted" in message
+    assert "standard DH" in message
     assert json.loads((tmp_path / "r.json").read_text())["position_m"] < 1e-3
     mine = load_robot(out)
     assert mine.name == "mine"

@@ -23,17 +23,17 @@ def scaled(length: float) -> np.ndarray:
     return UR5 * [1, length, length, 1]
 
 
-@pytest.mark.parametrize(("table", "says"), [
+@pytest.mark.parametrize(("table", "expected"), [
     (scaled(1000.0), ["in mm", "joint2.a", "-425"]),
     (scaled(100.0), ["in cm", "joint2.a", "-0.425"]),
     (np.column_stack([UR5[:, :3], DEGREES]), ["joint1.alpha", "90", "degrees", "1.5708"]),
     (np.column_stack([[0, -90, 0, 0, 0, 0], UR5[:, 1:]]), ["joint2.theta", "-90", "degrees"]),
 ])  # fmt: skip
-def test_a_table_in_other_units_is_refused_with_joint_unit_and_remedy(table, says):
+def test_a_table_in_other_units_is_refused_with_joint_unit_and_remedy(table, expected):
     for convention in ("dh", "craig", "hayati"):
         with pytest.raises(FileError) as error:
             Robot.from_dh(table, convention)
-        assert all(text in str(error.value) for text in says)
+        assert all(text in str(error.value) for text in expected)
 
 
 def test_inches_are_asked_about():
@@ -43,7 +43,7 @@ def test_inches_are_asked_about():
 
 def test_files_are_checked_by_the_same_rule(tmp_path):
     good = write_toml(Robot.from_dh(UR5), tmp_path / "good.toml").read_text()
-    for old, new, says in (
+    for old, new, expected in (
         ("d = 0.089159", "d = 89159.0", "joint1.d"),
         ("xyz = [\n    0.0,\n    0.0,\n    0.0,\n]", "xyz = [0.0, 0.0, 150.0]", "tool"),
         ("rpy = [\n    0.0,\n    -0.0,\n    0.0,\n]", "rpy = [0.0, 90.0, 0.0]", "degrees"),
@@ -51,18 +51,18 @@ def test_files_are_checked_by_the_same_rule(tmp_path):
         assert old in good
         path = tmp_path / "bad.toml"
         path.write_text(new.join(good.rsplit(old, 1)))
-        with pytest.raises(FileError, match=says):
+        with pytest.raises(FileError, match=expected):
             load_robot(path)
     joint = (
         '<joint name="{0}" type="continuous"><parent link="{0}"/><child link="{1}"/>'
         '<axis xyz="0 0 1"/>{2}</joint>'
     )
     links = "".join(f'<link name="{name}"/>' for name in "abc")
-    for origin, says in (('<origin xyz="0 0 900"/>', "in mm"), ('<origin rpy="0 90 0"/>', "degrees")):
+    for origin, expected in (('<origin xyz="0 0 900"/>', "in mm"), ('<origin rpy="0 90 0"/>', "degrees")):
         joints = joint.format("a", "b", origin) + joint.format("b", "c", '<origin xyz="0.1 0 0"/>')
         path = tmp_path / "bad.urdf"
         path.write_text(f'<robot name="r">{links}{joints}</robot>')
-        with pytest.raises(FileError, match=says):
+        with pytest.raises(FileError, match=expected):
             load_robot(path)
 
 

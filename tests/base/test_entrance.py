@@ -30,6 +30,6 @@ def test_a_refused_file_names_what_there_is(do, tmp_path):
     (tmp_path / "arm.csv").write_bytes(URDF)
     with pytest.raises(FileError, match="--robot"):
         wb.read_measurements(tmp_path / "arm.csv")
-    told = do(LoadData("arm.csv", URDF)).page.messages[-1].text
-    assert "--" not in told
-    assert "Robot tab" in told
+    warnings = do(LoadData("arm.csv", URDF)).page.messages[-1].text
+    assert "--" not in warnings
+    assert "Robot tab" in warnings

@@ -81,25 +81,25 @@ def cluster(tmp_path, monkeypatch):
     (tmp_path / "spread_work.py").write_text(WORK)
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.setattr(parallel, "CONNECTING", 60.0)
-    told = tmp_path / "scheduler.json"
+    address_file = tmp_path / "scheduler.json"
     root = Path(parallel.__file__).resolve().parents[2]
     environment = os.environ | {"PYTHONPATH": f"{root}:{tmp_path}"}
     quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL, "env": environment, "cwd": tmp_path}
     dask = [sys.executable, "-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", "0"]
-    scheduler = subprocess.Popen([*dask, "--no-dashboard", "--scheduler-file", told], **quiet)
+    scheduler = subprocess.Popen([*dask, "--no-dashboard", "--scheduler-file", address_file], **quiet)
     worker = [
         sys.executable,
         "-m",
         "distributed.cli.dask_worker",
         "--scheduler-file",
-        told,
+        address_file,
         "--nthreads",
         "1",
     ]
     working = subprocess.Popen([*worker, "--no-dashboard", "--memory-limit", "600MB"], **quiet)
-    while not told.exists() or not told.read_text().strip():
+    while not address_file.exists() or not address_file.read_text().strip():
         time.sleep(0.1)
-    yield json.loads(told.read_text())["address"], scheduler
+    yield json.loads(address_file.read_text())["address"], scheduler
     for process in (working, scheduler):
         process.kill()
         process.wait()

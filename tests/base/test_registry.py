@@ -54,7 +54,7 @@ def test_a_class_will_do_where_objects_are_wanted():
 
 
 @pytest.mark.parametrize(
-    ("part", "classes", "said"),
+    ("part", "classes", "message"),
     [
         (Sized, False, "Sized needs arguments"),
         (Hammer(), True, "is a class"),
@@ -64,9 +64,9 @@ def test_a_class_will_do_where_objects_are_wanted():
         (Sized(None), False, "lacks name"),
     ],
 )
-def test_the_wrong_kind_is_refused_at_once(part, classes, said):
+def test_the_wrong_kind_is_refused_at_once(part, classes, message):
     known = tools(classes=classes)
-    with pytest.raises(OptionError, match=said):
+    with pytest.raises(OptionError, match=message):
         known.register(part)
     assert not known
 
@@ -116,9 +116,9 @@ def test_a_broken_plug_in_costs_one_warning(monkeypatch):
         ("fifth", f"{__name__}:FILE"),
     )
     known = tools()
-    with pytest.warns(RuntimeWarning) as told:
+    with pytest.warns(RuntimeWarning) as reported:
         assert [*known] == ["hammer", "file"]
-    messages = [str(w.message) for w in told]
+    messages = [str(w.message) for w in reported]
     assert len(messages) == 3
     for message, name, why in zip(
         messages, ("first", "third", "fourth"), ("no_such_module", "lacks use", "no_such_name"), strict=True

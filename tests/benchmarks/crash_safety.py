@@ -49,7 +49,7 @@ def endless(first: Session) -> Iterator[AbstractChange]:
         yield from places(first, PLACES, target=turn % 10, turn=turn)
 
 
-def session(folder: Path, kind: str, told: int) -> None:
+def session(folder: Path, kind: str, messages: int) -> None:
     """Commands without end; the number of those that are confirmed is written to a pipe."""
     if kind == "write":
         real = os.fdatasync
@@ -62,16 +62,16 @@ def session(folder: Path, kind: str, told: int) -> None:
     begun = begin(load_robot("aria"), load_plate("table2"), folder=folder)
     worker = Worker(begun.session, keepers=begun.keepers)
     if kind == "place":
-        only_places(begun, told)
+        only_places(begun, messages)
     if kind == "task":
         tasks = itertools.cycle([MeasureVirtualArm(seed=1), Identify(), SelectTarget(2)])
     for command in tasks if kind == "task" else endless(begun.session):
         worker.submit(command)
         worker.wait()
-        os.write(told, f"{len(worker.journal)}\n".encode())
+        os.write(messages, f"{len(worker.journal)}\n".encode())
 
 
-def only_places(begun: StartedSession, told: int) -> None:
+def only_places(begun: StartedSession, messages: int) -> None:
     """The places of one drag, each longer than a page, written without end and nothing computed meanwhile."""
     worker, texts = Worker(begun.session, keepers=begun.keepers), []
     for command in itertools.islice(places(begun.session, PLACES), PLACES + 1):
@@ -87,7 +87,7 @@ def only_places(begun: StartedSession, told: int) -> None:
     file.add(texts[1])
     for text in itertools.cycle(texts[1:]):
         file.add(text, instead=True)
-        os.write(told, b"2\n")
+        os.write(messages, b"2\n")
 
 
 def killed(folder: Path, kind: str, rng: random.Random) -> str:
@@ -100,12 +100,12 @@ def killed(folder: Path, kind: str, rng: random.Random) -> str:
         session(folder, kind, write)
     os.close(write)
     with os.fdopen(read) as pipe:
-        said = [pipe.readline()]
+        message = [pipe.readline()]
         time.sleep(rng.uniform(0.0, LONGEST))
         os.kill(child, signal.SIGKILL)
-        said += pipe.readlines()
+        message += pipe.readlines()
     os.waitpid(child, 0)
-    confirmed = int([line for line in said if line.endswith("\n")][-1])
+    confirmed = int([line for line in message if line.endswith("\n")][-1])
     recording = read_recording(folder)
     if not confirmed <= len(recording.lines) <= confirmed + 1:
         return f"{confirmed} confirmed, {len(recording.lines)} lines"

@@ -69,10 +69,10 @@ def bars(found: dict[str, dict[str, float]]) -> Figure:
     return figure
 
 
-def left_in_order(said) -> dict[str, list]:
+def left_in_order(result) -> dict[str, list]:
     """What is left along the axis of the measuring frame in which rows after each other agree most."""
-    fitted = said.after_fit.problem.data
-    table = said.residuals().loc[np.sort(fitted.row)]
+    fitted = result.after_fit.problem.data
+    table = result.residuals().loc[np.sort(fitted.row)]
     axes = [1e3 * table[name].to_numpy() for name in ("x[m]", "y[m]", "z[m]")]
     best = int(np.argmax([r[1:] @ r[:-1] / (r @ r) for r in axes]))
     names = np.full(len(fitted), "") if fitted.session is None else fitted.session
@@ -117,10 +117,10 @@ def main(arguments=None) -> int:
         if name not in ledger:
             robot, data = load(given.data, name)
             train, held = next(iter(splits(data, 0, 5)))
-            said = diagnose(robot, train, held_out=held)
-            text = [cause.sentence for cause in said.causes]
-            record = {"parts": budget(said), "causes": text, "verdict": str(said.verdict)}
-            ledger.add(name, record | {"order": left_in_order(said)})
+            result = diagnose(robot, train, held_out=held)
+            text = [cause.sentence for cause in result.causes]
+            record = {"parts": budget(result), "causes": text, "verdict": str(result.verdict)}
+            ledger.add(name, record | {"order": left_in_order(result)})
     table = new_table("mean error on held-out rows [mm]", "arm", *PARTS)
     for name, record in ledger.records.items():
         table.add_row(name, *(f"{record['parts'][part]:.3f}" for part in PARTS))

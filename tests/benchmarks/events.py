@@ -8,8 +8,8 @@ Arms are those of `tests/diagnosis`, plain numpy that shares nothing with the pa
 the other; base and tool are free, or known until something happens. An event is named if its kind and joints
 are right and its row is at most `NEAR` measured rows off; a warm-up has no row. Any other claim is a false
 cause. Arms whose rows can't show what happened, by linear theory beside all constants, base and tool
-(`decide.APART` noise units: the last joint of a short lever), are counted apart. Results on judging seeds
-must change nothing in the program.
+(`decide.DISTINGUISHABLE` noise units: the last joint of a short lever), are counted apart. Results on judging
+seeds must change nothing in the program.
 """
 
 import argparse
@@ -28,7 +28,7 @@ sys.path[:0] = [str(TESTS.parent), str(TESTS), str(TESTS / "diagnosis")]
 
 import numpy as np
 from arms import SIGMA, robot_of, seeds_of, states
-from decide import APART, Sight
+from decide import DISTINGUISHABLE, Sight
 from draws import draw
 from generator import four, move, rotation
 from laws import poses as deflected_poses
@@ -248,21 +248,21 @@ def judge(name: str, seed: int) -> dict:
     missed, false = list(made.truth), []
     known = {(e.name, j) for e in made.effects for j in e.joints or (None,)}
     for cause in (c for c in found.causes if c.confidence != "cannot tell"):
-        said = [(cause.kind, j) for j in cause.joints or (None,)]
+        output = [(cause.kind, j) for j in cause.joints or (None,)]
         if cause.kind in EVENTS:
             row = int(made.measured[cause.row])
-            hit = next((t for t in missed if [(t.kind, t.joint)] == said and _near(t.row, row)), None)
+            hit = next((t for t in missed if [(t.kind, t.joint)] == output and _near(t.row, row)), None)
             if hit is None:
                 false.append(f"{cause.label} at {row} ({cause.confidence})")
             else:
                 missed.remove(hit)
-        elif not known.issuperset(said):
+        elif not known.issuperset(output):
             false.append(f"{cause.label} ({cause.confidence})")
     errors = found.error.after.position_mm.mean
     return {
         "arm": arm,
         "right": not missed,
-        "shown": not made.truth or made.shown >= APART,
+        "shown": not made.truth or made.shown >= DISTINGUISHABLE,
         "missed": [f"{t.kind} {t.joint} {t.row}" for t in missed],
         "false": false,
         "after_mm": errors,

@@ -19,7 +19,7 @@ from workbench.arm.effects import JointHarmonic
 from workbench.arm.robot import Robot
 from workbench.extras.production.trial import try_plate
 from workbench.plate.design import optimise_plate
-from workbench.plate.optimiser.manufacturing import MANNERS
+from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.parts.stock import Stock
@@ -42,7 +42,7 @@ Sigma = tuple[float, float]
 def plates(robot: Robot, places: int, wanted: tuple[str, ...]) -> Iterator[tuple[str, Plate, Sigma]]:
     """Name, plate, and how well a target returns and is read, of those whose name begins with one wanted."""
     given = load_plate("table2")
-    machined = replace(MANNERS["machined"].production, play=Stock().play)
+    machined = replace(METHODS["machined"].production, play=Stock().play)
     if "Table 2".startswith(wanted):
         yield "Table 2", given.made(machined), SEATS
     for name, shapes in (("optimised", None), ("three shapes", 3)):
@@ -52,11 +52,11 @@ def plates(robot: Robot, places: int, wanted: tuple[str, ...]) -> Iterator[tuple
     for name, sigma in (("breadboard", SOCKETS), ("printed", SOCKETS), ("ball-bar", BAR)):
         if not name.startswith(wanted):
             continue
-        manner = MANNERS[name]
+        method = METHODS[name]
         request = DesignRequest(
-            number=14, production=manner.production, blocks=manner.blocks(Blocks()), places=places
+            number=14, production=method.production, blocks=method.blocks(Blocks()), places=places
         )
-        plate = optimise_plate(robot, given, request=request, reading=manner.reading).plate
+        plate = optimise_plate(robot, given, request=request, reading=method.reading).plate
         yield name, plate, sigma
         if name != "ball-bar":
             known = tuple(replace(t, sigma=MEASURED) for t in plate.targets)

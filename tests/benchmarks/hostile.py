@@ -117,8 +117,8 @@ def _bound() -> None:
     """No core, no words, and no more memory than one input may take: whatever asks for more is told so."""
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
     pages = int(Path("/proc/self/statm").read_text().split()[0])
-    most = pages * resource.getpagesize() + LARGE
-    resource.setrlimit(resource.RLIMIT_AS, (most, most))
+    maximum = pages * resource.getpagesize() + LARGE
+    resource.setrlimit(resource.RLIMIT_AS, (maximum, maximum))
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, 1)
     os.dup2(null, 2)

@@ -169,14 +169,14 @@ def judge(gap: str, seed: int) -> dict:
     case = draw(gap, seed)
     facts = {"arm": case.arm, "kind": case.kind, "rows": len(case.data), "free": case.robot.base.free}
     facts["point"] = case.data.rotation is None
-    return facts | _claimed(case.robot, case.data, lambda said, *about: _is_true(case, said, *about))
+    return facts | _claimed(case.robot, case.data, lambda message, *about: _is_true(case, message, *about))
 
 
-def _is_true(case: Case, said: Diagnosis, claim: Claim, cause) -> bool:
+def _is_true(case: Case, message: Diagnosis, claim: Claim, cause) -> bool:
     if cause.kind == "gravity-direction":
         off = [
             np.arccos(np.clip(g @ case.actual.gravity / 9.81**2, -1.0, 1.0))
-            for g in (said.calibrated.gravity, case.robot.gravity)
+            for g in (message.calibrated.gravity, case.robot.gravity)
         ]
         return bool(2.0 * off[0] < off[1])
     if cause.kind == "frame-step":
@@ -209,8 +209,8 @@ def _judge_lift(seed: int) -> dict:
     true |= {("link-flexure", 0), ("bearing-compliance", 1)}
     true |= {("encoder-scale", 3)} if actual.scale else set()
 
-    def is_true(said, claim, cause):
-        guide = {("bearing-compliance", 0)} if _tips_by(said, actual.tipping[0]) else set()
+    def is_true(message, claim, cause):
+        guide = {("bearing-compliance", 0)} if _tips_by(message, actual.tipping[0]) else set()
         return cause.confidence == "cannot tell" or (true | guide).issuperset(
             (cause.kind, j) for j in cause.joints or (None,)
         )
@@ -218,11 +218,11 @@ def _judge_lift(seed: int) -> dict:
     return facts | _claimed(robot, data, is_true)
 
 
-def _tips_by(said: Diagnosis, actual: float) -> bool:
+def _tips_by(message: Diagnosis, actual: float) -> bool:
     """Whether the slide's guide is found to tip by what the carriage does where it is retracted."""
     return any(
         abs(c - actual) < SURE * std
-        for a in said.effects
+        for a in message.effects
         if a.effect.name == "bearing-compliance"
         for j, c, std in zip(a.effect.joints, a.effect.coefficients, a.std, strict=True)
         if j == 0
@@ -232,16 +232,16 @@ def _tips_by(said: Diagnosis, actual: float) -> bool:
 def _claimed(robot, data, is_true) -> dict:
     began = time.process_time()
     try:
-        said = diagnose(robot, data)
+        output = diagnose(robot, data)
     except DataError as error:
         return {"claims": [], "message": str(error), "failed": True, "seconds": 0.0}
     seconds = time.process_time() - began
     return {
         "claims": [
-            (f"{c.label} {c.sentence}", str(c.confidence), claim.probability, is_true(said, claim, c))
-            for claim, c in zip(claims(said), said.causes, strict=True)
+            (f"{c.label} {c.sentence}", str(c.confidence), claim.probability, is_true(output, claim, c))
+            for claim, c in zip(claims(output), output.causes, strict=True)
         ],
-        "message": said.message,
+        "message": output.message,
         "seconds": seconds,
     }
 

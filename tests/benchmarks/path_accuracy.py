@@ -27,12 +27,12 @@ def main(count: int) -> None:
         for name, runs in zip(("circle", "line"), zip(*found, strict=True), strict=True):
             before = np.array([r.before.mean() for r in runs])
             text = [f"{kind} {name}: before {1e3 * np.median(before):.2f} mm"]
-            for way in ("one_step", "iterated"):
-                after = np.array([getattr(r, way).mean() for r in runs])
+            for step in ("one_step", "iterated"):
+                after = np.array([getattr(r, step).mean() for r in runs])
                 low, mid, high = np.percentile(before / after, [0, 50, 100])
-                worse = max(1e3 * (getattr(r, way) - r.before).max() for r in runs)
+                worse = max(1e3 * (getattr(r, step) - r.before).max() for r in runs)
                 text.append(
-                    f"{way} {1e3 * np.median(after):.3f} mm, {mid:.0f}x [{low:.1f} … {high:.0f}], "
+                    f"{step} {1e3 * np.median(after):.3f} mm, {mid:.0f}x [{low:.1f} … {high:.0f}], "
                     f"worst change {worse:+.3f} mm"
                 )
             print("; ".join(text))

@@ -190,10 +190,10 @@ class Arm:
                     out[:, j] += (np.cross(arm, [0.0, 0.0, -9.81 * mass]) * frames[j][:, :3, 2]).sum(1)
         return out
 
-    def poses(self, q, way):
+    def poses(self, q, direction):
         at = q + self.zeros + self.eccentric[:, 0] * np.sin(q + self.eccentric[:, 1])
         at = at + self.soft * self.torques(at)
-        return self.chain(at + self.lash * way)[-1]
+        return self.chain(at + self.lash * direction)[-1]
 
 
 def looking(eye, at, roll):
@@ -232,19 +232,19 @@ class Capture:
         self.points = grid if setting.board else BODY
         reach, bounds = np.abs(np.array(DH[name])[:, 1:3]).sum(), limits(name)
         eyes, target = placed(rng, setting, reach, self.points.mean(0))
-        least = min(4, len(self.points))
+        minimum = min(4, len(self.points))
         q, self.rows, truth = [], [], []
         for _ in range(TRIES if setting.turn else 61):
             if len(q) == setting.pictures:
                 break
             drawn = rng.uniform(*bounds.T, (3000, len(bounds)))
-            way = np.sign(rng.normal(size=drawn.shape))
+            direction = np.sign(rng.normal(size=drawn.shape))
             if setting.turn and q:
                 drawn = q[0] + np.deg2rad(0.5 * setting.turn) * rng.normal(size=drawn.shape)
-            tool = arm.poses(drawn, way)
+            tool = arm.poses(drawn, direction)
             seen = [self._seen(eye, tool, target, setting, reach) for eye in eyes]
             sight = np.stack([ok for _, ok in seen], 1)
-            shown = sight.sum(2) >= least
+            shown = sight.sum(2) >= minimum
             good = (tool[:, 2, 3] > 0.02) & shown.any(1)
             wanted = setting.pictures - len(q)
             if setting.turn and q:
@@ -367,8 +367,8 @@ def one(seed, title):
     found = run.identifiability
     q = rng.uniform(*limits(name).T, (NEAR_POSES, robot.dof))
     truth = arm.poses(q, np.sign(rng.normal(size=q.shape)))
-    apart = np.linalg.norm(truth[:, None, :3, 3] - shots.truth[None, :, :3, 3], axis=2).min(1)
-    kept = apart < NEAR
+    distance = np.linalg.norm(truth[:, None, :3, 3] - shots.truth[None, :, :3, 3], axis=2).min(1)
+    kept = distance < NEAR
     errors = [left_over(wb.tool_poses(r, q[kept]), truth[kept]) for r in (robot, run.robot)]
     return record | {
         "step": found.step.name,

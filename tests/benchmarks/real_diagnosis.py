@@ -46,7 +46,7 @@ BOUNDS = {
 """Greatest held-out errors with effects [mm], [deg]; None of the WAM: no worse than its geometry."""
 MARGIN = 1.02
 """How much worse than geometry the mean may be by chance and count as no worse."""
-MOST = 6
+MAX_CAUSES = 6
 """Causes that a person can act on."""
 
 
@@ -96,20 +96,20 @@ def options(arguments=None):
 def one(robot, train, held) -> Part:
     """Diagnose the one part, judged on the other."""
     start = time.perf_counter()
-    said = diagnose(robot, train, held_out=held)
+    result = diagnose(robot, train, held_out=held)
     seconds = time.perf_counter() - start
-    errors = [v.held_out for v in (said.nominal, said.before, said.after)]
+    errors = [v.held_out for v in (result.nominal, result.before, result.after)]
     turned = [e.orientation_deg for e in errors]
-    found = claims(said)
+    found = claims(result)
     return Part(
         position=tuple(e.position_mm.mean for e in errors),
         turned=tuple(float("nan") if t is None else t.mean for t in turned),
-        rows=(len(train), len(held), len(held) - len(said.after_rows[1].position)),
+        rows=(len(train), len(held), len(held) - len(result.after_rows[1].position)),
         causes=tuple(word(claim) for claim in found),
         sentences=tuple(claim.sentence for claim in found),
-        map_mm=map_gain(said),
-        verdict=str(said.verdict),
-        joint_noise=None if said.joint_noise is None else 1e3 * max(said.joint_noise.sigma),
+        map_mm=map_gain(result),
+        verdict=str(result.verdict),
+        joint_noise=None if result.joint_noise is None else 1e3 * max(result.joint_noise.sigma),
         seconds=seconds,
     )
 
@@ -184,8 +184,8 @@ def bounds(done: dict[str, list[Part]]) -> Iterator[tuple[str, bool]]:
             yield f"{name}: {turned:.4f}° ≤ {rotation}°", turned <= rotation
         if np.isfinite(turned):
             yield f"{name}: {turned:.4f}° no worse than nominal {straight:.4f}°", turned <= straight
-        most = max(len(f.causes) for f in folds)
-        yield f"{name}: at most {most} causes ≤ {MOST}", most <= MOST
+        maximum = max(len(f.causes) for f in folds)
+        yield f"{name}: at most {maximum} causes ≤ {MAX_CAUSES}", maximum <= MAX_CAUSES
 
 
 HEADS = (
@@ -218,9 +218,9 @@ def main(arguments=None):
     console = Console(width=max(Console().width, 200))
     console.print(table)
     for name, parts in folds.items():
-        said = [pair for p in parts for pair in zip(p.causes, p.sentences, strict=True)]
-        for cause, times in Counter(cause for cause, _ in said).most_common():
-            first = next(sentence for other, sentence in said if other == cause)
+        result = [pair for p in parts for pair in zip(p.causes, p.sentences, strict=True)]
+        for cause, times in Counter(cause for cause, _ in result).most_common():
+            first = next(sentence for other, sentence in result if other == cause)
             console.print(f"{name} ({times} of {len(parts)}): {first}", highlight=False)
     for line in (line for name, pair in pairs.items() for line in halves(name, pair)):
         console.print(line, highlight=False)

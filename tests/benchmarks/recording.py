@@ -82,8 +82,8 @@ def cost(room):
     print(f"a place   recorded {np.median(a):.3f} ms, not recorded {np.median(b):.3f} ms, {len(a)} of each")
     print(f"          median of the differences {np.median(a - b):.3f} ms")
     for name, keeper in (("journal", journal), ("pictures", pictures)):
-        median, most = statistics.median(keeper.times), np.percentile(keeper.times, 95)
-        print(f"{name:<9} median {median:.3f} ms   p95 {most:.3f} ms of processor time")
+        median, maximum = statistics.median(keeper.times), np.percentile(keeper.times, 95)
+        print(f"{name:<9} median {median:.3f} ms   p95 {maximum:.3f} ms of processor time")
 
 
 def timed(worker, commands):

@@ -71,9 +71,9 @@ def sizes(position: float, rotation: float, *, digits: str = ".4g") -> str:
     return f"{1e3 * position:{digits}} mm{turned}"
 
 
-def apart(a: np.ndarray, b: np.ndarray) -> str:
+def pose_difference(a: np.ndarray, b: np.ndarray) -> str:
     """Greatest distance [µm] and angle [°] between poses."""
-    distance, angle = trip.apart(a, b)
+    distance, angle = trip.pose_difference(a, b)
     return f"{1e6 * distance:.1g} µm, {np.rad2deg(angle):.1g}°"
 
 
@@ -114,7 +114,7 @@ def files(name: str, measured: tested.Measured, folder: Path) -> Iterable[tuple[
                     f"{mm} mm" + (f", {turned}°" if turned else ""),
                     sizes(found.position, found.rotation),
                     away,
-                    apart(own, flange(memory, measured)),
+                    pose_difference(own, flange(memory, measured)),
                     from_nominal(own, nominal),
                 )
 
@@ -134,7 +134,7 @@ def formats(name: str, measured: tested.Measured, folder: Path) -> Iterable[tupl
             except WorkbenchError:
                 continue
             found = tested.arm_of(read(nominal, path.read_text()), done.notes, saved)(rows)[1]
-            position, rotation = trip.apart(found, wanted)
+            position, rotation = trip.pose_difference(found, wanted)
             seen = measured.rows.rotation is not None
             yield (
                 name,

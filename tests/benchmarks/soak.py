@@ -121,13 +121,13 @@ def soak(minutes, browsers):
             while not timed.times and others.poll() is None:
                 time.sleep(0.5)
             for minute in range(1, minutes + 1):
-                most = 0.0
+                maximum = 0.0
                 for _ in range(60):
                     time.sleep(1.0)
-                    most = max(most, held()[0])
+                    maximum = max(maximum, held()[0])
                 times, timed.times = timed.times, []
                 late = np.percentile(times, 95, axis=0) if times else (np.nan, np.nan)
-                rows.append((most, *held()[1:], len(times), *late))
+                rows.append((maximum, *held()[1:], len(times), *late))
                 text = "minute {:3d}: {:7.1f} MB, {:3d} files, {:3d} threads, {:5d} steps, p95 {:7.1f} ms"
                 text += ", {:5.1f} ms of the processor"
                 print(text.format(minute, *rows[-1]), flush=True)
@@ -151,9 +151,9 @@ def main():
     rows = soak(options.minutes, options.browsers)
     begun = max(0, len(rows) // 6 - 1)
     (memory, files, threads, *_), later = rows[begun], rows[begun:]
-    most, slowest = later[:, 0].max() / memory, rows[:, 4].max() / rows[0, 4]
+    maximum, slowest = later[:, 0].max() / memory, rows[:, 4].max() / rows[0, 4]
     bounds = {
-        f"memory {100.0 * (most - 1.0):+.1f} % (at most +5)": most <= 1.05,
+        f"memory {100.0 * (maximum - 1.0):+.1f} % (at most +5)": maximum <= 1.05,
         f"p95 {slowest:.2f} × the first minute's (at most 1.5)": slowest <= 1.5,
         f"files {files:.0f}, {later[:, 1].min():.0f} to {later[:, 1].max():.0f}": (
             later[:, 1] == files

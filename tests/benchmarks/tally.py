@@ -40,8 +40,8 @@ def summary(judged: Sequence[Judged], condition: str) -> Table:
     """How every kind came out; what the rows can't show is left out of all but the first column."""
     heads = ("case", "arms", "right", "or in a class", "missed", "false on", "false/arm", "failed")
     table = Table(*heads, "good", "halved", "error / σ", "rows right", "seconds", title=f"cases, {condition}")
-    asked = [j for j in judged if j.seen]
-    rows = shares(asked) | {"all": share(asked)} if asked else {}
+    requested = [j for j in judged if j.seen]
+    rows = shares(requested) | {"all": share(requested)} if requested else {}
     for kind, s in rows.items():
         unseen = sum(j.kind == kind or kind == "all" for j in judged) - s.cases
         table.add_row(kind, f"{s.cases}{f' (+{unseen})' if unseen else ''}", *_cells(s, kind))
@@ -65,10 +65,10 @@ def _cells(s: Share, kind: str) -> Iterator[str]:
 
 def morphologies(judged: Sequence[Judged], condition: str) -> Table:
     """Share that is right on each morphology."""
-    asked = [j for j in judged if j.seen]
-    arms = list(dict.fromkeys(j.arm for j in asked))
+    requested = [j for j in judged if j.seen]
+    arms = list(dict.fromkeys(j.arm for j in requested))
     table = Table("right on", *arms, title=f"morphologies, {condition}")
-    for kind, ones in (by_kind(asked) | {"all": asked}).items():
+    for kind, ones in (by_kind(requested) | {"all": requested}).items():
         each = ([j.right for j in ones if j.arm == arm] for arm in arms)
         table.add_row(kind, *(f"{sum(e)} of {len(e)}" if e else "" for e in each))
     return table
@@ -109,10 +109,10 @@ def bounds(
     """Sentences, values, and whether they hold."""
     ideal = by_kind(j for j in judged.get("ideal", ()) if j.seen)
     for kind, ones in ideal.items():
-        least = THREE if kind == "three" else EACH
+        minimum = THREE if kind == "three" else EACH
         right = sum(j.right for j in ones)
         if kind not in WITHOUT:
-            yield f"{kind}: right ≥ {least:.0%}", bounded(right, len(ones)), right >= least * len(ones)
+            yield f"{kind}: right ≥ {minimum:.0%}", bounded(right, len(ones)), right >= minimum * len(ones)
     named = [j for kind, ones in ideal.items() if kind not in WITHOUT for j in ones if not j.nameless]
     if named:
         good = sum(bool(j.good) for j in named)

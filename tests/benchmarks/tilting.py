@@ -99,11 +99,14 @@ def main(arguments=None):
             continue
         off = np.array([value / wanted - 1.0 for (value, _), wanted in pairs])
         z = np.array([(value - wanted) / std for (value, std), wanted in pairs])
-        least = [b[name] / sizes[name] for _, sizes, b in results if name in b]
+        minimum = [b[name] / sizes[name] for _, sizes, b in results if name in b]
         cells = [f"{100 * v:.1f} %" for v in (np.abs(off).max(), np.sqrt((off**2).mean()))]
         cells += [f"{z.mean():+.2f}", f"{np.sqrt((z**2).mean()):.2f}"]
         table.add_row(
-            name, f"{len(pairs)} of {len(results)}", *cells, f"{100 * np.mean(least):.1f} %" if least else ""
+            name,
+            f"{len(pairs)} of {len(results)}",
+            *cells,
+            f"{100 * np.mean(minimum):.1f} %" if minimum else "",
         )
     Console().print(table)
 

@@ -74,7 +74,7 @@ def test_found_saved_and_used(run, soft):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (("--save", "c.txt"), ".toml"),
         (("--report", "file"), "file: "),
@@ -85,10 +85,10 @@ def test_found_saved_and_used(run, soft):
         (("--noise", "-1mm"), "must be positive"),
     ],
 )
-def test_a_mistake_gets_one_sentence_and_writes_nothing(refused, soft, options, said):
+def test_a_mistake_gets_one_sentence_and_writes_nothing(refused, soft, options, message):
     Path("file").write_text("")
     command = ("diagnose", soft / "soft.csv", "--robot", "aria", "--json", "r.json", *options)
-    refused([said], *command, status=1 if said == "file: " else 64)
+    refused([message], *command, status=1 if message == "file: " else 64)
 
 
 def test_too_few_rows_are_refused(refused, soft):

@@ -70,7 +70,7 @@ def test_a_compensated_circle_is_corrected_where_only_positions_count(run, refus
 
 def test_nothing_is_written_where_a_path_can_not_be(run, refused):
     line = ("path", "line", "--robot", "aria", "--out", "l.csv")
-    for options, said in (
+    for options, message in (
         (("--from", "0.45,0.3,0.25", "--to", "1.45,0.3,0.25"), "beyond"),
         (
             ("--from", "0.45,0.3,0.25", "--to", "0.3,0.4,0.3", "--duration", "0.2", "--max-speed", "1"),
@@ -78,5 +78,5 @@ def test_nothing_is_written_where_a_path_can_not_be(run, refused):
         ),
         (("--from", "0.45,0.3", "--to", "0.3,0.4,0.3"), "--from"),
     ):
-        refused([said], *line, *options, status=64 if said == "--from" else 1)
+        refused([message], *line, *options, status=64 if message == "--from" else 1)
     assert run("path", "circle", "--robot", "aria", "--out", "l.csv")[0] == 64

@@ -31,7 +31,7 @@ def test_score_says_what_is_not_told_apart(run):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (("score", "nowhere.toml"), "nowhere.toml"),
         (("score", "table2", "--unknown", "wrist"), "--unknown must be base"),
@@ -39,8 +39,8 @@ def test_score_says_what_is_not_told_apart(run):
         (("compare", "table2"), "at least two plates"),
     ],
 )
-def test_one_sentence_for_bad_input(refused, options, said):
-    refused([said], "plate", *options, "--robot", "aria", status=1 if said == "nowhere.toml" else 64)
+def test_one_sentence_for_bad_input(refused, options, message):
+    refused([message], "plate", *options, "--robot", "aria", status=1 if message == "nowhere.toml" else 64)
 
 
 def test_plates_are_compared_as_if_made_alike(run, tmp_path, aria):
@@ -85,9 +85,9 @@ def test_clusters_as_a_plate(run, tmp_path):
 
 
 def test_regions_that_make_no_sense(refused):
-    for region, said in (("0,0:1,1,1", "two corners"), ("nowhere", "nowhere"), ("1,1,1:0,0,0", "empty")):
+    for region, message in (("0,0:1,1,1", "two corners"), ("nowhere", "nowhere"), ("1,1,1:0,0,0", "empty")):
         command = ("plate", "cluster", "--robot", "aria", "--region", region)
-        refused([said], *command, status=1 if region == "nowhere" else 64)
+        refused([message], *command, status=1 if region == "nowhere" else 64)
 
 
 def test_a_format_that_there_is_not(refused):

@@ -26,7 +26,7 @@ def test_poses_with_limits(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (("--spread", "500mm", "--region", "table2"), "conflict"),
         (("--towards", "1,2"), "roll,pitch,yaw"),
@@ -35,6 +35,6 @@ def test_poses_with_limits(run, tmp_path):
         (("--region", "5,5,5:6,6,6"), "hardly ever reaches"),
     ],
 )
-def test_bad_input(refused, options, said):
-    status = 1 if said in ("conflict", "hardly ever reaches") else 64
-    refused([said], "poses", "--robot", "aria", "--number", "8", *options, status=status)
+def test_bad_input(refused, options, message):
+    status = 1 if message in ("conflict", "hardly ever reaches") else 64
+    refused([message], "poses", "--robot", "aria", "--number", "8", *options, status=status)

@@ -16,7 +16,7 @@ HELP = [sys.executable, "-m", "workbench", "--help"]
 
 
 def raising(error: BaseException):
-    def command(words):
+    def command(text):
         raise error
 
     return command
@@ -145,8 +145,8 @@ def test_a_share_may_be_given_in_per_cent(run):
     run("simulate", "--robot", "aria", "--poses", "40", "--out", "rows.csv")
     found = []
     for share in ("25%", "0.25"):
-        words = ("rows.csv", "--robot", "aria", "--algorithm", "ols", "--held-out", share, "--json", "-")
-        found.append(json.loads(run("identify", *words)[1])["measurements"])
+        options = ("rows.csv", "--robot", "aria", "--algorithm", "ols", "--held-out", share, "--json", "-")
+        found.append(json.loads(run("identify", *options)[1])["measurements"])
     assert found[0] == found[1]
     assert found[0]["held_out"] == 10
 
@@ -159,8 +159,8 @@ def test_a_number_without_a_unit_is_answered_with_that_number_in_units(run):
 
 
 def test_a_folder_that_is_made_is_said(run, tmp_path):
-    words = "poses --robot ur5 --number 6 --index O1 --json no/such/r.json"
-    status, out, _ = run(*words.split())
+    options = "poses --robot ur5 --number 6 --index O1 --json no/such/r.json"
+    status, out, _ = run(*options.split())
     assert status == 0
     assert (tmp_path / "no" / "such" / "r.json").is_file()
     assert str(Path("no") / "such") + " does not exist" in out

@@ -61,8 +61,8 @@ def test_a_browser_is_opened_where_there_is_a_screen(monkeypatch):
 
 
 def test_what_is_said_of_a_session(capsys):
-    said = StartedSession(None, folder=None, trouble="no room")
-    _with_recorder(said, None)
+    message = StartedSession(None, folder=None, trouble="no room")
+    _with_recorder(message, None)
     assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()] == [
         "session",
         "to stop",

@@ -86,7 +86,7 @@ def test_rows_carry_what_drives_the_effects(aria):
 
 
 @pytest.mark.parametrize(
-    ("text", "said"),
+    ("text", "message"),
     [
         ("wobble", "no effect 'wobble'; known are joint-compliance, backlash"),
         ("backlash:0", "joint must be 1–6, got '0'"),
@@ -97,6 +97,6 @@ def test_rows_carry_what_drives_the_effects(aria):
         ("joint-compliance:1", "nothing drives it"),
     ],
 )
-def test_words_without_sense_are_refused(aria, text, said):
-    with pytest.raises(OptionError, match=said):
+def test_words_without_sense_are_refused(aria, text, message):
+    with pytest.raises(OptionError, match=message):
         hidden_effects(aria, [text], rng=np.random.default_rng(0))

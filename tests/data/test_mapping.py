@@ -87,8 +87,8 @@ def test_other_names_than_the_robots_are_read_as_they_are(header, tmp_path):
 
 def test_angles_beyond_a_turn_are_offered_as_degrees(tmp_path):
     (tmp_path / "a.csv").write_text("q1,q2,x[mm],y[mm],z[mm]\n1.2,90,1,2,3\n0.3,−170,1,2,3\n")
-    said = " ".join(preview(tmp_path / "a.csv").problems)
-    assert "'q1[deg]'" in said
+    message = " ".join(preview(tmp_path / "a.csv").problems)
+    assert "'q1[deg]'" in message
 
 
 def test_lengths_beyond_any_arm_are_offered_as_millimetres(tmp_path):

@@ -123,5 +123,5 @@ def test_another_robot():
 def test_repeats_heed_sessions():
     twice = dataset().take(np.array([0, 1, 0]))
     assert repeated_rows(twice) == [(0, 2)]
-    apart = Dataset(q=twice.q, row=twice.row, position=twice.position, session=np.array(["a", "a", "b"]))
-    assert repeated_rows(apart) == []
+    distance = Dataset(q=twice.q, row=twice.row, position=twice.position, session=np.array(["a", "a", "b"]))
+    assert repeated_rows(distance) == []

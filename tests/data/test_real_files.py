@@ -83,8 +83,8 @@ def test_german_utf16(shared_data, ur10):
     np.testing.assert_allclose(data.position, ur10.position[:200], atol=6e-8)
     np.testing.assert_allclose(data.temperature, ur10.temperature[:200], atol=6e-3)
     assert data.rotation is None
-    said = " | ".join(data.notes)
-    assert all(word in said for word in ("utf-16", "decimal commas", "'Achse 1 [°]'", "q1 … q6", "'Nr'"))
+    message = " | ".join(data.notes)
+    assert all(word in message for word in ("utf-16", "decimal commas", "'Achse 1 [°]'", "q1 … q6", "'Nr'"))
 
 
 @pytest.mark.parametrize(
@@ -108,9 +108,9 @@ def test_rotation_vectors_with_a_gap_and_a_repeat(shared_data, ur10):
     data = read_measurements(file, joints=6)
     assert np.flatnonzero(data.exclude).tolist() == [12]
     assert data.reason[12] == "lacks z"
-    said = " | ".join(data.notes)
-    assert "data row 12 (line 14) lacks z and is kept out" in said
-    assert "data row 31 (line 33) repeats data row 30 (line 32)" in said
+    message = " | ".join(data.notes)
+    assert "data row 12 (line 14) lacks z and is kept out" in message
+    assert "data row 31 (line 33) repeats data row 30 (line 32)" in message
     first = ur10.take(np.arange(12))
     np.testing.assert_allclose(data.position[:12], first.position, atol=1e-9)
     assert angles_between(data.rotation[:12], first.rotation).max() < 2e-8

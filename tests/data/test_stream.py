@@ -85,10 +85,10 @@ def test_wrong_number_of_joints():
 
 
 def test_bad_lines_are_passed_over_when_somebody_listens():
-    told = []
+    messages = []
     text = io.StringIO(f"{LINE}\n\nhello\n{LINE}\n")
-    assert len(list(samples(text, joints=2, on_error=told.append))) == 2
-    assert [error.line for error in told] == [3]
+    assert len(list(samples(text, joints=2, on_error=messages.append))) == 2
+    assert [error.line for error in messages] == [3]
     with pytest.raises(FileError):
         list(samples(io.StringIO("hello\n")))
 

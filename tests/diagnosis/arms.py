@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 from cases import ANY, CASES, POOL, Case, permitted, required
 from decide import Sight, decidable, shows
-from draws import HOUR, draw, settled
+from draws import HOUR, draw, steady
 from generator import four, move, rotation
 from laws import State, wound
 from laws import poses as deflected_poses
@@ -97,7 +97,7 @@ def make(
         lean = np.deg2rad(chosen.leaning) * _across(actual.gravity, of_arm)
         actual = replace(actual, gravity=rotation(lean) @ actual.gravity)
     state, exact = drawn.take(slice(0, poses)), states(actual, 2 * EXACT, of_exact, load)
-    exact = exact.take(np.flatnonzero(settled(actual, hidden, exact))[:EXACT])
+    exact = exact.take(np.flatnonzero(steady(actual, hidden, exact))[:EXACT])
     sigma = (noise * SIGMA[0], noise * SIGMA[1])
     data, off = _measured(actual, hidden, state, sigma, of_noise, chosen.misseated)
     known = {"payload"} if load else set()
@@ -184,8 +184,8 @@ def _drawn(kind, arm, state, rng):
     ]
     if None in found or len({(e.name, e.joints, e.detail) for e in found}) < len(found):
         return None
-    apart = min(len({e.name for e in found}), len({e.joints[:1] or e.name for e in found})) == len(found)
-    return tuple(found) if apart or not kind.apart else None
+    is_varied = min(len({e.name for e in found}), len({e.joints[:1] or e.name for e in found})) == len(found)
+    return tuple(found) if is_varied or not kind.is_varied else None
 
 
 def _measured(arm, hidden, state, sigma, rng, misseated):

@@ -87,7 +87,7 @@ class Kind:
     everywhere: bool = False
     payload: tuple[float, float] | None = None
     misseated: bool = False
-    apart: bool = False
+    is_varied: bool = False
     leaning: float = 0.0
 
     @property
@@ -120,7 +120,7 @@ CASES = {
     "flexure": Kind((("link-flexure", None),)),
     "ripple": Kind((("joint-harmonic", "ripple"),)),
     "two": Kind((ANY, ANY)),
-    "three": Kind((ANY, ANY, ANY), apart=True),
+    "three": Kind((ANY, ANY, ANY), is_varied=True),
     "leaning-mount": Kind((("joint-compliance", None),), leaning=2.0),
     "dent": Kind((("dent", None),)),
     "kinked-gear": Kind((("kinked gear", None),)),
@@ -168,7 +168,7 @@ def permitted(kind: Kind, hidden: tuple[Effect, ...], dof: int) -> Iterator[Name
             yield Named(name, effect.joints, detail)
 
 
-def told(effect: Effect) -> AbstractEffect:
+def stated(effect: Effect) -> AbstractEffect:
     """An effect of the catalogue as the package writes it."""
     settings = {"joint-harmonic": "order", "backlash": "by"}
     more = {settings[effect.name]: effect.detail} if effect.detail is not None else {}

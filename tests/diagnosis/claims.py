@@ -42,10 +42,10 @@ class Claim:
         return 1.0 if np.isposinf(self.odds) else self.odds / (1.0 + self.odds)
 
 
-def claims(said) -> tuple[Claim, ...]:
+def claims(result) -> tuple[Claim, ...]:
     """Causes of a diagnosis; its effects, without odds, where it has no such list."""
-    if getattr(said, "causes", None) is None:
-        return tuple(Claim(tuple(named(e)), sentence=getattr(e, "text", "")) for e in said.effects)
+    if getattr(result, "causes", None) is None:
+        return tuple(Claim(tuple(named(e)), sentence=getattr(e, "text", "")) for e in result.effects)
     return tuple(
         Claim(
             names=tuple(named(cause)),
@@ -54,7 +54,7 @@ def claims(said) -> tuple[Claim, ...]:
             odds=float(cause.odds),
             sentence=cause.sentence,
         )
-        for cause in said.causes
+        for cause in result.causes
     )
 
 
@@ -82,7 +82,7 @@ def named(thing) -> Iterator[Named]:
             yield from (Named(thing.name, joints, detail) for detail in details)
 
 
-def map_gain(said) -> float:
+def map_gain(result) -> float:
     """What the residual map takes off the mean held-out error [mm]; NaN where there is none."""
-    found = getattr(said, "residual_map", None)
+    found = getattr(result, "residual_map", None)
     return float("nan") if found is None else float(found.before_mm - found.after_mm)

@@ -85,7 +85,7 @@ def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
     case = make(kind, seed, arm, poses=given.poses, free_frames=given.free)
     rng = np.random.default_rng([seed, 77])
     state = _chosen(case, given, rng)
-    told = _as_filed(MORPHOLOGIES[arm](), given, rng)
+    stated = _as_filed(MORPHOLOGIES[arm](), given, rng)
     seen = deflected_poses(case.actual, case.hidden, state)
     noise = _noise(given, rng, (len(seen), 6)) * np.repeat(given.sigma, 3)
     seen[:, :3, 3] += noise[:, :3]
@@ -101,11 +101,11 @@ def under(given: Conditions, kind: str, seed: int, arm: str = "aria") -> Case:
         payload=state.payload if case.data.payload is not None else None,
         sigma=_stated(given, rng, len(seen)),
     )
-    exact, filed = states_of(case.exact), replace(case.actual, masses=told.masses, coms=told.coms)
+    exact, filed = states_of(case.exact), replace(case.actual, masses=stated.masses, coms=stated.coms)
     is_open = open_rows(case.actual, filed, case.hidden, state, exact, given.masses, given.coms)
     return replace(
         case,
-        robot=robot_of(told, arm, given.free),
+        robot=robot_of(stated, arm, given.free),
         data=data,
         exact=case.exact.take(~is_open),
         open_rows=int(is_open.sum()),
@@ -127,8 +127,8 @@ def _seen(case: Case, given: Conditions, state: State) -> bool:
     sigma = given.sigma if not given.point else (given.sigma[0], np.inf)
     sight = Sight(case.actual, state, given.free, sigma)
     if CASES[case.kind].everywhere:
-        asked = [e for e in case.hidden if required(e) in case.truth]
-        return all(shows(sight, e, case.hidden) for e in asked)
+        requested = [e for e in case.hidden if required(e) in case.truth]
+        return all(shows(sight, e, case.hidden) for e in requested)
     return decidable(sight, case.hidden)
 
 
@@ -145,10 +145,10 @@ def _chosen(case: Case, given: Conditions, rng: np.random.Generator) -> State:
         low, high = np.quantile(state.q, [0.05, 0.95], axis=0)
         step = (high - low) / (GRID - 1)
         q = low + step * np.round((np.clip(state.q, low, high) - low) / step)
-        way = np.vstack([q[:1], q])
-        direction = np.sign(np.diff(way, axis=0))
+        path = np.vstack([q[:1], q])
+        direction = np.sign(np.diff(path, axis=0))
         direction = np.where(direction == 0.0, state.direction, direction)
-        return replace(state, q=q, direction=direction, wound=wound(way)).take(slice(0, given.poses))
+        return replace(state, q=q, direction=direction, wound=wound(path)).take(slice(0, given.poses))
     return state.take(slice(0, given.poses))
 
 

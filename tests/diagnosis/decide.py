@@ -1,8 +1,8 @@
 """Which draws can be told apart by anybody: linear theory with the generator's own laws.
 
 A draw is kept if, measured by 120 poses with the usual noise, what geometry cannot follow of each hidden
-effect is `SHOWN` in noise units (root of the sum of squares of the whitened remainder), and still `APART`
-where a single rival, any other effect of the catalogue in any joint, has taken what it can. A soft joint that
+effect is `SHOWN` in noise units (root of the sum of squares of the whitened remainder), and still
+`DISTINGUISHABLE` where a single rival, any other effect in any joint, has taken what it can. A joint that
 carries no load shows nothing, and no diagnosis can be blamed for that. Rivals with more coefficients do not
 count: the flexure of a link may contain the compliance of the joint after it, but the simpler name is right.
 """
@@ -14,7 +14,7 @@ import numpy as np
 from generator import VirtualArm, four, rotation
 from laws import NAMELESS, WHOLE, Effect, State, change, holding, own_shift, poses, straight, turns
 
-SHOWN, APART = 20.0, 7.0
+SHOWN, DISTINGUISHABLE = 20.0, 7.0
 STEP = 1e-6
 RANK = 1e-9
 ORDERS = (1, 2, 3, 4, 5, 6)
@@ -54,10 +54,12 @@ class Sight:
             return self._white(change(poses(self.arm, [effect], self.state), self.poses))
         before, held = self.drives
         bend = turns(self.arm, effect, self.state, held)
-        way = own_shift(self.arm, bend)
+        shift = own_shift(self.arm, bend)
         joints = np.flatnonzero(bend.any((0, 2)))
         axes, lever = before[joints, :, :3, :3], self.poses[:, :3, 3] - before[joints, :, :3, 3]
-        turned, moved = ((axes @ v[:, joints].swapaxes(0, 1)[..., None])[..., 0] for v in (bend - way, way))
+        turned, moved = (
+            (axes @ v[:, joints].swapaxes(0, 1)[..., None])[..., 0] for v in (bend - shift, shift)
+        )
         return self._white(np.hstack([(np.cross(turned, lever) + moved).sum(0), turned.sum(0)]))
 
     def columns(self, effect):
@@ -101,7 +103,7 @@ def decidable(sight: Sight, effects):
             return False
         for rival in _rivals(sight.arm, effect):
             taken = _basis(_beside(basis, sight.columns(rival)))
-            if np.linalg.norm(_beside(taken, left)) < APART:
+            if np.linalg.norm(_beside(taken, left)) < DISTINGUISHABLE:
                 return False
     return True
 

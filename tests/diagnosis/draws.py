@@ -88,7 +88,7 @@ def sized(effect, arm, state, rng):
     return trial.scaled(factor)
 
 
-def settled(arm, effects, state):
+def steady(arm, effects, state):
     """Rows (rows,) in which no play hangs between its flanks, where friction would decide."""
     held, out = straight_moments(arm, state), np.ones(len(state.q), bool)
     for effect in effects:

@@ -130,29 +130,31 @@ def judge(case: Case, diagnose, **options) -> Judged:
     facts = {"kind": case.kind, "arm": case.arm, "seed": case.seed, "truth": case.truth, "seen": case.seen}
     facts["nameless"] = CASES[case.kind].nameless
     try:
-        said = diagnose(case.robot, case.data, **options)
+        result = diagnose(case.robot, case.data, **options)
     except Exception as error:  # one that breaks is counted, and the others are still judged
-        said = f"{type(error).__name__}: {error}"
-        return Judged(**facts, missed=case.truth, verdict=said, failed=True, misseated=len(case.misseated))
+        result = f"{type(error).__name__}: {error}"
+        return Judged(**facts, missed=case.truth, verdict=result, failed=True, misseated=len(case.misseated))
     seconds = time.perf_counter() - start
-    geometry = getattr(said, "before_fit", None)
-    said_of = claims(said)
-    found = tuple(n for claim in said_of if claim.decided for n in claim.names)
-    off, apart = set(case.misseated), {int(r) for r in said.outliers}
+    geometry = getattr(result, "before_fit", None)
+    claims_of = claims(result)
+    found = tuple(n for claim in claims_of if claim.decided for n in claim.names)
+    off, outliers = set(case.misseated), {int(r) for r in result.outliers}
     return Judged(
         **facts,
         found=found,
         missed=tuple(t for t in case.truth if t not in found),
-        extra=tuple(n for claim in said_of for n in false_names(case, claim)),
-        left_open=tuple(t for t in case.truth if t not in found and _open(t, said_of)),
-        odds=tuple((c.probability, not false_names(case, c)) for c in said_of if np.isfinite(c.probability)),
-        verdict=str(said.verdict),
+        extra=tuple(n for claim in claims_of for n in false_names(case, claim)),
+        left_open=tuple(t for t in case.truth if t not in found and _open(t, claims_of)),
+        odds=tuple(
+            (c.probability, not false_names(case, c)) for c in claims_of if np.isfinite(c.probability)
+        ),
+        verdict=str(result.verdict),
         misseated=len(off),
-        overlooked=len(off - apart),
-        accused=len(apart - off),
+        overlooked=len(off - outliers),
+        accused=len(outliers - off),
         before=error_of(geometry.calibrated, case) if geometry is not None else float("nan"),
-        error=error_of(said.calibrated, case),
-        map_mm=map_gain(said),
+        error=error_of(result.calibrated, case),
+        map_mm=map_gain(result),
         seconds=seconds,
     )
 
@@ -170,13 +172,13 @@ def _true(case: Case, name: Named) -> bool:
     return whatever or any(_same(name, t) for t in (*case.truth, *case.allowed))
 
 
-def _same(said: Named, truth: Named) -> bool:
-    return said == truth or said == Named(truth.name, truth.joints) or said == Named(truth.name)
+def _same(result: Named, truth: Named) -> bool:
+    return result == truth or result == Named(truth.name, truth.joints) or result == Named(truth.name)
 
 
-def _open(truth: Named, said_of) -> bool:
+def _open(truth: Named, claims_of) -> bool:
     """Whether a class of look-alikes holds an effect."""
-    return any(_same(n, truth) for c in said_of if not c.decided for n in (*c.names, *c.rivals))
+    return any(_same(n, truth) for c in claims_of if not c.decided for n in (*c.names, *c.rivals))
 
 
 def error_of(robot, case: Case) -> float:

@@ -24,7 +24,7 @@ WARM = 20.0
 TURN = 2.0 * np.pi
 LEAD = 1.0
 """Way of a slide that counts as a turn, where a law speaks of turns [m]."""
-WAY = 1.0
+SLIP = 1.0
 """How far a joint goes until it is wound up, per standard deviation of its positions."""
 
 
@@ -99,7 +99,7 @@ def wound(q):
 
     A spring drags a block that slips (one element of Maxwell and Jenkin): the error depends on the whole way.
     """
-    steps = np.diff(q, axis=0) / np.maximum(WAY * q.std(axis=0), 1e-12)
+    steps = np.diff(q, axis=0) / np.maximum(SLIP * q.std(axis=0), 1e-12)
     out, now = np.zeros_like(steps), np.zeros(q.shape[1])
     for row, step in enumerate(steps):
         now = np.clip(now + step, -1.0, 1.0)
@@ -238,8 +238,8 @@ def frames(arm: VirtualArm, joints, bend):
         bend: Rotation vectors (rows, n, 3) right before each drive.
     """
     here = np.broadcast_to(np.eye(4), (len(bend), 4, 4))
-    way = own_shift(arm, bend)
-    tilts, shifts = four(rotation(bend - way)), move("z", way[..., 2])
+    shift = own_shift(arm, bend)
+    tilts, shifts = four(rotation(bend - shift)), move("z", shift[..., 2])
     before, links = [], []
     for i, (fixed, driven, after) in enumerate(joints):
         here = here @ fixed

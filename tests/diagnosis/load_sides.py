@@ -34,19 +34,19 @@ def open_rows(actual, filed, effects, measured, exact, masses, coms):
         return out
     true = _moments(actual.masses, actual.coms)
     rows, limit = _box(filed, masses, coms)
-    given, told = _loads(actual, measured)
+    given, stated = _loads(actual, measured)
     for joint in loose:
-        load = given[:, joint] + told[:, joint] @ true
+        load = given[:, joint] + stated[:, joint] @ true
         sure, side = np.abs(load) > SLACK, np.sign(load)
-        rows.append(-(side[:, None] * told[:, joint])[sure])
+        rows.append(-(side[:, None] * stated[:, joint])[sure])
         limit.append((side * given[:, joint])[sure])
     known = {"A_ub": np.vstack(rows), "b_ub": np.concatenate(limit), "bounds": (None, None)}
-    given, told = _loads(actual, exact)
+    given, stated = _loads(actual, exact)
     for joint in loose:
-        load = given[:, joint] + told[:, joint] @ true
-        for row in np.flatnonzero(np.abs(load) < _reach(filed, masses, coms, told[:, joint])):
-            least = linprog(np.sign(load[row]) * told[row, joint], **known, method="highs")
-            out[row] |= least.success and least.fun + np.sign(load[row]) * given[row, joint] < 0.0
+        load = given[:, joint] + stated[:, joint] @ true
+        for row in np.flatnonzero(np.abs(load) < _reach(filed, masses, coms, stated[:, joint])):
+            minimum = linprog(np.sign(load[row]) * stated[row, joint], **known, method="highs")
+            out[row] |= minimum.success and minimum.fun + np.sign(load[row]) * given[row, joint] < 0.0
     return out
 
 
@@ -71,11 +71,11 @@ def _box(filed, masses, coms):
     return [np.array(rows)], [np.array(limit)]
 
 
-def _reach(filed, masses, coms, told):
+def _reach(filed, masses, coms, stated):
     """How far errors of the file can move loads at most (rows,)."""
     off = np.column_stack([masses * filed.masses, (filed.masses * coms)[:, None] * np.ones(3)])
     off[:, 1:] += masses * filed.masses[:, None] * np.abs(filed.coms)
-    return 3.0 * np.abs(told) @ off.ravel()
+    return 3.0 * np.abs(stated) @ off.ravel()
 
 
 def _loads(arm, state):

@@ -7,10 +7,10 @@ import numpy as np
 import pinocchio as pin
 import pytest
 from arms import ARMS, BADLY, JUDGING, MISSEATED, MORPHOLOGIES, ROWS, SIGMA, TUNING, make, useful
-from cases import CASES, Named, told
+from cases import CASES, Named, stated
 from decide import Sight, catalogue, coefficients, decidable
 from draws import CREEP, FEEBLE, GROWTH, HOUR, LARGEST, PEAKS, PROPORTIONAL, SOFTEST, TWIST, draw, sized
-from laws import BY_STATE, NAMELESS, WAY, WHOLE, Effect, change, poses, straight_moments, turns, wound
+from laws import BY_STATE, NAMELESS, SLIP, WHOLE, Effect, change, poses, straight_moments, turns, wound
 
 from workbench.arm.effects import EFFECTS
 from workbench.arm.kinematics.forward import tool_poses
@@ -94,7 +94,7 @@ def test_laws_equal_the_package_to_first_order(name, tmp_path):
         size = (1e-7 if effect.name in WHOLE else 1e-5) * rng.uniform(0.5, 1.0, coefficients(effect))
         effect = replace(effect, size=tuple(size.tolist()))
         mine = change(poses(arm, [effect], state), plain)
-        theirs = change(tool_poses(robot.with_effects(told(effect)), motion), plain)
+        theirs = change(tool_poses(robot.with_effects(stated(effect)), motion), plain)
         if np.abs(mine).max() > 1e-9:
             assert np.abs(theirs - mine).max() < 0.01 * np.abs(mine).max(), effect
             tried.add(effect.name)
@@ -158,7 +158,7 @@ def test_exact_rows_have_no_noise_and_their_own_drivers(cases):
     case = cases["tool-payload"]
     assert case.exact.payload.tolist() == [1.5] * 200
     assert not set(map(tuple, case.exact.q)) & set(map(tuple, case.data.q))
-    deflected = case.robot.with_effects(*(told(e) for e in case.hidden))
+    deflected = case.robot.with_effects(*(stated(e) for e in case.hidden))
     bend = change(tool_poses(deflected, Motion.of(case.exact)), tool_poses(case.robot, Motion(case.exact.q)))
     true = change(_poses(case.exact), case.actual.pose(case.exact.q))
     assert np.abs(true - bend).max() < 0.05 * np.abs(bend).max()
@@ -256,7 +256,7 @@ def test_nameless_laws_by_hand():
 def test_joints_wind_up_by_the_way_that_they_came():
     """Way and back again: full at once where the way is long enough, and part of it undone by half a way."""
     wave = np.array([[-1.0], [1.0], [1.0], [0.0], [-1.0], [-1.0], [1.0], [0.0]])
-    wave *= WAY / wave.std()
+    wave *= SLIP / wave.std()
     step = 1.0 / np.std(wave / wave.max())
     expected = [1.0, 1.0, 1.0 - step, -1.0, -1.0, 1.0, 1.0 - step]
     np.testing.assert_allclose(wound(wave)[:, 0], expected, atol=1e-12)

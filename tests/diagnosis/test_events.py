@@ -103,9 +103,9 @@ def test_an_event_says_row_time_and_size(slipped):
     assert abs(cause.row - truth.row) <= NEAR
     assert "±" in cause.sentence
     written = diagnosis_json(found)
-    (said,) = written["causes"]
-    assert (said["kind"], said["joints"], said["row"]) == ("tool-step", [], cause.row)
-    assert said["time_s"] == made.data.time[cause.row]
+    (result,) = written["causes"]
+    assert (result["kind"], result["joints"], result["row"]) == ("tool-step", [], cause.row)
+    assert result["time_s"] == made.data.time[cause.row]
     assert [e["name"] for e in written["effects"]] == ["tool-step"]
 
 

@@ -203,8 +203,8 @@ def test_a_model_is_shrunk_anew_on_other_rows():
 def test_what_is_larger_than_credible_is_not_offered():
     """Column units are arbitrary here: 40 of them are found where 30, then 60, are the most."""
     table = Table(4, joint1_cos2=40.0)
-    for most, is_offered in ((60.0, True), (30.0, False)):
-        grams = replace(table.grams, maximum=np.where(np.arange(len(table.names)) == 2, most, np.inf))
+    for largest, is_offered in ((60.0, True), (30.0, False)):
+        grams = replace(table.grams, maximum=np.where(np.arange(len(table.names)) == 2, largest, np.inf))
         found = {o.term.candidate for o in offers(left_by(grams, ()), FREE)}
         assert (FREE[1] in found) is is_offered
 
@@ -212,12 +212,12 @@ def test_what_is_larger_than_credible_is_not_offered():
 def test_free_coefficients_are_expected_within_what_is_credible():
     """A prior as wide as half the bound: rows of its own in explicit least squares."""
     table, model = Table(5, **TRUE), MODELS["free"]
-    most = np.full(len(table.names), 50.0)
+    largest = np.full(len(table.names), 50.0)
     design = np.column_stack([table.geometry, table.of(*model)])
     prior = np.column_stack([np.zeros((4, GEOMETRY)), np.eye(4) / 25.0])
     target = np.concatenate([table.left, np.zeros(4)])
     by_hand = np.linalg.lstsq(np.vstack([design, prior]), target, rcond=None)[0][GEOMETRY:]
-    found = coefficients(replace(table.grams, maximum=most), model)
+    found = coefficients(replace(table.grams, maximum=largest), model)
     scales = [table.scale[table.names.index(n)] for n in found]
     assert np.array(list(found.values())) * scales == pytest.approx(by_hand, rel=1e-4)
 

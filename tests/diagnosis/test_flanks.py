@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from arms import SIGMA, make, states
 from conditions import CONDITIONS, states_of, under
-from draws import draw, settled
+from draws import draw, steady
 from generator import rotation
 from laws import poses, straight_moments
 from problems import geometric
@@ -67,7 +67,7 @@ def test_the_fitted_arm_is_good_where_no_play_hangs_between_its_flanks(arm):
     fit = fitted(case, play)
     low, high = case.state.payload.min(), case.state.payload.max()
     fresh = states(case.actual, 150, np.random.default_rng(8), (low, high))
-    fresh = fresh.take(np.flatnonzero(settled(case.actual, case.hidden, fresh)))
+    fresh = fresh.take(np.flatnonzero(steady(case.actual, case.hidden, fresh)))
     truth = poses(case.actual, case.hidden, fresh)
     motion = Motion(fresh.q, payload=fresh.payload if case.data.payload is not None else None)
     found = tool_poses(fit.calibrated.in_session(""), motion)

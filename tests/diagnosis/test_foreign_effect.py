@@ -199,15 +199,15 @@ def test_the_recording_tells_it(found, folder):
     keeper.begin(found, step=0, at=0.0, tell=print)
     keeper.note(1, Entry(Diagnose(), Ending.DONE, 0, 0.0, 0.0, at=1.0), found)
     keeper.close()
-    told, drawn = "", set()
+    stated, drawn = "", set()
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # that a file has no index
         for chunk in RrdReader(folder / "session.rrd").stream():
             drawn.add(chunk.entity_path)
             if chunk.entity_path == "/diagnosis/words":
-                told += str(chunk.to_record_batch().column("TextDocument:text").to_pylist())
-    assert SENTENCE in told
-    assert "gear-sag, joint 2" in told
+                stated += str(chunk.to_record_batch().column("TextDocument:text").to_pylist())
+    assert SENTENCE in stated
+    assert "gear-sag, joint 2" in stated
     assert "/diagnosis/ranking" in drawn
 
 

@@ -22,7 +22,7 @@ from workbench.diagnosis.evidence import Term
 from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.refit import refit
 
-EXACT, BENT = 1e-4, 0.01
+EXACT, APPROXIMATE = 1e-4, 0.01
 """Of a column's length: for an arm that nothing bends, and where the moments would be deflected once more."""
 ROWS = np.arange(40)
 FOLD = np.arange(40) % 4
@@ -106,9 +106,9 @@ def test_accepted_effects_are_given_back_to_the_residual():
     i = problem.names.index(name)
     own = problem.jacobian(x)[: problem.size][:, i]
     left = problem.residual(x)[: problem.size] + x[i] * own
-    assert grams.total[-1, -1] == pytest.approx(left @ left, rel=2 * BENT)
+    assert grams.total[-1, -1] == pytest.approx(left @ left, rel=2 * APPROXIMATE)
     along = grams.total[grams.index[name], -1] * grams.scale[grams.names.index(name)]
-    assert along == pytest.approx(own @ left, rel=2 * BENT)
+    assert along == pytest.approx(own @ left, rel=2 * APPROXIMATE)
     stiff = problem.residual(x)[: problem.size]
     assert left @ left > 10.0 * (stiff @ stiff)
 

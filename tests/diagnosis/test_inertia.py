@@ -56,20 +56,20 @@ def test_wrong_masses_are_no_cause(misjudged):
 def test_what_the_rows_show_of_the_masses_is_found(misjudged):
     """Centres of the wrist's links across its axes, which no stiffness can stand for."""
     case, found = misjudged
-    told, now = (
+    stated, now = (
         np.array([*arm.inertia.values()]).reshape(-1, 4)[3:, 1:3] for arm in (case.robot, found.robot)
     )
     true = case.actual.coms[3:, :2]
-    assert np.abs(told - true).mean() > 0.003
-    assert np.abs(now - true).mean() < 0.6 * np.abs(told - true).mean()
+    assert np.abs(stated - true).mean() > 0.003
+    assert np.abs(now - true).mean() < 0.6 * np.abs(stated - true).mean()
 
 
 def test_a_centre_of_mass_that_is_far_off_is_said():
     """80 mm across the last axis, five times what the file is taken to be sure of."""
     case = make("compliance-all", 100)
     *others, last = case.robot.joints
-    told = (*others, replace(last, com=last.com + np.array([0.08, 0.0, 0.0])))
-    found = diagnose(replace(case.robot, joints=told), case.data)
+    stated = (*others, replace(last, com=last.com + np.array([0.08, 0.0, 0.0])))
+    found = diagnose(replace(case.robot, joints=stated), case.data)
     (note,) = [note for note in found.notes if "doesn't fit: it says" in note]
     assert note.startswith(
         "the file's centre of mass (x) of the link after joint6 doesn't fit: it says 80 mm"

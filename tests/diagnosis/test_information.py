@@ -13,7 +13,7 @@ from workbench.diagnosis import next_poses as next_poses_module
 from workbench.diagnosis.next_poses import next_poses
 from workbench.identification.problem import Problem
 
-ASKED = (JointCompliance((1,)), JointHarmonic((1,), order=1))
+REQUESTED = (JointCompliance((1,)), JointHarmonic((1,), order=1))
 COUNT = 5
 
 
@@ -36,8 +36,8 @@ def information(problems, effects):
     )
     table = table / np.linalg.norm(table, axis=0)
     size = sum(len(e.names) for e in effects)
-    geometry, asked = table[:, :-size], table[:, -size:]
-    beside = asked - geometry @ np.linalg.lstsq(geometry, asked, rcond=None)[0]
+    geometry, requested = table[:, :-size], table[:, -size:]
+    beside = requested - geometry @ np.linalg.lstsq(geometry, requested, rcond=None)[0]
     scale = np.concatenate([slopes(problems[0], effects)], axis=0)
     size_now = np.linalg.norm(np.vstack([slopes(p, effects) for p in problems]), axis=0)
     beside = beside * size_now / np.linalg.norm(scale, axis=0)
@@ -50,13 +50,13 @@ def test_chosen_poses_say_more_than_random_ones(arm, seed):
     case = make("none", seed, arm, poses=40)
     fit = fitted(case).fit
     problem, rng = fit.problem, np.random.default_rng(seed)
-    chosen, _ = next_poses(problem, fit.x, ASKED, rng=rng, count=COUNT)
+    chosen, _ = next_poses(problem, fit.x, REQUESTED, rng=rng, count=COUNT)
     assert chosen.shape == (COUNT, problem.data.joints)
-    now = information([problem], ASKED)
-    gain = information([problem, at(problem, chosen)], ASKED) - now
+    now = information([problem], REQUESTED)
+    gain = information([problem, at(problem, chosen)], REQUESTED) - now
     low, high = problem.data.q.min(0), problem.data.q.max(0)
     random = [
-        information([problem, at(problem, rng.uniform(low, high, chosen.shape))], ASKED) - now
+        information([problem, at(problem, rng.uniform(low, high, chosen.shape))], REQUESTED) - now
         for _ in range(10)
     ]
     assert min(random) > -1e-6
@@ -67,7 +67,7 @@ def test_chosen_poses_say_more_than_random_ones(arm, seed):
 def test_poses_stay_within_what_was_measured(arm):
     case = make("none", 6, arm)
     fit = fitted(case).fit
-    found, _ = next_poses(fit.problem, fit.x, ASKED, rng=np.random.default_rng(0))
+    found, _ = next_poses(fit.problem, fit.x, REQUESTED, rng=np.random.default_rng(0))
     q = case.data.q
     assert ((found >= q.min(0)) & (found <= q.max(0))).all()
     assert len(np.unique(found, axis=0)) == len(found)
@@ -79,7 +79,7 @@ def test_poses_stay_within_what_was_measured(arm):
 def test_the_same_seed_gives_the_same_poses():
     fit = fitted(make("none", 6, poses=40)).fit
     one, same, other = (
-        next_poses(fit.problem, fit.x, ASKED, rng=np.random.default_rng(s))[0] for s in (1, 1, 2)
+        next_poses(fit.problem, fit.x, REQUESTED, rng=np.random.default_rng(s))[0] for s in (1, 1, 2)
     )
     assert (one == same).all()
     assert not (one == other).all()
@@ -91,7 +91,7 @@ def test_rivals_that_no_row_separates_may_be_asked_for():
     fit = fitted(case).fit
     wide = with_effects(fit.problem, EncoderScale((2,)))
     x = np.append(fit.x, 0.0)[[[*fit.problem.names, "joint3.scale"].index(n) for n in wide.names]]
-    found, reasons = next_poses(wide, x, (EncoderScale((2,)), *ASKED), rng=np.random.default_rng(0))
+    found, reasons = next_poses(wide, x, (EncoderScale((2,)), *REQUESTED), rng=np.random.default_rng(0))
     assert np.isfinite(found).all()
     assert len(reasons) == len(found)
     for reason in reasons:

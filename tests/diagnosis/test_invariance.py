@@ -23,10 +23,10 @@ def case(request):
 
 @pytest.fixture(scope="module")
 def verdict(case):
-    return said(diagnose(case.robot, case.data, held_out=0.0))
+    return result(diagnose(case.robot, case.data, held_out=0.0))
 
 
-def said(found):
+def result(found):
     """Everything that is claimed, with sizes to a hundredth."""
     causes = sorted((c.kind, c.joints, c.confidence) for c in found.causes)
     sizes = found.robot.coefficients
@@ -41,7 +41,7 @@ def agree(one, other):
 def test_the_order_of_the_rows(case, verdict):
     order = np.random.default_rng(0).permutation(len(case.data))
     rows = replace(case.data.take(order), row=np.arange(len(order)))
-    agree(said(diagnose(case.robot, rows, held_out=0.0)), verdict)
+    agree(result(diagnose(case.robot, rows, held_out=0.0)), verdict)
 
 
 def test_another_measuring_frame(case, verdict):
@@ -54,7 +54,7 @@ def test_another_measuring_frame(case, verdict):
         rotation=None if case.data.rotation is None else turn @ case.data.rotation,
     )
     base = Frame.from_pose(moved @ case.robot.base.pose, case.robot.base.free)
-    agree(said(diagnose(case.robot.with_frames(base=base), rows, held_out=0.0)), verdict)
+    agree(result(diagnose(case.robot.with_frames(base=base), rows, held_out=0.0)), verdict)
 
 
 def test_other_units(case, verdict, tmp_path):
@@ -73,4 +73,4 @@ def test_other_units(case, verdict, tmp_path):
     heading += [f"direction{i + 1}" for i in range(data.joints)]
     table = np.hstack([table, data.direction])
     np.savetxt(file, table, delimiter=",", header=",".join(heading), comments="", fmt="%.17g")
-    agree(said(diagnose(case.robot, read_measurements(file), held_out=0.0)), verdict)
+    agree(result(diagnose(case.robot, read_measurements(file), held_out=0.0)), verdict)

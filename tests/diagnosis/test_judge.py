@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from arms import TUNING, make, robot_of
 from calibration import bins, expected_error, reliability
-from cases import ANY, Named, told
+from cases import ANY, Named, stated
 from claims import named
 from counts import confusion, shares, wilson
 from judge import Judged, judge
@@ -25,7 +25,7 @@ def oracle(tmp_path):
 
     def of(case):
         (tmp_path / "actual.toml").write_text(case.actual.toml())
-        effects = [told(e) for e in case.hidden]
+        effects = [stated(e) for e in case.hidden]
         return SimpleNamespace(
             effects=tuple(SimpleNamespace(effect=e) for e in effects),
             outliers=np.array(case.misseated, int),
@@ -80,14 +80,14 @@ def test_wrong_joints_orders_and_extra_effects_are_seen(oracle):
     case = make("harmonic-2", TUNING[13])
     joint = case.hidden[0].joints[0]
     for order, extra in ((3, ((joint,), 3)), ((2, 3), ((joint,), 3))):
-        said = oracle(case)
-        said.effects = (SimpleNamespace(effect=EFFECTS["joint-harmonic"]((joint,), order=order)),)
-        found = judge(case, lambda robot, data, said=said: said)
+        result = oracle(case)
+        result.effects = (SimpleNamespace(effect=EFFECTS["joint-harmonic"]((joint,), order=order)),)
+        found = judge(case, lambda robot, data, result=result: result)
         assert found.extra == (Named("joint-harmonic", *extra),)
         assert bool(found.missed) is (order == 3)
         assert not found.right
-    said.effects = (SimpleNamespace(effect=EFFECTS["joint-harmonic"](((joint + 1) % 6,), order=2)),)
-    assert judge(case, lambda robot, data: said).missed == case.truth
+    result.effects = (SimpleNamespace(effect=EFFECTS["joint-harmonic"](((joint + 1) % 6,), order=2)),)
+    assert judge(case, lambda robot, data: result).missed == case.truth
 
 
 def test_effects_of_several_joints_are_counted_one_by_one():
@@ -106,34 +106,34 @@ def test_effects_of_several_joints_are_counted_one_by_one():
 def test_small_compliances_may_be_named_or_not(oracle):
     case = make("compliance-all", TUNING[0], "aria")
     assert case.allowed
-    said = oracle(case)
-    said.effects = tuple(e for e in said.effects if names(e)[0] in case.truth)
-    assert judge(case, lambda robot, data: said).right
-    said.effects = said.effects[1:]
-    assert not judge(case, lambda robot, data: said).right
+    result = oracle(case)
+    result.effects = tuple(e for e in result.effects if names(e)[0] in case.truth)
+    assert judge(case, lambda robot, data: result).right
+    result.effects = result.effects[1:]
+    assert not judge(case, lambda robot, data: result).right
 
 
 def test_what_has_no_name_asks_for_a_better_model_and_for_no_claim(oracle):
     case = make("wobbling-mount", TUNING[14])
-    said = SimpleNamespace(
+    result = SimpleNamespace(
         effects=(), outliers=(), calibrated=case.robot, verdict="unexplained", before_fit=SimpleNamespace()
     )
-    said.before_fit.calibrated = case.robot
-    assert not judge(case, lambda robot, data: said).right
+    result.before_fit.calibrated = case.robot
+    assert not judge(case, lambda robot, data: result).right
     worse = case.actual.perturbed(np.random.default_rng(0), 1e-2, 1e-2)
-    said.before_fit.calibrated = robot_of(worse, "worse", False)
-    found = judge(case, lambda robot, data: said)
+    result.before_fit.calibrated = robot_of(worse, "worse", False)
+    found = judge(case, lambda robot, data: result)
     assert found.right
     assert found.halved
     assert found.error < 0.5 * found.before
-    said.effects = (SimpleNamespace(effect=EFFECTS["bearing-compliance"]((0,))),)
-    assert judge(case, lambda robot, data: said).right
-    said.effects += (SimpleNamespace(effect=EFFECTS["backlash"]((1,))),)
-    assert judge(case, lambda robot, data: said).extra == (Named("backlash", (1,), "moment"),)
+    result.effects = (SimpleNamespace(effect=EFFECTS["bearing-compliance"]((0,))),)
+    assert judge(case, lambda robot, data: result).right
+    result.effects += (SimpleNamespace(effect=EFFECTS["backlash"]((1,))),)
+    assert judge(case, lambda robot, data: result).extra == (Named("backlash", (1,), "moment"),)
 
 
 @pytest.mark.parametrize(
-    ("kind", "said", "extra"),
+    ("kind", "result", "extra"),
     [
         ("dent", "local-joint-error", False),
         ("dent", "joint-compliance", True),
@@ -142,29 +142,29 @@ def test_what_has_no_name_asks_for_a_better_model_and_for_no_claim(oracle):
         ("belt-stretch", "joint-compliance", False),
     ],
 )
-def test_the_nearest_name_of_what_has_none_is_no_accusation(kind, said, extra):
+def test_the_nearest_name_of_what_has_none_is_no_accusation(kind, result, extra):
     case = make(kind, TUNING[15])
     assert case.truth == ()
     joint = case.hidden[0].joints
     assert all(a.joints == joint and a.name != ANY[0] for a in case.allowed)
-    claims = (SimpleNamespace(effect=EFFECTS[said](joint)),) if said != "local-joint-error" else ()
+    claims = (SimpleNamespace(effect=EFFECTS[result](joint)),) if result != "local-joint-error" else ()
     if not claims:
         q = case.data.q[:, joint[0]]
         knots = (float(q.min()), 0.0, float(q.max()))
-        claims = (SimpleNamespace(effect=EFFECTS[said](joint, knots=knots)),)
+        claims = (SimpleNamespace(effect=EFFECTS[result](joint, knots=knots)),)
     silent = SimpleNamespace(effects=claims, outliers=(), calibrated=case.robot, verdict="")
     assert bool(judge(case, lambda robot, data: silent).extra) is extra
 
 
 def test_classes_of_look_alikes_count_apart(oracle):
     case = make("scale", TUNING[20])
-    true = told(case.hidden[0])
+    true = stated(case.hidden[0])
     other, third = EFFECTS["thermal-growth"](), EFFECTS["base-drift"]()
-    said = oracle(case)
+    result = oracle(case)
 
     def judged(*causes):
-        said.causes = causes
-        return judge(case, lambda robot, data: said)
+        result.causes = causes
+        return judge(case, lambda robot, data: result)
 
     sure = judged(cause(true))
     assert (sure.right, sure.right_or_class, sure.odds) == (
@@ -190,13 +190,13 @@ def test_a_map_of_part_of_a_range_is_judged_within_it():
     joint = case.hidden[0].joints[0]
     q = case.data.q[:, joint]
     local = EFFECTS["local-joint-error"]((joint,), knots=(float(q.min()), 0.0, float(q.max())))
-    said = SimpleNamespace(
+    result = SimpleNamespace(
         effects=(SimpleNamespace(effect=local),),
         outliers=(),
         calibrated=case.robot.with_effects(local),
         verdict="explained",
     )
-    found = judge(case, lambda robot, data: said)
+    found = judge(case, lambda robot, data: result)
     assert found.clean
     assert np.isfinite(found.error)
 

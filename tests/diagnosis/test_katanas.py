@@ -17,7 +17,7 @@ UPRIGHT = 0.005
 """Moment across an axis [N m] below which a loose joint may snap over by itself."""
 
 
-def told(hidden, joints=TILTING):
+def stated(hidden, joints=TILTING):
     """The hidden effects as the package writes them, one record a kind."""
     names = dict.fromkeys(e.name for e in hidden)
     return [EFFECTS[n](joints, tuple(e.size[0] for e in hidden if e.name == n)) for n in names]
@@ -27,7 +27,7 @@ def told(hidden, joints=TILTING):
 def test_the_arm_as_made_stands_where_the_generator_says(seed):
     """Large torques about a tilted axis must not leak into the small moments across it."""
     case = make_katana(seed)
-    robot = robot_of(case.actual, "made", False).with_effects(*told(case.hidden))
+    robot = robot_of(case.actual, "made", False).with_effects(*stated(case.hidden))
     off = change(tool_poses(robot, Motion(case.state.q)), poses(case.actual, case.hidden, case.state))
     held = straight_moments(case.actual, case.state)[:, TILTING]
     firm = (np.linalg.norm(held[:, :, :2], axis=2) > UPRIGHT).all(1)
@@ -55,9 +55,9 @@ def test_clearance_and_backlash_are_found_blind_from_poses(diagnosed):
         for e in result.effects
         for name, value, std in zip(e.effect.names, e.effect.coefficients, e.std, strict=True)
     }
-    asked = [n for n in case.sizes if not n.endswith("compliance")]
-    assert len(asked) == 2 * len(TILTING)
-    for name in asked:
+    requested = [n for n in case.sizes if not n.endswith("compliance")]
+    assert len(requested) == 2 * len(TILTING)
+    for name in requested:
         value, std = found[name]
         assert value == pytest.approx(case.sizes[name], rel=0.15)
         assert abs(value - case.sizes[name]) < 4.0 * std

@@ -79,13 +79,13 @@ def test_heavy_tails_and_misplaced_rows_are_no_noise_of_readings():
 def test_a_diagnosis_weighs_by_noisy_readings_and_begins_with_them():
     """Before any effect is looked for; a local joint error and gravity sag were named instead."""
     case = under(CONDITIONS["joints"], "none", 3)
-    said = diagnose(case.robot, case.data, held_out=0.0)
-    assert said.effects == ()
-    assert said.verdict is Verdict.NONE
-    assert said.message.startswith("The joint readings scatter by 0.2")
-    assert error_of(said.calibrated, case) < 0.5
-    told = diagnosis_json(said)["joint_noise_deg"]
-    np.testing.assert_allclose(told, np.rad2deg(2e-4), rtol=0.2)
+    result = diagnose(case.robot, case.data, held_out=0.0)
+    assert result.effects == ()
+    assert result.verdict is Verdict.NONE
+    assert result.message.startswith("The joint readings scatter by 0.2")
+    assert error_of(result.calibrated, case) < 0.5
+    stated = diagnosis_json(result)["joint_noise_deg"]
+    np.testing.assert_allclose(stated, np.rad2deg(2e-4), rtol=0.2)
 
 
 @pytest.mark.parametrize("kind", ["dragging-hose", "kinked-gear"])
@@ -96,10 +96,10 @@ def test_errors_that_follow_the_angle_of_a_joint_are_no_noise_of_its_readings(ki
 def test_noise_of_readings_that_an_effect_explains_is_gone_with_it():
     """Its moment had been taken for noise of two joints, which carried a harmonic too."""
     case = under(CONDITIONS["ideal"], "compliance", 2, "katana")
-    said = diagnose(case.robot, case.data, held_out=0.0)
-    assert [(a.effect.name, a.effect.joints) for a in said.effects] == [("joint-compliance", (1,))]
-    assert said.joint_noise is None
-    assert diagnosis_json(said)["joint_noise_deg"] is None
+    result = diagnose(case.robot, case.data, held_out=0.0)
+    assert [(a.effect.name, a.effect.joints) for a in result.effects] == [("joint-compliance", (1,))]
+    assert result.joint_noise is None
+    assert diagnosis_json(result)["joint_noise_deg"] is None
 
 
 def test_what_a_missing_effect_leaves_has_structure():
@@ -128,6 +128,6 @@ def test_what_decays_does_not_step(pace):
 def test_the_picture_in_the_order_of_the_rows_names_sessions():
     case = make("none", 3, "katana")
     names = np.where(case.data.row < 50, "before noon", "after noon")
-    said = diagnose(case.robot, replace(case.data, session=names), held_out=0.0)
-    (panel, *_) = along_axis(said).axes
+    result = diagnose(case.robot, replace(case.data, session=names), held_out=0.0)
+    (panel, *_) = along_axis(result).axes
     assert [t.get_text().strip() for t in panel.texts] == ["before noon", "after noon"]

@@ -73,10 +73,10 @@ def test_a_pose_is_not_praised_for_what_stays_unknown():
     """Of a UR5 it was said that a pose makes an error of joint 3 observable to ± 7 200 mrad."""
     unknowns = [_Unknown(name, name, "rad") for name in ("zero", "knot", "scale")]
     before, after = np.diag([4.0, 1e8, 9.0]), np.diag([4.0, 2.5e7, 4.0])
-    told = _reason(1.0, before, after, known=1, scale=np.ones(3), unknowns=unknowns)
-    assert told.shrinks_to == pytest.approx(2.0 / 3.0)
-    told = _reason(1.0, before, np.diag([4.0, 1.0, 4.0]), known=1, scale=np.ones(3), unknowns=unknowns)
-    assert told.shrinks_to == pytest.approx(1e-4)
+    stated = _reason(1.0, before, after, known=1, scale=np.ones(3), unknowns=unknowns)
+    assert stated.shrinks_to == pytest.approx(2.0 / 3.0)
+    stated = _reason(1.0, before, np.diag([4.0, 1.0, 4.0]), known=1, scale=np.ones(3), unknowns=unknowns)
+    assert stated.shrinks_to == pytest.approx(1e-4)
 
 
 @pytest.fixture(scope="module")

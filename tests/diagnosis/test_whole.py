@@ -38,12 +38,12 @@ def test_effects_without_a_name_are_called_so_on_their_joint():
 def test_nothing_is_found_where_nothing_is_hidden():
     for k, arm in enumerate(ARMS):
         case = make("none", k, arm)
-        said = diagnose(case.robot, case.data, held_out=0.0)
-        assert said.effects == ()
-        assert said.verdict is Verdict.NONE
-        assert said.message.startswith("No effect was found beside the geometry")
-        assert said.noise.position == pytest.approx(case.sigma[0], rel=0.15)
-        assert error_of(said.calibrated, case) < 0.5
+        result = diagnose(case.robot, case.data, held_out=0.0)
+        assert result.effects == ()
+        assert result.verdict is Verdict.NONE
+        assert result.message.startswith("No effect was found beside the geometry")
+        assert result.noise.position == pytest.approx(case.sigma[0], rel=0.15)
+        assert error_of(result.calibrated, case) < 0.5
 
 
 def test_misplaced_rows_are_set_apart_beside_an_effect():
@@ -54,17 +54,17 @@ def test_misplaced_rows_are_set_apart_beside_an_effect():
 def test_held_out_rows_choose_nothing():
     """Their measurements altered by a third of a millimetre: the same effects, the same coefficients."""
     case = make("compliance", 3)
-    said = diagnose(case.robot, case.data, held_out=0.25)
+    result = diagnose(case.robot, case.data, held_out=0.25)
     position = case.data.position.copy()
     rng = np.random.default_rng(0)
-    position[said.held_out_rows] += 3e-4 * rng.standard_normal((len(said.held_out_rows), 3))
+    position[result.held_out_rows] += 3e-4 * rng.standard_normal((len(result.held_out_rows), 3))
     other = diagnose(case.robot, replace(case.data, position=position), held_out=0.25)
-    assert (other.held_out_rows == said.held_out_rows).all()
-    assert [c.label for c in other.causes] == [c.label for c in said.causes]
-    assert (other.after_fit.x == said.after_fit.x).all()
-    assert (other.before_fit.x == said.before_fit.x).all()
-    assert (other.measure_next == said.measure_next).all()
-    assert other.after.held_out.position_mm.mean > 3 * said.after.held_out.position_mm.mean
+    assert (other.held_out_rows == result.held_out_rows).all()
+    assert [c.label for c in other.causes] == [c.label for c in result.causes]
+    assert (other.after_fit.x == result.after_fit.x).all()
+    assert (other.before_fit.x == result.before_fit.x).all()
+    assert (other.measure_next == result.measure_next).all()
+    assert other.after.held_out.position_mm.mean > 3 * result.after.held_out.position_mm.mean
 
 
 def test_the_same_seed_gives_the_same_diagnosis():
@@ -81,10 +81,10 @@ def test_the_same_seed_gives_the_same_diagnosis():
 def test_a_soft_joint_is_found_with_base_and_tool_free():
     """Some 0.9 mm of compliance are left to 0.03 mm on rows without noise."""
     case = make("compliance-all", 1, "aria", free_frames=True)
-    said = diagnose(case.robot, case.data)
+    result = diagnose(case.robot, case.data)
     left = [
         1e3 * np.linalg.norm(_seen(arm, case.exact) - case.exact.position, axis=1).mean()
-        for arm in (said.before_fit.calibrated, said.calibrated)
+        for arm in (result.before_fit.calibrated, result.calibrated)
     ]
     assert left[1] <= 0.03 < 5 * left[1] < left[0]
 

@@ -68,13 +68,13 @@ def test_what_effects_cost_is_in_the_figure(tmp_path):
 
 def test_the_command(run, tmp_path):
     out: Path = tmp_path / "k.csv"
-    code, said, _ = run("export", "ur5", "--for", "dh-csv", "--out", out, "--json", tmp_path / "r.json")
+    code, message, _ = run("export", "ur5", "--for", "dh-csv", "--out", out, "--json", tmp_path / "r.json")
     assert code == 0
-    assert "1e-09" in said
+    assert "1e-09" in message
     assert json.loads((tmp_path / "r.json").read_text())["left"]["position_m"] < EXACT
-    code, said, _ = run("export", "ur5", "--for", "list")
+    code, message, _ = run("export", "ur5", "--for", "list")
     assert code == 0
-    assert all(name in said for name in FORMS)
+    assert all(name in message for name in FORMS)
     for options in (["--for", "nonsense", "--out", out], ["--for", "dh-csv"], ["--out", out]):
         code, _, error = run("export", "ur5", *options)
         assert code == 64, options

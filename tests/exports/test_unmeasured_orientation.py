@@ -63,7 +63,7 @@ def distances(a: np.ndarray, b: np.ndarray) -> float:
     return 1e3 * float(np.linalg.norm(a - b, axis=1).mean())
 
 
-def apart(a: np.ndarray, b: np.ndarray) -> float:
+def distance(a: np.ndarray, b: np.ndarray) -> float:
     """Mean distance [mm] on the best base: where the arm stands, its rows can't tell."""
     a, b = a - a.mean(0), b - b.mean(0)
     u, _, vt = np.linalg.svd(a.T @ b)
@@ -96,7 +96,7 @@ class Cell:
         """Corrected joints: the real flange is turned as before, the reflector where it was meant to be."""
         wanted, before, after = flanges(self.q), self.flanges(self.q), self.flanges(q)
         assert angles(after, wanted) < 1.1 * angles(before, wanted)
-        missed = [apart((t @ self.reflector)[:, :3], (wanted @ tool)[:, :3]) for t in (before, after)]
+        missed = [distance((t @ self.reflector)[:, :3], (wanted @ tool)[:, :3]) for t in (before, after)]
         assert missed[1] < 0.3 * missed[0]
         assert np.abs(q - self.q).max() < 0.02
 
@@ -213,8 +213,8 @@ def test_how_far_the_flange_is_from_nominal_is_that_of_the_file(cell):
     assert np.rad2deg(off_nominal(used, nominal, poses).rotation) == pytest.approx(
         turned_in_file(table), abs=1e-4
     )
-    said = [*unobserved_text(arm), *usable_arm(arm).notes, *usable_arm(arm, effects=False).notes]
-    sizes = [float(re.search(r"([\d.e-]+)°", text)[1]) for text in said]
+    message = [*unobserved_text(arm), *usable_arm(arm).notes, *usable_arm(arm, effects=False).notes]
+    sizes = [float(re.search(r"([\d.e-]+)°", text)[1]) for text in message]
     assert sizes == pytest.approx([own, *2 * [turned_in_file(table)]], rel=0.06)
 
 

@@ -212,8 +212,8 @@ def test_nothing_to_spare_is_said(arm):
 def test_sigma_of_rows_reaches_every_observation(arm):
     rng = np.random.default_rng(14)
     data = distances(arm, rng, 300, 1e-3)
-    told = replace(data, sigma=np.full((300, 6), 1e-3))
-    run = identify(load_robot("aria"), told, held_out=0.0, algorithms=("opt2",))
+    stated = replace(data, sigma=np.full((300, 6), 1e-3))
+    run = identify(load_robot("aria"), stated, held_out=0.0, algorithms=("opt2",))
     assert run.best.fit.variance_factor == pytest.approx(1.0, abs=0.35)
     assert "row by row" in " ".join(run.notes)
     half = replace(

@@ -96,13 +96,13 @@ def mistakes(data: Dataset, kinds: str):
 def test_a_mistake_is_named_or_none_is_and_never_another(name, with_rotation):
     robot, data = measured(name, with_rotation=with_rotation)
     named = total = 0
-    for says, rows in mistakes(data, ARMS[name][1]):
+    for expected, rows in mistakes(data, ARMS[name][1]):
         found, total = arm_match(robot, rows), total + 1
         if not found.mistake:
             continue
         named += 1
         assert found.is_foreign
-        assert says in found.mistake, (says, found.text)
+        assert expected in found.mistake, (expected, found.text)
         assert found.mistake_error < 0.005 < found.error
         assert found.mistake in found.text
     assert named >= 0.6 * total, (named, total)

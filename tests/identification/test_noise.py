@@ -44,15 +44,15 @@ def claimed(data, position, rotation):
 def test_a_few_rows_that_claim_to_be_exact_do_not_carry_the_fit(rows):
     claims = np.full(160, SIGMA[0])
     claims[::10] = 1e-3 * SIGMA[0]
-    plain, told = fitted(rows), fitted(claimed(rows, claims, SIGMA[1]))
-    assert told.best.held_out.position_mm.mean < 1.05 * plain.best.held_out.position_mm.mean
-    assert told.best.held_out.orientation_deg.mean < 1.05 * plain.best.held_out.orientation_deg.mean
-    assert any("as the file states it row by row" in note for note in told.notes)
+    plain, stated = fitted(rows), fitted(claimed(rows, claims, SIGMA[1]))
+    assert stated.best.held_out.position_mm.mean < 1.05 * plain.best.held_out.position_mm.mean
+    assert stated.best.held_out.orientation_deg.mean < 1.05 * plain.best.held_out.orientation_deg.mean
+    assert any("as the file states it row by row" in note for note in stated.notes)
 
 
 def test_positions_that_claim_too_much_do_not_give_orientation_away(rows):
-    plain, told = fitted(rows), fitted(claimed(rows, 1e-3 * SIGMA[0], SIGMA[1]))
-    assert told.best.held_out.orientation_deg.mean < 1.05 * plain.best.held_out.orientation_deg.mean
+    plain, stated = fitted(rows), fitted(claimed(rows, 1e-3 * SIGMA[0], SIGMA[1]))
+    assert stated.best.held_out.orientation_deg.mean < 1.05 * plain.best.held_out.orientation_deg.mean
 
 
 def test_what_is_left_beyond_the_stated_noise_is_found():
@@ -110,10 +110,10 @@ def test_a_channel_that_gets_worse_than_nominal_is_warned_of(rows):
     """Sigma columns that call orientations meaningless: the fit turns the tool by degrees."""
     assert not any("nominal" in text for text in fitted(rows).warnings)
     claims = claimed(rows, 1e-3 * SIGMA[0], 1.0)
-    told = fitted(claims, deviation=np.inf)
-    assert told.best.held_out.orientation_deg.mean > 5.0 * told.nominal.held_out.orientation_deg.mean
+    stated = fitted(claims, deviation=np.inf)
+    assert stated.best.held_out.orientation_deg.mean > 5.0 * stated.nominal.held_out.orientation_deg.mean
     assert any(
-        w.startswith("orientations of the held-out rows are worse than the nom") for w in told.warnings
+        w.startswith("orientations of the held-out rows are worse than the nom") for w in stated.warnings
     )
     assert (
         "Warning: orientations of the held-out rows"

@@ -13,7 +13,7 @@ from workbench.arm.motion import Motion
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.data.dataset import Dataset
-from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, Seen
+from workbench.data.observations import OBSERVATIONS, AbstractObservation, Channel, Linearised
 from workbench.data.observations.tilt import reading
 from workbench.diagnosis.diagnose import diagnose
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
@@ -96,11 +96,11 @@ def test_unknowns_of_another_package_s_observation_are_none_of_the_arm(monkeypat
         def start(self, poses):
             return np.zeros(1)
 
-        def see(self, poses, unknown):
+        def linearise(self, poses, unknown):
             rows = len(poses)
             by_twist, by_unknown = np.zeros((rows, 1, 6)), np.full((rows, 1, 1), -1.0)
             by_twist[:, 0, 2] = 1.0
-            return Seen((self.reading - poses[:, 2, 3] + unknown[0])[:, None], by_twist, by_unknown)
+            return Linearised((self.reading - poses[:, 2, 3] + unknown[0])[:, None], by_twist, by_unknown)
 
     monkeypatch.setattr("workbench.identification.problem_blocks.OBSERVATIONS", {"Height": Height})
     robot = load_robot("aria")

@@ -66,8 +66,10 @@ def test_a_fifth_of_the_rows_may_be_wrong():
 
 
 def test_clean_rows_are_left_alone():
-    apart = [len(identify(load_robot("aria"), rows_of(s), algorithms=("opt2",)).outliers) for s in range(20)]
-    assert sum(apart) <= 2  # one in a hundred fits
+    outliers = [
+        len(identify(load_robot("aria"), rows_of(s), algorithms=("opt2",)).outliers) for s in range(20)
+    ]
+    assert sum(outliers) <= 2  # one in a hundred fits
 
 
 def test_all_rows_count_when_asked():

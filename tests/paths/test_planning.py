@@ -89,8 +89,8 @@ def test_a_katana_leads_its_tool_along_the_circle(robots, circle):
 
 def test_speeds_are_the_derivatives_of_the_joints(circle):
     """Integrated they give the way back; finite differences of the tool's path give the Jacobian's."""
-    way = trapezoid(circle.motion.velocity, circle.time, axis=0)
-    np.testing.assert_allclose(way, circle.q[-1] - circle.q[0], atol=1e-6)
+    travel = trapezoid(circle.motion.velocity, circle.time, axis=0)
+    np.testing.assert_allclose(travel, circle.q[-1] - circle.q[0], atol=1e-6)
     middle = np.diff(circle.q, axis=0) / np.diff(circle.time)[:, None]
     half = 0.5 * (circle.motion.velocity[1:] + circle.motion.velocity[:-1])
     np.testing.assert_allclose(half, middle, atol=1e-3)

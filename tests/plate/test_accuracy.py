@@ -36,8 +36,8 @@ def test_against_sampled_parameters(aria, q):
 
 
 def test_the_region_is_linearised_once_for_all_moves_of_a_drag(aria, q, monkeypatch):
-    asked, weights = [], []
-    monkeypatch.setattr(accuracy, "sensitivity", lambda *args: asked.append(1) or sensitivity(*args))
+    requested, weights = [], []
+    monkeypatch.setattr(accuracy, "sensitivity", lambda *args: requested.append(1) or sensitivity(*args))
     region = frozen(q[10:].copy())
     fresh = predicted_error(linearise(aria, q[:10]), aria, q[10:])
     for move in range(3):
@@ -46,7 +46,7 @@ def test_the_region_is_linearised_once_for_all_moves_of_a_drag(aria, q, monkeypa
         weights.append(position_weight(aria, region, linearisation.names))
         if not move:
             assert np.array_equal(error.position, fresh.position)
-    assert len(asked) == 2  # for the fresh array, and once for the region that stays
+    assert len(requested) == 2  # for the fresh array, and once for the region that stays
     assert all(weight is weights[0] for weight in weights)
     assert np.array_equal(weights[0], position_weight(aria, q[10:], linearisation.names))
 

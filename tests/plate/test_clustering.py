@@ -65,10 +65,10 @@ def test_what_the_cubes_really_measure_is_said(aria, found):
     console = Console(width=120)
     with console.capture() as text:
         console.print(cluster_tables(found))
-    said = " ".join(text.get().split())
-    assert "cells of 91.67 × 100 × 100 mm (cubes of 100 mm do not fill the region)" in said
-    assert "O is equal in all poses" in said
-    assert found.region.cube_text in said
+    message = " ".join(text.get().split())
+    assert "cells of 91.67 × 100 × 100 mm (cubes of 100 mm do not fill the region)" in message
+    assert "O is equal in all poses" in message
+    assert found.region.cube_text in message
     assert replace(found.region, cube=0.05).cube_text == "cubes of 50 mm"
 
 

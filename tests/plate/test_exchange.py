@@ -55,16 +55,16 @@ def test_it_ends_once_every_slot_in_a_row_has_its_best_option():
     """Only the first of three changes: it is asked again after the other two, and these are not."""
     options = np.array([1.0, 3.0, 3.0, 3.0])[:, None, None]
     allowed = np.array([[True, True, False, False], [False, False, True, False], [False, False, False, True]])
-    asked = []
+    requested = []
 
     def criterion(grams):
-        asked.append(len(grams))
+        requested.append(len(grams))
         return 1.0 / grams[:, 0, 0]
 
     found = exchange(options, allowed, criterion, starts=np.array([[0, 2, 3]]))
     assert found.choice.tolist() == [1, 2, 3]
     assert found.outcome is Outcome.CONVERGED
-    assert asked == [1, 2, 1, 1, 2]
+    assert requested == [1, 2, 1, 1, 2]
 
 
 def test_distinct_locked_and_cancelled():
@@ -192,14 +192,14 @@ def test_a_long_greedy_choice_is_greedy_to_its_end(size):
 
 def test_a_descent_ends_once_every_slot_in_a_row_has_kept_its_option():
     """Two slots of three fall once: a whole turn without change is enough, wherever in a round it ends."""
-    falls, asked = {0: [1.0], 1: [2.0], 2: []}, []
+    falls, requested = {0: [1.0], 1: [2.0], 2: []}, []
 
     def improve(slot, cost):
-        asked.append(slot)
+        requested.append(slot)
         return cost - falls[slot].pop() if falls[slot] else cost
 
     assert descend((0, 1, 2), improve, 10.0) == ((10.0, 7.0, 7.0), Outcome.CONVERGED)
-    assert asked == [0, 1, 2, 0, 1]
+    assert requested == [0, 1, 2, 0, 1]
     assert descend((0,), lambda slot, cost: cost - 1.0, 3.0, rounds=2) == (
         (3.0, 2.0, 1.0),
         Outcome.ITERATION_LIMIT,

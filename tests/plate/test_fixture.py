@@ -170,12 +170,12 @@ def test_far_bounds_what_is_measured(aria, plate):
 def test_the_skeleton_reaches_from_base_to_tool(name):
     robot = load_robot(name)
     q = rng(1).uniform(*robot.search_limits.T, (3, robot.dof))
-    frames, ways = body_frames(robot, q), link_paths(robot)
+    frames, lines = body_frames(robot, q), link_paths(robot)
     tool = (se3.inverse(robot.base.pose) @ link_frames(robot, Motion(q)))[:, -1, :3, 3]
-    assert np.allclose(se3.apply(frames[:, -1], ways[-1][-1]), tool, atol=1e-9)
-    for body in range(len(ways) - 1):
-        end = se3.apply(frames[:, body], ways[body][-1])
-        start = se3.apply(frames[:, body + 1], ways[body + 1][0])
+    assert np.allclose(se3.apply(frames[:, -1], lines[-1][-1]), tool, atol=1e-9)
+    for body in range(len(lines) - 1):
+        end = se3.apply(frames[:, body], lines[body][-1])
+        start = se3.apply(frames[:, body + 1], lines[body + 1][0])
         assert np.abs(end - start).max() < 2e-3
 
 
@@ -230,7 +230,7 @@ def test_play_of_a_probe_on_two_pins():
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"heights": (0.1, 0.05)}, "heights must be positive and in order"),
         ({"max_tilt": 1.4}, "tilt of a block must be 0 to 65°"),
@@ -238,6 +238,6 @@ def test_play_of_a_probe_on_two_pins():
         ({"turn": -0.1}, "negative"),
     ],
 )
-def test_blocks_that_none_can_make(options, said):
-    with pytest.raises(OptionError, match=said):
+def test_blocks_that_none_can_make(options, message):
+    with pytest.raises(OptionError, match=message):
         Blocks(**options)

@@ -9,7 +9,7 @@ from workbench.base import se3
 from workbench.plate import design
 from workbench.plate.design import optimise_plate
 from workbench.plate.optimiser import optimise
-from workbench.plate.optimiser.manufacturing import MANNERS
+from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks, tool_poses_at
@@ -54,13 +54,13 @@ def test_a_search_assumes_the_same_making_from_python_and_as_a_command(searched,
         (replace(plate, production=OWN), (OWN, "seat")),
         (replace(of_kind(plate, Kind.SOCKET), production=OWN), (replace(OWN, play=(0.0, 0.0)), "socket")),
     )
-    for given, asked in plates:
+    for given, requested in plates:
         optimise_plate(aria, given)
         path = write_plate(given, tmp_path / "given.toml")
         assert run("plate", "optimise", path, "--robot", "aria", "--out", "best.toml")[0] == 0
-        assert searched == [asked, asked]
+        assert searched == [requested, requested]
         searched.clear()
-    machined = replace(MANNERS["machined"].production, play=PINS)
+    machined = replace(METHODS["machined"].production, play=PINS)
     options = ("plate", "optimise", "table2", "--robot", "aria", "--out", "best.toml")
     assert run(*options, "--play", "none", "--tolerance", "0.1mm,0deg")[0] == 0
     assert run(*options, "--made", "machined")[0] == 0
@@ -109,9 +109,9 @@ def test_few_angles_say_what_they_cost(searched, monkeypatch, aria, plate):
     monkeypatch.setattr(optimise, "optimise_plate", search)
     request = DesignRequest(blocks=Blocks(tilts=(0.0, float(np.deg2rad(30.0)))))
     found = optimise_plate(aria, plate, request=request)
-    said = "blocks of 0°, 30° alone cost 0.006 mm (4 %): 0.156 mm instead of 0.150 mm with any tilt"
-    assert found.notes == (said,)
-    assert said in " ".join(_text(design_tables(found)).split())
+    message = "blocks of 0°, 30° alone cost 0.006 mm (4 %): 0.156 mm instead of 0.150 mm with any tilt"
+    assert found.notes == (message,)
+    assert message in " ".join(_text(design_tables(found)).split())
     bought = replace(request, blocks=replace(request.blocks, levels=(0.05, 0.1)))
     assert optimise_plate(aria, plate, request=bought).notes == ()
 

@@ -263,7 +263,7 @@ def far(plate):
 
 
 @pytest.mark.parametrize(
-    ("change", "design", "error", "said"),
+    ("change", "design", "error", "message"),
     [
         (far, DesignRequest(places=10), DataError, "no pose on plate .* is reachable"),
         (lambda p: replace(p, size=None), DesignRequest(), OptionError, "has no size"),
@@ -301,8 +301,8 @@ def far(plate):
         ),
     ],
 )
-def test_what_can_not_be_had_is_named(aria, plate, goal, change, design, error, said):
-    with pytest.raises(error, match=said):
+def test_what_can_not_be_had_is_named(aria, plate, goal, change, design, error, message):
+    with pytest.raises(error, match=message):
         optimise_plate(aria, change(plate), reading=SEAT, goal=goal, rng=rng(), request=design)
 
 

@@ -98,7 +98,7 @@ def test_the_least_height_is_enough(plate_of):
     """The height that the message asks for can be made, and 0.1 mm less can't."""
     with pytest.raises(OptionError) as error:
         fixture_of(plate_of((0.0, 0.0, 0.02, 0.4, 0.0, 0.3)))
-    least = float(str(error.value).split("needs ")[1].split(" mm")[0]) * 1e-3
-    fixture_of(plate_of((0.0, 0.0, least + 5e-5, 0.4, 0.0, 0.3)))
+    minimum = float(str(error.value).split("needs ")[1].split(" mm")[0]) * 1e-3
+    fixture_of(plate_of((0.0, 0.0, minimum + 5e-5, 0.4, 0.0, 0.3)))
     with pytest.raises(OptionError):
-        fixture_of(plate_of((0.0, 0.0, least - 1e-4, 0.4, 0.0, 0.3)))
+        fixture_of(plate_of((0.0, 0.0, minimum - 1e-4, 0.4, 0.0, 0.3)))

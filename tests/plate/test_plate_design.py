@@ -17,7 +17,7 @@ from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.readings import MAKERS, anchors_of, contact_rows, linearise_reading, reading_named
 
 STEP = 1e-6
-WAYS = {
+READERS = {
     "seat": lambda pose, nominal, anchors: se3.pose_error(pose, nominal),
     "socket": lambda pose, nominal, anchors: pose[:3, 3],
     "point": lambda pose, nominal, anchors: pose[:3, 3],
@@ -30,11 +30,11 @@ def moved(pose, twist):
     return se3.pose(turned, pose[:3, 3] + twist[:3])
 
 
-@pytest.mark.parametrize("name", list(WAYS))
+@pytest.mark.parametrize("name", list(READERS))
 def test_a_reading_changes_as_the_tool_moves(name, aria, plate):
     reading, anchors = reading_named(name, aria, plate), anchors_of(aria, plate)
     nominal = plate.poses[3]
-    read = WAYS[name]
+    read = READERS[name]
     expected = [
         (read(moved(nominal, STEP * e), nominal, anchors) - read(moved(nominal, -STEP * e), nominal, anchors))
         / (2.0 * STEP)

@@ -166,8 +166,8 @@ def test_a_target_out_of_reach_is_counted_out_and_told(aria, plate, score):
     found = score_plate(aria, away, evaluation_poses=plate_region_poses(aria, plate))
     assert found.measured.error.position_rms == pytest.approx(score.measured.error.position_rms, rel=1e-6)
     assert np.isnan(found.measured.per_target[0])
-    said = "1 of 11 targets of Table 2 can't be measured (target 1 is out of reach: "
-    assert found.left_out.startswith(said)
+    message = "1 of 11 targets of Table 2 can't be measured (target 1 is out of reach: "
+    assert found.left_out.startswith(message)
     assert found.left_out.endswith("; the figures are of the other 10")
     assert "can't be measured (target 1 is out of reach" in " ".join(repr(found).split())
     assert score_json(found)["targets"][0]["out_of_reach"] == found.can.away[0] != ""

@@ -134,16 +134,18 @@ def test_walks_stay_within_limits_and_reach(aria, plate):
 def test_conflicts_name_the_pair(aria, plate, monkeypatch):
     monkeypatch.setattr("workbench.plate.poses.informative_poses.LIMITED_CANDIDATES", 300)
 
-    def asked(number=12, **text):
+    def requested(number=12, **text):
         return informative_poses(aria, number, limits=PoseLimits(region=plate.region, **text), rng=rng(14))
 
     with pytest.raises(DataError, match="300 mm"):
-        asked(spread=0.3)
+        requested(spread=0.3)
     with pytest.raises(DataError, match=r"200 mm.*15°"):
-        asked(spread=0.2, travel=np.deg2rad(15))
-    far_apart = np.tile(np.arange(6.0)[:, None] / 10, (1, 6))
+        requested(spread=0.2, travel=np.deg2rad(15))
+    spread_out = np.tile(np.arange(6.0)[:, None] / 10, (1, 6))
     with pytest.raises(DataError, match=r"4 .*1°"):
-        informative_poses(aria, 4, candidates=far_apart, limits=PoseLimits(travel=np.deg2rad(1)), rng=rng(15))
+        informative_poses(
+            aria, 4, candidates=spread_out, limits=PoseLimits(travel=np.deg2rad(1)), rng=rng(15)
+        )
     with pytest.raises(DataError, match=" 0 "):
         informative_poses(
             aria, 4, candidates=np.zeros((9, 6)), limits=PoseLimits(region=plate.region), rng=rng(16)

@@ -65,17 +65,17 @@ def test_branches_by_an_index(aria, plate, solutions, goal):
 
 def test_named_branches_and_joint_angles_are_kept(aria, plate, solutions, everywhere):
     name = solutions[0][3].name
-    wish = solutions[4][5]
+    chosen = solutions[4][5]
     targets = list(plate.targets)
     targets[0] = replace(targets[0], branch=name)
-    targets[4] = replace(targets[4], q=wish.q)
+    targets[4] = replace(targets[4], q=chosen.q)
     locked = replace(plate, targets=tuple(targets))
     found = plate_solutions(aria, locked)
     assert len(found[4]) == 1
     choice = choose_branches(aria, locked, found, goal=everywhere, rng=rng(2), starts=3)
     assert choice.branches[0] == name
-    assert choice.branches[4] == wish.name
-    assert np.allclose(choice.q[4], wish.q)
+    assert choice.branches[4] == chosen.name
+    assert np.allclose(choice.q[4], chosen.q)
     kept = plate.with_joints(choice.q, choice.branches)
     assert kept.branches == choice.branches
     wrong = replace(plate, targets=(replace(targets[0], branch="upside down"), *targets[1:]))

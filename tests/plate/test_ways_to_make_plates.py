@@ -14,7 +14,7 @@ from workbench.plate.collision import hits
 from workbench.plate.optimiser.candidates import Setting
 from workbench.plate.optimiser.capsules import capsule_arm
 from workbench.plate.optimiser.constraints import Constraints
-from workbench.plate.optimiser.manufacturing import MANNERS
+from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
 from workbench.plate.parts.csv_lists import distances_csv, parts_csv
@@ -30,7 +30,7 @@ from workbench.plate.tolerances import EXACT
 
 
 def test_blocks_on_a_breadboard_stand_on_its_holes():
-    blocks = MANNERS["breadboard"].blocks(Blocks())
+    blocks = METHODS["breadboard"].blocks(Blocks())
     places = blocks.draw(400, np.array([0.27, 0.17]), rng=np.random.default_rng(0))
     steps = places[:, :2] / 0.025
     assert np.allclose(steps, steps.round())
@@ -120,8 +120,8 @@ def test_a_ball_bar_plate_is_three_sockets_and_the_lengths_of_its_bar(aria, plat
         assert np.allclose(held[:3], place, atol=1e-12)
     assert all(mesh_of(block).is_watertight for block in made.blocks)
     first = next(csv.DictReader(io.StringIO(distances_csv(bar))))
-    apart = np.linalg.norm(bar.poses[0, :3, 3] - bar.pose[:3, 3] - anchors[0])
-    assert float(first["distance[mm]"]) == pytest.approx(1e3 * apart, abs=1e-3)
+    distance = np.linalg.norm(bar.poses[0, :3, 3] - bar.pose[:3, 3] - anchors[0])
+    assert float(first["distance[mm]"]) == pytest.approx(1e3 * distance, abs=1e-3)
     assert "ball-bar, telescoping" in parts_csv(made)
     q = choose_branches(aria, plate, plate_solutions(aria, plate), goal="O1", rng=np.random.default_rng(0)).q
     rows = linearise_targets(aria, bar, q, sigma=(5e-6, 1e-3), additive=True)

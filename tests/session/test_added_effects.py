@@ -159,6 +159,6 @@ def test_a_result_is_kept_though_its_rows_cannot_be_compared(timed, task, do, mo
     session = do(task)
     assert (session.results.identification or session.results.diagnosis) is not None
     assert session.results.comparison is None
-    (told,) = [m for m in session.page.messages if m.severity in (Severity.WARNING, Severity.ERROR)]
-    assert "humidity" in told.text
+    (warnings,) = [m for m in session.page.messages if m.severity in (Severity.WARNING, Severity.ERROR)]
+    assert "humidity" in warnings.text
     assert do(Identify()).results.identification is not None

@@ -10,7 +10,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import read_toml, write_toml
 from workbench.arm.urdf import write_urdf
 from workbench.base import se3
-from workbench.plate.optimiser.constraints import stands_clear
+from workbench.plate.optimiser.constraints import is_clear_of
 from workbench.plate.plate_toml import write_plate
 from workbench.session.commands.arm import ChooseRobot, Jog, JogTo, LoadModel, drawn_joints
 from workbench.session.commands.data import MeasureVirtualArm
@@ -35,7 +35,7 @@ def test_an_edited_plate_goes_with_a_robot_in_whose_base_it_does_not_stand(do, f
     do(MoveTarget(0, (x, y - 0.01, z), tuple(first.plate.targets[0].rpy)))
     session = do(ChooseRobot(name))
     assert session.plate.name == plate
-    assert stands_clear(session.robot, session.plate)
+    assert is_clear_of(session.robot, session.plate)
 
 
 def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_path):

@@ -23,12 +23,12 @@ def test_kept_poses_show_what_a_calibration_changes(worker, do, first):
     session = do(Jog(ONE), CapturePose(), Jog(TWO), CapturePose())
     assert session.choices.captured == (ONE, TWO)
     assert captured(session).calibrated is None
-    assert np.isnan(captured(session).apart).all()
+    assert np.isnan(captured(session).distance).all()
     session = do(MeasureVirtualArm(3, more=30), Identify(("opt2",)))
     poses, actual = captured(session), session.measurements.loaded.actual
     real = se3.inverse(actual.base.pose) @ tool_poses(actual, Motion(np.array([ONE, TWO])))
     off = np.linalg.norm(poses.calibrated[:, :3, 3] - real[:, :3, 3], axis=1)
-    assert (off < 0.05 * poses.apart).all()
+    assert (off < 0.05 * poses.distance).all()
     assert replay(first, worker.journal).choices.captured == session.choices.captured
 
 

@@ -28,14 +28,16 @@ Q = np.array([0.4, 0.7, -0.9, -0.6, 0.8])
 
 def test_joints_turn_and_tilt_as_table_4_3_and_4_4_say():
     robot = load_robot("katana450-tilting")
-    bent = bend(robot, Q)
+    deflected = bend(robot, Q)
     clearance, backlash, compliance = (np.array(effect.coefficients) for effect in robot.effects)
     assert np.rad2deg(clearance) == pytest.approx([0.022, 0.024, 0.017, 0.015, 0.018], rel=1e-5)
     assert np.rad2deg(backlash) == pytest.approx([0.063, 0.061, 0.057, 0.046, 0.051], rel=1e-5)
     assert 1.0 / np.rad2deg(compliance) / 9.80665 == pytest.approx([122, 90, 75, 78, 80], rel=1e-5)
-    assert bent.across == pytest.approx(clearance, rel=1e-12)
-    held = bent.moment[1:, 0]
-    assert bent.about[1:] == pytest.approx(-backlash[1:] * np.sign(held) - compliance[1:] * held, rel=1e-9)
+    assert deflected.across == pytest.approx(clearance, rel=1e-12)
+    held = deflected.moment[1:, 0]
+    assert deflected.about[1:] == pytest.approx(
+        -backlash[1:] * np.sign(held) - compliance[1:] * held, rel=1e-9
+    )
     assert abs(held[0]) > 1.0  # the shoulder carries the arm
 
 
@@ -57,8 +59,8 @@ def test_a_bent_arm_is_drawn_as_far_off_as_a_tenth_of_its_reach_at_most(times, c
     robot = load_robot("katana450")
     robot = robot.with_effects(EFFECTS["joint-compliance"]((1,), (compliance,)))
     drawn = drawable_bending(robot, Q, times)
-    straight, bent = body_frames(robot, Q), body_frames(robot, Q, shift=drawn * bend(robot, Q).shift)
-    off = np.linalg.norm((bent - straight)[:, :3, 3], axis=1).max()
+    straight, deflected = body_frames(robot, Q), body_frames(robot, Q, shift=drawn * bend(robot, Q).shift)
+    off = np.linalg.norm((deflected - straight)[:, :3, 3], axis=1).max()
     assert 0.0 < off <= MAX_DRAWN * robot.reach
     assert drawn == times if times == 1.0 else off > 0.5 * MAX_DRAWN * robot.reach
 

@@ -84,7 +84,7 @@ def test_a_bad_pattern_changes_nothing(do, first):
 def test_a_branch_chosen_by_hand_is_taken_and_kept(do):
     session = do(SelectTarget(4))
     now = session.states[4].branch
-    other = next(way for way in session.branches if way.name != now)
+    other = next(branch for branch in session.branches if branch.name != now)
     session = do(ChooseBranch(4, other.name))
     assert session.states[4].branch == other.name
     tool = tool_poses(session.robot, Motion(session.states[4].q[None]))[0]

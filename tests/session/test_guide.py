@@ -73,7 +73,7 @@ def few_rows(session: Session) -> Session:
     return replace(session, results=replace(session.results, identification=found))
 
 
-def told(session: Session, **change) -> Session:
+def as_diagnosed(session: Session, **change) -> Session:
     """With a diagnosis that says something else."""
     return replace(
         session, results=replace(session.results, diagnosis=replace(session.results.diagnosis, **change))
@@ -81,8 +81,8 @@ def told(session: Session, **change) -> Session:
 
 
 def unsure(session: Session) -> Session:
-    """With causes that can't be told from others."""
-    return told(session, causes=tuple(replace(c, odds=3.0) for c in session.results.diagnosis.causes))
+    """With causes that can't be distinguished from others."""
+    return as_diagnosed(session, causes=tuple(replace(c, odds=3.0) for c in session.results.diagnosis.causes))
 
 
 NOTHING = {"effects": (), "causes": (), "residual_map": None}
@@ -189,7 +189,7 @@ STATES = [
     ),
     (
         "diagnosed",
-        lambda s: told(s, causes=()),
+        lambda s: as_diagnosed(s, causes=()),
         "No cause can be named",
         Tone.CAREFUL,
         "Add what was found",
@@ -198,7 +198,7 @@ STATES = [
     ),
     (
         "diagnosed",
-        lambda s: told(s, **NOTHING, verdict=Verdict.UNEXPLAINED),
+        lambda s: as_diagnosed(s, **NOTHING, verdict=Verdict.UNEXPLAINED),
         "no effect explains it",
         Tone.CAREFUL,
         "Make the next poses targets",
@@ -207,7 +207,7 @@ STATES = [
     ),
     (
         "diagnosed",
-        lambda s: told(s, **NOTHING, verdict=Verdict.UNEXPLAINED, measure_next=NO_POSES),
+        lambda s: as_diagnosed(s, **NOTHING, verdict=Verdict.UNEXPLAINED, measure_next=NO_POSES),
         "no effect explains it",
         Tone.CAREFUL,
         "Measure more",
@@ -216,7 +216,9 @@ STATES = [
     ),
     (
         "diagnosed",
-        lambda s: replace(told(s, **NOTHING, verdict=Verdict.NONE), choices=replace(s.choices, wanted=None)),
+        lambda s: replace(
+            as_diagnosed(s, **NOTHING, verdict=Verdict.NONE), choices=replace(s.choices, wanted=None)
+        ),
         "all of it noise",
         Tone.GOOD,
         "Save the arm …",
@@ -225,7 +227,7 @@ STATES = [
     ),
     (
         "diagnosed",
-        lambda s: told(s, **NOTHING, verdict=Verdict.NONE),
+        lambda s: as_diagnosed(s, **NOTHING, verdict=Verdict.NONE),
         "held-out rows miss 1 mm per axis",
         Tone.BAD,
         "Save the arm …",
@@ -252,7 +254,7 @@ STATES = [
     ),
     (
         "added",
-        lambda s: told(s, causes=()),
+        lambda s: as_diagnosed(s, causes=()),
         "A residual map predicts the rest; no cause is named",
         Tone.PLAIN,
         "Save the arm …",
@@ -271,7 +273,7 @@ STATES = [
     ("added", unsure, "no cause is certain", Tone.PLAIN, "Save the arm …", Tab.EXPORT, "Compare"),
     (
         "added",
-        lambda s: told(s, verdict=Verdict.PARTLY),
+        lambda s: as_diagnosed(s, verdict=Verdict.PARTLY),
         "No known effect explains the rest",
         Tone.CAREFUL,
         "Save the arm …",
@@ -349,28 +351,28 @@ def test_a_stage_has_one_figure_whenever_and_wherever_it_is_said(walked):
         shown = session.results.comparison.stage_errors[:, 2 if session is added else 1]
         assert np.array_equal(shown, calibrated, equal_nan=True)  # beside the scene and on the Compare tab
         assert (
-            guide(replace(session, page=replace(session.page, caption="told"))).figure
+            guide(replace(session, page=replace(session.page, caption="as_diagnosed"))).figure
             == f"{' → '.join(figures)} mm"
         )
         means = texts_of(stage_means(session.results.comparison, ComparedStage.CAUSES))
         assert means.startswith(" → ".join(figures)), means
     fitted = identified.results.identification.frames
-    said = texts_of(result_card(identified))
-    assert ("base" in said) is bool(fitted.base)
-    assert ("tool" in said) is bool(fitted.tool)
+    message = texts_of(result_card(identified))
+    assert ("base" in message) is bool(fitted.base)
+    assert ("tool" in message) is bool(fitted.tool)
 
 
 def test_a_bent_arm_says_how_much_its_bending_is_exaggerated(walked):
     added = walked["added"]
-    asked = replace(
+    requested = replace(
         added, choices=replace(added.choices, overlay=replace(added.choices.overlay, is_deflected=True))
     )
-    drawn = {item.path: item for item in on_page(asked)}
+    drawn = {item.path: item for item in on_page(requested)}
     assert not any(item.shown for item in on_page(added) if item.path.startswith("arm/bent"))
     assert drawn["arm/bent"].shown
     assert drawn["arm/bent_words"].shown
     label = drawn["arm/bent_words"].make(*drawn["arm/bent_words"].inputs)
-    assert re.fullmatch(r"bent × [\d.]+", label.text)
+    assert re.fullmatch(r"deflection × [\d.]+", label.text)
 
 
 def test_the_error_plots_have_every_row_in_words_that_can_be_read(walked):

@@ -232,10 +232,10 @@ def test_nobody_listening_is_one_sentence():
 
 def test_an_arm_that_is_only_followed_is_one_step_of_the_journal(worker, do, first):
     """It grew by 0.6 MB a minute."""
-    ways = [TakeSample(0.05 * k, tuple(np.add(Q, 1e-3 * k).tolist())) for k in range(200)]
-    live = do(TellSource("arm"), *ways)
+    samples = [TakeSample(0.05 * k, tuple(np.add(Q, 1e-3 * k).tolist())) for k in range(200)]
+    live = do(TellSource("arm"), *samples)
     assert [type(e.command) for e in worker.journal] == [TellSource, TakeSample]
-    assert replay(first, worker.journal).jogged.tolist() == live.jogged.tolist() == list(ways[-1].q)
+    assert replay(first, worker.journal).jogged.tolist() == live.jogged.tolist() == list(samples[-1].q)
 
 
 def test_a_measurement_keeps_only_what_its_rows_need(worker, do, first):

@@ -126,9 +126,9 @@ def test_what_makes_no_sense_is_said(do):
     session = do(BeginMeasuring(1), BeginMeasuring(2))
     assert session.measuring.virtual.seed == 1
     for q in ((0.0,), (np.nan,) * session.robot.dof):
-        told = session.page.message_count
+        message_count = session.page.message_count
         session = do(TakeSample(0.0, q, (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)))
-        assert session.page.message_count == told + 1
+        assert session.page.message_count == message_count + 1
         assert session.measuring.acquisition.latest is None
     session = do(EndMeasuring())
     assert session.measuring is None
@@ -164,8 +164,8 @@ def test_the_virtual_arm_comes_to_rest_at_the_target(first):
 def test_news_stay_until_the_user_goes_on(do, begun):
     """A late sample of the arm is nobody's doing."""
     do(*samples(begun, begun.virtual.postures[0], begin=0.0), StoreRow())
-    told = do(UseRows()).page.messages[-1].text
-    assert "the session's data: 1 measured row" in told
+    warnings = do(UseRows()).page.messages[-1].text
+    assert "the session's data: 1 measured row" in warnings
     session = do(*samples(begun, begun.virtual.postures[1], begin=9.0))
-    assert session.page.messages[-1].text == told
-    assert told not in [m.text for m in do(SelectTarget(3)).page.messages]
+    assert session.page.messages[-1].text == warnings
+    assert warnings not in [m.text for m in do(SelectTarget(3)).page.messages]

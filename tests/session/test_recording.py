@@ -119,7 +119,7 @@ def test_the_recording_is_the_journal(whole):
         (e.command, e.ending, e.basis) for e in journal
     ]
     assert recording.lines[-1].entry.ending is Ending.REFUSED
-    assert "OLS, OPT1, OPT2, INFLUENCE" in recording.lines[-1].says[-1]
+    assert "OLS, OPT1, OPT2, INFLUENCE" in recording.lines[-1].messages[-1]
     assert sorted(p.name for p in (folder / "inputs").iterdir() if p.suffix == ".csv")
     times = [e.at for e in recording.entries]
     assert times == sorted(times)
@@ -425,9 +425,9 @@ def test_a_full_disk_is_told_and_nothing_is_missing_afterwards(record, first):
         session = run(*moves(first, 6, target=4), SelectTarget(0))
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-    told = [m for m in session.page.messages if m.severity is Severity.WARNING]
-    assert len(told) == 1
-    assert "can't be recorded at present" in told[0].text
+    warnings = [m for m in session.page.messages if m.severity is Severity.WARNING]
+    assert len(warnings) == 1
+    assert "can't be recorded at present" in warnings[0].text
     assert session.selected == 0
     assert len(read_recording(run.folder).lines) < len(run.worker.journal)
     run(SelectTarget(1))
@@ -490,13 +490,13 @@ def test_a_kill_loses_at_most_the_last_command(tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-c", SCRIPT, folder, root], stdout=subprocess.PIPE, text=True
     )
-    said = list(itertools.islice(process.stdout, 15))
+    message = list(itertools.islice(process.stdout, 15))
     os.kill(process.pid, signal.SIGKILL)
-    said += process.stdout.readlines()
+    message += process.stdout.readlines()
     process.wait()
     process.stdout.close()
     recording = read_recording(folder)
-    done = int([line for line in said if line.endswith("\n")][-1])
+    done = int([line for line in message if line.endswith("\n")][-1])
     assert done <= len(recording.lines) <= done + 1
     assert check(recording.truncated_at(8)).differences == ()
     lock = os.open(folder / ".lock", os.O_RDWR)

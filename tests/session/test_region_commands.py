@@ -195,8 +195,8 @@ def test_a_layer_that_nobody_asked_for_gives_way_to_measured_rows(run):
     session = after(run, MeasureVirtualArm(2, more=30), ShowRow(4))
     assert not are_shown(session)
     assert {i.path: i.shown for i in region_items(session)}["region/cubes"] is False
-    asked = after(run, ShowCubes(replace(session.cube_view, is_chosen=True)))
-    assert are_shown(asked)
+    requested = after(run, ShowCubes(replace(session.cube_view, is_chosen=True)))
+    assert are_shown(requested)
 
 
 def test_a_drag_colours_cubes_by_what_it_changes_on_a_scale_of_that_size(run):

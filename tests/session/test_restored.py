@@ -103,8 +103,8 @@ def test_it_goes_on_in_a_new_recording_and_the_old_one_stays(killed, restored, t
     before = {path.name: path.read_bytes() for path in killed.glob("*.jsonl")}
     begun = go_on(restored, root=tmp_path)
     assert begun.folder.parent == tmp_path
-    told = [m.text for m in begun.session.page.messages if m.severity is Severity.WARNING]
-    assert told == [begun.trouble]
+    warnings = [m.text for m in begun.session.page.messages if m.severity is Severity.WARNING]
+    assert warnings == [begun.trouble]
     assert restored.warning in begun.trouble
     run(begun, SelectTarget(5)).close()
     assert {path.name: path.read_bytes() for path in killed.glob("*.jsonl")} == before
@@ -122,8 +122,8 @@ def test_it_goes_on_in_a_new_recording_and_the_old_one_stays(killed, restored, t
 def test_without_a_recording_it_is_told_all_the_same(restored):
     begun = go_on_unrecorded(restored)
     assert begun.folder is None
-    told = [m.text for m in begun.session.page.messages if m.severity is Severity.WARNING]
-    assert told == [restored.warning] == [begun.trouble]
+    warnings = [m.text for m in begun.session.page.messages if m.severity is Severity.WARNING]
+    assert warnings == [restored.warning] == [begun.trouble]
 
 
 @pytest.fixture

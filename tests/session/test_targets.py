@@ -19,7 +19,7 @@ from workbench.session.state import Focus, Severity
 RPY = (-2.6, 0.05, 0.1)
 
 
-def assert_stands(session, i):
+def assert_reached(session, i):
     """The arm's tool is where the target is."""
     tool = tool_poses(session.robot, Motion(session.states[i].q[None]))[0]
     assert np.abs(se3.pose_error(session.plate.targets[i].pose, tool)).max() < 1e-8
@@ -28,7 +28,7 @@ def assert_stands(session, i):
 def test_all_of_table_2_is_reached_and_clear(first):
     assert all(s.measurable for s in first.states)
     for i in range(10):
-        assert_stands(first, i)
+        assert_reached(first, i)
     assert first.score.rank == first.score.parameters == 24
     assert first.score.position < 0.5e-3
     assert len({s.branch for s in first.states}) > 1
@@ -48,7 +48,7 @@ def test_a_drag_moves_the_target_and_the_arm_follows(do, first):
     assert session.drag.target == session.selected == 2
     for k in range(5):
         session = do(MoveTarget(2, (0.40, 0.55 + 0.01 * k, 0.25), RPY, client=7))
-        assert_stands(session, 2)
+        assert_reached(session, 2)
     assert session.states[2].branch == first.states[2].branch
     assert session.score.indices["O2"] != first.score.indices["O2"]
     session = do(DropTarget(client=7))
@@ -90,7 +90,7 @@ def test_out_of_reach_has_a_reason_and_does_not_count(do, first):
     assert np.isnan(session.score.per_target[0])
     back = do(MoveTarget(0, tuple(first.plate.targets[0].xyz), tuple(first.plate.targets[0].rpy)))
     assert back.states[0].reached
-    assert_stands(back, 0)
+    assert_reached(back, 0)
 
 
 def test_no_target_in_reach_is_said_not_raised(do):

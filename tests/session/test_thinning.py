@@ -12,7 +12,7 @@ from workbench.session.state import Severity
 RPY = (-2.6, 0.0, 0.0)
 
 
-def way(first, count=25, target=2):
+def path(first, count=25, target=2):
     """Places along a way on which the arm changes its branch and can't reach for a while."""
     start = first.plate.targets[target].xyz
     for angle in np.linspace(0.0, 2.0 * np.pi, count):
@@ -21,13 +21,13 @@ def way(first, count=25, target=2):
 
 
 def test_a_drag_is_three_entries_that_lead_to_the_same(first, worker, do):
-    live = do(GrabTarget(2, 1), *way(first), DropTarget(1))
+    live = do(GrabTarget(2, 1), *path(first), DropTarget(1))
     assert [type(e.command) for e in worker.journal] == [GrabTarget, MoveTarget, DropTarget]
     again = replay(first, worker.journal)
     assert [s.q.tolist() for s in again.states] == [s.q.tolist() for s in live.states]
     assert [s.branch for s in again.states] == [s.branch for s in live.states]
     assert again.score.indices == live.score.indices
-    *_, last = way(first)
+    *_, last = path(first)
     alone = replay(first, [Entry(c, Ending.DONE, 0, 0.0, 0.0) for c in (GrabTarget(2, 1), last)])
     assert alone.states[2].q.tolist() != live.states[2].q.tolist()  # the way matters
 
@@ -49,17 +49,17 @@ class Noted(AbstractTask):
 
 
 def test_what_a_task_began_from_is_kept(first, worker, do):
-    places = list(way(first))
+    places = list(path(first))
     live = do(GrabTarget(2, 1), *places[:3], Noted(), *places[3:6], DropTarget(1))
     kinds = [type(e.command) for e in worker.journal]
     assert kinds == [GrabTarget, MoveTarget, Noted, MoveTarget, DropTarget]
-    said = [m.text for m in replay(first, worker.journal).page.messages]
-    assert said == [f"{list(places[2].xyz)}"]
+    message = [m.text for m in replay(first, worker.journal).page.messages]
+    assert message == [f"{list(places[2].xyz)}"]
     assert live.plate.targets[2].xyz.tolist() == list(places[5].xyz)
 
 
 def test_what_was_read_from_a_recording_is_kept(first):
-    place, *_ = way(first)
+    place, *_ = path(first)
     before = [Entry(c, Ending.DONE, 0, 0.0, 0.0) for c in (GrabTarget(2, 1), place)]
     worker = Worker(replay(first, before), journal=before, opening=[DropTarget(1)])
     for command in (GrabTarget(2, 1), place, place):
@@ -71,7 +71,7 @@ def test_what_was_read_from_a_recording_is_kept(first):
 
 
 def test_only_places_of_the_same_client_in_one_drag_are_merged(first):
-    place = next(iter(way(first)))
+    place = next(iter(path(first)))
     dragged = GrabTarget(2, 1).apply(first)
     assert place.merged_with(place, dragged).start is not None
     assert place.merged_with(place, first) is None
@@ -83,7 +83,7 @@ def test_only_places_of_the_same_client_in_one_drag_are_merged(first):
 
 
 def test_a_refused_place_stays_an_entry(worker, do, first):
-    places = list(way(first))
+    places = list(path(first))
     absurd = MoveTarget(2, (99.0, 0.0, 0.0), RPY, client=1)
     do(GrabTarget(2, 1), places[0], absurd, places[1], DropTarget(1))
     assert [e.ending for e in worker.journal if isinstance(e.command, MoveTarget)] == [

@@ -86,15 +86,17 @@ def reproduce_aria(*, arms: int = ARMS, seed: int = 0) -> AriaReproduction:
     robot, plate = load_robot("aria"), load_plate("table2")
     with part_of(0.0, 0.1, "choosing poses"):
         clustering = cluster_region(robot, plate.region, side=SIDE, seed=seed)
-    ways = acquisitions(robot, plate, clustering, seed)
-    tool = ways[2]
+    methods = acquisitions(robot, plate, clustering, seed)
+    tool = methods[2]
     rng = np.random.default_rng(seed)
     judges = Judges(plate_region_poses(robot, plate), random_poses(robot, ANYWHERE, rng=rng))
     few = min(arms, EXACT_ARMS)
 
     def compared(instrument: str, count: int, begin: float, share: float) -> tuple[Comparison, ...]:
         with part_of(begin, share):
-            return compare_acquisitions(robot, ways, INSTRUMENTS[instrument], judges, arms=count, seed=seed)
+            return compare_acquisitions(
+                robot, methods, INSTRUMENTS[instrument], judges, arms=count, seed=seed
+            )
 
     exact, noisy = compared("ideal", few, 0.1, 0.1), compared("plate", arms, 0.2, 0.7)
     progress(0.9, "comparing with the printed numbers")

@@ -135,7 +135,7 @@ def compare_acquisitions(
         progress(arm / arms, f"{instrument.name}: virtual arm {arm + 1} of {arms}")
         rng = np.random.default_rng([seed, arm])
         actual = virtual_arm(robot, rng=rng, length=LENGTH_ERROR, angle=ANGLE_ERROR)
-        for way, acquisition in enumerate(acquisitions):
+        for k, acquisition in enumerate(acquisitions):
             try:
                 rows = acquisition.measure(actual, instrument, rng)
             except DataError:
@@ -143,24 +143,24 @@ def compare_acquisitions(
             with running():  # an arm is done or not
                 models = identified(robot, rows)
             components = tuple(row_components(model, rows) for model in models)
-            examples[way] = examples[way] or components
-            tables["own_p"][arm, way] = [np.abs(c.position).max() for c in components]
-            tables["own_r"][arm, way] = [np.abs(c.rotation).max() for c in components]
+            examples[k] = examples[k] or components
+            tables["own_p"][arm, k] = [np.abs(c.position).max() for c in components]
+            tables["own_r"][arm, k] = [np.abs(c.rotation).max() for c in components]
             region = [mean_errors(actual, model, judges.region) for model in models]
-            tables["region"][arm, way], tables["turn"][arm, way] = np.array(region).T
-            tables["anywhere"][arm, way] = [mean_errors(actual, m, judges.anywhere)[0] for m in models]
+            tables["region"][arm, k], tables["turn"][arm, k] = np.array(region).T
+            tables["anywhere"][arm, k] = [mean_errors(actual, m, judges.anywhere)[0] for m in models]
     return tuple(
         Comparison(
             acquisition=acquisition,
             instrument=instrument,
-            own_position=tables["own_p"][:, way],
-            own_rotation=tables["own_r"][:, way],
-            region=tables["region"][:, way],
-            region_rotation=tables["turn"][:, way],
-            anywhere=tables["anywhere"][:, way],
-            example=examples[way],
+            own_position=tables["own_p"][:, k],
+            own_rotation=tables["own_r"][:, k],
+            region=tables["region"][:, k],
+            region_rotation=tables["turn"][:, k],
+            anywhere=tables["anywhere"][:, k],
+            example=examples[k],
         )
-        for way, acquisition in enumerate(acquisitions)
+        for k, acquisition in enumerate(acquisitions)
     )
 
 

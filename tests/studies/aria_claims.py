@@ -69,14 +69,14 @@ def claims(exact: tuple[Comparison, ...], noisy: tuple[Comparison, ...]) -> tupl
 
 
 def _orders(exact: tuple[Comparison, ...], noisy: tuple[Comparison, ...]) -> tuple[Finding, ...]:
-    least = [float(np.nanmedian(c.own_position[:, 1:])) for c in exact[:3]]
+    minimum = [float(np.nanmedian(c.own_position[:, 1:])) for c in exact[:3]]
     own = [1e3 * float(np.nanmedian(c.own_position[:, 1])) for c in noisy[:3]]
     region = [1e3 * float(np.nanmedian(c.region[:, 1])) for c in noisy]
-    exactly = ", ".join(f"{value:.0e}" for value in least)
+    exactly = ", ".join(f"{value:.0e}" for value in minimum)
     return (
         judged(
             "§4.4, 2", "e_p of standard far below the others; no noise [m]", "much smaller", exactly,
-            least[0] < min(least[1:]) / ALIKE and least[0] > ROUNDING,
+            minimum[0] < min(minimum[1:]) / ALIKE and minimum[0] > ROUNDING,
             "here all three end at rounding: a search that runs to the end leaves nothing to compare",
         ),
         judged(

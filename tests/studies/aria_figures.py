@@ -41,8 +41,8 @@ def all_pictures(found: AriaReproduction) -> tuple[Picture, ...]:
          "measured poses, which is what Fig. 7 shows; middle and right: mean error at poses that were not "
          "measured. The dashed line is the required 1 mm.", lambda: _arms(found.noisy)),
     ]  # fmt: skip
-    for letter, (way, rotation) in zip("abcdef", product(range(3), (False, True)), strict=True):
-        comparison = found.noisy[way]
+    for letter, (k, rotation) in zip("abcdef", product(range(3), (False, True)), strict=True):
+        comparison = found.noisy[k]
         what = "orientation" if rotation else "position"
         wanted.append(
             (f"fig7{letter}", f"Fig. 7{letter}: {what}, {comparison.acquisition.title}",
@@ -104,8 +104,8 @@ def _boxes(axes: Axes, table: np.ndarray, group: int) -> None:
     width = 0.8 / len(TITLES)
     for column, colour in zip(range(len(TITLES)), COLUMN_COLOURS, strict=False):
         place = group + (column - 0.5 * (len(TITLES) - 1)) * width
-        least, low, middle, high, most = np.percentile(table[:, column], [0, 25, 50, 75, 100])
-        axes.vlines(place, least, most, color=colour, lw=1.0)
+        minimum, low, middle, high, maximum = np.percentile(table[:, column], [0, 25, 50, 75, 100])
+        axes.vlines(place, minimum, maximum, color=colour, lw=1.0)
         axes.vlines(place, low, high, color=colour, lw=9.0, alpha=0.75)
         axes.hlines(middle, place - 0.45 * width, place + 0.45 * width, color=INK, lw=1.0)
 

@@ -26,10 +26,10 @@ EVEN = 1e-3
 def nominal(robot: Robot) -> tuple[Finding, ...]:
     """Table 1 and eq. (2)."""
     names = [f"joint{i + 1}.{c}" for i in range(6) for c in printed.COLUMNS[:4]]
-    apart = np.abs(robot.values(tuple(names)) - printed.TABLE_1.ravel()).max()
+    gap = np.abs(robot.values(tuple(names)) - printed.TABLE_1.ravel()).max()
     limits, (low, high) = printed.LIMITS_3, np.rad2deg(robot.limits[2])
     return (
-        checked("Table 1", "24 nominal constants", "6 × (θ, d, a, α)", f"apart by {apart:.1g}", apart < 1e-12,
+        checked("Table 1", "24 nominal constants", "6 × (θ, d, a, α)", f"apart by {gap:.1g}", gap < 1e-12,
                 "copied into the built-in arm"),
         checked(
             "Eq. (2)", "limits of joint 3", limits["text"], f"{low:.0f}° … {high:.1f}°",
@@ -61,20 +61,20 @@ def jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> tuple[Finding, ...
         ("a", "theta", 0, 2), ("b", "d", 0, 2), ("c", "a", 1, 0), ("d", "alpha", 1, 0), ("e", "beta", 1, 1),
     ):  # fmt: skip
         names = [n for n in robot.default_free if n.endswith(f".{column}")]
-        apart = 0.0
+        gap = 0.0
         for name in names:
             frame = frames[:, int(name[5]) - 1 + first]
             spin, arm = frame[:, :3, axis], tool - frame[:, :3, 3]
             turns = column in ("theta", "alpha", "beta")
             both = (np.cross(spin, arm), spin) if turns else (spin, np.zeros_like(spin))
             exact = sensitivity(actual, Motion(q), (name,))[1][:, :, 0]
-            apart = max(apart, float(np.abs(np.concatenate(both, 1) - exact).max()))
-        agrees = apart < 1e-9
+            gap = max(gap, float(np.abs(np.concatenate(both, 1) - exact).max()))
+        agrees = gap < 1e-9
         reason = (
             "" if agrees else "x of frame i lies behind the turn β, the turn α before it: β2 ≠ 0 shows it"
         )
         findings.append(
-            judged(f"Eq. (13{letter})", f"∂k/∂{column}", "formula", f"apart by {apart:.1g}", agrees, reason)
+            judged(f"Eq. (13{letter})", f"∂k/∂{column}", "formula", f"apart by {gap:.1g}", agrees, reason)
         )
     return tuple(findings)
 
@@ -82,7 +82,7 @@ def jacobian(robot: Robot, q: Float[np.ndarray, "rows n"]) -> tuple[Finding, ...
 def tool(robot: Robot, plate: Plate, q: Float[np.ndarray, "targets n"]) -> tuple[tuple[Finding, ...], Sheet]:
     """Table 2, target by target: its poses, its branches, O of each."""
     places, angles = plate.poses[:, :3, 3], np.rad2deg(np.stack([t.rpy for t in plate.targets]))
-    apart = np.abs(np.concatenate([places, angles], 1) - printed.TABLE_2).max()
+    gap = np.abs(np.concatenate([places, angles], 1) - printed.TABLE_2).max()
     centre = 0.5 * (places.max(0) + places.min(0))
     radius = np.linalg.norm(places[:, :2] - centre[:2], axis=1)
     spokes = 2.0 * np.pi * np.arange(10) / 10
@@ -93,7 +93,7 @@ def tool(robot: Robot, plate: Plate, q: Float[np.ndarray, "targets n"]) -> tuple
     o = O().per_pose(linearise(robot, q))
     reached = np.abs(tool_poses(robot, Motion(q)) - robot.base.pose @ plate.poses).max()
     findings = (
-        checked("Table 2", "ten poses", "10 × (X Y Z, X Y Z)", f"apart by {apart:.1g}", apart < 1e-9,
+        checked("Table 2", "ten poses", "10 × (X Y Z, X Y Z)", f"apart by {gap:.1g}", gap < 1e-9,
                 "copied into the built-in plate"),
         checked(
             "§4.3", "radius of the circle [m]", "0.25", f"{radius.mean():.4f}",
@@ -154,9 +154,9 @@ def virtual_example(robot: Robot, tool: Acquisition) -> tuple[tuple[Finding, ...
         ),
     ]  # fmt: skip
     for title, model in zip(TITLES[1:], models[1:], strict=True):
-        apart = np.abs(model.values(names) - actual.values(names)).max()
+        gap = np.abs(model.values(names) - actual.values(names)).max()
         findings.append(
-            judged("§4.1.3", f"{title}: apart from the hidden constants", "–", f"{apart:.0e}", apart < 1e-6)
+            judged("§4.1.3", f"{title}: apart from the hidden constants", "–", f"{gap:.0e}", gap < 1e-6)
         )
     return tuple(findings), constants_sheet("Table 3: a virtual arm (OLS)", robot, names, texts, ours)
 
@@ -179,7 +179,7 @@ def real_example(
     without_d6 = mean_errors(short, robot, rows.q)[0]
     moved = actual.values(names) - robot.values(names)
     turns = np.array([n.split(".")[1] in ("theta", "alpha", "beta") for n in names])
-    far, bent = 1e3 * np.abs(moved[~turns]).max(), np.rad2deg(np.abs(moved[turns]).max())
+    far, turn = 1e3 * np.abs(moved[~turns]).max(), np.rad2deg(np.abs(moved[turns]).max())
     farthest = names[int(np.argmax(np.where(turns, 0.0, np.abs(moved))))]
     rounding = (
         f"without d6, which Fig. 11's nominal arm seems to know, {1e3 * without_d6:.1f} mm; Table 4 is "
@@ -194,7 +194,7 @@ def real_example(
         without("Table 4", "24 constants of the real arm", "see the table", alone),
         judged("§2.4", "greatest displacement of an axis [mm]", "up to 5", f"{far:.1f} ({farthest})",
                far <= 5.0, "of Table 4; the probe of §5.1 may count with the last link"),
-        judged("§2.4", "greatest twist of an axis [°]", "up to 5", f"{bent:.1f}", bent <= 5.0, "of Table 4"),
+        judged("§2.4", "greatest twist of an axis [°]", "up to 5", f"{turn:.1f}", turn <= 5.0, "of Table 4"),
         judged("§5.3", "errors of the nominal arm there [mm], [°]", "about 2.5 and 2.2 (5 × Fig. 11)",
                f"{1e3 * position:.1f} and {np.rad2deg(angle):.1f}",
                round(1e3 * position, 1) == 2.5 and round(np.rad2deg(angle), 1) == 2.2, rounding),

@@ -62,8 +62,8 @@ def reproduce(run, monkeypatch):
     """Run `workbench reproduce` with options whose study has been done: its output is of what was found."""
 
     def call(work, options, found, *arguments):
-        def known(**asked):
-            assert asked == options
+        def known(**requested):
+            assert requested == options
             return found
 
         monkeypatch.setattr(f"studies.{work}.reproduce_{work}", known)

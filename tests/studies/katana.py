@@ -20,7 +20,7 @@ from studies.influence_study import InfluenceStudy, influence_study
 from studies.katana_diagnosed import Diagnosed, diagnosed_arms, diagnosis
 from studies.katana_experiment import Experiments, experiment_findings, experiment_sheet, experiments
 from studies.katana_pencil import PencilCheck, pencil_check, pencil_finding
-from studies.katana_study import AS_BAD, EACH_SIDE, EACH_WAY, KatanaStudy, katana_study
+from studies.katana_study import AS_BAD, EACH_DIRECTION, EACH_SIDE, KatanaStudy, katana_study
 from studies.katana_tracking import TrackingStudy, tracking_study
 from studies.katana_tracking_claims import tracking_findings
 from studies.page import Sheet
@@ -101,7 +101,7 @@ def reproduce_katana(
     if diagnosed < 1:
         raise OptionError(f"{diagnosed} arms can't be diagnosed; ask for at least 1")
 
-    def studied(begin: float, text: str, *, play: float = EACH_WAY, share: float = 1.0) -> KatanaStudy:
+    def studied(begin: float, text: str, *, play: float = EACH_DIRECTION, share: float = 1.0) -> KatanaStudy:
         with part_of(begin, 0.15, text):
             return katana_study(arms=arms, play=play, share=share, seed=seed)
 

@@ -112,19 +112,19 @@ def _ours(study: KatanaStudy) -> tuple[Finding, ...]:
 
 def two_readings(once: KatanaStudy, twice: KatanaStudy) -> Finding:
     """What the printed clearance and backlash count: from one side to the other, or to either side."""
-    told = printed.TABLE_4_5[MEAN, DISTANCE]
+    stated = printed.TABLE_4_5[MEAN, DISTANCE]
     found = [
         [spread(study.measured[:, column, MEAN, DISTANCE]) for column in (BEFORE, CONVENTIONAL, FIRST)]
         for study in (once, twice)
     ]
     fits = any(
-        all(f.low - HALF_UNIT <= v <= f.high + HALF_UNIT for f, v in zip(reading, told, strict=True))
+        all(f.low - HALF_UNIT <= v <= f.high + HALF_UNIT for f, v in zip(reading, stated, strict=True))
         for reading in found
     )
     values = ("; to either side ").join(", ".join(f"{f.median:.2f}" for f in reading) for reading in found)
     return judged(
         "Table 4.3", "mean |ΔP| before, conventional, with tilting [mm]",
-        ", ".join(f"{value:g}" for value in told), values, fits,
+        ", ".join(f"{value:g}" for value in stated), values, fits,
         "Fig. 4.6 reads the play from one side to the other, (4.12) and (5.19) add it to either; the first "
         "fits what calibration leaves, the second the error before, none both",
     )  # fmt: skip
@@ -165,11 +165,11 @@ def contradictions(q: np.ndarray) -> tuple[Finding, ...]:
     )
     findings = []
     for where, title, (x, y, z, distance) in columns:
-        least = float(np.linalg.norm(np.maximum(np.array([x, y, z]) - HALF_UNIT, 0.0)))
+        minimum = float(np.linalg.norm(np.maximum(np.array([x, y, z]) - HALF_UNIT, 0.0)))
         findings.append(
             checked(
                 where, f"{title}: mean |ΔP| at least that of its components [mm]", f"{distance:g}",
-                f"≥ {least:.3f}", distance + HALF_UNIT >= least,
+                f"≥ {minimum:.3f}", distance + HALF_UNIT >= minimum,
                 "no mean distance is shorter than the vector of its mean components, rounding allowed for",
             )
         )  # fmt: skip
@@ -187,7 +187,7 @@ def _same_arm(q: np.ndarray) -> tuple[Finding, ...]:
     ]
     places = [1e3 * tool_poses(arm, Motion(q))[:, :3, 3] for arm in arms]
 
-    def apart(i: int, k: int) -> float:
+    def distance(i: int, k: int) -> float:
         return float(np.linalg.norm(places[i] - places[k], axis=1).mean())
 
     before, simultaneous, influence = printed.TABLE_3_4[DISTANCE]
@@ -198,17 +198,17 @@ def _same_arm(q: np.ndarray) -> tuple[Finding, ...]:
         checked(
             "Table 3.2", "mean motion of the tool [mm]",
             f"≥ {before - simultaneous:.2f} ({before:g} − {simultaneous:g})",
-            f"{apart(0, 1):.2f}", apart(0, 1) >= before - simultaneous - 2 * HALF_UNIT, reason,
+            f"{distance(0, 1):.2f}", distance(0, 1) >= before - simultaneous - 2 * HALF_UNIT, reason,
         ),
         checked(
             "Table 3.3", "mean motion of the tool [mm]",
             f"≥ {before - influence:.2f} ({before:g} − {influence:g})",
-            f"{apart(0, 2):.2f}", apart(0, 2) >= before - influence - 2 * HALF_UNIT, reason,
+            f"{distance(0, 2):.2f}", distance(0, 2) >= before - influence - 2 * HALF_UNIT, reason,
         ),
         checked(
             "Tables 3.2, 3.3", "mean distance of the two models [mm]",
-            f"≤ {simultaneous + influence:.2f} ({simultaneous:g} + {influence:g})", f"{apart(1, 2):.2f}",
-            apart(1, 2) <= simultaneous + influence + 2 * HALF_UNIT,
+            f"≤ {simultaneous + influence:.2f} ({simultaneous:g} + {influence:g})", f"{distance(1, 2):.2f}",
+            distance(1, 2) <= simultaneous + influence + 2 * HALF_UNIT,
             "θ3 is −0.057° in one and +0.066° in the other: both can't leave the printed errors on one arm",
         ),
     )  # fmt: skip

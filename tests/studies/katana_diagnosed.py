@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 from studies.finding import Finding, checked
 from studies.katana_study import (
-    EACH_WAY,
+    EACH_DIRECTION,
     LOADED,
     POSES,
     REMAINDER,
@@ -56,7 +56,7 @@ def diagnosed_arms(*, arms: int, seed: int = 0) -> Diagnosed:
     errors, named = [], []
     for number in range(arms):
         rng = np.random.default_rng([seed, number])
-        arm = measure_arm(rng, cube, play=EACH_WAY, remainder=REMAINDER)
+        arm = measure_arm(rng, cube, play=EACH_DIRECTION, remainder=REMAINDER)
         with running():
             found = diagnose(robot, _rows(arm), held_out=0.0).calibrated
         judge, real = _within(found, arm)

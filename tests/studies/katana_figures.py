@@ -59,10 +59,10 @@ def _arms(study: KatanaStudy, diagnosed: Float[np.ndarray, " some"]) -> Figure:
     with look():
         figure = new_figure(10.0, 3.8)
         panels = figure.subplots(1, 2, sharey=True)
-        for axes, (title, table), told in zip(panels, parts, PRINTED, strict=True):
+        for axes, (title, table), stated in zip(panels, parts, PRINTED, strict=True):
             for column in range(len(TITLES)):
                 _box(axes, column, table[:, column])
-            axes.plot(range(len(TITLES)), told, "x", ms=8, mew=1.8, color=COLOURS[1], label="thesis")
+            axes.plot(range(len(TITLES)), stated, "x", ms=8, mew=1.8, color=COLOURS[1], label="thesis")
             names = (*TITLES, "diagnosed") if table is study.held_out else TITLES
             axes.set_xticks(range(len(names)), names, rotation=30, ha="right", rotation_mode="anchor")
             axes.set_yscale("log")
@@ -77,9 +77,9 @@ def _arms(study: KatanaStudy, diagnosed: Float[np.ndarray, " some"]) -> Figure:
 
 
 def _box(axes: Axes, place: int, values: np.ndarray) -> None:
-    least, low, middle, high, most = np.percentile(values, [5, 25, 50, 75, 95])
+    minimum, low, middle, high, maximum = np.percentile(values, [5, 25, 50, 75, 95])
     colour = COLOURS[0] if place else NOMINAL
-    axes.vlines(place, least, most, color=colour, lw=1.0)
+    axes.vlines(place, minimum, maximum, color=colour, lw=1.0)
     axes.vlines(place, low, high, color=colour, lw=14.0, alpha=0.7)
     axes.hlines(middle, place - 0.25, place + 0.25, color=INK, lw=1.2)
 

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from studies import katana_printed as printed
 from studies.finding import Finding, judged
 from studies.katana_generator import VirtualKatana, draw_arm
-from studies.katana_study import EACH_WAY, REMAINDER, read_tilting
+from studies.katana_study import EACH_DIRECTION, REMAINDER, read_tilting
 from studies.katana_tracking import ROWS, SAMPLES, drawing_katana, identified, reached
 from studies.page import Picture
 from workbench.arm.kinematics.forward import geometric_jacobian
@@ -31,7 +31,7 @@ from workbench.paths.trajectories import taught_circle
 from workbench.report.colours import NOMINAL
 from workbench.report.figures import COLOURS, grid, look, new_figure, png
 
-WAYS = ("as it comes", "circle taught at its four points", "tilting first")
+METHODS = ("as it comes", "circle taught at its four points", "tilting first")
 """How the arm draws."""
 DOTS = 200.0
 """Of the scan, to an inch."""
@@ -64,8 +64,8 @@ def pencil_check(path: Planned, *, seed: int = 0) -> PencilCheck:
         seed: Of the arm, the hand, the scanner.
     """
     robot, circle, rng = drawing_katana(), circle_through(printed.POINTS), np.random.default_rng([seed, 13])
-    actual = draw_arm(rng, play=EACH_WAY, remainder=REMAINDER)
-    model = robot.with_effects(*read_tilting(rng, EACH_WAY))
+    actual = draw_arm(rng, play=EACH_DIRECTION, remainder=REMAINDER)
+    model = robot.with_effects(*read_tilting(rng, EACH_DIRECTION))
     samples = path.q[np.linspace(0, ROWS - 1, SAMPLES, endpoint=False).astype(int)]
     calibrated = identified(model, actual, samples, rng)
     command = command_joints(calibrated, robot, path.q, positions_only=True)
@@ -153,7 +153,7 @@ def _figure(found: PencilCheck) -> Figure:
         figure = new_figure(8.0, 3.4)
         axes = figure.subplots()
         for read, real, text, colour in zip(
-            found.read, found.actual, WAYS, (NOMINAL, *COLOURS), strict=False
+            found.read, found.actual, METHODS, (NOMINAL, *COLOURS), strict=False
         ):
             axes.plot(found.time, real, color=colour, lw=2.6, alpha=0.35)
             axes.plot(found.time, read, color=colour, lw=0.9, label=text)

@@ -28,7 +28,7 @@ def arm() -> tuple[Finding, ...]:
     craig, three = load_robot("katana450"), load_robot("katana450-three-rotation")
     q = random_poses(craig, POSES, rng=np.random.default_rng(0))
     poses = tool_poses(craig, Motion(q))
-    apart = float(np.abs(poses - tool_poses(three, Motion(q))).max())
+    distance = float(np.abs(poses - tool_poses(three, Motion(q))).max())
     again = float(np.abs(se3.zxz_to_matrix(se3.matrix_to_zxz(poses[:, :3, :3])) - poses[:, :3, :3]).max())
     limits = np.rad2deg(craig.limits)
     masses = [joint.mass for joint in craig.moving[1:]]
@@ -38,7 +38,7 @@ def arm() -> tuple[Finding, ...]:
     return (
         judged(
             "Tables 3.1, 4.1", "Craig's and Hayati's form against the three-rotation form", "the same arm",
-            f"apart by {apart:.1g} m", apart < ROUNDING,
+            f"apart by {distance:.1g} m", distance < ROUNDING,
         ),
         checked(
             "Table 3.1", "limits of the five joints [°]", "±169.5, −30 … 102, ±122.5, ±112, ±168",
@@ -80,10 +80,10 @@ def _centres(craig: Robot, three: Robot, q: np.ndarray) -> Finding:
         frames = link_frames(robot, Motion(q))[:, 1:6]
         coms = np.array([joint.com for joint in robot.moving])
         places.append(np.einsum("rjab,jb->rja", frames[:, :, :3, :3], coms) + frames[:, :, :3, 3])
-    apart = float(np.abs(places[0] - places[1])[:, 1:].max())
+    distance = float(np.abs(places[0] - places[1])[:, 1:].max())
     return checked(
         "Table 4.2", "centres of gravity of links 2 to 5 in both forms", "100, 104, 80, 70 mm",
-        f"apart by {apart:.0e} m", apart < ROUNDING, COPIED,
+        f"apart by {distance:.0e} m", distance < ROUNDING, COPIED,
     )  # fmt: skip
 
 
@@ -93,8 +93,8 @@ def equations() -> tuple[Finding, ...]:
     inverted = np.sqrt(1.0 / np.sin(tilt) ** 2 - 1.0) / (length / 2.0)
     right = length / 2.0 * np.tan(tilt)
     ratio = np.linspace(0.0, 1.0, 2001)
-    told = ratio * 1.5708 / (ratio + (1.0 - ratio))
-    stray = float(np.rad2deg(np.abs(told - np.arctan2(ratio, 1.0 - ratio)).max()))
+    stated = ratio * 1.5708 / (ratio + (1.0 - ratio))
+    stray = float(np.rad2deg(np.abs(stated - np.arctan2(ratio, 1.0 - ratio)).max()))
     return (
         judged(
             "Eq. (5.15)", "clearance of joint 2 for a shaft of 50 mm [mm]", f"{1e3 * inverted:.2g}",

@@ -45,7 +45,7 @@ POSES, TEN = 118, 10
 REMAINDER = float(np.deg2rad(0.0125))
 """Standard deviation of what neither constants nor tilting can hold of each joint [rad]. It is the only
 number that was chosen, so that calibration without tilting ends at the thesis's 0.33 to 0.38 mm."""
-EACH_WAY, EACH_SIDE = 0.5, 1.0
+EACH_DIRECTION, EACH_SIDE = 0.5, 1.0
 """Share of the printed play that a joint has to each side: printed are readings from one side to the other
 (Fig. 4.6), or what (4.12) and (5.19) add to either side."""
 TILT_ERROR = float(np.deg2rad(0.001)) / np.sqrt(2.0)
@@ -58,7 +58,7 @@ LOADED = (1, 2, 3, 4)
 """Joints about whose axes gravity has a moment, counted from 0."""
 
 
-class Way(NamedTuple):
+class Method(NamedTuple):
     """A way of identifying an arm.
 
     Args:
@@ -76,15 +76,15 @@ class Way(NamedTuple):
     found: bool = False
 
 
-WAYS = (
-    Way("simultaneous (3.6)", InfluenceBased(weighted=False)),
-    Way("influence based (3.7, 3.8)", InfluenceBased()),
-    Way("least squares", Ols()),
-    Way("conventional (4.22)", Ols(), three=True),
-    Way("tilting first (4.20)", Ols(), three=True, tilting=True),
-    Way("together", Ols(), three=True, tilting=True, found=True),
+METHODS = (
+    Method("simultaneous (3.6)", InfluenceBased(weighted=False)),
+    Method("influence based (3.7, 3.8)", InfluenceBased()),
+    Method("least squares", Ols()),
+    Method("conventional (4.22)", Ols(), three=True),
+    Method("tilting first (4.20)", Ols(), three=True, tilting=True),
+    Method("together", Ols(), three=True, tilting=True, found=True),
 )
-TITLES = ("before", *(way.title for way in WAYS))
+TITLES = ("before", *(method.title for method in METHODS))
 """Columns of all results: the nominal arm, then the ways."""
 BEFORE, SIMULTANEOUS, INFLUENCE, SQUARES, CONVENTIONAL, FIRST, TOGETHER = range(7)
 """Their places."""
@@ -138,7 +138,12 @@ class KatanaStudy:
 
 
 def katana_study(
-    *, arms: int, play: float = EACH_WAY, remainder: float = REMAINDER, share: float = 1.0, seed: int = 0
+    *,
+    arms: int,
+    play: float = EACH_DIRECTION,
+    remainder: float = REMAINDER,
+    share: float = 1.0,
+    seed: int = 0,
 ) -> KatanaStudy:
     """Calibrate virtual Katanas in every way.
 
@@ -241,35 +246,35 @@ def _calibrated(arm: MeasuredArm, craig: Robot, tilting: Robot) -> tuple[np.ndar
     """Errors of one arm by all columns, in the order of `KatanaStudy`."""
     q, real = arm.q, arm.real
     models, constants = [craig], []
-    for way in WAYS:
-        robot = craig if not way.three else tilting if way.tilting else tilting.with_effects()
-        problem = _problem(robot, q[:POSES], arm.seen[:, :3, 3], way)
-        models.append(problem.robot_at(way.algorithm.search(problem).x))
-        if not way.three:
+    for method in METHODS:
+        robot = craig if not method.three else tilting if method.tilting else tilting.with_effects()
+        problem = _problem(robot, q[:POSES], arm.seen[:, :3, 3], method)
+        models.append(problem.robot_at(method.algorithm.search(problem).x))
+        if not method.three:
             found = models[-1].values(printed.CONSTANTS) - craig.values(printed.CONSTANTS)
             constants.append(found - arm.actual.errors)
-    apart = np.array([differences(tool_poses(m, Motion(q)), real) for m in models])
-    measured = apart[:, :POSES]
+    distance = np.array([differences(tool_poses(m, Motion(q)), real) for m in models])
+    measured = distance[:, :POSES]
     turns = [np.linalg.norm(se3.pose_error(real, tool_poses(m, Motion(q)))[:, 3:], axis=1) for m in models]
     ten, held = slice(POSES, POSES + TEN), slice(POSES + TEN, None)
     return (
         np.stack([measured.min(axis=1), measured.max(axis=1), measured.mean(axis=1)], axis=1),
-        apart[:, ten, 3],
-        apart[:, held, 3].mean(axis=1),
+        distance[:, ten, 3],
+        distance[:, held, 3].mean(axis=1),
         np.rad2deg(np.array(turns)[:, held].mean(axis=1)),
         arm.actual.errors,
         np.array(constants),
     )
 
 
-def _problem(robot: Robot, q: np.ndarray, seen: np.ndarray, way: Way) -> Problem:
+def _problem(robot: Robot, q: np.ndarray, seen: np.ndarray, method: Method) -> Problem:
     rows = Dataset(q=q, row=np.arange(len(q)), position=seen, source="virtual Katana")
     return Problem.build(
         robot,
         rows,
-        free=robot.default_free if way.three else printed.CONSTANTS,
+        free=robot.default_free if method.three else printed.CONSTANTS,
         noise=Noise(INSTRUMENTS["optotrak"].deviations[0], np.nan),
-        effects=tuple(robot.coefficients) if way.found else (),
+        effects=tuple(robot.coefficients) if method.found else (),
     )
 
 

@@ -17,7 +17,7 @@ from studies.katana_study import (
 )
 from studies.page import Sheet
 
-LEAST, GREATEST, MEAN = range(3)
+MIN, MAX, MEAN = range(3)
 DISTANCE = 3
 """Row of |ΔP| in Tables 3.4 and 4.5."""
 HALF_UNIT = 0.005
@@ -76,7 +76,7 @@ def table_4_5(study: KatanaStudy) -> tuple[tuple[Finding, ...], tuple[Sheet, ...
     ours = study.measured[:, [BEFORE, CONVENTIONAL, FIRST]]
     findings = [
         _row(word, row, printed.TABLE_4_5[statistic, row], ours[:, :, statistic, row], reason)
-        for statistic, word, reason in ((LEAST, "least", MIN_REASON), (GREATEST, "greatest", MAX_REASON))
+        for statistic, word, reason in ((MIN, "least", MIN_REASON), (MAX, "greatest", MAX_REASON))
         for row in range(len(printed.COMPONENTS))
     ]
     for column, title in ((1, "conventional"), (2, "with tilting")):
@@ -137,7 +137,7 @@ def tables_3_2_3_3(study: KatanaStudy) -> Sheet:
     hidden = study.errors[example]
     shown = np.vstack([printed.TABLE_3_2, printed.TABLE_3_3, hidden, hidden + study.constants[example]])
     missed = np.median(np.abs(study.constants), axis=0)
-    ways = tuple(title.partition(" (")[0] for title in TITLES[SIMULTANEOUS : SQUARES + 1])
+    methods = tuple(title.partition(" (")[0] for title in TITLES[SIMULTANEOUS : SQUARES + 1])
     rows = tuple(
         (
             name,
@@ -148,7 +148,7 @@ def tables_3_2_3_3(study: KatanaStudy) -> Sheet:
     )
     return Sheet(
         "Tables 3.2 and 3.3: errors of the constants [°, mm]",
-        ("constant", "simultaneous", "influence based", "hidden", *ways, *ways),
+        ("constant", "simultaneous", "influence based", "hidden", *methods, *methods),
         rows,
         "Here: virtual arms whose errors are drawn with the size of Table 3.2. First one of them, that with "
         "the median error after least squares: what was hidden and what each way identifies; then by how "

@@ -21,7 +21,7 @@ from jaxtyping import Float
 
 from studies import katana_printed as printed
 from studies.katana_generator import VirtualKatana, draw_arm
-from studies.katana_study import EACH_WAY, REMAINDER, Spread, read_tilting, spread
+from studies.katana_study import EACH_DIRECTION, REMAINDER, Spread, read_tilting, spread
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import AbstractEffect
 from workbench.arm.frame import Frame
@@ -98,9 +98,9 @@ def tracking_study(*, arms: int, seed: int = 0) -> TrackingStudy:
         if errors and cancelled():
             break
         rng = np.random.default_rng([seed, 5, number])
-        actual = draw_arm(rng, play=EACH_WAY, remainder=REMAINDER)
+        actual = draw_arm(rng, play=EACH_DIRECTION, remainder=REMAINDER)
         with running():  # an arm is done or not
-            errors.append(tracked(actual, robot, read_tilting(rng, EACH_WAY), paths, cube, rng))
+            errors.append(tracked(actual, robot, read_tilting(rng, EACH_DIRECTION), paths, cube, rng))
         progress((number + 1) / arms, "paths followed")
     found = np.array(errors)
     return TrackingStudy(
@@ -148,10 +148,10 @@ def tracked(
     """
     compliance = tuple(e for e in tilting if e.name == "joint-compliance")
     samples = paths[0].q[np.linspace(0, ROWS - 1, SAMPLES, endpoint=False).astype(int)]
-    ways = [(effects, samples, False) for effects in ((), compliance, tilting)]
+    methods = [(effects, samples, False) for effects in ((), compliance, tilting)]
     models = [
         identified(robot.with_effects(*effects), actual, q, rng, together=together)
-        for effects, q, together in (*ways, (tilting, cube, True))
+        for effects, q, together in (*methods, (tilting, cube, True))
     ]
     out = np.zeros((len(paths), len(STEPS), ROWS))
     for k, path in enumerate(paths):
@@ -201,7 +201,7 @@ def missed(actual: VirtualKatana, robot: Robot, q: JointRows, wanted: Poses) -> 
 
 def _alone(robot: Robot, path: Planned) -> Float[np.ndarray, "2 rows"]:
     """Fig. 5.10: the nominal geometry with the joints of Table 5.2, in motion."""
-    exact = read_tilting(np.random.default_rng(0), EACH_WAY)
+    exact = read_tilting(np.random.default_rng(0), EACH_DIRECTION)
     return np.array([_deflected(robot.with_frames(base=Frame()), e, path) for e in (exact[2:], exact)])
 
 

@@ -53,16 +53,16 @@ def tracking_findings(study: TrackingStudy) -> tuple[Finding, ...]:
             "identified on samples of the circle alone; the line is another path and chosen here",
         )
     )
-    return (*found, _stiffness(study), _ways(study), _elsewhere(study), *_loads(study))
+    return (*found, _stiffness(study), _methods(study), _elsewhere(study), *_loads(study))
 
 
 def _stiffness(study: TrackingStudy) -> Finding:
     """What correcting the stiffness brings before the tilting."""
     gain = _gain(study)
-    told = printed.TRACKED[tracking.GEOMETRY] - printed.TRACKED[tracking.STIFFNESS]
+    stated = printed.TRACKED[tracking.GEOMETRY] - printed.TRACKED[tracking.STIFFNESS]
     return judged(
-        "§5.5.1", "stiffness first lowers the mean error on the circle by [mm]", f"{told:.3f}",
-        gain.text(3), gain.low <= told <= gain.high,
+        "§5.5.1", "stiffness first lowers the mean error on the circle by [mm]", f"{stated:.3f}",
+        gain.text(3), gain.low <= stated <= gain.high,
         "stiffness first brings nothing here: the path's own samples have taken it up",
     )  # fmt: skip
 
@@ -73,7 +73,7 @@ def _gain(study: TrackingStudy) -> Spread:
     return spread(geometry - stiffness)
 
 
-def _ways(study: TrackingStudy) -> Finding:
+def _methods(study: TrackingStudy) -> Finding:
     """The thesis's own way against ours, on the circle itself."""
     own, ours = study.spread(tracking.TILTING), study.spread(tracking.OURS)
     return checked(
@@ -90,15 +90,15 @@ def _better(study: TrackingStudy) -> str:
         ", ".join(path for path, wide in zip(tracking.PATHS, gap, strict=True) if bool(wide > 0.0) is better)
         for better in (True, False)
     )
-    said = (f"the thesis's own way, from samples of the circle, is better on: {own}", f"ours on: {ours}")
-    return "; ".join(text for text, paths in zip(said, (own, ours), strict=True) if paths)
+    message = (f"the thesis's own way, from samples of the circle, is better on: {own}", f"ours on: {ours}")
+    return "; ".join(text for text, paths in zip(message, (own, ours), strict=True) if paths)
 
 
 def _matches(study: TrackingStudy, step: int) -> bool:
     """Whether the intervals of the arms enclose the printed error, and how many times less it is."""
-    told, ours, less = printed.TRACKED, study.spread(step), study.reduction(step)
-    factor = told[0] / told[step]
-    return ours.low <= told[step] <= ours.high and less.low - 0.05 <= factor <= less.high + 0.05
+    stated, ours, less = printed.TRACKED, study.spread(step), study.reduction(step)
+    factor = stated[0] / stated[step]
+    return ours.low <= stated[step] <= ours.high and less.low - 0.05 <= factor <= less.high + 0.05
 
 
 def _elsewhere(study: TrackingStudy) -> Finding:

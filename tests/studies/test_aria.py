@@ -80,15 +80,15 @@ def test_the_page_holds_every_picture_and_finding(found, check_page):
 
 @pytest.mark.slow
 def test_the_same_seed_gives_the_same_arms(found):
-    way = found.noisy[0].acquisition
-    judges = Judges(way.q, way.q)
+    acquisition = found.noisy[0].acquisition
+    judges = Judges(acquisition.q, acquisition.q)
     one, two = (
-        compare_acquisitions(found.robot, [way], INSTRUMENTS["plate"], judges, arms=1, seed=4)[0]
+        compare_acquisitions(found.robot, [acquisition], INSTRUMENTS["plate"], judges, arms=1, seed=4)[0]
         for _ in range(2)
     )
     assert np.array_equal(one.region, two.region)
     with running(cancel=lambda: True):
-        stopped = compare_acquisitions(found.robot, [way], INSTRUMENTS["plate"], judges, arms=1)
+        stopped = compare_acquisitions(found.robot, [acquisition], INSTRUMENTS["plate"], judges, arms=1)
     assert stopped[0].reached == 0
 
 

@@ -59,13 +59,13 @@ def test_tilting_is_that_of_the_other_generator(q):
     zeros = np.zeros(len(q))
     state = laws.State(q=q, direction=np.ones_like(q), time=zeros, temperature=zeros, payload=zeros)
     other = counterpart(actual)
-    apart = np.abs(actual.poses(q) - laws.poses(other, effects, state)).max(axis=(1, 2))
+    distance = np.abs(actual.poses(q) - laws.poses(other, effects, state)).max(axis=(1, 2))
     moments = laws.straight_moments(other, state)
     plain = (np.abs(moments[:, 1:, 2]).min(axis=1) > 0.05) & (
         np.linalg.norm(moments[:, :4, :2], axis=2).min(axis=1) > 0.05
     )
     assert plain.sum() > 120
-    assert apart[plain].max() < 1e-8
+    assert distance[plain].max() < 1e-8
     assert np.abs(actual.poses(q) - arm().poses(q)).max() > 5e-4
 
 

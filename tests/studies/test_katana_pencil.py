@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from studies.finding import Verdict
-from studies.katana_pencil import WAYS, pencil_finding, pencil_picture
+from studies.katana_pencil import METHODS, pencil_finding, pencil_picture
 
 pytestmark = pytest.mark.slow
 
@@ -16,7 +16,7 @@ def found(katana):
 
 def test_what_is_read_is_what_the_arm_did(found):
     """Within a fraction of the pencil's width, whichever way it drew."""
-    assert found.read.shape == found.actual.shape == (len(WAYS), len(found.time))
+    assert found.read.shape == found.actual.shape == (len(METHODS), len(found.time))
     assert np.abs(found.read - found.actual).mean(axis=1).max() < 0.06
     assert found.actual[2].mean() < found.actual[0].mean() / 3.0
 

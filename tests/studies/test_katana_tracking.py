@@ -8,7 +8,7 @@ from studies.conftest import KATANA
 from studies.finding import GOOD
 from studies.katana import FOLLOWING
 from studies.katana_generator import NOMINAL, ORDERS, VirtualKatana
-from studies.katana_study import EACH_WAY
+from studies.katana_study import EACH_DIRECTION
 from studies.katana_tracking import (
     BEFORE,
     CIRCLE,
@@ -66,7 +66,7 @@ def test_tilting_alone_costs_some_tenths(study):
     stiff, tilted = study.alone
     assert 0.01 < stiff.mean() < 0.1
     assert 0.25 < tilted.mean() < 1.0
-    assert EACH_WAY == 0.5
+    assert EACH_DIRECTION == 0.5
 
 
 @pytest.mark.slow

@@ -100,17 +100,17 @@ def test_what_is_drawn_step_by_step_is_what_is_drawn_at_once(session):
 
 
 def test_what_is_hidden_is_made_when_it_is_shown(session):
-    asked = []
+    requested = []
 
     def make(size):
-        asked.append(size)
+        requested.append(size)
         return SimpleNamespace(size=size)
 
     sink = Notebook()
     for size, shown in ((1, False), (2, False), (3, True), (3, False), (4, False), (4, True)):
         sink.draw([Item("thing", make, (size,), shown=shown)])
         assert ("thing" in sink.shown) is shown
-    assert asked == [3, 4]
+    assert requested == [3, 4]
     sink.draw([])
     assert sink.there == {}
 

@@ -19,7 +19,7 @@ from workbench.session.judgement import plate_judgement
 from workbench.views.drawables.plate import plate_before
 from workbench.views.drawables.region import envelope
 from workbench.views.page.panels.history import plot
-from workbench.views.page.panels.index import alone_or_together, determined, judgement, worth
+from workbench.views.page.panels.index import alone_or_together, determined, judgement, loss_bars
 
 
 @pytest.fixture(scope="module")
@@ -38,7 +38,7 @@ def moved(first):
 
 
 def test_every_bar_says_what_is_lost_without_its_target(first):
-    text = worth(first)
+    text = loss_bars(first)
     for i, rise in enumerate(first.score.rises):
         assert f"target {i + 1}: {100 * rise:+.0f} % error without it" in text
         assert f">+{100 * rise:.0f}</text>" in text
@@ -69,17 +69,17 @@ def test_an_index_that_rises_with_the_error_is_explained_beside_it(first, own, e
     per_target = np.array(at_first.per_target)
     per_target[3] *= own
     now = replace(now, per_target=per_target, position=error * at_first.position)
-    said = alone_or_together(replace(first, score=now, selected=3))
-    assert bool(said) is bool(text)
-    assert all(word in said for word in text)
-    assert not said or said in worth(replace(first, score=now, selected=3))
+    message = alone_or_together(replace(first, score=now, selected=3))
+    assert bool(message) is bool(text)
+    assert all(word in message for word in text)
+    assert not message or message in loss_bars(replace(first, score=now, selected=3))
     assert alone_or_together(replace(first, score=now, selected=2)) == ""
 
 
 def test_a_target_that_nothing_replaces_is_marked(first):
     rises = np.array(first.score.rises)
     rises[2], rises[5] = np.inf, np.nan
-    text = worth(replace(first, score=replace(first.score, rises=rises), selected=2))
+    text = loss_bars(replace(first, score=replace(first.score, rises=rises), selected=2))
     assert "parameters undetermined without it" in text
     assert ">!</text>" in text
 
@@ -129,8 +129,8 @@ def test_a_ghost_stands_where_a_target_was_before_the_last_step(first, moved):
     assert [item.path for item in plate_before(moved)] == ["plate/before/5"]
     dragged = GrabTarget(2, client=1).apply(first)
     target = dragged.plate.targets[2]
-    way = MoveTarget(2, (0.3, *target.xyz[1:].tolist()), tuple(target.rpy.tolist()), client=1)
-    now = way.apply(dragged)
+    drag = MoveTarget(2, (0.3, *target.xyz[1:].tolist()), tuple(target.rpy.tolist()), client=1)
+    now = drag.apply(dragged)
     (ghost,) = plate_before(now)
     assert ghost.path == "plate/before/3"
     assert np.allclose(ghost.inputs[0].xyz, target.xyz)

@@ -228,10 +228,10 @@ def test_vectors_are_laid_along_what_a_joint_moves():
     step = 1e-6
     for joint in range(5):
         moved = q + step * np.eye(6)[joint]
-        way = (tool_poses(robot, Motion(moved)) - tool_poses(robot, Motion(q)))[0, :3, 3]
-        along = along_joints(robot, q, (robot.base.pose[:3, :3].T @ way)[None, None])
+        shift = (tool_poses(robot, Motion(moved)) - tool_poses(robot, Motion(q)))[0, :3, 3]
+        along = along_joints(robot, q, (robot.base.pose[:3, :3].T @ shift)[None, None])
         assert along.shape == (1, 6, 1)
-        assert along[0, joint, 0] == pytest.approx(np.linalg.norm(way), rel=1e-4)
+        assert along[0, joint, 0] == pytest.approx(np.linalg.norm(shift), rel=1e-4)
 
 
 def test_a_joint_whose_axis_the_nominal_tool_lies_on_is_plotted_with_the_tool_that_was_measured():

@@ -96,7 +96,7 @@ def optimise(
     from dataclasses import replace
 
     from workbench.plate import design as plate_design
-    from workbench.plate.optimiser.manufacturing import MANNERS
+    from workbench.plate.optimiser.manufacturing import METHODS
     from workbench.plate.optimiser.optimise import DesignRequest, Postures
     from workbench.plate.readings import usual_reading
     from workbench.plate.report.design import design_json, design_tables
@@ -104,7 +104,7 @@ def optimise(
     opt.check_writable(out, json)
     base, tool = opt.unknown_frames(unknown)
     arm, given = wb.load_robot(robot), wb.load_plate(plate)
-    method = None if made is None else opt.choice_of(MANNERS, made, "--made")
+    method = None if made is None else opt.choice_of(METHODS, made, "--made")
     reading = reading or (usual_reading(given) if method is None else method.reading)
     if method is not None and tolerance is None:
         given = replace(given, production=method.production)

@@ -185,14 +185,14 @@ def export(
     printed: Annotated[bool, option("--printed", "The same as --made printed.")] = False,
 ) -> None:
     """Export all that is needed to make a plate: drawings, solids, lists, and the expected accuracy."""
-    from workbench.plate.optimiser.manufacturing import MANNERS
+    from workbench.plate.optimiser.manufacturing import METHODS
     from workbench.plate.parts import export as plate_production
     from workbench.plate.parts.stock import Stock
 
     wanted = () if formats is None else plate_production.formats_named(formats)
     opt.check_writable(folder=out)
     given, made = wb.load_plate(plate), "printed" if printed else made
-    opt.choice_of(MANNERS, made, "--made")
+    opt.choice_of(METHODS, made, "--made")
     with opt.progress_bar("plate"):
         fixture, files, missing = plate_production.export_plate(
             replace(given, production=production_of(given, tolerance, None)),

@@ -250,7 +250,7 @@ def find_causes(
     scatter = readings(searched.stage.geometric)
     fitted = searched.stage.fitted
     smooth = smooth_part(fitted.problem.with_noise(searched.stage.geometric.noise), fitted.fit.x)
-    maximum = _most(arm, motion)
+    maximum = _largest_loads(arm, motion)
     after = validated(searched.grams, searched.found.model)
     count = searched.grams.count
     left = float(np.sqrt(after.sum() / count))
@@ -350,8 +350,8 @@ def odds_of_events(searched: Searched) -> dict[Candidate, float]:
     out = {}
     for term in events:
         odds, names = 0.0, term.candidate.names
-        matters = validated(grams, drop(model, [term])).sum() >= (1.0 + PART) * after
-        if matters and term.candidate.effect.doubt(motion) is None:
+        is_material = validated(grams, drop(model, [term])).sum() >= (1.0 + PART) * after
+        if is_material and term.candidate.effect.doubt(motion) is None:
             odds = min(_against_rivals(searched, (term,))[0], _odds(steady.get(names, np.inf)))
         out[term.candidate] = odds
     return out
@@ -381,7 +381,7 @@ def _is_masked_by_scatter(
     return any(maximum[e.names] < STANDS_OUT * scatter.sigma[e.joints[0]] for e in mine)
 
 
-def _most(arm: Robot, motion: Motion) -> Sizes:
+def _largest_loads(arm: Robot, motion: Motion) -> Sizes:
     """The most that each effect moves an element over the rows [rad or m], by its coefficients."""
     sizes = law_sizes(arm, motion, [n for e in arm.effects for n in e.names])
     return {

@@ -26,7 +26,7 @@ from workbench.arm.effects.events import (
     WarmUp,
     ZeroStep,
 )
-from workbench.diagnosis.evidence import UNSEEN, Left, Model, left_by, projection
+from workbench.diagnosis.evidence import UNSEEN, Model, Remainder, left_by, projection
 from workbench.diagnosis.gram_matrices import SHORTEST, Grams
 from workbench.diagnosis.timeline import Timeline
 from workbench.identification.frames import visible_parts
@@ -111,7 +111,7 @@ def promising(grams: Grams, model: Model, line: Timeline, kinds: Sequence[Change
 class _EventSearch:
     """What a model leaves, and what it explains of any other column."""
 
-    left: Left
+    left: Remainder
     project: Callable[[np.ndarray], np.ndarray]
     explained: Float[np.ndarray, "used 1"]
     size: int
@@ -142,8 +142,8 @@ class _EventSearch:
         rest = self.left.square - (onto / np.where(seen, value, 1.0)).sum(1)
         ratio = np.log(self.left.square / np.maximum(rest, 1e-12 * self.left.square))
         charge = 0.5 * seen.sum(1) * np.log(self.left.grams.count) + np.log(RARE * places)
-        worth = seen.any(1) & (rest < (1.0 - PART) * self.left.square)
-        return np.where(worth, 0.5 * self.left.freedom * ratio - charge, -np.inf)
+        promising = seen.any(1) & (rest < (1.0 - PART) * self.left.square)
+        return np.where(promising, 0.5 * self.left.freedom * ratio - charge, -np.inf)
 
 
 def _step(kind: Changeable, line: Timeline, piece: int) -> AbstractStep:

@@ -59,7 +59,7 @@ Model = tuple[Term, ...]
 
 
 @dataclass(frozen=True, eq=False)
-class Left:
+class Remainder:
     """What a model leaves to be explained: inner products of all columns beside its own.
 
     Args:
@@ -75,7 +75,7 @@ class Left:
     freedom: int
 
     @classmethod
-    def of(cls, grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> "Left":
+    def of(cls, grams: Grams, model: Model, inner: Float[np.ndarray, "gc1 gc1"]) -> "Remainder":
         """With the freedom that the model leaves."""
         free = sum(len(t.candidate.names) for t in model if not t.candidate.shrunk)
         return cls(grams, model, inner, grams.count - grams.geometry - free)
@@ -111,25 +111,25 @@ def projection(grams: Grams, model: Model) -> Callable[[np.ndarray], np.ndarray]
     )
 
 
-def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Left:
+def left_by(grams: Grams, model: Model, only: Sequence[str] | None = None) -> Remainder:
     """Fit a model and geometry, and take them off all columns, or off those of one effect only."""
     project = projection(grams, model)
     if only is None:
         half = project(grams.total)
-        return Left.of(grams, model, grams.total - half.T @ half)
+        return Remainder.of(grams, model, grams.total - half.T @ half)
     requested = np.append(grams.columns((*only, *grams.inertia.get(tuple(only), ()))), len(grams.total) - 1)
     half, inner = project(grams.total[requested]), np.zeros_like(grams.total)
     inner[np.ix_(requested, requested)] = grams.total[np.ix_(requested, requested)] - half.T @ half
-    return Left.of(grams, model, inner)
+    return Remainder.of(grams, model, inner)
 
 
-def offer(left: Left, candidate: Candidate) -> Offer | None:
+def offer(left: Remainder, candidate: Candidate) -> Offer | None:
     """What a candidate would add to a model; None if it is unobservable in the rows."""
     return next(iter(offers(left, [candidate])), None)
 
 
 def offers(
-    left: Left, candidates: Sequence[Candidate], *, group: Model = (), pushing: bool = False
+    left: Remainder, candidates: Sequence[Candidate], *, group: Model = (), pushing: bool = False
 ) -> list[Offer]:
     """What candidates would add to a model, each alone; those that the rows don't show are left out.
 
@@ -171,7 +171,7 @@ def _follows_load(candidate: Candidate) -> bool:
     return bool(candidate.effect.loads and not candidate.effect.has_play)
 
 
-def _offers(left: Left, candidates: Sequence[Candidate], pushing: bool) -> list[Offer]:
+def _offers(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> list[Offer]:
     """Likewise, with masses as they are."""
     found = [o for c in candidates if c.shrunk and (o := _shrunk(left, c)) is not None]
     sizes: dict[int, list[Candidate]] = {}
@@ -183,7 +183,7 @@ def _offers(left: Left, candidates: Sequence[Candidate], pushing: bool) -> list[
     return found
 
 
-def _weighed(left: Left, candidates: Sequence[Candidate], names: Sequence[str], pushing: bool) -> list[Offer]:
+def _weighed(left: Remainder, candidates: Sequence[Candidate], names: Sequence[str], pushing: bool) -> list[Offer]:
     """Effects of load, each together with the masses and centres that act through it.
 
     Without the effect they would not act, so chance is asked for all that both add: evidence of e^g comes
@@ -209,7 +209,7 @@ def _known(grams: Grams, inertia: Sequence[str]) -> np.ndarray:
     return np.array([grams.known[n] for n in inertia]) ** -2.0
 
 
-def _free(left: Left, candidates: Sequence[Candidate], pushing: bool) -> list[Offer]:
+def _free(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> list[Offer]:
     """Candidates with the same number of free coefficients."""
     columns = np.stack([left.grams.columns(c.names) for c in candidates])
     inner = left.inner[columns[:, :, None], columns[:, None, :]]
@@ -255,7 +255,7 @@ def _log_p(taken: float, rest: float, rank: int, freedom: int) -> float:
         return float(np.log(special.fdtrc(rank, freedom - rank, ratio)))
 
 
-def _shrunk(left: Left, candidate: Candidate) -> Offer | None:
+def _shrunk(left: Remainder, candidate: Candidate) -> Offer | None:
     """A candidate whose coefficients share a variance: the variance that the rows like best."""
     columns = left.grams.columns(candidate.names)
     inner, along = left.inner[np.ix_(columns, columns)], left.inner[columns, -1]

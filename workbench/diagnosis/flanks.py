@@ -39,7 +39,7 @@ LOST = Outcome.CANCELLED, Outcome.DIVERGED
 """Fits after which no other pattern is tried."""
 SWEEPS, DAMPING = 40, 0.5
 """Most rounds of expectation propagation, and the part of each change that is taken."""
-SETTLED = 1e-3
+CONVERGED = 1e-3
 """Change of what is known of masses [their standard deviations] that ends them."""
 UNCERTAIN = 0.01
 """τ₀, as part of the load's standard deviation over the rows: friction, and what bends the arm."""
@@ -184,12 +184,12 @@ def _loads(problem: Problem, x: Float[np.ndarray, " p"], side: Sides) -> _Loads:
             arm, values = block.deflected, block.values(x)
             assert arm is not None, "play needs an arm with effects"
             weights, own = arm.weights(x), tuple(own_components(block.chain, [joint])[0])
-            bent = deflect(arm.robot, arm.motion, values=values, effects=arm.effects(x), weights=weights)
-            size[block.rows, k] = bent.wrenches[:, *own]
+            deflected = deflect(arm.robot, arm.motion, values=values, effects=arm.effects(x), weights=weights)
+            size[block.rows, k] = deflected.wrenches[:, *own]
             mine, columns = acting(problem, block)
             if weights is not None and len(mine):
                 by_mass = load_regressor(
-                    arm.robot, arm.motion, weights, columns, values=values, shift=bent.shift
+                    arm.robot, arm.motion, weights, columns, values=values, shift=deflected.shift
                 )
                 slope[np.ix_(block.rows, np.array([k]), np.searchsorted(weighing, mine))] = by_mass[
                     :, None, *own
@@ -255,9 +255,11 @@ def _belief(loads: _Loads, odds: Sides) -> _Belief:
     mean, variance = slope @ best.mean, ((slope @ best.spread) * slope).sum(2)
     mean[near], variance[near] = best.free_mean, best.free_variance
     z = (loads.size + mean) / np.sqrt(1.0 + variance)
-    told = loads.slope[near]
+    near_slope = loads.slope[near]
     return _Belief(
-        scale * best.mean, (told.T * best.precision) @ told, special.log_ndtr(z) - special.log_ndtr(-z)
+        scale * best.mean,
+        (near_slope.T * best.precision) @ near_slope,
+        special.log_ndtr(z) - special.log_ndtr(-z),
     )
 
 
@@ -303,7 +305,7 @@ class Propagated:
             width = np.sqrt(1.0 + free)
             z = (size + free_mean) / width
             chance = right * special.ndtr(z) + (1.0 - right) * special.ndtr(-z)
-            if np.abs(mean - last).max(initial=0.0) < SETTLED:
+            if np.abs(mean - last).max(initial=0.0) < CONVERGED:
                 break
             last = mean
             slant = (2.0 * right - 1.0) * np.exp(-0.5 * z**2) / np.sqrt(2.0 * np.pi) / (chance * width)

@@ -15,9 +15,9 @@ from scipy.linalg import lapack
 from workbench.arm.effects import Candidate
 from workbench.diagnosis.evidence import (
     JITTER,
-    Left,
     Model,
     Offer,
+    Remainder,
     Term,
     curved,
     drop,
@@ -29,7 +29,7 @@ from workbench.diagnosis.evidence import (
 )
 from workbench.diagnosis.gram_matrices import Grams, among
 
-LEFTS = 2
+KEPT = 2
 """Models of which it is kept what they leave."""
 
 
@@ -103,7 +103,7 @@ def own_offers(grams: Grams, model: Model) -> list[Offer]:
         places = _places(grams, [term], used)
         requested, inner = np.append(used[places], len(grams.total) - 1), np.zeros_like(grams.total)
         inner[np.ix_(requested, requested)] = whole.without(places)[1]
-        found = offer(Left.of(grams, drop(model, [term]), inner), term.candidate)
+        found = offer(Remainder.of(grams, drop(model, [term]), inner), term.candidate)
         out.append(Offer(term, -np.inf, 0.0) if found is None else found)
     return out
 
@@ -125,40 +125,40 @@ def validated_without(
     return out
 
 
-def left_of(grams: Grams, model: Model) -> Left:
+def left_of(grams: Grams, model: Model) -> Remainder:
     """As `left_by`, by what is known of the same model with its last term less.
 
-    Only the inner products are kept: a `Left` knows its `Grams`, and would keep hundreds of MB in a circle.
+    Only inner products are kept: a `Remainder` knows its `Grams`, and would keep hundreds of MB in a cycle.
     """
     kept, key = grams.lefts, _key(model)
     if key in kept:
-        return Left.of(grams, model, kept[key])
+        return Remainder.of(grams, model, kept[key])
     if model and key[:-1] in kept:
-        left = with_one_more(Left.of(grams, model[:-1], kept[key[:-1]]), model)
+        left = with_one_more(Remainder.of(grams, model[:-1], kept[key[:-1]]), model)
     else:
         left = left_by(grams, model)
     kept[key] = left.inner
-    for old in list(kept)[:-LEFTS]:
+    for old in list(kept)[:-KEPT]:
         del kept[old]
     return left
 
 
-def left_without(grams: Grams, model: Model, group: Model) -> Left:
+def left_without(grams: Grams, model: Model, group: Model) -> Remainder:
     """What a model leaves without some of its terms."""
     left, key, (used, _) = left_of(grams, model), _key(model), _used(grams, model)
     if key not in grams.wholes:
         grams.wholes.clear()
         grams.wholes[key] = _Whole.of(grams, model)
     more = grams.wholes[key].returned(_places(grams, group, used), grams.total[:, used])
-    return Left.of(grams, drop(model, group), left.inner + more)
+    return Remainder.of(grams, drop(model, group), left.inner + more)
 
 
-def with_one_more(left: Left, model: Model) -> Left:
+def with_one_more(left: Remainder, model: Model) -> Remainder:
     """What is left by a model of which all but the last term is known to leave that."""
     own, precision = own_columns(left.grams, model[-1:])
     factor, scale = factored(among(left.inner, own) + precision + JITTER * np.eye(len(own)))
     half = linalg.solve_triangular(factor, scale[:, None] * left.inner[own], lower=True, check_finite=False)
-    return Left.of(left.grams, model, left.inner - half.T @ half)
+    return Remainder.of(left.grams, model, left.inner - half.T @ half)
 
 
 def _key(model: Model) -> tuple[tuple[Candidate, float], ...]:

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from workbench.arm.effects import Candidate
-from workbench.diagnosis.evidence import Left, Model, Offer, Term, left_by, offers
+from workbench.diagnosis.evidence import Model, Offer, Remainder, Term, left_by, offers
 from workbench.diagnosis.one_less import left_without
 from workbench.diagnosis.rounds import Searched
-from workbench.diagnosis.stepwise_search import kind_of, worth
+from workbench.diagnosis.stepwise_search import group_evidence, kind_of
 
 INCLUDED = 0.01
 """Share of a column's square that a rival leaves, below which it holds the claim as a special case."""
@@ -25,7 +25,7 @@ class Place:
         offers: What other claims would add there, the best first.
     """
 
-    left: Left
+    left: Remainder
     own: float
     offers: Sequence[Offer]
 
@@ -39,7 +39,7 @@ def place_of(searched: Searched, group: Model) -> Place:
         if not _same_claim(c, group) and not any(c.excludes(t.candidate) for t in left.model)
     ]
     found = offers(left, others, group=group)
-    return Place(left, worth(left, group), sorted(found, key=lambda o: -o.gain))
+    return Place(left, group_evidence(left, group), sorted(found, key=lambda o: -o.gain))
 
 
 def _same_claim(other: Candidate, group: Model) -> bool:
@@ -55,7 +55,7 @@ def best_of(rivals: Sequence[Offer]) -> float:
     return max(rivals[0].gain if rivals else 0.0, 0.0)
 
 
-def includes(left: Left, rival: Offer, group: Model) -> bool:
+def includes(left: Remainder, rival: Offer, group: Model) -> bool:
     """Whether a rival of more coefficients can do all that some terms do: the simpler claim is preferred."""
     names = [n for t in group for n in t.candidate.names]
     if len(rival.term.candidate.names) <= len(names):

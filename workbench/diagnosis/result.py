@@ -273,7 +273,7 @@ class Diagnosis(AbstractShown):
 
     def identification(self) -> Identification:
         """The arm as the result of an identification; errors are those of before the fit on all rows."""
-        apart = np.isin(self.train_rows, self.outliers)
+        is_outlier = np.isin(self.train_rows, self.outliers)
         run = Run(
             self.final_fit,
             self.after.train,
@@ -285,7 +285,7 @@ class Diagnosis(AbstractShown):
             nominal_robot=self.nominal_robot,
             aligned=self.aligned,
             data=self.data,
-            train_rows=self.train_rows[~apart],
+            train_rows=self.train_rows[~is_outlier],
             held_out_rows=self.held_out_rows,
             held_out_data=self.held_out_data,
             excluded=(*self.excluded, *((int(row), "outlier") for row in self.data.row[self.outliers])),

@@ -21,7 +21,7 @@ from workbench.diagnosis.evidence import Model, drop, rescaled, solve, validated
 from workbench.diagnosis.flanks import holding_likeliest
 from workbench.diagnosis.gram_matrices import Grams, compress
 from workbench.diagnosis.refit import FittedModel, large, linear_answer, refit, with_own_noise
-from workbench.diagnosis.stepwise_search import FEW, WORTH, FoundEffects, as_found, supported
+from workbench.diagnosis.stepwise_search import FEW, MIN_FALL, FoundEffects, as_found, supported
 from workbench.diagnosis.stepwise_search import search as search_effects
 from workbench.diagnosis.timeline import Timeline, crowded
 from workbench.identification.outlying_rows import find_outliers, robust_fit
@@ -210,7 +210,7 @@ def _better(searched: Searched) -> bool:
         return True
     fitted = _among(searched.stage.fitted.model, searched.offered.candidates)
     before, after = (validated(searched.grams, m).sum() for m in (fitted, searched.found.model))
-    return bool(abs(before - after) > WORTH * before)
+    return bool(abs(before - after) > MIN_FALL * before)
 
 
 def _description_length(searched: Searched) -> float:

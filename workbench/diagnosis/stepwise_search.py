@@ -14,9 +14,9 @@ import numpy as np
 from workbench.arm.effects import Candidate
 from workbench.base.progress import cancelled
 from workbench.diagnosis.evidence import (
-    Left,
     Model,
     Offer,
+    Remainder,
     Term,
     differs,
     drop,
@@ -41,7 +41,7 @@ FEW = 3
 """Effects up to which exchanges are tried after every entry …"""
 MANY = 8
 """… and up to which they are tried once nothing enters."""
-WORTH = 0.005
+MIN_FALL = 0.005
 """Part of a fold's square that an effect must explain when the fold took no part in its fit."""
 NEEDED = 2.0
 """Log evidence that each joint of an effect of many must add."""
@@ -117,7 +117,7 @@ def confirmed(grams: Grams, smaller: Model, larger: Model) -> bool:
 
 def helps(fall: np.ndarray) -> bool:
     """Whether folds' squares fall noticeably, by these parts of them."""
-    return bool(fall.mean() > max(WORTH, standard_error(fall)))
+    return bool(fall.mean() > max(MIN_FALL, standard_error(fall)))
 
 
 def _improved(grams: Grams, candidates: Sequence[Candidate], model: Model) -> Model:
@@ -157,7 +157,7 @@ def _add(grams: Grams, candidates: Sequence[Candidate], model: Model) -> tuple[M
     return None, refused
 
 
-def _offers(left: Left, candidates: Sequence[Candidate], group: Model = ()) -> list[Offer]:
+def _offers(left: Remainder, candidates: Sequence[Candidate], group: Model = ()) -> list[Offer]:
     """What all candidates that may stand beside a model would add, in the place of some terms."""
     beside = [c for c in candidates if not any(c.excludes(t.candidate) for t in left.model)]
     return offers(left, beside, group=group)
@@ -177,7 +177,7 @@ def _one_exchange(grams: Grams, candidates: Sequence[Candidate], model: Model) -
     for group in _groups(model):
         rest = drop(model, group)
         left = left_without(grams, model, group)
-        present = worth(left, group)
+        present = group_evidence(left, group)
         others = [
             o for o in _offers(left, candidates, group) if len(group) == 1 or _takes_place(o.term, group)
         ]
@@ -198,7 +198,7 @@ def _named_laws(grams: Grams, candidates: Sequence[Candidate], model: Model, ter
     its place. Laws that leave the map something to explain are parts of an error without a name.
     """
     left = left_without(grams, model, (term,))
-    present = worth(left, (term,))
+    present = group_evidence(left, (term,))
     joints = term.candidate.effect.joints
     laws = [c for c in candidates if c.effect.maps_joint and not c.shrunk and c.effect.joints == joints]
     for _ in range(LAWS):
@@ -238,7 +238,7 @@ def _takes_place(term: Term, group: Model) -> bool:
     return term.candidate.alike and kind_of(term) == kind_of(group[0])
 
 
-def worth(left: Left, group: Model) -> float:
+def group_evidence(left: Remainder, group: Model) -> float:
     """Evidence that a group of terms adds to what others leave, one after the other."""
     total = 0.0
     for term in group:
@@ -273,7 +273,7 @@ def supported(grams: Grams, model: Model) -> Model:
             fall = 1.0 - after / without
             mine = grams.columns(term.candidate.names)
             is_credible = (np.abs(whole[mine]) <= grams.bounds(term.candidate.names)).all()
-            lowers = float(np.median(fall)) > WORTH  # one fold beyond the others' poses decides nothing
+            lowers = float(np.median(fall)) > MIN_FALL  # one fold beyond the others' poses decides nothing
             if not (is_credible and lowers and differs(grams, term, whole, parts)):
                 falls[term] = float(fall.mean())
         if not falls:

@@ -28,7 +28,7 @@ from workbench.identification.fit import Fit
 
 LEVEL = 0.01
 """Share of arms of which noise alone may be called structured, all axes together."""
-APART = (1, 3, 8, 20)
+LAGS = (1, 3, 8, 20)
 """Most places between rows that are compared."""
 NEAREST = (1, 4)
 """How many neighbours of a posture, or a place, it is compared with."""
@@ -125,7 +125,7 @@ def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
     """Look along every axis that the rows have."""
     if fit.spare < SPARE or len(fit.problem.data) < MIN_ROWS:
         return Structure()
-    left = _Left(fit)
+    left = _RowRemainder(fit)
     nulls: dict[str, np.ndarray] = {}
     axes = []
     for name, label, value, view in _sorted_by(left):
@@ -161,7 +161,7 @@ def structure_of(fit: Fit, rng: np.random.Generator) -> Structure:
     )
 
 
-class _Left:
+class _RowRemainder:
     """What a fit leaves, row by row."""
 
     def __init__(self, fit: Fit):
@@ -254,7 +254,7 @@ class _Left:
         return out
 
 
-def _sorted_by(left: _Left) -> Iterator[tuple[str, str, np.ndarray, str]]:
+def _sorted_by(left: _RowRemainder) -> Iterator[tuple[str, str, np.ndarray, str]]:
     """Axes by which rows can be sorted: name, label, values, view."""
     joints = [j for j in range(left.data.joints) if f"joint {j + 1}" in left.views]
     for view in left.views:
@@ -279,7 +279,7 @@ def _sorted_by(left: _Left) -> Iterator[tuple[str, str, np.ndarray, str]]:
                 yield "the temperature", "temperature [°C]", warm, view
 
 
-def _neighbours(left: _Left) -> Iterator[tuple[str, np.ndarray]]:
+def _neighbours(left: _RowRemainder) -> Iterator[tuple[str, np.ndarray]]:
     """Places of the rows next to every row, in joint space and in the room."""
     q = left.data.q / np.maximum(np.ptp(left.data.q, axis=0), 1e-9)
     yield "the posture", neighbours(q, NEAREST[-1])
@@ -295,7 +295,7 @@ def neighbours(points: Float[np.ndarray, "rows d"], count: int) -> Int[np.ndarra
     return places[~mine].reshape(len(points), count)
 
 
-def _directions(left: _Left) -> Iterator[StructureAxis]:
+def _directions(left: _RowRemainder) -> Iterator[StructureAxis]:
     """The direction from which each joint came."""
     if left.data.direction is None:
         return
@@ -311,7 +311,7 @@ def _directions(left: _Left) -> Iterator[StructureAxis]:
             )
 
 
-def _sessions(left: _Left, rng: np.random.Generator) -> Iterator[StructureAxis]:
+def _sessions(left: _RowRemainder, rng: np.random.Generator) -> Iterator[StructureAxis]:
     """Which session, or which group, a row belongs to."""
     for name, labels in (("the session", left.data.session), ("the group", left.data.group)):
         names, place = np.unique(np.zeros(0) if labels is None else labels, return_inverse=True)
@@ -344,9 +344,9 @@ def _agreement(tables: Float[np.ndarray, "p rows w"]) -> Float[np.ndarray, "p m"
     running = np.pad(tables.cumsum(1), ((0, 0), (1, 0), (0, 0)))
     rows = tables.shape[1]
     here = np.arange(1, rows + 1)
-    apart = [m for m in APART if m == 1 or 10 * m < rows]
+    lags = [m for m in LAGS if m == 1 or 10 * m < rows]
     return np.stack(
-        [((running[:, np.minimum(here + m, rows)] - running[:, here]) * tables).sum((1, 2)) for m in apart],
+        [((running[:, np.minimum(here + m, rows)] - running[:, here]) * tables).sum((1, 2)) for m in lags],
         axis=1,
     )
 

@@ -22,7 +22,7 @@ from jaxtyping import Float
 
 from workbench.arm.effects import Candidate
 from workbench.data.order import clock_of
-from workbench.diagnosis.evidence import SURE, Left, Model, Offer, Term, left_by, offer, offers, own_columns
+from workbench.diagnosis.evidence import SURE, Remainder, Model, Offer, Term, left_by, offer, offers, own_columns
 from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.named_joints import CLEAR, clearness
 from workbench.diagnosis.places import best_of, place_of
@@ -113,14 +113,14 @@ def _joints(group: Model) -> set[int]:
     return {j for t in group for j in t.candidate.effect.joints}
 
 
-def _weak_joints(left: Left, group: Model, widest: Candidate | None, minimum: float) -> set[int | None]:
+def _weak_joints(left: Remainder, group: Model, widest: Candidate | None, minimum: float) -> set[int | None]:
     """Joints of which a claim's coefficients are not significant, or in whose place others would do; None for
     coefficients that are of no joint in particular."""
     weak = {j for j, z in _clearness(left, group).items() if z < SURE}
     return weak | (set() if widest is None else _exchangeable(left, group, widest, minimum))
 
 
-def _clearness(left: Left, group: Model) -> dict[int | None, float]:
+def _clearness(left: Remainder, group: Model) -> dict[int | None, float]:
     """Standard errors by which joints' coefficients differ from zero, as `clearness` has them, in the place
     of a group."""
     own, precision = own_columns(left.grams, group)
@@ -134,13 +134,13 @@ def _clearness(left: Left, group: Model) -> dict[int | None, float]:
 
 
 def _replaceable(
-    left: Left, group: Model, widest: Candidate, candidates: Sequence[Candidate], minimum: float
+    left: Remainder, group: Model, widest: Candidate, candidates: Sequence[Candidate], minimum: float
 ) -> set[int | None]:
     """Joints of an effect of several in whose place an effect of another kind would do."""
     every, mine = widest.effect.joints, _joints(group)
     if len(mine) < 2 or not mine <= set(every):
         return set()
-    kind, own = kind_of(group[0]), worth(left, group)
+    kind, own = kind_of(group[0]), group_evidence(left, group)
     others = [c for c in candidates if kind_of(Term(c)) != kind]
     out = set[int | None]()
     for joint in mine:
@@ -154,7 +154,7 @@ def _replaceable(
     return out
 
 
-def _exchangeable(left: Left, group: Model, widest: Candidate, minimum: float) -> set[int | None]:
+def _exchangeable(left: Remainder, group: Model, widest: Candidate, minimum: float) -> set[int | None]:
     """Joints of an effect of several that others, or none, could stand for."""
     every = widest.effect.joints
     mine = sorted(_joints(group))

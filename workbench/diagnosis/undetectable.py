@@ -72,7 +72,7 @@ def undetectable(searched: Searched, robot: Robot, motion: Motion) -> tuple[Unde
     left, sizes = left_by(searched.grams, searched.found.model), _Sizes.of(searched, robot.chain)
     noise = np.sqrt(left.square / max(left.freedom, 1))
     out = []
-    for candidate in _asked(searched):
+    for candidate in _loads_at_one_joint(searched):
         (column,) = searched.grams.columns(candidate.names)
         (scale,) = searched.grams.scales(candidate.names)
         whole, alone = searched.grams.total[column, column], left.inner[column, column]
@@ -134,7 +134,7 @@ def open_flanks_text(loads: Mapping[int, tuple[float, float]], chain: Chain) -> 
     return f"The masses leave open on which side of {which}: {', '.join(parts)}."
 
 
-def _asked(searched: Searched) -> list[Candidate]:
+def _loads_at_one_joint(searched: Searched) -> list[Candidate]:
     """Candidates of load at one joint, with one coefficient, that are not in the model."""
     taken = {n for t in searched.found.model for n in t.candidate.names}
     return [
@@ -177,7 +177,11 @@ def _idle(searched: Searched, robot: Robot, motion: Motion) -> set[str]:
     tipping = np.sqrt((across(robot.chain, joints, wrenches) ** 2).sum(-1).mean(0))
     minimum = IDLE * max(about.max(), tipping.max())
     size = {Loads.OWN: about, Loads.ALL: tipping}
-    return {c.names[0] for c in _asked(searched) if size[c.effect.loads][c.effect.joints[0]] < minimum}
+    return {
+        c.names[0]
+        for c in _loads_at_one_joint(searched)
+        if size[c.effect.loads][c.effect.joints[0]] < minimum
+    }
 
 
 def _listed(text) -> str:

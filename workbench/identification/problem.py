@@ -322,7 +322,7 @@ class Problem:
         self, block: RowBlock, x: np.ndarray, residual: np.ndarray, jacobian: np.ndarray, columns: np.ndarray
     ) -> None:
         poses, twists = block.twists(x)
-        part = block.observation.see(poses, self.unknown(block, x))
+        part = block.observation.linearise(poses, self.unknown(block, x))
         residual[:] = self.whiten(block, part.residual).ravel()
         own, more = columns[block.places], columns[block.coefficients]
         twists.seen(self.whiten(block, part.by_twist), jacobian, own, more)
@@ -336,7 +336,7 @@ class Problem:
         cost, work = 0.0, np.zeros(len(x))
         moved = in_order(lambda block: block.twists(x), self.blocks)
         for block, (poses, twists) in zip(self.blocks, moved, strict=True):
-            part = block.observation.see(poses, self.unknown(block, x))
+            part = block.observation.linearise(poses, self.unknown(block, x))
             pull = self.whiten(block, part.residual)
             cost += 0.5 * float((pull**2).sum())
             wrench = (pull[:, None] @ self.whiten(block, part.by_twist))[:, 0]
@@ -355,7 +355,7 @@ class Problem:
         """Whitened residual alone."""
         parts = []
         for block in self.blocks:
-            part = block.observation.see(block.poses(x), self.unknown(block, x))
+            part = block.observation.linearise(block.poses(x), self.unknown(block, x))
             parts.append(self.whiten(block, part.residual).ravel())
         if self.prior is not None:
             parts.append(-self.prior @ (x - self.prior_centre))

@@ -166,7 +166,7 @@ class RowBlock:
     def by_joint(self) -> Float[np.ndarray, "rows m n"]:
         """Residual components per radian or metre of every joint, at nominal constants: for weights only."""
         poses, twists = self.watched.turned(*chains.joint_twists(self.chain, self.q, part=self.watched.part))
-        return self.observation.see(poses, self.known).by_twist @ twists
+        return self.observation.linearise(poses, self.known).by_twist @ twists
 
     @cached_property
     def shared(self) -> tuple[np.ndarray, np.ndarray] | None:
@@ -185,7 +185,7 @@ class RowBlock:
                 chains.poses(self.chain, self.q, part=self.watched.part), np.zeros((len(self.q), 6, 0))
             )
             lack = np.repeat([self.noise.position, self.noise.rotation], 3)
-            columns.append(self.observation.see(poses, self.known).by_twist * lack)
+            columns.append(self.observation.linearise(poses, self.known).by_twist * lack)
         if not columns:
             return None
         q, s, _ = np.linalg.svd(

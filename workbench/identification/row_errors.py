@@ -179,7 +179,7 @@ def row_errors(robot: Robot, data: Dataset, *, known: Mapping[str, float] | None
     for observation, rows in observations(data):
         poses = predict(robot, _chosen(data, rows), link=observation.link)
         unknown = np.array([places[name] for name in observation.unknowns], float)
-        at = observation.see(poses, unknown)
+        at = observation.linearise(poses, unknown)
         if (found := observation.own_errors(at)) is not None:
             own = _spread_over(found, rows, len(data))
             continue

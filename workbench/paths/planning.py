@@ -35,7 +35,7 @@ UPRIGHT = 1e-6
 """Share of a normal that may point down before it says on which side of its plane the tool is."""
 LIMIT_MARGIN = float(np.deg2rad(1.0))
 """Distance from limits that a path keeps for its correction [rad or m]."""
-APART = 0.02
+MIN_SINGULAR = 0.02
 """Dimensionless singular value that a path keeps."""
 SPINS = np.deg2rad([0.0, 90.0, 180.0, 270.0])
 """Turns about the tool's z axis that are tried where the arm holds it too [rad]."""
@@ -179,7 +179,9 @@ def _clear(command: Commanded) -> bool:
     arm = compile_arm(command.nominal)
     jacobian = task_jacobian(arm, command.q[:, arm.columns], command.task)
     singular = np.linalg.svd(jacobian, compute_uv=False)[:, -1]
-    return bool(margins(command.q, command.nominal.limits).min() > LIMIT_MARGIN and singular.min() > APART)
+    return bool(
+        margins(command.q, command.nominal.limits).min() > LIMIT_MARGIN and singular.min() > MIN_SINGULAR
+    )
 
 
 def _above(curve: Curve) -> Vector3:

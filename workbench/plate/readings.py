@@ -275,7 +275,7 @@ def _from_anchor(poses: np.ndarray, anchors: np.ndarray, number: int) -> Look:
     """Distances from one anchor, by the tool's twist and by the places of all anchors."""
     distance = np.linalg.norm(poses[:, :3, 3] - anchors[number], axis=1)
     data = _rows(poses, distance=distance, anchor=np.full(len(poses), str(number)))
-    seen = DistanceObservation.of(data).see(poses, anchors[number])
+    seen = DistanceObservation.of(data).linearise(poses, anchors[number])
     by_anchor = np.zeros((len(poses), 1, len(anchors), 3))
     by_anchor[:, :, number] = seen.by_unknown
     return Look(seen.by_twist, by_anchor.reshape(len(poses), 1, -1))
@@ -283,7 +283,7 @@ def _from_anchor(poses: np.ndarray, anchors: np.ndarray, number: int) -> Look:
 
 def _seen(observation: type[PoseObservation] | type[PointObservation], poses: np.ndarray) -> Look:
     data = _rows(poses, position=poses[:, :3, 3], rotation=poses[:, :3, :3])
-    seen = observation.of(data).see(poses, np.zeros(0))
+    seen = observation.of(data).linearise(poses, np.zeros(0))
     return Look(seen.by_twist, seen.by_unknown)
 
 

@@ -47,7 +47,7 @@ class UprightBar:
 
 @dataclass(frozen=True)
 class BarWithEnds:
-    """A value with so much on either side, beside its name; `said` stands at the end of its row.
+    """A value with so much on either side, beside its name; `label` stands at the end of its row.
 
     Without a value nothing is drawn. Values of one `unit` share a scale.
     """
@@ -57,7 +57,7 @@ class BarWithEnds:
     half: float
     unit: str
     colour: str
-    said: str
+    label: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,11 +126,11 @@ class Chart:
             text(WIDTH - 2, self.height + FOOT - 2, self.ends[1], anchor="end"),
         ]
         first, last = float(x.min()), float(x.max())
-        for place, said in self.ticks:
+        for place, label in self.ticks:
             at = float(self._across(np.array([place]), first, last)[0])
             parts.append(f'<path d="M{at:.1f} {self.height:.0f}v4" {_ink("stroke", 0.3)}/>')
             parts.append(
-                text(min(at, WIDTH - 0.3 * SIZE * len(said)), self.height + FOOT - 1, said, anchor="middle")
+                text(min(at, WIDTH - 0.3 * SIZE * len(label)), self.height + FOOT - 1, label, anchor="middle")
             )
         for one in self.marks:
             across = self._across(one.x, first, last)
@@ -201,7 +201,7 @@ def intervals(rows: Sequence[BarWithEnds], *, testid: str = "intervals") -> str:
     for k, row in enumerate(rows):
         y, scale = (k + 0.5) * LINE, 0.5 * (WIDTH - LEFT - AT_END) / longest[row.unit]
         parts.append(text(0, y + 4, row.name))
-        parts.append(text(WIDTH, y + 4, row.said, anchor="end", colour=row.colour))
+        parts.append(text(WIDTH, y + 4, row.label, anchor="end", colour=row.colour))
         if row.value is not None:
             a, x, b = (middle + scale * (row.value + side * row.half) for side in (-1.0, 0.0, 1.0))
             parts.append(

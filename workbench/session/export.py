@@ -156,7 +156,7 @@ class CapturedPoses:
     calibrated: Float[np.ndarray, "poses 4 4"] | None
 
     @property
-    def apart(self) -> Float[np.ndarray, " poses"]:
+    def distance(self) -> Float[np.ndarray, " poses"]:
         """Distance between the two tools [m]; NaN before a calibration."""
         if self.calibrated is None:
             return np.full(len(self.q), np.nan)

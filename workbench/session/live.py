@@ -13,7 +13,7 @@ from workbench.data.live.sample import Sample, samples
 from workbench.data.simulation.driver import DrivePace, drive
 from workbench.session.commands.measure import TakeSample, TellSource
 from workbench.session.commands.messages import Tell
-from workbench.session.loaded_measurements import Ride, VirtualArm
+from workbench.session.loaded_measurements import VirtualArm, VirtualMotion
 from workbench.session.state import Session
 from workbench.session.view import AbstractView
 from workbench.session.worker import Worker
@@ -49,7 +49,7 @@ class VirtualDriver(AbstractView):
     def close(self) -> None:
         self._stop.set()
 
-    def _go(self, arm: VirtualArm, ride: Ride, stop: threading.Event) -> None:
+    def _go(self, arm: VirtualArm, ride: VirtualMotion, stop: threading.Event) -> None:
         samples = drive(
             arm.actual,
             ride.end[None],
@@ -65,7 +65,7 @@ class VirtualDriver(AbstractView):
             self._worker.submit(command_of(sample))
 
 
-def _ride(session: Session) -> Ride | None:
+def _ride(session: Session) -> VirtualMotion | None:
     return None if session.measuring is None else session.measuring.ride
 
 

@@ -67,7 +67,7 @@ class Loaded:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Ride:
+class VirtualMotion:
     """One motion of the virtual arm, from where it stands to a target.
 
     Args:
@@ -114,7 +114,7 @@ class Measuring:
     acquisition: Acquisition
     numbers: tuple[int, ...]
     virtual: VirtualArm | None = None
-    ride: Ride | None = None
+    ride: VirtualMotion | None = None
 
     @property
     def target(self) -> int:

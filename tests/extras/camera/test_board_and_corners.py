@@ -238,9 +238,9 @@ def test_the_command_writes_board_and_target(run, tmp_path):
     assert target.charuco == Charuco((6, 4), 0.025, 0.0188, "DICT_6X6_250")
     assert (tmp_path / "b.pdf").stat().st_size > 2000
     assert run("board", "--out", "b.png", *options)[0] == 0
-    status, _, said = run("board", "--out", "c.pdf", "--squares", "5x7")
+    status, _, message = run("board", "--out", "c.pdf", "--squares", "5x7")
     assert status != 0
-    assert "describes another target" in said
+    assert "describes another target" in message
     assert read_target(tmp_path / "target.toml").charuco == target.charuco
 
 
@@ -256,7 +256,7 @@ def test_the_command_prints_boards_with_markers_of_their_own(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         (["--squares", "5"], "squares must be like 5x7"),
         (["--squares", "40x40", "--square", "8mm", "--dictionary", "DICT_4X4_50"], "needs 800 markers"),
@@ -267,10 +267,10 @@ def test_the_command_prints_boards_with_markers_of_their_own(run, tmp_path):
         (["--boards", "20", "--dictionary", "DICT_4X4_50"], "needs 17 markers from 34 on"),
     ],
 )
-def test_impossible_boards_are_refused_in_a_sentence(run, tmp_path, options, said):
+def test_impossible_boards_are_refused_in_a_sentence(run, tmp_path, options, message):
     status, _, err = run("board", "--out", "b.pdf", *options)
     assert status == (1 if options[0] == "--marker" else 64)
-    assert said in err
+    assert message in err
     assert err.count("\n") == 1
     assert not list(tmp_path.glob("*.pdf"))
 

@@ -196,8 +196,8 @@ def test_a_table_of_pixels_becomes_a_row_a_picture(tmp_path):
     assert "1 of 3 rows of joints.csv has no picture: '3'; it is left out" in data.notes
     assert not any("observation" in text for text in data.notes)
     more = table(tmp_path, ["image,q1[deg],q2[deg]", *(f"{k},{k},{k}" for k in range(2, 12))], "more.csv")
-    said = "8 of 10 rows of more.csv have no picture: '3', '4', '5', '6', '7' and 3 more; add"
-    with pytest.raises(DataError, match=said):
+    message = "8 of 10 rows of more.csv have no picture: '3', '4', '5', '6', '7' and 3 more; add"
+    with pytest.raises(DataError, match=message):
         read_pixels(source, rig, joints=more)
 
 

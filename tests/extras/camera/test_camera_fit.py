@@ -60,8 +60,8 @@ def true_errors(arm, robots, seed=5):
     """Errors [mm] at other poses, the best frames before and after the arm granted."""
     rng = np.random.default_rng(seed)
     q = rng.uniform(-2.0, 2.0, (200, len(arm.dh)))
-    way = np.sign(rng.normal(size=q.shape))
-    return [1e3 * virtual.rigid_error(wb.tool_poses(r, q), arm.poses(q, way)) for r in robots]
+    direction = np.sign(rng.normal(size=q.shape))
+    return [1e3 * virtual.rigid_error(wb.tool_poses(r, q), arm.poses(q, direction)) for r in robots]
 
 
 def check_zeros(fit, arm):
@@ -122,9 +122,9 @@ def test_boards_that_stand_anywhere_to_one_another(tmp_path, on_tool):
     run = wb.identify(robot, data, algorithms=("opt2",))
     fit = run.best.fit
     check_zeros(fit, arm)
-    told = run.identifiability.json(run.best.fit)["camera"]["poses"]
+    stated = run.identifiability.json(run.best.fit)["camera"]["poses"]
     for owner, pose in zip(("target[A]", "target[B]"), shots.targets, strict=True):
-        at = told[owner]
+        at = stated[owner]
         spread = 1e-3 * np.array(at["xyz_std_mm"])
         assert (np.abs(at["xyz"] - pose[:3, 3]) < 4.0 * spread).all()
         assert spread.max() < 3e-3
@@ -198,12 +198,12 @@ def test_the_shifted_joint_is_named(tmp_path, run):
     found = tmp_path / "found.json"
     saved = tmp_path / "calibrated.toml"
     assert not identified(run, tmp_path, "--json", str(found), "--save", str(saved))
-    told = json.loads(found.read_text())
-    moved = [zero for zero in told["camera"]["zeros"] if zero["moved"]]
+    stated = json.loads(found.read_text())
+    moved = [zero for zero in stated["camera"]["zeros"] if zero["moved"]]
     assert [zero["joint"] for zero in moved] == ["joint3"]
     assert abs(moved[0]["change"] - arm.zeros[2]) < 4.0 * moved[0]["std"]
-    assert told["algorithms"]["opt2"]["held_out"]["pixel_px"]["rms"] < 0.5
-    assert told["camera"]["poses"]["camera[c0]"]["mounted"] == "world"
+    assert stated["algorithms"]["opt2"]["held_out"]["pixel_px"]["rms"] < 0.5
+    assert stated["camera"]["poses"]["camera[c0]"]["mounted"] == "world"
     before, after = true_errors(arm, (robot, wb.load_robot(str(saved))))
     assert before > 2.0
     assert after < 0.25
@@ -243,8 +243,8 @@ def test_wrong_corners_are_set_apart_by_name_and_pictures_of_other_joints_too(tm
     shots.rows[40] = (image, camera, tag, corner, u + 25.0, v - 10.0)
     shots.q[9] += 0.1
     robot, data = written(tmp_path, "ur5", shots)
-    assert [(a.image, a.id, a.corner) for a in rig_of(data).apart] == [(str(image), tag, corner)]
-    assert rig_of(data).apart[0].off == pytest.approx(27.0, abs=2.0)
+    assert [(a.image, a.id, a.corner) for a in rig_of(data).rejected] == [(str(image), tag, corner)]
+    assert rig_of(data).rejected[0].off == pytest.approx(27.0, abs=2.0)
     run = wb.identify(robot, data, algorithms=("opt2",), held_out=0.0)
     assert [row for row, _ in run.excluded] == [9]
     assert "image 9 does not suit its joints" in run.excluded[0][1]
@@ -268,14 +268,14 @@ def test_wrong_intrinsics_and_a_wrong_size_are_doubted(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("count", "free", "scale", "focal", "said"),
+    ("count", "free", "scale", "focal", "message"),
     [
         (25, '"auto"', 0.75, 1.0, r"^the target is 25\.0\d % smaller than stated"),
         (25, "false", 1.0, 1.07, r"^the given intrinsics do not suit the pictures.* \(camera c0: fx 135\d"),
         (8, "false", 1.005, 1.0, r"^the target is 0\.[456]\d % larger than stated"),
     ],
 )
-def test_what_was_given_wrong_is_blamed_alone(tmp_path, count, free, scale, focal, said):
+def test_what_was_given_wrong_is_blamed_alone(tmp_path, count, free, scale, focal, message):
     """A square of 30 mm given as 40 mm, a focal length 7 % too long, and few pictures."""
     rng = np.random.default_rng(0)
     arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
@@ -283,7 +283,7 @@ def test_what_was_given_wrong_is_blamed_alone(tmp_path, count, free, scale, foca
     wrong = virtual.K * [focal, focal, 1.0, 1.0]
     robot, data = written(tmp_path, "ur5", shots, free=free, k=wrong)
     identifiability = wb.identify(robot, data, algorithms=("opt2",)).identifiability
-    assert re.search(said, *identifiability.doubts)
+    assert re.search(message, *identifiability.doubts)
     assert identifiability.refused in ("", *identifiability.doubts)
 
 
@@ -316,9 +316,9 @@ def test_two_cameras_at_once(tmp_path):
     robot, data = written(tmp_path, "7R", shots, cameras=2)
     run = wb.identify(robot, data, algorithms=("opt2",))
     place = {name: k for k, name in enumerate(run.best.fit.problem.names)}
-    apart = np.array([run.best.fit.x[[place[f"camera[c{c}].{a}"] for a in "xyz"]] for c in (0, 1)])
+    distance = np.array([run.best.fit.x[[place[f"camera[c{c}].{a}"] for a in "xyz"]] for c in (0, 1)])
     true = shots.camera[0][:3, 3] - shots.camera[1][:3, 3]
-    assert np.linalg.norm(apart[0] - apart[1]) == pytest.approx(np.linalg.norm(true), abs=2e-3)
+    assert np.linalg.norm(distance[0] - distance[1]) == pytest.approx(np.linalg.norm(true), abs=2e-3)
     before, after = true_errors(arm, (robot, run.robot))
     assert after < 0.2 * before
 
@@ -344,11 +344,11 @@ def test_hand_eye_of_real_pictures(tmp_path, shared_data):
     (tmp_path / "target.toml").write_text(
         'mounted = "tool"\n[charuco]\nsquares = [5, 7]\nsquare = 0.036195\nmarker = 0.018256\n'
     )
-    for free, most in (("false", 2.59), ("true", 0.90)):
+    for free, maximum in (("false", 2.59), ("true", 0.90)):
         text = virtual.camera_toml(free=free, k=(1352.02747, 1356.14287, 789.67065, 627.2995))
         (tmp_path / "camera.toml").write_text(text)
         run = wb.identify(None, read(tmp_path), algorithms=("opt2",), held_out=0.0)
-        assert run.best.train.own.rms < most
+        assert run.best.train.own.rms < maximum
         assert any("joints are missing" in note for note in run.notes)
         assert run.identifiability.refused
         assert bool(run.identifiability.doubts) == (free == "false")

@@ -100,7 +100,7 @@ def _all(change):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "said"),
+    ("spoil", "message"),
     [
         (_drop_joints, "have no joints"),
         (_all(lambda p: cv2.GaussianBlur(p, (0, 0), 6.0)), "blurred by about"),
@@ -115,12 +115,12 @@ def _all(change):
         ),
     ],
 )
-def test_what_is_wrong_with_pictures_is_said_in_one_sentence(run, here, spoil, said):
+def test_what_is_wrong_with_pictures_is_said_in_one_sentence(run, here, spoil, message):
     spoil(here)
     options = ("--robot", "aria", *WITH, "--joints", "joints.csv", "--save", "arm.toml")
     status, _, err = run("identify", ".", *options)
     assert status == 1
-    assert said in err
+    assert message in err
     assert err.count("\n") == 1
     assert not (here / "arm.toml").exists()
 

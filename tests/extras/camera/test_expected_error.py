@@ -80,8 +80,8 @@ def test_held_out_pictures_and_expected_error_agree_and_the_figure_is_one(tmp_pa
     step = run.identifiability.step
     expected, held = 1e3 * step.expected, run.best.held_out.position_mm.rms
     assert 0.4 < held / expected < 2.5
-    told = [s for s in identification_json(run)["camera"]["steps"] if s["name"] == step.name]
-    assert told[0]["expected_mm"] == pytest.approx(expected)
+    stated = [s for s in identification_json(run)["camera"]["steps"] if s["name"] == step.name]
+    assert stated[0]["expected_mm"] == pytest.approx(expected)
     assert any(
         f"{expected:.3g} mm" in note for note in run.notes if note.startswith(f"{step.name}: expected")
     )

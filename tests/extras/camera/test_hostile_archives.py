@@ -193,8 +193,8 @@ print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
 def test_a_picture_that_unpacks_to_gigabytes_is_not_begun(tmp_path, side):
     path = png(tmp_path / "a.png", side) if side < 50_000 else _claiming(tmp_path / "a.png", side)
     done = subprocess.run([sys.executable, "-c", READ, path], capture_output=True, text=True, env=os.environ)
-    said, grown = done.stdout.splitlines()
-    assert "at most 250 megapixels" in said
+    message, grown = done.stdout.splitlines()
+    assert "at most 250 megapixels" in message
     assert int(grown) < 60 * 1024  # kibibytes
 
 

@@ -112,7 +112,7 @@ def test_what_was_refused_is_not_saved(folder, first, hobby, shots):
 
 
 @pytest.mark.parametrize(
-    ("spoil", "said"),
+    ("spoil", "message"),
     [
         (lambda f: (f / "solid.toml").unlink(), "has no target.toml"),
         (lambda f: (f / "where.csv").unlink(), "has no joints"),
@@ -123,12 +123,12 @@ def test_what_was_refused_is_not_saved(folder, first, hobby, shots):
         ),
     ],
 )
-def test_what_a_folder_lacks_is_said_in_one_sentence(folder, do, spoil, said):
+def test_what_a_folder_lacks_is_said_in_one_sentence(folder, do, spoil, message):
     spoil(folder)
     session = do(LoadPictures("shots.tar", packed(folder)))
     assert session.measurements.loaded is None
     assert session.page.messages[-1].severity is Severity.ERROR
-    assert said in session.page.messages[-1].text
+    assert message in session.page.messages[-1].text
     assert "/tmp" not in session.page.messages[-1].text
 
 

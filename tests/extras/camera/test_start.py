@@ -38,7 +38,7 @@ def test_few_points_off_one_plane(tmp_path, count, on_tool):
     arm = virtual.made(rng, "ur5")
     shots = thinned(virtual.scene(rng, arm, 40 if count < 3 else 20, on_tool=on_tool), rng, count)
     robot, data = written(tmp_path, "ur5", shots, mounted="tool" if on_tool else "world")
-    assert PictureReadings.of(data).rig.apart == ()
+    assert PictureReadings.of(data).rig.rejected == ()
     check_found(wb.identify(robot, data, algorithms=("opt2",), free=(), held_out=0.0), shots)
 
 
@@ -74,7 +74,7 @@ def test_a_single_row_of_a_board_places_no_camera(tmp_path):
     board = 'mounted = "tool"\n[charuco]\nsquares = [7, 5]\nsquare = 0.03\nmarker = 0.022\n'
     shots.targets[0] = held @ virtual.shift(-0.03, -0.03)
     robot, data = written(tmp_path, "ur5", shots, target=board)
-    assert PictureReadings.of(data).rig.apart == ()
+    assert PictureReadings.of(data).rig.rejected == ()
     run = wb.identify(robot, data, algorithms=("opt2",), free=(), held_out=0.0)
     assert run.excluded == ()
     check_found(run, shots)
@@ -96,7 +96,7 @@ def test_points_close_together_are_not_set_apart(tmp_path):
     shots = virtual.Scene(q, rows, arm.poses(q), np.array([eye]), [target])
     points = "".join(f"[[point]]\nid = {k}\nxyz = {xyz.tolist()}\n" for k, xyz in enumerate(body))
     robot, data = written(tmp_path, "ur5", shots, target='mounted = "tool"\n' + points)
-    assert len(PictureReadings.of(data).rig.apart) <= 2
+    assert len(PictureReadings.of(data).rig.rejected) <= 2
     check_found(wb.identify(robot, data, algorithms=("opt2",), free=(), held_out=0.0), shots)
 
 

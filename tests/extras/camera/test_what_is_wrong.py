@@ -117,7 +117,7 @@ def test_a_tool_that_hardly_turned_tells_of_no_other_orientations(tmp_path):
     rng = np.random.default_rng(4)
     arm = virtual.made(rng, "ur5", zeros=np.deg2rad(0.3))
     body = virtual.dodecahedron()[0][:3].reshape(-1, 3)
-    said, errors = [], []
+    message, errors = [], []
     for turned in (0.05, 1.0):
         q = np.array([0.3, -1.2, 1.4, -1.1, 1.2, 0.2]) + turned * rng.uniform(-0.5, 0.5, (16, 6))
         tools, held = arm.poses(q), virtual.shift(0.0, 0.02, 0.1)
@@ -128,9 +128,9 @@ def test_a_tool_that_hardly_turned_tells_of_no_other_orientations(tmp_path):
         rows = [(i, "c0", k // 4, k % 4, *uv[i, k]) for i in range(len(q)) for k in range(len(body))]
         robot, data = written(tmp_path, "ur5", virtual.Scene(q, rows, tools, np.array([eye]), [held]))
         run = wb.identify(robot, data, algorithms=("opt2",), held_out=0.0)
-        said.append([note for note in run.notes if "turn it by 30°" in note])
+        message.append([note for note in run.notes if "turn it by 30°" in note])
         errors.append((true_errors(arm, (run.robot,))[0], 1e3 * run.identifiability.step.expected))
-    assert [len(notes) for notes in said] == [1, 0]
+    assert [len(notes) for notes in message] == [1, 0]
     assert all(found < 2.0 * expected for found, expected in errors)
     assert errors[0][1] > 5.0 * errors[1][1]
 

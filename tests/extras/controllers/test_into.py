@@ -278,7 +278,7 @@ def swapped(old: str, new: str, form: str) -> str:
     return source.replace(old, new, 1)
 
 
-@pytest.mark.parametrize(("form", "old", "new", "said"), [
+@pytest.mark.parametrize(("form", "old", "new", "message"), [
     ("xacro", "xyz=\"", "xyz=\"${d1} ", r"line 15 .*\$\{d1\}"),
     ("urdf", "<robot", "<arm", "XML"),
     ("urdf", "<?xml version='1.0'?>", "<!DOCTYPE robot [<!ENTITY a 'b'>]>", "DOCTYPE"),
@@ -289,9 +289,9 @@ def swapped(old: str, new: str, form: str) -> str:
     ("sdf", "<pose relative_to=\"l0\">", "<pose relative_to=\"none\">", "none"),
     ("sdf", "<xyz>", "<xyz expressed_in='l0'>", "expressed"),
 ])  # fmt: skip
-def test_what_can_not_be_written_is_refused_and_said(form, old, new, said, tmp_path):
+def test_what_can_not_be_written_is_refused_and_said(form, old, new, message, tmp_path):
     nominal, arm = calibrated("ur5")
-    with pytest.raises(FileError, match=said):
+    with pytest.raises(FileError, match=message):
         written(form, swapped(old, new, form), arm, nominal, tmp_path)
     assert not list(tmp_path.iterdir())
 
@@ -320,14 +320,14 @@ def test_the_command_leaves_the_file_as_it_is_and_lists_forms_without_an_arm(run
     run("identify", rows, "--robot", "ur5", "--save", toml)
     source = urdf(*chain_of(calibrated("ur5")[0]))
     mine.write_bytes(source.encode())
-    code, said, _ = run("export", toml, "--for", "urdf", "--into", mine, "--out", out)
+    code, message, _ = run("export", toml, "--for", "urdf", "--into", mine, "--out", out)
     assert code == 0
-    assert str(out) in said
+    assert str(out) in message
     assert mine.read_bytes() == source.encode() != out.read_bytes()
     mine.write_bytes(b"<robot name='\xe9'/>")
     out.unlink()
     refused(["UTF-8"], "export", toml, "--for", "urdf", "--into", mine, "--out", out)
-    code, said, _ = run("export", "--for", "list")
+    code, message, _ = run("export", "--for", "list")
     assert code == 0
-    assert all(name in said for name in FORMS)
+    assert all(name in message for name in FORMS)
     refused(["robot"], "export", "--for", "urdf", "--out", out, status=64)

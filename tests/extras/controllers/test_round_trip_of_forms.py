@@ -50,7 +50,7 @@ def test_programs_compute_the_arm_of_the_file(saved, kind, tmp_path):
     measured, files = saved
     arm, nominal = wb.load_robot(str(files.toml)), wb.load_robot(measured.robot)
     form = FORMS["python-module" if kind == "python" else "c-header"]
-    most = export_robot(form, tmp_path / "any", Job(robot=arm, nominal=nominal)).position or 0.0
+    maximum = export_robot(form, tmp_path / "any", Job(robot=arm, nominal=nominal)).position or 0.0
     rows, (_, wanted) = at_observed(files)
     still = np.zeros_like(rows.q)
     if kind == "python":
@@ -65,6 +65,6 @@ def test_programs_compute_the_arm_of_the_file(saved, kind, tmp_path):
         [found[:, :3], np.tile([[[0.0, 0.0, 0.0, 1.0]]], (len(rows), 1, 1))], axis=1
     )
     missed = np.linalg.norm(placed[:, :3, 3] - wanted[:, :3, 3], axis=1)
-    assert np.sqrt((missed**2).mean()) < most + MICRON
+    assert np.sqrt((missed**2).mean()) < maximum + MICRON
     if measured.rows.rotation is not None:
-        assert trip.apart(placed, wanted) < (MICRON, TURN)
+        assert trip.pose_difference(placed, wanted) < (MICRON, TURN)

@@ -86,13 +86,13 @@ def errors_of(found):
 
 
 def test_offset_direction_scale_and_lag_are_within_their_intervals(tmp_path):
-    said = np.array(
+    message = np.array(
         [
             errors_of(wb.compare_leader(write_table(tmp_path / "both.csv", *recorded(seed))))
             for seed in range(12)
         ]
     )
-    spread = np.sqrt((said**2).mean((0, 1)))
+    spread = np.sqrt((message**2).mean((0, 1)))
     assert (spread > 0.7).all()
     assert (spread < 1.4).all()
 
@@ -159,9 +159,9 @@ def short(time, leader, follower):
     [(no_motion, "elbow_flex"), (exchanged, "shoulder_lift"), (limp, "wrist_flex"), (short, "50 frames")],
 )
 def test_bad_recordings_are_one_sentence(tmp_path, change, named):
-    with pytest.raises(DataError, match=named) as said:
+    with pytest.raises(DataError, match=named) as message:
         wb.compare_leader(write_table(tmp_path / "both.csv", *change(*recorded(4))))
-    assert "\n" not in str(said.value)
+    assert "\n" not in str(message.value)
 
 
 def test_what_is_no_recording_is_refused(tmp_path, monkeypatch):

@@ -53,7 +53,7 @@ def normal(arm, found):
 
 def test_an_arm_off_by_20_to_60_mm_is_found_to_3_mm_and_repeats_agree_to_1_mm(so101):
     """Motors hold wherever they stop and read it to 0.088°; the tip sags by 5 mm, which no count shows."""
-    apart = []
+    distance = []
     for seed in (0, 2, 5):
         arm, places = ServoArm(seed), []
         for run in (2, 3):
@@ -65,8 +65,8 @@ def test_an_arm_off_by_20_to_60_mm_is_found_to_3_mm_and_repeats_agree_to_1_mm(so
             assert off(arm, found) < 1.0
             assert "gravity-sag" in {e.name for e in found.effects}
             places.append(tips(arm, found, found.robot)[1])
-        apart.append(1e3 * np.linalg.norm(places[0] - places[1], axis=1).mean())
-    assert np.mean(apart) < 0.8
+        distance.append(1e3 * np.linalg.norm(places[0] - places[1], axis=1).mean())
+    assert np.mean(distance) < 0.8
 
 
 def test_sag_tells_an_arm_that_stands_from_one_that_hangs(so101):
@@ -140,10 +140,10 @@ WRONG = {
 @pytest.mark.parametrize("name", WRONG)
 def test_bad_input_is_one_sentence(so101, name):
     arm = ServoArm(6)
-    with pytest.raises(DataError) as said:
+    with pytest.raises(DataError) as message:
         wb.map_motors(so101, WRONG[name](recorded(arm), arm))
-    assert str(said.value).startswith("poses.csv: ")
-    assert "\n" not in str(said.value)
+    assert str(message.value).startswith("poses.csv: ")
+    assert "\n" not in str(message.value)
 
 
 def test_other_arms_are_refused(so101):
@@ -180,8 +180,8 @@ def test_counts_become_a_urdf_and_a_lerobot_calibration(run, files, tmp_path):
     )
     assert (status, err) == (0, "")
     assert "elbow_flex" in out
-    said = json.loads((tmp_path / "map.json").read_text())
-    assert [j["sign"] for j in said["joints"]] == files.signs.tolist()
+    message = json.loads((tmp_path / "map.json").read_text())
+    assert [j["sign"] for j in message["joints"]] == files.signs.tolist()
     old, new = (json.loads((tmp_path / name).read_text()) for name in ("follower.json", "new.json"))
     assert [new[name] for name in ("shoulder_pan", "wrist_roll", "gripper")] == [
         old["gripper"] | {"id": k} for k in (1, 5, 6)
@@ -206,8 +206,8 @@ def test_counts_become_a_urdf_and_a_lerobot_calibration(run, files, tmp_path):
     degrees = np.deg2rad((files.counts(q) - 1500 - 700) * 360 / 4095)
     mine, urdf = wb.load_robot("mine.toml"), wb.load_robot("mine.urdf")
     real = files.board(q)[:, :3, 3]
-    for arm, most in ((mine, 1.0), (urdf, 5.0)):
-        assert fitted(real, arm.predict(degrees)[:, :3, 3]) < most
+    for arm, maximum in ((mine, 1.0), (urdf, 5.0)):
+        assert fitted(real, arm.predict(degrees)[:, :3, 3]) < maximum
 
 
 def fitted(real, own):

@@ -38,7 +38,7 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "messages"),
     [
         (("katana450", "--joints", "1"), "gravity exerts no moment about it"),
         (("katana450", "--joints", "2,7"), "joint must be 1–5, got 7"),
@@ -51,9 +51,9 @@ def test_the_experiment_from_end_to_end(run, tmp_path):
         (("iiwa14",), "mass"),
     ],
 )
-def test_what_is_refused(refused, options, told):
-    status = 1 if told in ("pull harder", "or add mass at the tool", "mass") else 64
-    refused([told], "loading", *options, "--out", "o", "--json", "o.json", status=status)
+def test_what_is_refused(refused, options, messages):
+    status = 1 if messages in ("pull harder", "or add mass at the tool", "mass") else 64
+    refused([messages], "loading", *options, "--out", "o", "--json", "o.json", status=status)
 
 
 def test_its_files_are_there_though_nobody_reads(run_unread, tmp_path):

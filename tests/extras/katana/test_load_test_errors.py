@@ -34,8 +34,8 @@ def drawn(request):
     rng, errors = np.random.default_rng(3), []
     for _ in range(request.param):
         data = experiment.read_plan(fit.calibrated, test.plan, instrument=meter, rng=rng)
-        said = experiment.with_other_masses(replace(problem.robot, joints=fit.calibrated.joints), rng)
-        again = Problem.build(said, data, noise=problem.noise, free=free, effects=effects, inertia=True)
+        message = experiment.with_other_masses(replace(problem.robot, joints=fit.calibrated.joints), rng)
+        again = Problem.build(message, data, noise=problem.noise, free=free, effects=effects, inertia=True)
         errors.append(covariance @ (jacobian.T @ again.residual(x)))
     mine = [i for i, n in enumerate(problem.names) if n.endswith("clearance")]
     stated = np.array([j.clearance_std for j in test.tilting.joints])

@@ -4,7 +4,7 @@ import numpy as np
 from katanas import SIGMA, TILTING, make_katana, still
 from laws import poses
 from orders import compare_orders, order_study
-from test_katanas import told
+from test_katanas import stated
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.data.dataset import Dataset
@@ -20,7 +20,7 @@ def test_both_orders_leave_the_noise_where_geometry_alone_leaves_half_a_millimet
     exact = poses(case.actual, case.hidden, still(q))
     held = Dataset(q=q, row=np.arange(len(q)), position=exact[:, :3, 3])
     known = [e.sized({n: c * rng.uniform(0.95, 1.05) for n, c in zip(e.names, e.coefficients, strict=True)})
-             for e in told(case.hidden)]  # fmt: skip
+             for e in stated(case.hidden)]  # fmt: skip
     found = compare_orders(case.robot, case.data, held, known=known, joints=TILTING, noise=Noise(*SIGMA))
     assert found.geometry > 0.25
     assert found.tilt_first < 0.1 * found.geometry

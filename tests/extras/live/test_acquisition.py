@@ -152,9 +152,9 @@ def test_an_instrument_in_a_frame_of_its_own_is_no_reason_to_refuse():
     for k in (0, 1, 3):
         for sample in still(k, start=10.0 * k):
             acquisition.update(replace(sample, position=sample.position + away))
-        told = acquisition.store()
-        assert told.changed is (k < 2)
-        assert " mm" in told.message
+        messages = acquisition.store()
+        assert messages.changed is (k < 2)
+        assert " mm" in messages.message
     assert acquisition.status().place.looks_like == 3
 
 
@@ -233,17 +233,17 @@ def test_a_driven_arm_fills_the_file_and_bad_lines_do_no_harm(tmp_path):
     hidden, samples = drive_plate(ARM, PLATE, branch="auto", pace=QUICK, seed=3)
     text = lines(samples)
     text.insert(len(text) // 2, "what?\n")
-    said = []
+    message = []
     out = tmp_path / "d.csv"
     out.write_text("older")
-    done = capture(plate_acquisition(ARM, PLATE), ARM, text, out, say=said.append)
+    done = capture(plate_acquisition(ARM, PLATE), ARM, text, out, say=message.append)
     assert done.complete
     assert (tmp_path / "d.1.csv").read_text() == "older"
     data = read_measurements(out, joints=6)
     predicted = tool_poses(hidden, Motion(data.q))
     np.testing.assert_allclose(data.position, predicted[:, :3, 3], atol=4e-4)
     assert np.abs(se3.pose_error(predicted, PLATE.poses)).max() < 3e-3
-    assert sum("not a JSON object" in line for line in said) == 1
+    assert sum("not a JSON object" in line for line in message) == 1
 
 
 def test_a_seated_arm_gets_the_plate_s_poses(tmp_path):
@@ -277,11 +277,11 @@ def test_the_file_is_whole_after_every_row(tmp_path):
 
 def test_keys_store_take_again_and_end(tmp_path):
     """Keys are given by a source of lines that waits for nobody: one thread stands for both."""
-    asked = iter("\nrq")
+    requested = iter("\nrq")
     acquisition = plate_acquisition(ARM, PLATE)
     fed(acquisition, still(0, start=0.0))
     with pytest.raises(DataError):
-        capture(acquisition, ARM, _endless(), tmp_path / "d.csv", keys=asked)
+        capture(acquisition, ARM, _endless(), tmp_path / "d.csv", keys=requested)
     assert not list(tmp_path.iterdir())  # the only row was dropped, and its file with it
     done = capture(acquisition, ARM, _endless(), tmp_path / "d.csv", keys=iter("f q"))
     assert done.by_hand

@@ -35,8 +35,8 @@ def test_a_driven_arm_is_captured_and_identified(run):
         start_new_session=True,  # no terminal: only the source's own requests store
     )
     driver.stdout.close()
-    with driver.stderr as said:
-        assert said.read() == b""
+    with driver.stderr as message:
+        assert message.read() == b""
     assert (taken.returncode, driver.wait(60)) == (0, 0), taken.stderr
     assert taken.stderr.splitlines()[1] == "target 1 stored"
     assert len(read_measurements("d.csv", joints=6)) == 10
@@ -59,9 +59,9 @@ def test_a_capture_books_nothing_for_a_target_where_the_tool_is_not(run, monkeyp
     fourth = load_plate("table2").targets[3].xyz.tolist()
     line = {"time": 0.0, "q": [0, 0, 0, 0, 0, 0], "xyz": fourth, "capture": True}
     monkeypatch.setattr(sys, "stdin", io.StringIO(f"{json.dumps(line)}\n"))
-    status, _, said = run("capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv")
+    status, _, message = run("capture", "--robot", "aria", "--plate", "table2", "--out", "d.csv")
     assert status != 0
-    assert "target 4" in said
+    assert "target 4" in message
     assert not Path("d.csv").exists()
 
 

@@ -25,7 +25,7 @@ class Run:
     time: np.ndarray
     q: np.ndarray
     pose: np.ndarray
-    stands: np.ndarray
+    standstills: np.ndarray
     at: np.ndarray
 
     @cached_property
@@ -38,20 +38,24 @@ def run_of_arm() -> Run:
     """One second at each pose, moves of different length between them, 25 samples a second."""
     rng = np.random.default_rng(3)
     arm = wb.load_robot("ur10")
-    stands = rng.uniform(-1.0, 1.0, (POSES, 6))
+    standstills = rng.uniform(-1.0, 1.0, (POSES, 6))
     parts = []
     for k in range(POSES):
-        parts.append(np.repeat(stands[k : k + 1], int(RATE * rng.uniform(0.9, 1.5)), 0))
+        parts.append(np.repeat(standstills[k : k + 1], int(RATE * rng.uniform(0.9, 1.5)), 0))
         if k + 1 < POSES:
             share = np.linspace(0.0, 1.0, int(RATE * rng.uniform(0.6, 2.0)))[1:-1, None]
-            parts.append(stands[k] + (3 * share**2 - 2 * share**3) * (stands[k + 1] - stands[k]))
+            parts.append(
+                standstills[k] + (3 * share**2 - 2 * share**3) * (standstills[k + 1] - standstills[k])
+            )
     q = np.concatenate(parts)
-    return Run(np.arange(len(q)) / RATE, q, wb.tool_poses(arm, q), stands, wb.tool_poses(arm, stands))
+    return Run(
+        np.arange(len(q)) / RATE, q, wb.tool_poses(arm, q), standstills, wb.tool_poses(arm, standstills)
+    )
 
 
 def check(data, run, position=1e-9, q=1e-9):
     """One row a stand, with the joints and the pose of each."""
-    np.testing.assert_allclose(data.q, run.stands, atol=q)
+    np.testing.assert_allclose(data.q, run.standstills, atol=q)
     np.testing.assert_allclose(data.position, run.at[:, :3, 3], atol=position)
     if data.rotation is not None:
         np.testing.assert_allclose(data.rotation, run.at[:, :3, :3], atol=max(1e-6, position))
@@ -162,11 +166,11 @@ def test_a_bag_becomes_one_row_a_stand(kind, run_of_arm, tmp_path, request):
     bag = write_bag(tmp_path / ("run.bag" if kind == "ros1" else "run"), run_of_arm, kind)
     data = wb.read_measurements(bag)
     check(data, run_of_arm)
-    said = " ".join(data.notes)
-    assert "elbow_joint is q3" in said
-    assert "'finger_joint'" in said
-    assert "are +3.1" in said or "are +3.2" in said  # the tracker's clock
-    assert f"{POSES} rows from {POSES} stands" in said
+    message = " ".join(data.notes)
+    assert "elbow_joint is q3" in message
+    assert "'finger_joint'" in message
+    assert "are +3.1" in message or "are +3.2" in message  # the tracker's clock
+    assert f"{POSES} rows from {POSES} stands" in message
 
 
 def test_frames_of_tf_are_chosen_by_name(read_here, run_of_arm, tmp_path):
@@ -262,19 +266,23 @@ def test_a_take_is_joined_with_a_log(write, shift, run_of_arm, tmp_path):
     joints = log(tmp_path, run_of_arm, shift=shift)
     data = wb.read_measurements(take, joint_table=joints, joints=6)
     check(data, run_of_arm, position=1e-8)
-    said = " ".join(data.notes)
-    assert ("clocks differ by" in said) == (shift != 0.0)
+    message = " ".join(data.notes)
+    assert ("clocks differ by" in message) == (shift != 0.0)
     if shift:
-        assert f"{shift:+.1f}" in said
+        assert f"{shift:+.1f}" in message
 
 
 def test_stands_of_a_take_are_joined_row_by_row(run_of_arm, tmp_path):
     """The program's list of poses, and a take that ran all the time."""
     take = optitrack(tmp_path / "take.csv", run_of_arm, unit="Millimeters")
     head = ",".join(f"q{k}[deg]" for k in range(1, 7))
-    np.savetxt(tmp_path / "q.csv", np.rad2deg(run_of_arm.stands), delimiter=",", header=head, comments="")
+    np.savetxt(
+        tmp_path / "q.csv", np.rad2deg(run_of_arm.standstills), delimiter=",", header=head, comments=""
+    )
     check(wb.read_measurements(take, joint_table=tmp_path / "q.csv"), run_of_arm, position=1e-8)
-    np.savetxt(tmp_path / "q.csv", np.rad2deg(run_of_arm.stands[1:]), delimiter=",", header=head, comments="")
+    np.savetxt(
+        tmp_path / "q.csv", np.rad2deg(run_of_arm.standstills[1:]), delimiter=",", header=head, comments=""
+    )
     with pytest.raises(DataError, match=r"8 rows, .*q\.csv 7"):
         wb.read_measurements(take, joint_table=tmp_path / "q.csv")
 
@@ -319,7 +327,7 @@ def test_markers_of_c3d_are_joined_with_rtde(run_of_arm, tmp_path):
     table = np.column_stack([run.time + 77.7, run.q, run.time])
     np.savetxt(tmp_path / "robot.csv", table, "%.9g", " ", header=head, comments="")
     data = wb.read_measurements(tmp_path / "take.c3d", joint_table=tmp_path / "robot.csv")
-    np.testing.assert_allclose(data.q, run.stands, atol=1e-8)
+    np.testing.assert_allclose(data.q, run.standstills, atol=1e-8)
     wanted = np.einsum("fij,mj->fmi", run.at[:, :3, :3], tool) + run.at[:, None, :3, 3]
     np.testing.assert_allclose(data.markers, wanted, atol=1e-6)
     one = wb.read_measurements(tmp_path / "take.c3d", joint_table=tmp_path / "robot.csv", columns="pose=A")
@@ -388,6 +396,6 @@ def test_dates_are_of_one_clock(run_of_arm, tmp_path):
     lines += [",".join([date(t), *map(repr, q)]) for t, q in zip(run.time, run.q.tolist(), strict=True)]
     (tmp_path / "q.csv").write_text("\n".join(lines))
     data = wb.read_measurements(tmp_path / "p.csv", joint_table=tmp_path / "q.csv")
-    np.testing.assert_allclose(data.q, run.stands[1:], atol=1e-9)
+    np.testing.assert_allclose(data.q, run.standstills[1:], atol=1e-9)
     with pytest.raises(DataError, match="time"):
         wb.read_measurements(tmp_path / "p.csv", joint_table=log(tmp_path, run))

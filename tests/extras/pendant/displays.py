@@ -72,6 +72,6 @@ def random_joints(name: str, count: int, *, seed: int = 7) -> np.ndarray:
     return np.random.default_rng(seed).uniform(low, high, (count, len(low)))
 
 
-def apart(found: Path, actual: Path, q: np.ndarray, tool=None) -> np.ndarray:
+def model_error(found: Path, actual: Path, q: np.ndarray, tool=None) -> np.ndarray:
     """Distances between the tools of two saved arms [m]; the first has its tool in its file."""
     return np.linalg.norm(poses(found, q)[:, :3, 3] - poses(actual, q, tool)[:, :3, 3], axis=1)

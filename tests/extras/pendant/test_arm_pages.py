@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from displays import apart, fill_in, hidden, poses
+from displays import fill_in, hidden, model_error, poses
 from documented_commands import commands, run_lines
 from round_trip import aligned, placed, read_arm, rows_of
 from scipy.spatial.transform import Rotation
@@ -107,8 +107,8 @@ def off(calibrated: str) -> float:
 )
 def test_the_controller_is_asked_for_its_model(page, robot, style, saved, run):
     follow(page, run, display(robot, style))
-    assert apart(Path(saved), HIDDEN, joints_of(saved)).mean() < 5e-5
-    assert apart(Path("mine.urdf"), HIDDEN, joints_of(saved)).mean() < 5e-5
+    assert model_error(Path(saved), HIDDEN, joints_of(saved)).mean() < 5e-5
+    assert model_error(Path("mine.urdf"), HIDDEN, joints_of(saved)).mean() < 5e-5
 
 
 def joints_of(robot: str) -> np.ndarray:
@@ -130,7 +130,7 @@ def test_ur_by_file_by_pendant_and_by_tracker(run):
 
     def script() -> None:
         pendant.append(
-            float(apart(Path("pendant.toml"), Path("pendant-hidden.toml"), joints_of("ur5e")).mean())
+            float(model_error(Path("pendant.toml"), Path("pendant-hidden.toml"), joints_of("ur5e")).mean())
         )
         Path("pick.script").write_text(PICK)
 

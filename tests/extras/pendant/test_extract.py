@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from displays import STYLES, TOOL, apart, fill_in, hidden, lines, poses, random_joints, read_form
+from displays import STYLES, TOOL, fill_in, hidden, lines, model_error, poses, random_joints, read_form
 from round_trip import angle, placed
 
 import workbench as wb
@@ -34,11 +34,11 @@ def test_thirty_poses_from_the_pendant_give_the_model_of_my_ur5e(run, tmp_path):
     found = json.loads(Path("found.json").read_text())
     assert (status, found["verdict"]) == (0, "extracted")
     assert found["message"] in " ".join(out.split())
-    off = apart(Path("mine.toml"), actual, random_joints("ur5e", 200))
+    off = model_error(Path("mine.toml"), actual, random_joints("ur5e", 200))
     assert off.mean() < 3e-5
     assert 0.3 < off.mean() / found["expected"]["position_m"] < 3.0
     assert (
-        apart(
+        model_error(
             hidden("ur5e", tmp_path / "nominal.toml", length=0, angle=0), actual, random_joints("ur5e", 200)
         ).mean()
         > 1e-3
@@ -70,7 +70,7 @@ def test_the_display_is_understood_with_and_without_a_tool(run, tmp_path, arm, s
     assert style in found.meaning.text
     assert bool(found.run.frames.tool) == (tool is not None)
     found.robot.save(tmp_path / "mine.toml")
-    assert apart(tmp_path / "mine.toml", actual, random_joints(arm, 200), tool).mean() < 3e-5
+    assert model_error(tmp_path / "mine.toml", actual, random_joints(arm, 200), tool).mean() < 3e-5
 
 
 @pytest.mark.slow
@@ -86,7 +86,7 @@ def test_every_arm_in_five_conventions(run, tmp_path, arm):
         found = wb.extract(arm, "form.csv")
         assert style in found.meaning.text
         found.robot.save(tmp_path / f"mine{ending}")
-        assert apart(tmp_path / f"mine{ending}", actual, random_joints(arm, 200)).mean() < 3e-5
+        assert model_error(tmp_path / f"mine{ending}", actual, random_joints(arm, 200)).mean() < 3e-5
 
 
 def test_a_nominal_controller_is_said_to_be_one(run, tmp_path):
@@ -95,7 +95,7 @@ def test_a_nominal_controller_is_said_to_be_one(run, tmp_path):
     status, out, _ = run("extract", "form.csv", "--robot", "ur5e", "--save", "mine.toml")
     assert status == 0
     assert "your controller is nominal" in out
-    assert apart(Path("mine.toml"), actual, random_joints("ur5e", 50)).max() < 1e-6
+    assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 50)).max() < 1e-6
 
 
 def test_a_controller_that_compensates_sag_is_sent_to_diagnose(run, tmp_path):
@@ -110,7 +110,7 @@ def test_a_controller_that_compensates_sag_is_sent_to_diagnose(run, tmp_path):
     assert not Path("mine.toml").exists()
     status, _, err = run("diagnose", "rows.csv", "--robot", "ur5e", "--held-out", 0, "--save", "mine.toml")
     assert status == 0, err
-    assert apart(Path("mine.toml"), actual, random_joints("ur5e", 200)).mean() < 1e-4
+    assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 200)).mean() < 1e-4
 
 
 def test_readings_of_another_arm_name_it(run, tmp_path):
@@ -132,7 +132,7 @@ def test_a_mistyped_reading_is_named_and_left_out(run, tmp_path):
     assert status == 0
     assert json.loads(Path("found.json").read_text())["outliers"] == [11]
     assert "reading 12" in out
-    assert apart(Path("mine.toml"), actual, random_joints("ur5e", 200)).mean() < 1e-4
+    assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 200)).mean() < 1e-4
 
 
 def test_joints_that_the_display_rounded_count_as_uncertain(tmp_path):
@@ -142,7 +142,7 @@ def test_joints_that_the_display_rounded_count_as_uncertain(tmp_path):
     path.write_text("\n".join(",".join(row) for row in lines(actual, random_joints("ur5e", 40))))
     found = wb.extract("ur5e", path)
     found.robot.save(tmp_path / "mine.toml")
-    off = apart(tmp_path / "mine.toml", actual, random_joints("ur5e", 200)).mean()
+    off = model_error(tmp_path / "mine.toml", actual, random_joints("ur5e", 200)).mean()
     assert off < 6e-5
     assert 0.3 < off / found.expected.position < 2.0
     assert found.left[1] < 1.3
@@ -193,7 +193,7 @@ def test_a_log_of_rtde_replaces_the_form(run, tmp_path):
     Path("log.csv").write_text("\n".join([" ".join(["timestamp", *names]), *rows]))
     status, _, err = run("extract", "log.csv", "--robot", "ur5e", "--save", "mine.toml")
     assert status == 0, err
-    assert apart(Path("mine.toml"), actual, random_joints("ur5e", 50), TOOL).max() < 1e-5
+    assert model_error(Path("mine.toml"), actual, random_joints("ur5e", 50), TOOL).max() < 1e-5
 
 
 @pytest.mark.parametrize("digits", [6, 16])
@@ -207,7 +207,7 @@ def test_a_table_with_rotation_matrices_replaces_the_form(run, tmp_path, digits)
     Path("log.csv").write_text("\n".join([",".join(names), *rows]))
     status, _, err = run("extract", "log.csv", "--robot", "fr3", "--save", "mine.toml")
     assert status == 0, err
-    assert apart(Path("mine.toml"), actual, random_joints("fr3", 50)).max() < 2e-6
+    assert model_error(Path("mine.toml"), actual, random_joints("fr3", 50)).max() < 2e-6
 
 
 def test_a_log_with_all_digits_needs_no_convention(tmp_path):
@@ -285,7 +285,7 @@ def test_six_readings_say_how_far_to_trust_them(tmp_path):
         found = wb.extract("ur5e", tmp_path / "read.csv")
         assert found.verdict != ModelVerdict.MORE
         found.robot.save(tmp_path / "mine.toml")
-        off = apart(tmp_path / "mine.toml", actual, random_joints("ur5e", 200, seed=900 + seed)).mean()
+        off = model_error(tmp_path / "mine.toml", actual, random_joints("ur5e", 200, seed=900 + seed)).mean()
         within.append(off < 2.0 * found.expected.position)
     assert sum(within) >= 11
 

@@ -260,10 +260,10 @@ def test_a_fixture_by_the_points_of_its_drawing(run, arm, pointer):
     twist = np.abs([*local[:3, 3], *Rotation.from_matrix(local[:3, :3]).as_rotvec()])
     assert (twist < 2.0 * np.array(found["half_width"])).all()
     tips = [p[:3, :3] @ TIP + p[:3, 3] for p in poses(arm, np.array(touched(arm, CAD.values())))]
-    apart = [
+    distance = [
         np.linalg.norm((inverse(pose) @ [*tip, 1.0])[:3] - CAD[n]) for tip, n in zip(tips, CAD, strict=True)
     ]
-    assert [t["error"] for t in found["touches"]] == pytest.approx(apart, abs=1e-6)
+    assert [t["error"] for t in found["touches"]] == pytest.approx(distance, abs=1e-6)
 
 
 def test_a_drawings_point_that_slipped_and_two_that_were_exchanged(run, arm, pointer):

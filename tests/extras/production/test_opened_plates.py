@@ -26,7 +26,7 @@ def weighed(first):
     for number, cost in ((6, 3e-4), (8, 1e-4)):
         plate = replace(first.plate, targets=first.plate.targets[:number])
         design = PlateDesign(plate=plate, cost=cost, rotation=0.0, start_cost=cost)
-        choices.append(Choice(manner="printed", design=design))
+        choices.append(Choice(method="printed", design=design))
     return first.with_part(Weighed(Tradeoff(choices=tuple(choices))))
 
 
@@ -83,9 +83,9 @@ def test_another_instrument_than_the_plate_was_weighed_with_is_said(weighed):
     other = weighed.with_part(Weighed(Tradeoff(choices=(replace(choice, design=bar),))))
     opened = OpenChoice(0).apply(other)  # nobody chose the 0.1 mm
     assert (opened.page.messages, opened.noise.position) == (weighed.page.messages, 5e-6)
-    said = OpenChoice(0).apply(replace(other, noise=Noise(2e-4, 1e-3))).page.messages[-1].text
-    assert "0.005 mm" in said
-    assert "0.2 mm" in said
+    message = OpenChoice(0).apply(replace(other, noise=Noise(2e-4, 1e-3))).page.messages[-1].text
+    assert "0.005 mm" in message
+    assert "0.2 mm" in message
 
 
 def options(session):
@@ -101,8 +101,8 @@ def test_what_can_not_be_opened(first, weighed):
 
 def test_rows_are_numbered_by_the_work_that_plates_take(weighed):
     assert row_text(1, choices_of(weighed)[1]) == "2: printed, 8 targets, 2 shapes: 0.100 mm"
-    made = [Choice(manner=name, design=choices_of(weighed)[0].design) for name in ("ball-bar", "printed")]
-    assert sorted(made, key=lambda choice: choice.work)[0].manner == "printed"
+    made = [Choice(method=name, design=choices_of(weighed)[0].design) for name in ("ball-bar", "printed")]
+    assert sorted(made, key=lambda choice: choice.work)[0].method == "printed"
 
 
 def test_the_guide_offers_to_try_a_plate():

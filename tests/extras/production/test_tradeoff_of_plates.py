@@ -12,7 +12,7 @@ from tests.plate.test_like_with_like import PINS, searched
 from workbench.base.errors import DataError, OptionError
 from workbench.extras.production import tradeoff
 from workbench.extras.production.tradeoff import Choice, Tradeoff, weigh_choices
-from workbench.plate.optimiser.manufacturing import MANNERS
+from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import places_of
 from workbench.plate.plate_toml import read_plate
@@ -21,9 +21,9 @@ assert searched  # a fixture
 
 
 def test_choices_and_their_front(aria, plate):
-    found = weigh_choices(aria, plate, numbers=(6,), manners=("machined", "printed"), places=40)
-    assert found.choices[0].manner == "printed"
-    assert {c.shapes for c in found.choices if c.manner == "machined"} >= {3}
+    found = weigh_choices(aria, plate, numbers=(6,), methods=("machined", "printed"), places=40)
+    assert found.choices[0].method == "printed"
+    assert {c.shapes for c in found.choices if c.method == "machined"} >= {3}
     costs = [c.design.cost for c in found.front]
     assert costs == sorted(costs, reverse=True)
     assert found.front[0] is found.choices[0]
@@ -34,7 +34,7 @@ def test_choices_and_their_front(aria, plate):
     assert re.search(r"printed: .*? made within ±0\.25 mm, ±0\.3°", out)
     assert "afterwards: every ball's centre" in out
     with pytest.raises(OptionError, match="'cast'"):
-        weigh_choices(aria, plate, manners=("cast",))
+        weigh_choices(aria, plate, methods=("cast",))
 
 
 def test_a_choice_that_can_not_be_had_leaves_the_others(aria, plate, monkeypatch):
@@ -46,11 +46,11 @@ def test_a_choice_that_can_not_be_had_leaves_the_others(aria, plate, monkeypatch
         return found[0] if found else found.append(search(robot, plate, name, request, seed)) or found[0]
 
     monkeypatch.setattr(tradeoff, "_choice", one)
-    some = weigh_choices(aria, plate, numbers=(90, 8), manners=("printed",), places=40)
+    some = weigh_choices(aria, plate, numbers=(90, 8), methods=("printed",), places=40)
     assert len(some.choices) == 1
     assert "printed, 90 targets: not found; spacing and clearance conflict" in " ".join(repr(some).split())
     with pytest.raises(DataError, match="90"):
-        weigh_choices(aria, plate, numbers=(90,), manners=("printed",))
+        weigh_choices(aria, plate, numbers=(90,), methods=("printed",))
 
 
 def test_a_plate_for_each_choice_is_written(run, tmp_path):
@@ -69,7 +69,7 @@ def test_a_plate_for_each_choice_is_written(run, tmp_path):
 
 def test_the_yield_of_a_choice_is_told_with_its_interval(plate):
     made = PlateDesign(plate=plate, cost=1e-4, rotation=1e-4, start_cost=2e-4)
-    choice = Choice(manner="machined", design=made, tried=yield_of(45, 50))
+    choice = Choice(method="machined", design=made, tried=yield_of(45, 50))
     found = Tradeoff(choices=(choice,))
     assert choice.share == pytest.approx(0.9)
     assert "90 (78–97)" in repr(found)
@@ -78,5 +78,5 @@ def test_the_yield_of_a_choice_is_told_with_its_interval(plate):
 
 
 def test_searches_assume_how_each_plate_is_made(searched, aria, plate):
-    weigh_choices(aria, plate, numbers=(8,), manners=("machined",))
-    assert set(searched) == {(replace(MANNERS["machined"].production, play=PINS), "seat")}
+    weigh_choices(aria, plate, numbers=(8,), methods=("machined",))
+    assert set(searched) == {(replace(METHODS["machined"].production, play=PINS), "seat")}

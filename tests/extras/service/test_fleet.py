@@ -29,9 +29,9 @@ def write_arm(folder: Path, arm, rng, law=None, name="", size=6e-4):
         values = arm.values(free) + rng.normal(0.0, SIGMA, len(free))
         if law is not None:
             values[free.index(name)] += size * (k >= 2 if law is Law.STEP else k / 3.0)
-        said = Calibration(source="x", poses=np.zeros(0, np.uint32), std=dict.fromkeys(free, SIGMA))
+        message = Calibration(source="x", poses=np.zeros(0, np.uint32), std=dict.fromkeys(free, SIGMA))
         made = arm.with_values(dict(zip(free, values.tolist(), strict=True)))
-        replace(made, calibration=said).save(folder / f"{day}.toml")
+        replace(made, calibration=message).save(folder / f"{day}.toml")
 
 
 @pytest.fixture(scope="module")
@@ -93,9 +93,9 @@ def test_sigma_is_widened_to_what_calibrations_really_scatter():
     many = [history(rng.normal(0.0, 3.0, 4)) for _ in range(1000)]
     assert scatter_factor(many) == pytest.approx(3.0, rel=0.1)
     assert scatter_factor([history(rng.normal(0.0, 0.1, 4)) for _ in range(100)]) == 1.0
-    factor, least = scatter_factor(many), threshold(many)
-    assert 4.5 < least < 4.9  # 0.01 / 3000 tests, both sides
-    assert not [m for h in many for m in movements(h, factor=factor, minimum=least)]
+    factor, lowest = scatter_factor(many), threshold(many)
+    assert 4.5 < lowest < 4.9  # 0.01 / 3000 tests, both sides
+    assert not [m for h in many for m in movements(h, factor=factor, minimum=lowest)]
 
 
 # -- a fleet --------------------------------------------------------------------------------------

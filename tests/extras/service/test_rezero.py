@@ -53,7 +53,7 @@ def framed(arm, base=FIXED, tool=FIXED):
     return replace(arm, calibration=record)
 
 
-def measured(arm, shifts, *, rows=8, seed=0, bent=(), known=KNOWN, zeros=KNOWN, noise=1.0):
+def measured(arm, shifts, *, rows=8, seed=0, changed=(), known=KNOWN, zeros=KNOWN, noise=1.0):
     """Poses of an arm whose constants are off by what a calibration leaves, and whose zeros were shifted.
 
     The poses are computed by the generator, which shares no code with the package.
@@ -63,7 +63,7 @@ def measured(arm, shifts, *, rows=8, seed=0, bent=(), known=KNOWN, zeros=KNOWN, 
     for element in arm.elements:
         joint, part = int(element.name[5 : element.name.index(".")]) - 1, element.name.split(".")[1]
         value = element.value + (known if element.joint is None else zeros) * element.free * rng.normal()
-        value += dict(bent).get(element.name, 0.0)
+        value += dict(changed).get(element.name, 0.0)
         table[joint, ("theta", "d", "a", "alpha", "beta").index(part)] = value
     table[:, 0] += shifts
     real = VirtualArm("hayati", table, tool=np.array(arm.tool.pose))
@@ -161,7 +161,7 @@ def test_nothing_moved_is_said(aria):
 @pytest.mark.parametrize(("constant", "link"), [("joint2.a", 2), ("joint3.alpha", 3)])
 def test_a_bent_link_is_named_and_nothing_is_written(aria, constant, link):
     arm = framed(aria)
-    found = wb.rezero(arm, measured(arm, np.zeros(6), bent={constant: 4e-3}.items()))
+    found = wb.rezero(arm, measured(arm, np.zeros(6), changed={constant: 4e-3}.items()))
     assert found.verdict is RezeroVerdict.REFUSED
     assert found.doubts[0].startswith(f"link {link} is not as calibrated ({constant}")
     assert found.robot is arm
@@ -191,7 +191,7 @@ def test_a_base_that_stands_elsewhere_is_named(aria):
 
 def test_a_replaced_joint_frees_its_neighbours(aria):
     arm = framed(aria)
-    rows = measured(arm, np.deg2rad([0, 0, 0.6, 0, 0, 0]), rows=12, bent={"joint2.a": 8e-4}.items())
+    rows = measured(arm, np.deg2rad([0, 0, 0.6, 0, 0, 0]), rows=12, changed={"joint2.a": 8e-4}.items())
     found = wb.rezero(arm, rows, replaced=[3])
     assert found.verdict is RezeroVerdict.MOVED
     change = {name: value for name, value, _ in found.renewed}
@@ -205,7 +205,7 @@ def test_a_joint_that_seems_to_be_another_one_points_to_replaced(aria):
     """Both its links are off, so that no single one explains the rows, and zeros alone would be written."""
     arm = framed(aria)
     shifts = np.deg2rad([0, 0, 0.6, 0, 0, 0])
-    rows = measured(arm, shifts, bent={"joint2.a": 1.5e-3, "joint3.d": 1.5e-3}.items(), seed=3)
+    rows = measured(arm, shifts, changed={"joint2.a": 1.5e-3, "joint3.d": 1.5e-3}.items(), seed=3)
     found = wb.rezero(arm, rows)
     assert found.verdict is RezeroVerdict.REFUSED
     assert found.robot is arm
@@ -264,7 +264,9 @@ def test_the_command_writes_robot_and_result(run, tmp_path, aria):
     assert wb.load_robot("new.toml").values(("joint3.theta",))[0] == pytest.approx(
         arm.values(("joint3.theta",))[0] + np.deg2rad(0.5), abs=4e-4
     )
-    wb.write_measurements(measured(arm, np.zeros(6), bent={"joint2.a": 4e-3}.items()), tmp_path / "bent.csv")
+    wb.write_measurements(
+        measured(arm, np.zeros(6), changed={"joint2.a": 4e-3}.items()), tmp_path / "bent.csv"
+    )
     status, out, err = run("rezero", "bent.csv", "--robot", robot, "--save", "no.toml")
     assert status == 2
     assert "link 2" in out

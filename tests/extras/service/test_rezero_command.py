@@ -47,20 +47,20 @@ def test_the_joint_that_moved_is_found_and_saved(worker, do, first, file, tmp_pa
 
 def test_the_search_shows_progress_and_stops_wherever_it_is_asked_to(do, file):
     session = do(LoadData("knock.csv", file))
-    told = []
-    with running(lambda part, text: told.append(part)):
+    messages = []
+    with running(lambda part, text: messages.append(part)):
         FindZeros().compute(session)
-    assert told == sorted(told)
-    assert len(told) > 10
-    assert 0.0 <= told[0] < told[-1] <= 1.0
-    for last in (1, len(told) // 2, len(told) - 1):
-        asked = []
+    assert messages == sorted(messages)
+    assert len(messages) > 10
+    assert 0.0 <= messages[0] < messages[-1] <= 1.0
+    for last in (1, len(messages) // 2, len(messages) - 1):
+        requested = []
         with (
             pytest.raises(Cancelled),
             running(
-                lambda part, text: asked.append(part),  # noqa: B023
-                cancel=lambda: len(asked) >= last,  # noqa: B023
+                lambda part, text: requested.append(part),  # noqa: B023
+                cancel=lambda: len(requested) >= last,  # noqa: B023
             ),
         ):
             FindZeros().compute(session)
-        assert len(asked) <= last + 1
+        assert len(requested) <= last + 1

@@ -241,14 +241,14 @@ def test_a_certificate_says_what_was_done(arm, tmp_path):
     html = Page()
     html.feed(text)
     message = " ".join(html.text)
-    for said in (
+    for output in (
         "PASSED",
         "A <b> & C",
         hashlib.sha256(robot.read_bytes()).hexdigest(),
         "2026-01-02",
         "ISO 9283",
     ):
-        assert said in message
+        assert output in message
     assert not [value for name, value in html.attributes if name in ("src", "href") and "http" in value]
     assert json.loads((page.parent / "result.json").read_text())["iso9283"][0]["visits"] == 2
 

@@ -68,7 +68,7 @@ def test_every_hole_of_the_plate_is_drawn_to_size(fixture, drawn):
     assert (gaps.min(axis=1) < 1e-6).all()
 
 
-def said(drawing):
+def message(drawing):
     """All words of a drawing, those of dimensions too."""
     labels = [t.dxf.text for t in drawing.modelspace().query("TEXT")]
     for dimension in drawing.modelspace().query("DIMENSION"):
@@ -78,13 +78,13 @@ def said(drawing):
 
 def test_dimensions_say_millimetres(fixture, drawn):
     """Overall size and the place of every block on the plate; heights of every shape on its page."""
-    numbers = [float(w) for w in said(drawn["plate"]) if re.fullmatch(r"-?[\d.]+", w)]
+    numbers = [float(w) for w in message(drawn["plate"]) if re.fullmatch(r"-?[\d.]+", w)]
     size = 1e3 * fixture.slab.size[:2]
     places = [v for b in fixture.blocks for v in fixture.from_corner(b.pose[:3, 3])]
     for value in (*size, *places):
         assert min(abs(value - number) for number in numbers) < 2e-3
     for shape in fixture.shapes:
-        labels = said(drawn[f"block-{shape.letter}"])
+        labels = message(drawn[f"block-{shape.letter}"])
         numbers = [float(w.strip("()")) for w in labels if re.fullmatch(r"\(?-?[\d.]+\)?", w)]
         for height in shape.block.heights:
             assert min(abs(1e3 * height - number) for number in numbers) < 2e-3
@@ -96,7 +96,7 @@ def test_dimensions_say_millimetres(fixture, drawn):
 def test_tolerances_are_the_plate_s_own_budget(plate_of):
     own = replace(plate_of(*SLANTED), production=Production(position=2e-5, angle=np.deg2rad(0.02)))
     assert fixture_of(own).tolerances.production.position == 2e-5
-    text = "\n".join(said(drawings(fixture_of(own))["block-A"]))
+    text = "\n".join(message(drawings(fixture_of(own))["block-A"]))
     assert "±0.02°" in text
     assert "±0.01°" in text  # half for the index hole, half for the dowels in the plate
     assert "Ø0.020 to A B C" in text
@@ -122,33 +122,33 @@ def table_of(drawing):
     return [row for _, row in sorted(rows.items(), reverse=True) if len(row) > 3]
 
 
-def told_block(drawing, shape, blocks, bores):
+def drawn_block(drawing, shape, blocks, bores):
     """A block's solid and bores from its lines in the lists, its side from the drawing's title."""
     row = next(r for r in blocks if r["shape"] == shape)
     tilt, height = np.deg2rad(float(row["tilt[deg]"])), float(row["height[mm]"])
     title = r"(?:square bar|printed block) ([\d.]+) mm"
-    side = next(float(m.group(1)) for w in said(drawing) if (m := re.match(title, w)))
+    side = next(float(m.group(1)) for w in message(drawing) if (m := re.match(title, w)))
     normal, down = np.array([np.sin(tilt), 0.0, np.cos(tilt)]), np.array([np.cos(tilt), 0.0, -np.sin(tilt)])
     bar = Manifold.cube((side, side, 400.0), True).translate((0.0, 0.0, 200.0))
-    told = []
+    stated = []
     for line in (b for b in bores if b["shape"] == shape):
         u, v = float(line["u[mm]"]), float(line["v[mm]"])
         foot = line["on"] == "foot"
         mouth = np.array([u, v, 0.0]) if foot else np.array([0.0, v, height]) + u * down
         size = float(line["diameter[mm]"]), float(line["depth[mm]"]), "cone" in line["size"]
-        told.append((mouth, np.array([0.0, 0.0, 1.0]) if foot else -normal, *size))
-    return bar.trim_by_plane((-normal).tolist(), float(-height * np.cos(tilt))), told
+        stated.append((mouth, np.array([0.0, 0.0, 1.0]) if foot else -normal, *size))
+    return bar.trim_by_plane((-normal).tolist(), float(-height * np.cos(tilt))), stated
 
 
-def told_slab(drawing, rows):
+def drawn_slab(drawing, rows):
     """A plate with holes through it: size from the title, (x, y, diameter) from rows."""
-    length, width, thick = next(numbers(w)[:3] for w in said(drawing) if w.endswith("all holes through"))
+    length, width, thick = next(numbers(w)[:3] for w in message(drawing) if w.endswith("all holes through"))
     down = np.array([0.0, 0.0, -1.0])
-    told = [(np.array([x - length / 2, y - width / 2, 0.0]), down, d, thick, False) for x, y, d in rows]
-    return Manifold.cube((length, width, thick), True).translate((0.0, 0.0, -thick / 2)), told
+    stated = [(np.array([x - length / 2, y - width / 2, 0.0]), down, d, thick, False) for x, y, d in rows]
+    return Manifold.cube((length, width, thick), True).translate((0.0, 0.0, -thick / 2)), stated
 
 
-def told_turned(drawing):
+def drawn_turned(drawing):
     """A turned part: diameters and lengths from its dimensions, bores from table and dashed outlines."""
     dimensions = [
         t.plain_text()
@@ -169,22 +169,22 @@ def told_turned(drawing):
         np.array(p.get_points())[:, 1].min()
         for p in drawing.modelspace().query("LWPOLYLINE[layer=='OUTLINE']")
     )
-    told = []
+    stated = []
     for row, outline in zip(table_of(drawing), dashed, strict=True):
         start, end = outline[[0, 2]] - foot
         size = row["size"].split("core")[-1]
         mouth = np.array([float(row["x"]), float(row["y"]), start])
         depth = abs(end - start) if row["depth"] == "through" else float(row["depth"])
         diameter = numbers(size.split("cone")[-1])[0]
-        told.append(
+        stated.append(
             (mouth, np.array([0.0, 0.0, np.sign(end - start)]), diameter, depth, "cone" in row["size"])
         )
-    return solid, told
+    return solid, stated
 
 
-def bored(solid, told):
+def bored(solid, stated):
     """What drills and countersinks leave of a solid."""
-    for mouth, direction, diameter, depth, cone in told:
+    for mouth, direction, diameter, depth, cone in stated:
         across = np.cross(direction, [0.0, 1.0, 0.0])
         frame = np.column_stack([across, np.cross(direction, across), direction, mouth])
         low, high = diameter / 2 + cone, 0.0 if cone else diameter / 2
@@ -216,21 +216,21 @@ def test_every_part_rebuilt_from_drawing_and_lists_is_the_solid(plate_of, made):
         page = drawn[name]
         if name == "plate":
             columns = ("x[mm]", "y[mm]", "diameter[mm]")
-            solid, told = told_slab(page, [[float(hole[c]) for c in columns] for hole in holes])
+            solid, stated = drawn_slab(page, [[float(hole[c]) for c in columns] for hole in holes])
         elif name == "bottom":
             rows = [(float(r["x"]), float(r["y"]), numbers(r["size"])[0]) for r in table_of(page)]
-            solid, told = told_slab(page, rows)
+            solid, stated = drawn_slab(page, rows)
         elif name.startswith("block"):
-            solid, told = told_block(page, name.removeprefix("block-"), blocks, bores)
+            solid, stated = drawn_block(page, name.removeprefix("block-"), blocks, bores)
         else:
-            solid, told = told_turned(page)
-        for bore, (mouth, direction, diameter, depth, cone) in zip(part.bores, told, strict=True):
+            solid, stated = drawn_turned(page)
+        for bore, (mouth, direction, diameter, depth, cone) in zip(part.bores, stated, strict=True):
             assert np.allclose(1e3 * bore.mouth, mouth, atol=0.01), (name, bore.label)
             assert np.degrees(np.arccos(np.clip(bore.direction @ direction, -1.0, 1.0))) < 0.01
             assert np.allclose([1e3 * bore.diameter, 1e3 * bore.depth], [diameter, depth], atol=0.01)
             assert bore.conical == cone
         file = trimesh.load(io.BytesIO(stl(mesh_of(part))), file_type="stl")
-        mine = bored(solid, told)
+        mine = bored(solid, stated)
         round_off = 0.02 if isinstance(part, Turned) else 0.01  # its mesh is a polygon of the circle's area
         assert np.allclose(np.reshape(mine.bounding_box(), (2, 3)), file.bounds, atol=round_off), name
         assert np.isclose(mine.volume(), file.volume, rtol=2e-4), name
@@ -240,7 +240,7 @@ def test_a_block_s_face_and_index_hole_lie_as_drawn(slanted):
     """To 0.01°: the face of the solid, the angle of the index hole that stands on the page."""
     blocks = list(csv.DictReader(io.StringIO(blocks_csv(slanted))))
     bores = list(csv.DictReader(io.StringIO(bores_csv(slanted))))
-    angles = {name: said(drawing) for name, drawing in drawings(slanted).items()}
+    angles = {name: message(drawing) for name, drawing in drawings(slanted).items()}
     for shape in slanted.shapes:
         tilt = np.deg2rad(float(next(r for r in blocks if r["shape"] == shape.letter)["tilt[deg]"]))
         file = trimesh.load(io.BytesIO(stl(mesh_of(shape.block))), file_type="stl")
@@ -253,7 +253,7 @@ def test_a_block_s_face_and_index_hole_lie_as_drawn(slanted):
 
 
 def texts_of(fixture):
-    return {name: said(drawing) for name, drawing in drawings(fixture).items()}
+    return {name: message(drawing) for name, drawing in drawings(fixture).items()}
 
 
 def test_words_of_a_ball_s_drawings(plate_of):
@@ -277,8 +277,8 @@ def test_labels_of_holes_stand_clear_of_other_holes(plate):
     assert len(labels) == 8
     for label in labels:
         high = label.dxf.height
-        apart = np.abs(holes - np.array(label.dxf.align_point.vec2) - [0.0, 0.5 * high])
-        assert not (apart < [high, 0.8 * high]).all(axis=1).any(), label.dxf.text
+        distance = np.abs(holes - np.array(label.dxf.align_point.vec2) - [0.0, 0.5 * high])
+        assert not (distance < [high, 0.8 * high]).all(axis=1).any(), label.dxf.text
 
 
 def dimensions(drawing):

@@ -42,7 +42,7 @@ NO_NOTES = (
     "() => document.head.appendChild(document.createElement('style')).textContent = "
     "'.mantine-Notification-root { display: none }'"
 )
-SETTLED = 2500
+DRAWN_AFTER = 2500
 """How long a page is given after each step [ms]."""
 
 
@@ -89,7 +89,7 @@ def shoot(browser: Browser, app: App, states: dict[str, Session], folder: Path) 
                 app.worker.submit(
                     Show(replace(state, page=replace(state.page, is_dark=is_dark, is_dark_chosen=True)))
                 )
-                page.wait_for_timeout(SETTLED)
+                page.wait_for_timeout(DRAWN_AFTER)
                 page.screenshot(path=folder / f"{name}-{size[0]}{shade}.png")
         page.close()
 

@@ -61,8 +61,8 @@ def picture_of(screen) -> np.ndarray:
 
 def off(now: np.ndarray, then: np.ndarray) -> tuple[float, float]:
     """Mean and greatest distance of two pictures' colours."""
-    apart = np.abs(now - then)
-    return float(apart.mean()), float(apart.max())
+    distance = np.abs(now - then)
+    return float(distance.mean()), float(distance.max())
 
 
 def test_words_and_scene_are_those_kept(app, look, known):
@@ -75,9 +75,9 @@ def test_words_and_scene_are_those_kept(app, look, known):
         then = json.loads(LOOKS.read_text(encoding="utf-8"))
     for tab in Tab:
         assert now["words"][tab] == then["words"][tab], f"the tab {tab} reads otherwise; see {__file__}"
-    mean, most = off(np.array(now["scene"]), np.array(then["scene"]))
+    mean, maximum = off(np.array(now["scene"]), np.array(then["scene"]))
     assert mean < ON_AVERAGE, f"the scene looks otherwise; see {__file__}"
-    assert most < ANYWHERE, f"a part of the scene looks otherwise; see {__file__}"
+    assert maximum < ANYWHERE, f"a part of the scene looks otherwise; see {__file__}"
 
 
 def test_a_scene_without_its_arm_or_a_tab_without_words_would_be_noticed(known):
@@ -243,8 +243,8 @@ def residuals_are_where_they_are(screen):
     assert (places < [box["x"] + box["width"], box["y"] + box["height"]]).all()
     screen.page.get_by_role("link", name="nominal").click()
     screen.until(lambda session: session.choices.overlay.stage is ModelStage.NOMINAL)
-    apart = np.linalg.norm(places[:, None] - places, axis=2) + 1e9 * np.eye(len(places))
-    free = np.where(places[:, 0] > 400, apart.min(1), 0.0)  # beside the window with the scale
+    distance = np.linalg.norm(places[:, None] - places, axis=2) + 1e9 * np.eye(len(places))
+    free = np.where(places[:, 0] > 400, distance.min(1), 0.0)  # beside the window with the scale
     row = int(free.argmax())
     screen.page.mouse.click(*places[row])
     screen.until(lambda session: session.results.row == row)

@@ -6,7 +6,7 @@ import zipfile
 import numpy as np
 import pytest
 from generator import VirtualArm
-from round_trip import Saved, apart, read_arm, read_rows, rows_of
+from round_trip import Saved, pose_difference, read_arm, read_rows, rows_of
 from stories import Visit, own_files, own_robot, pictures, plate
 
 from workbench.arm.built_in_arms import load_robot
@@ -57,6 +57,6 @@ def test_pictures_to_the_zeros(visit, tmp_path, aria):
     table = table_of(aria)
     table[:, 0] += shifts
     q = np.random.default_rng(1).uniform(-1.0, 1.0, (50, 6))
-    off = apart(read_arm(urdf)(rows_of(q))[0], VirtualArm("hayati", table).pose(q))
+    off = pose_difference(read_arm(urdf)(rows_of(q))[0], VirtualArm("hayati", table).pose(q))
     assert off[0] < 5e-4
     assert off[1] < np.deg2rad(0.05)

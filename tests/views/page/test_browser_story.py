@@ -90,10 +90,10 @@ def suggested_poses_that_are_blocked_become_no_targets(screen, found):
     named = replace(session.plate.targets[2], branch="shoulder right, elbow down, wrist flip")
     blocked = place(session.robot, named, session.states[2].q).q
     assert hits(session.robot, session.plate, [2], blocked[None])[0]
-    told = replace(found, measure_next=np.stack([blocked, free]), next_reasons=found.next_reasons[:2])
-    screen.show(replace(session, results=replace(session.results, diagnosis=told, accepted=())))
+    advised = replace(found, measure_next=np.stack([blocked, free]), next_reasons=found.next_reasons[:2])
+    screen.show(replace(session, results=replace(session.results, diagnosis=advised, accepted=())))
     screen.press("Make the next poses targets")
-    before, number = len(session.plate), len(told.measure_next)
+    before, number = len(session.plate), len(advised.measure_next)
     sentence = f"of {number} suggested poses"
     session = screen.until(lambda now: any(sentence in message.text for message in now.page.messages))
     added = len(session.plate) - before

@@ -91,8 +91,8 @@ def test_a_foreign_page_gets_nothing(host, foreign, chromium):
 
 
 def test_not_even_its_own_page_opens_a_tunnel(chromium, monkeypatch):
-    asked = []
-    monkeypatch.setattr(viser.ViserServer, "request_share_url", lambda self: asked.append(self))
+    requested = []
+    monkeypatch.setattr(viser.ViserServer, "request_share_url", lambda self: requested.append(self))
     ours, bare = local_server(), viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     page = chromium.new_page()
     try:
@@ -101,9 +101,9 @@ def test_not_even_its_own_page_opens_a_tunnel(chromium, monkeypatch):
             page.goto(address + OWN)
             page.evaluate(TUNNEL, [address, f"viser-v{viser.__version__}"])
         end = time.monotonic() + 60.0
-        while not asked and time.monotonic() < end:
+        while not requested and time.monotonic() < end:
             time.sleep(0.02)
-        assert asked == [bare]
+        assert requested == [bare]
     finally:
         page.close()
         ours.stop()

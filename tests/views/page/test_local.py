@@ -217,12 +217,12 @@ def unreadable():
 
 
 def test_nobody_is_told_of_a_page_whose_robot_cannot_be_read(server):
-    told = []
+    messages = []
     with pytest.raises(OptionError, match="is taken"):  # the port comes first
-        serve(unreadable, port=server.get_port(), on_ready=told.append, open_browser=False)
+        serve(unreadable, port=server.get_port(), on_ready=messages.append, open_browser=False)
     with pytest.raises(OptionError, match="nothing to read"):
-        serve(unreadable, port=0, on_ready=told.append, open_browser=False)
-    assert not told
+        serve(unreadable, port=0, on_ready=messages.append, open_browser=False)
+    assert not messages
 
 
 def test_an_interrupt_before_anybody_was_told_comes_out():
@@ -241,18 +241,18 @@ def test_an_interrupt_before_anybody_was_told_comes_out():
 
 
 def test_an_interrupt_while_the_robot_is_read_ends_the_page():
-    told = []
+    messages = []
 
     def interrupted():
-        assert get(int(told[0].rpartition(":")[2]), told[0].removeprefix("http://")) == 200
+        assert get(int(messages[0].rpartition(":")[2]), messages[0].removeprefix("http://")) == 200
         signal.raise_signal(signal.SIGINT)
         return load_robot("aria"), None
 
     def begin(robot, plate):
         raise AssertionError("the start went on")
 
-    serve(interrupted, is_certain=True, begin=begin, port=0, on_ready=told.append, open_browser=False)
-    assert len(told) == 1
+    serve(interrupted, is_certain=True, begin=begin, port=0, on_ready=messages.append, open_browser=False)
+    assert len(messages) == 1
 
 
 def test_the_arm_is_drawn_without_a_session():

@@ -457,9 +457,9 @@ def test_a_panel_that_raises_stops_no_other_and_is_told_of_once(app, monkeypatch
         app.worker.submit(SetNoise(position, 1e-3))
         assert app.worker.wait()
     assert control(app, "Noise [mm]").value == 0.3
-    told = [m for m in app.worker.session.page.messages if "humidity" in m.text]
-    assert [m.severity for m in told] == [Severity.ERROR]
-    assert "HistoryPanel" in told[0].text
+    warnings = [m for m in app.worker.session.page.messages if "humidity" in m.text]
+    assert [m.severity for m in warnings] == [Severity.ERROR]
+    assert "HistoryPanel" in warnings[0].text
     assert len([record for record in caplog.records if record.exc_info]) == 1
 
 
@@ -541,8 +541,8 @@ def test_a_page_that_comes_before_the_tabs_opens_the_first_one_once_they_are_the
     )
     drawn = Event()
     drawn.set()
-    told = SimpleNamespace(drawn=lambda text: ("", drawn))
-    tabs = Tabs(server, told, first=Tab.ROBOT)
+    messages = SimpleNamespace(drawn=lambda text: ("", drawn))
+    tabs = Tabs(server, messages, first=Tab.ROBOT)
     assert sent == []
     for tab in Tab:
         tabs.add(tab)
@@ -573,16 +573,18 @@ def test_tabs_of_earlier_recordings_open_those_that_took_their_panels(former, ta
 
 def test_a_note_for_the_recording_alone_is_not_on_the_page_and_ends_what_only_informs(app):
     header = next(p for p in app.view._panels if isinstance(p, Header))
-    told = app.worker.session.tell(Severity.WARNING, "one").tell(Severity.INFO, "two")
+    warnings = app.worker.session.tell(Severity.WARNING, "one").tell(Severity.INFO, "two")
     for session, shown in (
-        (told, "Two."),
-        (told.tell(Severity.LOG, "three"), "One."),
-        (told.tell(Severity.LOG, "three").without_info_messages(), "One."),
+        (warnings, "Two."),
+        (warnings.tell(Severity.LOG, "three"), "One."),
+        (warnings.tell(Severity.LOG, "three").without_info_messages(), "One."),
     ):
         header.show(session)
         assert shown in header._message.content
     header.show(
-        replace(told, page=replace(told.page, messages=told.page.messages[1:])).tell(Severity.LOG, "three")
+        replace(warnings, page=replace(warnings.page, messages=warnings.page.messages[1:])).tell(
+            Severity.LOG, "three"
+        )
     )
     assert not header._message.visible
 

@@ -175,10 +175,10 @@ def test_pictures_without_an_end_are_shown_as_far_as_they_go(copy, reader, cut):
     path = copy / "session.rrd"
     content = path.read_bytes()
     path.write_bytes(content[: max(0, len(content) - cut)])
-    said = []
+    message = []
     (copy.parent / "room").mkdir()
-    files = pictures_of(read_recording(copy), copy.parent / "room", say=said.append)
-    assert said
+    files = pictures_of(read_recording(copy), copy.parent / "room", say=message.append)
+    assert message
     assert path.read_bytes() == content[: max(0, len(content) - cut)]
     shown = reader(files[-1])
     assert shown.values("/log", "TextLog:text")[-1][0] >= len(read_recording(copy).lines) - 5
@@ -257,12 +257,12 @@ def test_parameters_of_different_arms_are_not_compared(replayed):
 def test_a_comparison_says_how_far_it_is(copy, tmp_path):
     lines = (copy / JOURNAL).read_text().splitlines(keepends=True)
     (copy / JOURNAL).write_text("".join(lines[:6]))
-    recording, told = read_recording(copy), []
-    with running(lambda part, text: told.append(part)):
+    recording, messages = read_recording(copy), []
+    with running(lambda part, text: messages.append(part)):
         compared = compare_recordings([recording] * 2)
         write_comparison(recording, recording, tmp_path / "ab.rrd", compared=compared)
-    assert len(told) > 4
-    assert 0.5 < max(told) <= 1.0
+    assert len(messages) > 4
+    assert 0.5 < max(messages) <= 1.0
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from workbench.session.journal.reader import read_recording
 from workbench.session.journal.restore import restore
 from workbench.views.recording.canvas import ROW, STEP, TIME
 
-MOST = 2 * 2**20
+MAX_BYTES = 2 * 2**20
 """Size of the folder [bytes]."""
 
 
@@ -25,7 +25,7 @@ def pictures(sample, reader):
 
 
 def test_it_is_small(sample):
-    assert sum(p.stat().st_size for p in sample.folder.rglob("*") if p.is_file()) <= MOST
+    assert sum(p.stat().st_size for p in sample.folder.rglob("*") if p.is_file()) <= MAX_BYTES
 
 
 def test_it_comes_to_the_same_numbers(sample, replayed):
@@ -127,9 +127,9 @@ def test_the_log_explains_the_curve(pictures, sample):
     """Setting the noise halves the predicted error; fits and rows that were looked at end the session."""
     log = dict(pictures.values("/log", "TextLog:text"))
     names = {step: type(line.entry.command).__name__ for step, line in enumerate(sample.lines, start=1)}
-    told = {names[step] for step in log if step}
-    assert {"SetNoise", "ShowFit", "ShowRow", "ShowCubes", "SelectTarget"} <= told
-    assert "MoveTarget" not in told
+    messages = {names[step] for step in log if step}
+    assert {"SetNoise", "ShowFit", "ShowRow", "ShowCubes", "SelectTarget"} <= messages
+    assert "MoveTarget" not in messages
     assert max(log) == len(sample.lines)
     assert sample.header["workbench"]
 

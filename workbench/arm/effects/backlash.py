@@ -102,8 +102,8 @@ class Backlash(AbstractEffect):
     @classmethod
     def own_offers(cls, arm, motion):
         yield from offered([cls((j,)) for j in range(arm.dof)], arm, motion)
-        both_ways = [j for j in range(arm.dof) if motion.direction is None or np.ptp(motion.direction[:, j])]
-        yield from offered([cls((j,), by="motion") for j in both_ways or range(arm.dof)], arm, motion)
+        reversing = [j for j in range(arm.dof) if motion.direction is None or np.ptp(motion.direction[:, j])]
+        yield from offered([cls((j,), by="motion") for j in reversing or range(arm.dof)], arm, motion)
 
     @classmethod
     def own_example(cls, arm, joint, rng):

@@ -196,10 +196,10 @@ class AbstractStep(AbstractEvent):
         if not fewer.any() or self.clock(motion) is None:
             return None
         place = motion.q / np.maximum(np.ptp(motion.q, axis=0), 1e-9)
-        apart, nearest = (found[:, 1] for found in cKDTree(place).query(place, k=2))
+        distance, nearest = (found[:, 1] for found in cKDTree(place).query(place, k=2))
         mixed = (fewer[nearest] != fewer)[fewer].mean() * len(fewer) / (~fewer).sum()
         across = cKDTree(place[fewer]).query(place[~fewer])[0].min()
-        if mixed >= MIXED or across <= np.median(apart):
+        if mixed >= MIXED or across <= np.median(distance):
             return None
         return "no posture before is like one afterwards, so that these may be what differs"
 

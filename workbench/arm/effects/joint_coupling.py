@@ -46,8 +46,8 @@ class JointCoupling(AbstractEffect):
 
     def sentence(self, chain, motion):
         moved, by = (j + 1 for j in self.joints)
-        way = "angle" if turns(chain, self.joints[1]) else "travel"
-        return f"Joint {moved} moves along with joint {by}: {self.size(chain)} of its {way}"
+        kind = "angle" if turns(chain, self.joints[1]) else "travel"
+        return f"Joint {moved} moves along with joint {by}: {self.size(chain)} of its {kind}"
 
     @classmethod
     def own_offers(cls, arm, motion):

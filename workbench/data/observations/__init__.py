@@ -4,7 +4,13 @@ from workbench.base.registry import Registry
 from workbench.data.observations.contact import ContactObservation, PlaneObservation
 from workbench.data.observations.distance import DistanceObservation
 from workbench.data.observations.markers import MarkerObservation
-from workbench.data.observations.observation import AbstractObservation, Channel, OwnErrors, Seen, Unknown
+from workbench.data.observations.observation import (
+    AbstractObservation,
+    Channel,
+    Linearised,
+    OwnErrors,
+    Unknown,
+)
 from workbench.data.observations.point import PointObservation
 from workbench.data.observations.pose import PoseObservation
 from workbench.data.observations.tilt import TiltObservation
@@ -30,12 +36,12 @@ __all__ = [
     "Channel",
     "ContactObservation",
     "DistanceObservation",
+    "Linearised",
     "MarkerObservation",
     "OwnErrors",
     "PlaneObservation",
     "PointObservation",
     "PoseObservation",
-    "Seen",
     "TiltObservation",
     "Unknown",
 ]

@@ -19,7 +19,7 @@ from jaxtyping import Bool, Float
 
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations.observation import AbstractPlaceObservation, Channel, Seen
+from workbench.data.observations.observation import AbstractPlaceObservation, Channel, Linearised
 
 PLANE = "plane"
 """How the name of a contact with a plane begins."""
@@ -53,11 +53,11 @@ class ContactObservation(AbstractPlaceObservation):
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         return np.concatenate([poses[self.place == k, :3, 3].mean(0) for k in range(len(self.names))])
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+    def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         each = np.ones((len(poses), 1, 1))
         residual = unknown.reshape(-1, 3)[self.place] - poses[:, :3, 3]
         by_twist = np.concatenate([np.eye(3), np.zeros((3, 3))], axis=1) * each
-        return Seen(residual, by_twist, self.by_place(-np.eye(3) * each))
+        return Linearised(residual, by_twist, self.by_place(-np.eye(3) * each))
 
 
 @final
@@ -86,7 +86,7 @@ class PlaneObservation(AbstractPlaceObservation):
             feet.append(REFERENCE + normal * (normal @ middle))
         return np.concatenate(feet)
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+    def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         foot = unknown.reshape(-1, 3)[self.place] - REFERENCE
         length = np.maximum(np.linalg.norm(foot, axis=1), 1e-12)
         normal = foot / length[:, None]
@@ -94,4 +94,4 @@ class PlaneObservation(AbstractPlaceObservation):
         height = (normal * tip).sum(axis=1)
         by_twist = np.concatenate([normal, np.zeros_like(normal)], axis=1)[:, None]
         by_foot = (tip - height[:, None] * normal) / length[:, None] - normal
-        return Seen((length - height)[:, None], by_twist, self.by_place(by_foot[:, None]))
+        return Linearised((length - height)[:, None], by_twist, self.by_place(by_foot[:, None]))

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.data.dataset import Dataset
-from workbench.data.observations.observation import AbstractPlaceObservation, Channel, Seen
+from workbench.data.observations.observation import AbstractPlaceObservation, Channel, Linearised
 
 
 @final
@@ -34,9 +34,9 @@ class DistanceObservation(AbstractPlaceObservation):
             guess[k] = np.linalg.lstsq(matrix, (p**2).sum(1) - self.distance[mine] ** 2, rcond=1e-9)[0][:3]
         return guess.ravel()
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+    def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         from_anchor = poses[:, :3, 3] - unknown.reshape(-1, 3)[self.place]
         length = np.maximum(np.linalg.norm(from_anchor, axis=1), 1e-12)
         direction = from_anchor / length[:, None]
         by_twist = np.concatenate([direction, np.zeros_like(direction)], axis=1)[:, None]
-        return Seen((self.distance - length)[:, None], by_twist, self.by_place(-direction[:, None]))
+        return Linearised((self.distance - length)[:, None], by_twist, self.by_place(-direction[:, None]))

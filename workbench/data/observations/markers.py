@@ -14,7 +14,7 @@ from workbench.base import se3
 from workbench.base.errors import DataError
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations.observation import AbstractObservation, Channel, Seen
+from workbench.data.observations.observation import AbstractObservation, Channel, Linearised
 
 
 @final
@@ -58,7 +58,7 @@ class MarkerObservation(AbstractObservation):
         total = np.where(seen, local, 0.0).sum(0)
         return (total / np.maximum(seen.sum(0), 1)).ravel()
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+    def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         rows, count = self.measured.shape[:2]
         rotation = poses[:, None, :3, :3]
         arm = (rotation @ unknown.reshape(count, 3)[None, :, :, None])[..., 0]
@@ -70,7 +70,7 @@ class MarkerObservation(AbstractObservation):
         for k in range(count):
             by_unknown[:, k, :, k] = np.where(seen[:, k, :, None], poses[:, :3, :3], 0.0)
         shape = (rows, 3 * count)
-        return Seen(
+        return Linearised(
             residual.reshape(shape), by_twist.reshape(*shape, 6), by_unknown.reshape(*shape, 3 * count)
         )
 

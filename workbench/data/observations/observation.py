@@ -45,7 +45,7 @@ class Unknown(NamedTuple):
     sigma: float | None = None
 
 
-class Seen(NamedTuple):
+class Linearised(NamedTuple):
     """Residuals and derivatives of some rows.
 
     Args:
@@ -165,10 +165,10 @@ class AbstractObservation(ABC):
         return NO_UNKNOWNS
 
     @abstractmethod
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+    def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         """Residuals and derivatives at predicted tool poses."""
 
-    def own_errors(self, seen: Seen) -> OwnErrors | None:
+    def own_errors(self, seen: Linearised) -> OwnErrors | None:
         """Errors of the rows, where these are neither positions nor orientations."""
         return None
 

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.data.dataset import Dataset
-from workbench.data.observations.observation import AbstractObservation, Channel, Seen
+from workbench.data.observations.observation import AbstractObservation, Channel, Linearised
 
 
 @final
@@ -22,7 +22,7 @@ class PointObservation(AbstractObservation):
     def of(cls, data: Dataset) -> "PointObservation":
         return cls(np.asarray(data.position))
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+    def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         by_twist = np.zeros((len(poses), 3, 6))
         by_twist[:, :, :3] = np.eye(3)
-        return Seen(self.position - poses[:, :3, 3], by_twist, np.zeros((len(poses), 3, 0)))
+        return Linearised(self.position - poses[:, :3, 3], by_twist, np.zeros((len(poses), 3, 0)))

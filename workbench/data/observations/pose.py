@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from workbench.base import se3
 from workbench.data.dataset import Dataset
-from workbench.data.observations.observation import AbstractObservation, Channel, Seen
+from workbench.data.observations.observation import AbstractObservation, Channel, Linearised
 
 
 @final
@@ -24,9 +24,9 @@ class PoseObservation(AbstractObservation):
     def of(cls, data: Dataset) -> "PoseObservation":
         return cls(se3.pose(np.asarray(data.rotation), np.asarray(data.position)))
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+    def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         residual = se3.pose_error(self.poses, poses)
         by_twist = np.zeros((len(poses), 6, 6))
         by_twist[:, :3, :3] = np.eye(3)
         by_twist[:, 3:, 3:] = se3.left_jacobian_inverse(-residual[:, 3:])
-        return Seen(residual, by_twist, np.zeros((len(poses), 6, 0)))
+        return Linearised(residual, by_twist, np.zeros((len(poses), 6, 0)))

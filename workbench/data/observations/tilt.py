@@ -22,7 +22,7 @@ from jaxtyping import Bool, Float
 from workbench.base import se3
 from workbench.base.types import frozen
 from workbench.data.dataset import Dataset
-from workbench.data.observations.observation import AbstractObservation, Channel, Seen, Unknown
+from workbench.data.observations.observation import AbstractObservation, Channel, Linearised, Unknown
 
 ASKEW = float(np.deg2rad(1.0))
 """How far an inclinometer may be mounted askew, one standard deviation [rad]."""
@@ -109,7 +109,7 @@ class TiltObservation(AbstractObservation):
         a /= np.linalg.norm(a, axis=1, keepdims=True)
         return np.stack([a, np.cross(u, a)], axis=1)
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+    def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         rotation, across = poses[:, :3, :3], self._across
         askew = np.eye(3) - se3.skew(unknown) if len(unknown) else np.eye(3)
         up = seen_from(rotation)
@@ -119,4 +119,4 @@ class TiltObservation(AbstractObservation):
         by_turn = np.where(self.seen[..., None], by_turn, 0.0)
         by_twist = np.concatenate([np.zeros_like(by_turn), by_turn], axis=2)
         mounted = np.where(self.seen[..., None], across @ se3.skew(up), 0.0)[..., : len(unknown)]
-        return Seen(residual, by_twist, mounted)
+        return Linearised(residual, by_twist, mounted)

@@ -114,6 +114,6 @@ def _whitened(block, elements, direction):
         else deflect(block.deflected.robot, block.deflected.motion).shift
     )
     poses, twists = chains.twists(block.chain, block.q, block.chain.indices(elements), shift=shift)
-    part = block.observation.see(poses, block.known)
+    part = block.observation.linearise(poses, block.known)
     twist = twists @ direction[:, :, None]
     return block.whiten((part.by_twist @ twist)[..., 0]), block.whiten(part.residual)

@@ -73,8 +73,10 @@ def _spread(count: int) -> np.ndarray:
 
 def _points(axes: Axes, x, values, weight, held) -> None:
     """Rows, faint where they say little of the increment."""
-    says = np.flatnonzero(weight > DIM * np.median(weight))
-    chosen = says[np.unique(np.linspace(0, len(says) - 1, min(len(says), POINTS)).round().astype(int))]
+    weighty = np.flatnonzero(weight > DIM * np.median(weight))
+    chosen = weighty[
+        np.unique(np.linspace(0, len(weighty) - 1, min(len(weighty), POINTS)).round().astype(int))
+    ]
     for mine, colour, marker, text in (
         (~held, COLOURS[0], "o", "fitted rows"),
         (held, COLOURS[2], "D", "held-out rows"),
@@ -123,8 +125,8 @@ def _curve(axes: Axes, view: IncrementCurve) -> None:
 
 def _limits(values: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
     """A range about zero that holds nearly all rows that say something."""
-    says = values[weight > DIM * np.median(weight)]
-    low, high = np.quantile(says, [0.01, 0.99]) if len(says) else (0.0, 0.0)
+    weighty = values[weight > DIM * np.median(weight)]
+    low, high = np.quantile(weighty, [0.01, 0.99]) if len(weighty) else (0.0, 0.0)
     reach = max(BEYOND * max(abs(float(low)), abs(float(high))), 1e-12)
     return -reach, reach
 

@@ -17,7 +17,7 @@ from workbench.report.figures import COLOURS, INK, grid, look, new_figure
 
 NEIGHBOURS = 9
 """Rows of a running mean."""
-MOST_SESSIONS = 20
+MAX_SESSIONS = 20
 """Sessions that are marked at most."""
 
 
@@ -89,7 +89,7 @@ def _divide(axes: Axes, result: Diagnosis, x: np.ndarray) -> None:
     names = dict(zip(np.asarray(data.row).tolist(), np.asarray(data.session).tolist(), strict=True))
     session = np.array([names[r] for r in result.structure.row[order].tolist()])
     changes = np.flatnonzero(session[1:] != session[:-1]) + 1
-    if not 0 < len(changes) < MOST_SESSIONS:
+    if not 0 < len(changes) < MAX_SESSIONS:
         return
     for first in (0, *changes.tolist()):
         at = x[order][first]

@@ -184,8 +184,8 @@ def _is_claimed(result: Diagnosis, effect: AbstractEffect) -> bool:
 
 def alternatives(result: Diagnosis) -> list[str]:
     """Alternatives that fit nearly as well as each effect, and better than none; one line each."""
-    said = (_instead(found) for found in result.effects)
-    return [text for text in said if text]
+    sentences = (_instead(found) for found in result.effects)
+    return [text for text in sentences if text]
 
 
 def nearly_as_good(found: Accepted) -> list[Ranked]:
@@ -218,8 +218,8 @@ def outlier_text(result: Diagnosis) -> str:
 
 def next_table(result: Diagnosis) -> Table:
     """Joint positions of poses to measure next."""
-    told = [Column("what it tells")] if result.next_reasons else []
-    table = new_table("Measure next", unbroken("pose"), *joint_headings(result), *told)
+    reasons = [Column("what it tells")] if result.next_reasons else []
+    table = new_table("Measure next", unbroken("pose"), *joint_headings(result), *reasons)
     for k, cells in enumerate(next_rows(result), 1):
         table.add_row(str(k), *map(escape, cells))
     return table

@@ -81,8 +81,8 @@ def camera_views(session: Session) -> tuple[CameraView, ...]:
     tool = robot.in_session(data.sessions[0]).predict(q[None])
     nowhere = replace(observation, measured=np.zeros_like(observation.measured))
     unknown = np.array([values.get(name, np.nan) for name in nowhere.unknowns])
-    eyes, plates = nowhere.stands
-    predicted = -nowhere.see(tool, unknown).residual.reshape(observation.measured.shape)[0]
+    eyes, plates = nowhere.placements
+    predicted = -nowhere.linearise(tool, unknown).residual.reshape(observation.measured.shape)[0]
     to_base = se3.inverse(robot.in_session(data.sessions[0]).base.pose)
     carriers = {Mount.WORLD: to_base, Mount.TOOL: to_base @ tool[0]}
     boards = [

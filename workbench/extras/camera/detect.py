@@ -213,10 +213,10 @@ class BoardFinder:
 
     def reason(self, picture: Picture) -> str:
         """Why a picture shows no board: board by board where that differs."""
-        said = {f.target.name: f.reason(picture) for f in self.finders}
-        if len(set(said.values())) == 1:
-            return next(iter(said.values()))
-        return "; ".join(f"board '{name}': {why}" for name, why in said.items())
+        reasons = {f.target.name: f.reason(picture) for f in self.finders}
+        if len(set(reasons.values())) == 1:
+            return next(iter(reasons.values()))
+        return "; ".join(f"board '{name}': {why}" for name, why in reasons.items())
 
     def alone(self, board: PictureTarget) -> Finder:
         """The finder of one board, tags of others among what is beside it."""
@@ -297,11 +297,11 @@ def _judged(folder: Path, finder: BoardFinder, names: list[str], found: list[Fou
         first = next(name for name, r in without if r == reason)
         raise DataError(f"{folder}: none of {len(found)} pictures shows the target; '{first}': {reason}")
     corners = sum(len(f.ids) for f in found)
-    said = [f"{corners} corners in {plural(len(found) - len(without), 'picture')}"]
+    notes = [f"{corners} corners in {plural(len(found) - len(without), 'picture')}"]
     for reason, times in Counter(reason for _, reason in without).items():
         own = [name for name, r in without if r == reason]
-        said.append(f"{plural(times, 'picture')} left out, {listed(own, longest=3)}: {reason}")
-    return (*said, *finder.notes)
+        notes.append(f"{plural(times, 'picture')} left out, {listed(own, longest=3)}: {reason}")
+    return (*notes, *finder.notes)
 
 
 def _unseen(finder: BoardFinder, found: list[Found], files: list[tuple[str, Path]]) -> Iterator[str]:

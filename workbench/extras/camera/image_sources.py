@@ -81,7 +81,7 @@ class PictureWatcher(AbstractView):
                     shot = look_at(name, picture, finder, camera.name, camera.size, q)
                     if is_device:
                         uv = np.array(shot.uv).reshape(-1, 2)
-                        shot = replace(shot, still=_apart(uv, before) < STILL and _apart(uv, sent) > MOVED)
+                        shot = replace(shot, still=_shift(uv, before) < STILL and _shift(uv, sent) > MOVED)
                         before, sent = uv, uv if shot.still else sent
                     self._worker.submit(TakeShot(shot))
                 if stop.wait(0.0 if picture is not None and not is_device else self._pause):
@@ -158,7 +158,7 @@ def table_joints(folder: Path, name: str) -> tuple[float, ...] | None:
     return None
 
 
-def _apart(a: np.ndarray, b: np.ndarray) -> float:
+def _shift(a: np.ndarray, b: np.ndarray) -> float:
     """Greatest distance of the same corners in two pictures [px]; inf where others are in view."""
     return float(np.abs(a - b).max(initial=0.0)) if len(a) == len(b) else np.inf
 

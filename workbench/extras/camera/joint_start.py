@@ -55,13 +55,17 @@ class StartInput:
     seen: Float[np.ndarray, "rows points 2"]
     tool: Float[np.ndarray, "rows 4 4"]
     sight: Float[np.ndarray, "rows 4 4"]
-    stand: Float[np.ndarray, "4 4"] | None = None
+    camera_pose: Float[np.ndarray, "4 4"] | None = None
 
     @cached_property
     def _key(self) -> tuple[bytes, ...]:
         arrays = (self.camera.intrinsics, self.points, self.seen, self.tool, self.sight)
-        stand = b"" if self.stand is None else self.stand.tobytes()
-        return (*(np.ascontiguousarray(a).tobytes() for a in arrays), self.camera.mounted.encode(), stand)
+        camera_pose = b"" if self.camera_pose is None else self.camera_pose.tobytes()
+        return (
+            *(np.ascontiguousarray(a).tobytes() for a in arrays),
+            self.camera.mounted.encode(),
+            camera_pose,
+        )
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, StartInput) and self._key == other._key
@@ -92,8 +96,11 @@ class StartInput:
     def by_sights(self) -> Iterator[tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "4 4"]]]:
         """Poses of camera and board by single pictures where the camera is known, else by three of them."""
         rows = np.flatnonzero(np.isfinite(self.sight[:, 0, 0]))
-        if self.stand is not None:
-            yield from ((self.stand, se3.inverse(self.carried[i]) @ self.stand @ self.sight[i]) for i in rows)
+        if self.camera_pose is not None:
+            yield from (
+                (self.camera_pose, se3.inverse(self.carried[i]) @ self.camera_pose @ self.sight[i])
+                for i in rows
+            )
             return
         if len(rows) < MIN_POSES:
             return
@@ -117,7 +124,7 @@ def placed_by_sights(
 @lru_cache(maxsize=8)
 def joint_start(given: StartInput) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "4 4"]]:
     """Poses of camera and board, each in what carries it."""
-    camera, points, stand = given.camera, given.points, given.stand
+    camera, points, camera_pose = given.camera, given.points, given.camera_pose
     carried, spot, pixels = given.corners
     some = np.unique(np.linspace(0, len(spot) - 1, MAX_CORNERS).astype(int))
     carried, spot, pixels = carried[some], spot[some], pixels[some]
@@ -134,12 +141,12 @@ def joint_start(given: StartInput) -> tuple[Float[np.ndarray, "4 4"], Float[np.n
         before = Rotation.from_rotvec(values[:3]).apply(base) + values[3:6]
         return np.clip((camera.project(before).pixel - pixels).ravel(), -1e6, 1e6)
 
-    is_held = stand is not None
+    is_held = camera_pose is not None
     by_sights = [_values(*poses, middle) for poses in given.by_sights()]
     by_sights = sorted(by_sights, key=lambda each: _cost(off(*each)))[:TRIED]
     found = [(_refined(off, values, is_held, turn), turn) for values, turn in by_sights]
     if not by_sights:
-        firsts = _by_points(camera, carried, pixels, places, stand)
+        firsts = _by_points(camera, carried, pixels, places, camera_pose)
         firsts = sorted(firsts, key=lambda values: _cost(off(values)))[:TRIED]
         found = [(_refined(off, values, is_held), Rotation.identity()) for values in firsts]
     if not by_sights and len(np.unique(spot)) > 1:
@@ -154,7 +161,7 @@ def joint_start(given: StartInput) -> tuple[Float[np.ndarray, "4 4"], Float[np.n
         turn = Rotation.from_rotvec(values[9:]) * turn
     board = se3.pose(turn.as_matrix(), values[6:9] - turn.apply(middle))
     eye = se3.inverse(se3.pose(Rotation.from_rotvec(values[:3]).as_matrix(), values[3:6]))
-    return eye if stand is None else stand, board
+    return eye if camera_pose is None else camera_pose, board
 
 
 def _values(
@@ -210,11 +217,15 @@ def _grid(tool: np.ndarray, *, is_fixed: bool) -> Float[np.ndarray, "places 3"]:
 
 
 def _by_points(
-    camera: Camera, carried: np.ndarray, pixels: np.ndarray, places: np.ndarray, stand: np.ndarray | None
+    camera: Camera,
+    carried: np.ndarray,
+    pixels: np.ndarray,
+    places: np.ndarray,
+    camera_pose: np.ndarray | None,
 ) -> list[Float[np.ndarray, "9"]]:
     """The camera for every place of the board's middle, which comes last."""
-    if stand is not None:
-        return [_values(stand, se3.pose(np.eye(3), at), np.zeros(3))[0][:9] for at in places]
+    if camera_pose is not None:
+        return [_values(camera_pose, se3.pose(np.eye(3), at), np.zeros(3))[0][:9] for at in places]
     rays, found = camera.normalised(pixels), []
     for at in places:
         placed = _solved(carried[:, :3, :3] @ at + carried[:, :3, 3], rays)

@@ -78,12 +78,12 @@ def _assumed(name: str, rig: Rig, size: tuple[int, int], focal: float | None, ce
 
 def with_lenses(rig: Rig, pixels: Float[np.ndarray, "rows cameras points 2"]) -> tuple[Rig, list[str]]:
     """The rig with the lens of every assumed camera as its pictures start it, and what was assumed."""
-    cameras, said = list(rig.cameras), []
+    cameras, notes = list(rig.cameras), []
     for c, camera in enumerate(cameras):
         if camera.is_assumed:
             cameras[c] = _started(camera, rig, pixels[:, c])
-            said.append(_lens_text(camera, cameras[c]))
-    return replace(rig, cameras=tuple(cameras)), said
+            notes.append(_lens_text(camera, cameras[c]))
+    return replace(rig, cameras=tuple(cameras)), notes
 
 
 def _lens_text(given: Camera, found: Camera) -> str:

@@ -53,10 +53,10 @@ from workbench.extras.camera.pixel_noise import (
     unlikelihood,
 )
 from workbench.extras.camera.selection_steps import (
-    BENT,
     EFFECTS,
     GEOMETRY,
     NEARBY,
+    WOULD_DISTORT,
     ZEROS,
     Identifiability,
     Step,
@@ -155,7 +155,7 @@ def select_camera_step(
             bends = doubted.considered(build(robot, doubted.data, free=at.free, noise=at.noise))
         one = _tried(name, at, taken, bends, _evidence(last, at))
         step = judged(one.step, [t.step for t in tried], len(data))
-        step = replace(step, refused=BENT) if doubted.off and name == GEOMETRY else step
+        step = replace(step, refused=WOULD_DISTORT) if doubted.off and name == GEOMETRY else step
         tried.append(one._replace(step=step))
         if not step.refused:
             taken = at
@@ -311,8 +311,8 @@ def _other_poses(robot: Robot, data: Dataset) -> Motion:
     rng, measured, (low, high) = np.random.default_rng(0), Motion.of(data), robot.search_limits.T
     q = rng.uniform(low, high, (DRAWN, robot.dof))
     motion = replace(measured.take(rng.integers(0, len(measured), DRAWN)), q=q)
-    apart = cdist(*(tool_poses(robot, each)[:, :3, 3] for each in (motion, measured))).min(1)
-    return motion.take(np.flatnonzero(apart <= max(NEARBY, np.sort(apart)[OTHERS])))
+    distance = cdist(*(tool_poses(robot, each)[:, :3, 3] for each in (motion, measured))).min(1)
+    return motion.take(np.flatnonzero(distance <= max(NEARBY, np.sort(distance)[OTHERS])))
 
 
 def _expected(tried: Sequence[Tried], robot: Robot, data: Dataset) -> list[Step]:

@@ -24,7 +24,13 @@ from workbench.base import se3
 from workbench.base.hand_eye import nearest_rotation
 from workbench.base.types import Freedom
 from workbench.data.dataset import Dataset, Labels
-from workbench.data.observations.observation import AbstractObservation, Channel, OwnErrors, Seen, Unknown
+from workbench.data.observations.observation import (
+    AbstractObservation,
+    Channel,
+    Linearised,
+    OwnErrors,
+    Unknown,
+)
 from workbench.extras.camera.camera import INTRINSICS, Camera, Mount, project
 from workbench.extras.camera.joint_start import (
     MIN_POSES,
@@ -42,7 +48,7 @@ POSE = ("x", "y", "z", "rx", "ry", "rz")
 BENDS = ("bend_xx", "bend_xy", "bend_yy")
 
 
-class Stand(NamedTuple):
+class Placement(NamedTuple):
     """Rows in which a camera, or a board, has one pose.
 
     Args:
@@ -105,19 +111,19 @@ class PixelObservation(AbstractObservation):
         return cls(own.pixels, own.sight, own.rig, session)
 
     @cached_property
-    def stands(self) -> tuple[tuple[Stand, ...], tuple[Stand, ...]]:
+    def placements(self) -> tuple[tuple[Placement, ...], tuple[Placement, ...]]:
         """Poses of the cameras, and of the boards."""
         there = np.isfinite(self.measured[..., 0])
         boards = np.stack([there[:, :, part].any((1, 2)) for _, part in self.rig.parts], axis=1)
         return self._poses_of(self.rig.cameras, there.any(2)), self._poses_of(self.rig.targets, boards)
 
-    def _poses_of(self, parts: Sequence[Camera | PictureTarget], seen: np.ndarray) -> tuple[Stand, ...]:
+    def _poses_of(self, parts: Sequence[Camera | PictureTarget], seen: np.ndarray) -> tuple[Placement, ...]:
         """Of a session that shows nothing of a part with poses of its own there is none."""
-        found: list[Stand] = []
+        found: list[Placement] = []
         for k, part in enumerate(parts):
             owners = np.array([owner_in(part, session) for session in self.session.tolist()])
             shown = owners[seen[:, k]] if part.per_session else owners
-            found += (Stand(k, name, owners == name) for name in dict.fromkeys(shown.tolist()))
+            found += (Placement(k, name, owners == name) for name in dict.fromkeys(shown.tolist()))
         return tuple(found)
 
     @property
@@ -126,8 +132,8 @@ class PixelObservation(AbstractObservation):
 
     @property
     def unknowns(self) -> tuple[str, ...]:
-        cameras, boards = self.stands
-        names = [f"{stand.owner}.{part}" for stand in (*cameras, *boards) for part in POSE]
+        cameras, boards = self.placements
+        names = [f"{placement.owner}.{part}" for placement in (*cameras, *boards) for part in POSE]
         for camera in self.rig.cameras:
             names += [f"{camera.owner}.{k}" for k in INTRINSICS if camera.free is not Freedom.FIXED]
         for target in self.rig.targets:
@@ -145,7 +151,10 @@ class PixelObservation(AbstractObservation):
     @property
     def known(self) -> Mapping[str, Unknown]:
         found = {
-            f"{s.owner}.{part}": Unknown("rad") for stands in self.stands for s in stands for part in POSE[3:]
+            f"{s.owner}.{part}": Unknown("rad")
+            for placements in self.placements
+            for s in placements
+            for part in POSE[3:]
         }
         for target in self.rig.targets:
             found[f"{target.owner}.scale"] = Unknown("1", sigma=target.scale_sigma)
@@ -164,8 +173,8 @@ class PixelObservation(AbstractObservation):
     def start(self, poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, " u"]:
         cameras, boards = self._placed(poses)
         found = dict.fromkeys(self.unknowns, 0.0)
-        for stand, pose in zip(chain(*self.stands), (*cameras, *boards), strict=True):
-            found |= coordinates(stand.owner, pose)
+        for placement, pose in zip(chain(*self.placements), (*cameras, *boards), strict=True):
+            found |= coordinates(placement.owner, pose)
         for camera in self.rig.cameras:
             if camera.free is not Freedom.FIXED:
                 names = (f"{camera.owner}.{part}" for part in INTRINSICS)
@@ -183,11 +192,11 @@ class PixelObservation(AbstractObservation):
     ) -> Float[np.ndarray, "3"]:
         """Where a point is in its board's frame, from all pictures that show it; two place it."""
         normal, right, count = np.zeros((3, 3)), np.zeros(3), 0
-        for (i, stand), (j, held) in product(*(enumerate(stands) for stands in self.stands)):
+        for (i, placement), (j, held) in product(*(enumerate(placements) for placements in self.placements)):
             if held.number != number:
                 continue
-            camera, uv = self.rig.cameras[stand.number], self.measured[:, stand.number, point]
-            rows = np.flatnonzero(np.isfinite(uv[:, 0]) & stand.rows & held.rows)
+            camera, uv = self.rig.cameras[placement.number], self.measured[:, placement.number, point]
+            rows = np.flatnonzero(np.isfinite(uv[:, 0]) & placement.rows & held.rows)
             carried = poses[rows] if camera.mounted is Mount.WORLD else se3.inverse(poses[rows])
             eye = se3.inverse(carried @ boards[j]) @ cameras[i]
             rays = np.append(camera.normalised(uv[rows]), np.ones((len(rows), 1)), axis=1)
@@ -208,68 +217,68 @@ class PixelObservation(AbstractObservation):
         measured = np.where(placing[:, None], self.measured, np.nan)
         shown = np.stack([np.isfinite(measured[:, :, p, 0]).sum(2) for _, p in self.rig.parts], axis=2)
         shown = seen + 1e-9 * shown
-        eyes, held_by = self.stands
+        eyes, held_by = self.placements
         count = np.array([[shown[e.rows & h.rows, e.number, h.number].sum() for h in held_by] for e in eyes])
         cameras, boards = (np.tile(np.eye(4), (n, 1, 1)) for n in count.shape)
-        stands, held = (np.zeros(n, bool) for n in count.shape)
-        while (new := count * ~(stands[:, None] & held)).any():
-            half = new * (stands[:, None] | held)
+        placed, held = (np.zeros(n, bool) for n in count.shape)
+        while (new := count * ~(placed[:, None] & held)).any():
+            half = new * (placed[:, None] | held)
             i, j = np.unravel_index(int((half if half.any() else new).argmax()), new.shape)
             c, b, mine = eyes[i].number, held_by[j].number, eyes[i].rows & held_by[j].rows
             rows = seen[:, c, b] & mine
             sight, camera, (target, part) = self.sight[rows, c, b], self.rig.cameras[c], self.rig.parts[b]
-            stand = cameras[i].copy() if stands[i] else None
+            placement = cameras[i].copy() if placed[i] else None
             given = StartInput(
-                camera, target.points, measured[mine, c, part], poses[mine], self.sight[mine, c, b], stand
+                camera, target.points, measured[mine, c, part], poses[mine], self.sight[mine, c, b], placement
             )
             carried = poses[rows] if camera.mounted is Mount.WORLD else se3.inverse(poses[rows])
-            if rows.sum() < (1 if stands[i] or held[j] else MIN_POSES):
+            if rows.sum() < (1 if placed[i] or held[j] else MIN_POSES):
                 if held[j]:
                     cameras[i] = placed_camera(given, boards[j])
                 else:
                     cameras[i], boards[j] = joint_start(given)
             elif held[j]:
                 cameras[i] = _mean(carried @ boards[j] @ se3.inverse(sight))
-            elif stands[i]:
+            elif placed[i]:
                 boards[j] = _mean(se3.inverse(carried) @ cameras[i] @ sight)
             else:
                 cameras[i], boards[j] = placed_by_sights(camera, poses[rows], sight)
                 cameras[i] = _mean(carried @ boards[j] @ se3.inverse(sight))
             if not held[j] and not given.are_all_near(cameras[i], boards[j]):
                 cameras[i], boards[j] = joint_start(given)
-            stands[i] = held[j] = True
+            placed[i] = held[j] = True
         return cameras, boards
 
-    def see(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Seen:
+    def linearise(self, poses: Float[np.ndarray, "rows 4 4"], unknown: Float[np.ndarray, " u"]) -> Linearised:
         place = self._place
         residual = np.zeros(self.measured.shape)
         by_twist = np.zeros((*self.measured.shape, 6))
         by_unknown = np.zeros((*self.measured.shape, len(place)))
-        for eye, plate in product(*self.stands):
+        for eye, plate in product(*self.placements):
             camera, (target, part) = self.rig.cameras[eye.number], self.rig.parts[plate.number]
             mine = np.s_[:, eye.number, part]
             there = np.isfinite(self.measured[mine]).all(2) & (eye.rows & plate.rows)[:, None]
             row, spot = np.nonzero(there)
             board, xi = self._placed_at(plate.owner, unknown), _shaped(target, unknown, place)
             held = se3.apply(board.pose, xi)
-            first, stand = place[f"{eye.owner}.x"], self._placed_at(eye.owner, unknown)
+            first, placement = place[f"{eye.owner}.x"], self._placed_at(eye.owner, unknown)
             free = camera.free is not Freedom.FIXED
             lens = place[f"{camera.owner}.fx"] if free else 0
             intrinsics = unknown[lens : lens + 9] if free else camera.intrinsics
             fixed = camera.mounted is Mount.WORLD
             carried = (poses if fixed else se3.inverse(poses))[row]
             q = se3.apply(carried, held[spot])
-            from_stand = q - stand.pose[:3, 3]
-            at = project(from_stand @ stand.pose[:3, :3], intrinsics)
+            from_camera = q - placement.pose[:3, 3]
+            at = project(from_camera @ placement.pose[:3, :3], intrinsics)
             residual[mine][row, spot] = self.measured[mine][row, spot] - at.pixel
-            by_q = _times(at.by_point, stand.pose[:3, :3].T)
+            by_q = _times(at.by_point, placement.pose[:3, :3].T)
             by_held = by_q @ carried[:, :3, :3]
             place_of, pull = (q, by_q) if fixed else (held[spot], -by_held)
             lever = place_of - poses[row, :3, 3]
             by_twist[mine][row, spot] = np.concatenate([pull, -_turned(pull, lever)], axis=-1)
             out = np.zeros((len(row), 2, len(place)))
             out[..., first : first + 3] = -by_q
-            out[..., first + 3 : first + 6] = _times(_turned(by_q, from_stand), stand.turning)
+            out[..., first + 3 : first + 6] = _times(_turned(by_q, from_camera), placement.turning)
             if free:
                 out[..., lens : lens + 9] = at.by_intrinsics
             k = place[f"{plate.owner}.x"]
@@ -287,7 +296,7 @@ class PixelObservation(AbstractObservation):
                 out[here, :, k : k + 3] = scale * by_xi[here]
             by_unknown[mine][row, spot] = out
         rows, size = len(residual), residual[0].size
-        return Seen(
+        return Linearised(
             residual.reshape(rows, size),
             by_twist.reshape(rows, size, 6),
             by_unknown.reshape(rows, size, len(place)),
@@ -297,7 +306,7 @@ class PixelObservation(AbstractObservation):
         first = self._place[f"{owner}.x"]
         return Placed.at(unknown[first : first + 6])
 
-    def own_errors(self, seen: Seen) -> OwnErrors:
+    def own_errors(self, seen: Linearised) -> OwnErrors:
         """Root mean square of each picture's corners, and the error of the tool that they suggest."""
         pictures, noise = of_residuals(seen.residual, seen.by_twist, self.seen)
         corners = pictures.count / 2.0

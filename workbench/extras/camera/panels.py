@@ -267,14 +267,14 @@ def _identified(result: Identification | None, *, is_alone: bool = False) -> str
         verdict = "Camera and target found; poses of the tool tell nothing of its joints"
     colour = BAD if found.refused and not is_alone else GOOD
     reasons = [f"{text(step.name)}: {text(step.refused)}" for step in found.steps if step.refused]
-    said = [*found.doubts, *([found.advice] if found.advice else [])]
+    notes = [*found.doubts, *([found.advice] if found.advice else [])]
     places = "".join(f"<div>{text(sentence)}</div>" for sentence in found.found(result.best.fit))
     return block(
         badge(verdict, colour)
         + heading("Step by step, at the tool")
         + _steps(found)
         + bullets(reasons, style="margin:4px 0")
-        + "".join(f'<div style="color:{CAREFUL}">{text(sentence)}</div>' for sentence in said)
+        + "".join(f'<div style="color:{CAREFUL}">{text(sentence)}</div>' for sentence in notes)
         + folded("Zeros, camera and target", places),
         testid="gate",
         style="margin:4px 0 8px",

@@ -52,9 +52,9 @@ def read_picture(path: Path, size: tuple[int, int] | None = None) -> Picture:
     """A picture in grey as the sensor saw it; turned as its EXIF says only where `size` [px] then fits."""
     cv2 = opencv("reading pictures")
     picture = None
-    for way in (cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION, cv2.IMREAD_GRAYSCALE):
+    for flags in (cv2.IMREAD_GRAYSCALE | cv2.IMREAD_IGNORE_ORIENTATION, cv2.IMREAD_GRAYSCALE):
         with contextlib.suppress(cv2.error):  # of more than `MAX_PIXELS`
-            picture = cv2.imread(str(path), way)
+            picture = cv2.imread(str(path), flags)
         if picture is None or size is None or picture.shape[::-1] == size:
             break
     if picture is None:

@@ -87,7 +87,7 @@ class Pictures:
             if block is None:
                 continue
             shape = block.inverse_sigma.shape
-            by_twist = block.observation.see(block.poses(x), plain.unknown(block, x)).by_twist
+            by_twist = block.observation.linearise(block.poses(x), plain.unknown(block, x)).by_twist
             parts.append(
                 cls.of(
                     piece.residual.reshape(shape),
@@ -339,9 +339,9 @@ def of_residuals(residual: np.ndarray, by_twist: np.ndarray, seen: np.ndarray) -
     """
     pictures = Pictures.of(residual, by_twist, seen, np.zeros((*residual.shape, 0)))
     noise = most_likely(pictures, NOTHING, FIRST).noise
-    at_most = largest(pictures, NOTHING, Variances(noise))
+    bound = largest(pictures, NOTHING, Variances(noise))
     return pictures, noise._replace(
-        position=noise.position or at_most.position, rotation=noise.rotation or at_most.rotation
+        position=noise.position or bound.position, rotation=noise.rotation or bound.rotation
     )
 
 

@@ -102,13 +102,13 @@ def pixel_data(rows: PixelRows, rig: Rig, joints: Fields, *, dof: int | None = N
     own = [part.owner for part in rig.posed if part.per_session]
     if own and data.session is None:
         notes += [f"{listed(own)} has per_session = true, but no row names its session: one pose for all"]
-    said = (*rows.notes, *(n for n in data.notes if n not in rows.notes), *assumed, *notes, *posed)
+    all_notes = (*rows.notes, *(n for n in data.notes if n not in rows.notes), *assumed, *notes, *posed)
     shown = replace(
         data,
         exclude=~data.included | empty if empty.any() else data.exclude,
         reason=np.where(empty, "has no corners in a picture", reason) if empty.any() else data.reason,
         source=rows.source,
-        notes=said,
+        notes=all_notes,
     )
     return with_corners(shown, pixels, np.array(names), replace(rig, tool_poses=bool(posed)))
 
@@ -144,13 +144,13 @@ def _without_picture(lost: list[str], rows_in_use: int, joints: Fields) -> list[
     if not lost:
         return []
     one = len(lost) == 1
-    said = (
+    lack = (
         f"{len(lost)} of {plural(rows_in_use, 'row')} of {PurePath(joints.source).name} "
         f"{'has' if one else 'have'} no picture: {listed(lost, longest=5)}"
     )
     if 2 * len(lost) > rows_in_use:
-        raise DataError(f"{said}; add the pictures, or delete these rows")
-    return [f"{said}; {'it is' if one else 'they are'} left out"]
+        raise DataError(f"{lack}; add the pictures, or delete these rows")
+    return [f"{lack}; {'it is' if one else 'they are'} left out"]
 
 
 def plain_names(names: Iterable) -> list[str]:

@@ -46,7 +46,7 @@ class PicturePreparation(AbstractPreparation):
     def suited(self, robot: Robot, data: Dataset) -> Dataset:
         data = with_boards_in_view(data, fitted=True)
         _check_number(data)
-        if (turn := _greatest_turn(robot, data)) > ENOUGH_TURN:
+        if (turn := _largest_turn(robot, data)) > ENOUGH_TURN:
             return data
         turned = f"the tool turned by {np.rad2deg(turn):.0f}° only, which leaves other orientations open"
         return replace(data, notes=(*data.notes, f"{turned}; {TURN_MORE}"))
@@ -91,7 +91,7 @@ def _check_number(data: Dataset) -> None:
         raise DataError(f"{data.source}: {count} pictures are left to fit; give at least {MIN_PICTURES}")
 
 
-def _greatest_turn(robot: Robot, data: Dataset) -> float:
+def _largest_turn(robot: Robot, data: Dataset) -> float:
     """By which the tool turned from the first picture to any other [rad]."""
     turn = predict(robot, data.take(data.included))[:, :3, :3]
     return float(np.linalg.norm(se3.matrix_to_rotvec(turn[0].T @ turn), axis=1).max())
@@ -99,7 +99,7 @@ def _greatest_turn(robot: Robot, data: Dataset) -> float:
 
 def _check_turned(robot: Robot, data: Dataset) -> None:
     """Refuse pictures between which the tool hardly turns: they don't tell where camera and target are."""
-    if (turn := _greatest_turn(robot, data)) < MIN_TURN:
+    if (turn := _largest_turn(robot, data)) < MIN_TURN:
         raise DataError(
             f"{data.source}: the tool kept its orientation to {np.rad2deg(turn):.2g}°, so that the pictures "
             f"can't tell where camera and target are; {TURN_MORE}"

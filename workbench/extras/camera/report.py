@@ -89,7 +89,7 @@ def found_json(fit: Fit) -> Json:
             for z in zeros(fit)
         ],
         "points": _points(fit),
-        "set_apart": [vars(corner) for corner in rig_of(fit.problem.data).apart],
+        "set_apart": [vars(corner) for corner in rig_of(fit.problem.data).rejected],
     }
 
 

@@ -54,7 +54,7 @@ def with_corners(
     pictures that show nothing else.
     """
     pixels, sight = pixels.copy(), np.full((*pixels.shape[:2], len(rig.targets), 4, 4), np.nan)
-    apart: list[RejectedCorner] = []
+    rejected: list[RejectedCorner] = []
     for c, camera in enumerate(rig.cameras):
         for b, (target, part) in enumerate(rig.parts):
             mine = pixels[:, c, part]
@@ -66,14 +66,14 @@ def with_corners(
             sight[rows[good], c, b] = poses[good]
             for i, k in np.argwhere(lost):
                 name = int(target.ids[k]), int(target.corners[k])
-                apart.append(RejectedCorner(str(image[rows[i]]), camera.name, *name, float(off[i, k])))
+                rejected.append(RejectedCorner(str(image[rows[i]]), camera.name, *name, float(off[i, k])))
                 mine[rows[i], k] = np.nan
-    apart.sort(key=lambda a: -a.off)
+    rejected.sort(key=lambda a: -a.off)
     notes = data.notes
-    if apart:
-        more = f" and {len(apart) - 5} more" if len(apart) > 5 else ""
-        notes += (f"set apart as wrong: {'; '.join(map(str, apart[:5]))}{more}",)
-    rig = replace(rig, apart=tuple(apart))
+    if rejected:
+        more = f" and {len(rejected) - 5} more" if len(rejected) > 5 else ""
+        notes += (f"set apart as wrong: {'; '.join(map(str, rejected[:5]))}{more}",)
+    rig = replace(rig, rejected=tuple(rejected))
     found = replace(data, readings=PictureReadings(pixels, image, rig, sight), notes=notes)
     return with_boards_in_view(_without_empty(found))
 
@@ -222,7 +222,7 @@ def _first_poses(seen: np.ndarray, camera: Camera, target: PictureTarget) -> Flo
         groups = [(mine, cv2.SOLVEPNP_IPPE) for mine in planes]
         if there.sum() >= 4:
             groups.append((np.flatnonzero(there), cv2.SOLVEPNP_SQPNP))
-        pairs = [p for mine, way in groups if len(p := _solved(points[mine], rays[i, mine], way))]
+        pairs = [p for mine, method in groups if len(p := _solved(points[mine], rays[i, mine], method))]
         if pairs:
             poses = np.concatenate(pairs)
             off = np.linalg.norm(seen[i] - _predicted(poses, camera, target), axis=2)
@@ -240,20 +240,20 @@ def _spans_plane(points: np.ndarray) -> bool:
 
 
 def _solved(
-    points: Float[np.ndarray, "n 3"], rays: Float[np.ndarray, "n 2"], way: int
+    points: Float[np.ndarray, "n 3"], rays: Float[np.ndarray, "n 2"], method: int
 ) -> Float[np.ndarray, "solutions 4 4"]:
     """Poses by one of OpenCV's solvers in pairs: the two best, or each twice; none where it fails."""
     cv2 = opencv("placing a camera by the target's points")
     groups, lens = [list(range(len(points)))], (np.eye(3), None)
-    if way == cv2.SOLVEPNP_SQPNP and len(points) < OUTVOTED:  # a body of few points suits several poses
-        groups, way = [list(three) for three in combinations(range(len(points)), 3)], cv2.SOLVEPNP_P3P
+    if method == cv2.SOLVEPNP_SQPNP and len(points) < OUTVOTED:  # a body of few points suits several poses
+        groups, method = [list(three) for three in combinations(range(len(points)), 3)], cv2.SOLVEPNP_P3P
     found = []
     for mine in groups:
         try:
-            if way == cv2.SOLVEPNP_P3P:
-                _, turns, places = cv2.solveP3P(points[mine], rays[mine], *lens, flags=way)
+            if method == cv2.SOLVEPNP_P3P:
+                _, turns, places = cv2.solveP3P(points[mine], rays[mine], *lens, flags=method)
             else:
-                _, turns, places, _ = cv2.solvePnPGeneric(points[mine], rays[mine], *lens, flags=way)
+                _, turns, places, _ = cv2.solvePnPGeneric(points[mine], rays[mine], *lens, flags=method)
         except cv2.error:  # SQPnP refuses rays close together
             _, turns, places, _ = cv2.solvePnPGeneric(
                 points[mine], rays[mine], *lens, flags=cv2.SOLVEPNP_EPNP
@@ -261,7 +261,7 @@ def _solved(
         pairs = zip(turns, places, strict=True)
         poses = (se3.pose(se3.rotvec_to_matrix(r.ravel()), t.ravel()) for r, t in pairs)
         found += [pose for pose in poses if np.isfinite(pose).all()]
-    is_pair = way == cv2.SOLVEPNP_IPPE and len(found) > 1
+    is_pair = method == cv2.SOLVEPNP_IPPE and len(found) > 1
     return np.array(found[:2] if is_pair else np.repeat(found, 2, axis=0)).reshape(-1, 4, 4)
 
 

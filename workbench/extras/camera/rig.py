@@ -58,7 +58,7 @@ class Rig:
 
     cameras: tuple[Camera, ...]
     targets: tuple[PictureTarget, ...]
-    apart: tuple[RejectedCorner, ...] = ()
+    rejected: tuple[RejectedCorner, ...] = ()
     tool_poses: bool = False
 
     def __post_init__(self):

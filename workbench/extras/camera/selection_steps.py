@@ -28,7 +28,9 @@ WORTHWHILE = 0.9
 """Part of the expected error that effects may leave."""
 HINTED = 0.5
 """More pictures are advised for a step that moves the tool by this part of what it is uncertain."""
-BENT = "the given target's size is wrong, or the lens, and the geometry would be distorted to compensate"
+WOULD_DISTORT = (
+    "the given target's size is wrong, or the lens, and the geometry would be distorted to compensate"
+)
 
 
 @dataclass(frozen=True, eq=False)

@@ -140,7 +140,7 @@ def facts_of(data: Dataset) -> tuple[tuple[str, str], ...]:
     ]
     return (
         ("Pictures", f"{int((seen > 0).sum())} of {len(data)} show the target"),
-        ("Corners", f"{int(seen.sum())}; {len(rig.apart)} set apart as wrong"),
+        ("Corners", f"{int(seen.sum())}; {len(rig.rejected)} set apart as wrong"),
         ("Joints", f"{data.joints}"),
         ("Camera", "; ".join(cameras)),
         ("Target", f"{rig.text}, {ON[rig.mounted]}"),

@@ -220,7 +220,7 @@ class _TargetReader(AbstractTableReader):
             first,
         )
 
-    def check_apart(self, other: PictureTarget, made: PictureTarget, free: int) -> None:
+    def check_distinct(self, other: PictureTarget, made: PictureTarget, free: int) -> None:
         """Refuse two boards that pictures can't tell apart; `free` is the next marker that no board has."""
         boards = f"'{other.name}' and '{made.name}'"
         is_alike = other.prints == made.prints != ""
@@ -261,7 +261,7 @@ class _TargetReader(AbstractTableReader):
             common = {"name": name, "mounted": mounted, "dictionary": str(data.get("dictionary", ""))}
             made = self.points(self.tables(data, "point"), common | knowledge)
         for other in before:
-            self.check_apart(other, made, _next_marker(before, made.prints))
+            self.check_distinct(other, made, _next_marker(before, made.prints))
         return made
 
     def points(self, tables: list[dict[str, Any]], more: dict[str, Any]) -> PictureTarget:

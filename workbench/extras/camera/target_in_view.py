@@ -90,8 +90,8 @@ class TargetInView(AbstractSight):
     def spacing(self) -> float:
         """Least distance between two points of the target [m]."""
         points = self.rig.points
-        apart = np.linalg.norm(points[:, None] - points, axis=2)
-        return float(apart[apart > 0.0].min())
+        distance = np.linalg.norm(points[:, None] - points, axis=2)
+        return float(distance[distance > 0.0].min())
 
     def in_camera(self, poses: Float[np.ndarray, "rows 4 4"], camera: int) -> Float[np.ndarray, "rows 4 4"]:
         """Pose of the target in a camera, by the tool's poses."""
@@ -148,6 +148,6 @@ class TargetInView(AbstractSight):
             np.where(sight[..., None], np.zeros(2), np.nan), unknown, rig, sessions
         )
         values = dict.fromkeys(observation.unknowns, 0.0)
-        for stand, pose in zip(chain(*observation.stands), (*self.cameras, self.target), strict=True):
-            values |= coordinates(stand.owner, pose)
-        return observation.see(poses, np.array([*values.values()])).by_twist / self.noise
+        for placement, pose in zip(chain(*observation.placements), (*self.cameras, self.target), strict=True):
+            values |= coordinates(placement.owner, pose)
+        return observation.linearise(poses, np.array([*values.values()])).by_twist / self.noise

@@ -137,7 +137,7 @@ class MotorMap(AbstractShown):
     @property
     def sentence(self) -> str:
         count = "counts" if len(self.reversed) == 1 else "count"
-        ways = (
+        motions = (
             f"{', '.join(self.reversed)} {count} the other way" if self.reversed else "all count as the URDF"
         )
         swapped = f"; {' and '.join(self.exchanged)} are exchanged" if self.exchanged else ""
@@ -145,7 +145,7 @@ class MotorMap(AbstractShown):
         names = " and ".join(dict.fromkeys(CALLED[str(e.name)] for e in self.effects))
         more = f", and with {names} {in_mm(all_found)}" if names else ""
         return (
-            f"{ways}{swapped}; with these zeros the tip is {in_mm(zeros)} off on average instead of "
+            f"{motions}{swapped}; with these zeros the tip is {in_mm(zeros)} off on average instead of "
             f"{in_mm(self.before)}{more}"
         )
 
@@ -153,8 +153,8 @@ class MotorMap(AbstractShown):
         table = new_table("Motors", "motor", "joint", "counts", "zero off by [°]", "±")
         for k, name in enumerate(self.moved_by):
             sizes = (signed(float(np.rad2deg(v[k])), 2) for v in (self.offsets, self.half))
-            way = "with it" if self.counting.signs[k] > 0 else "against it"
-            table.add_row(name, str(k + 1), way, *(sizes if np.isfinite(self.offsets[k]) else ("–", "")))
+            sense = "with it" if self.counting.signs[k] > 0 else "against it"
+            table.add_row(name, str(k + 1), sense, *(sizes if np.isfinite(self.offsets[k]) else ("–", "")))
         return headed(f"{self.nominal.name}: {self.sentence}", table, notes=self.notes_in_full)
 
     @property

@@ -49,8 +49,8 @@ class ByTime(AbstractJoin):
     def join(self, measured: Fields, joints: Fields) -> Fields:
         if "time" in joints.values:
             return join_by_time(measured, joints)
-        stands = _standstills_of_points(measured)
-        return by_row(_averaged(measured, stands, "the measured point"), joints)
+        standstills = _standstills_of_points(measured)
+        return by_row(_averaged(measured, standstills, "the measured point"), joints)
 
 
 def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -> Fields:

@@ -24,7 +24,7 @@ JOINT = re.compile(r"(?:q|j|a|ax|axis|jt|joint|theta|actual_q)[ _]*(\d+)(?: pos(
 RTDE = tuple(f"actual_tcp_pose_{k}" for k in range(6))
 """Position [m] and rotation vector [rad] in a log of UR's RTDE, whose joints count from 0 [rad]."""
 MATRIX = tuple(f"r{row}{column}" for row in (1, 2, 3) for column in (1, 2, 3))
-MOST = 400
+MAX_READINGS = 400
 """Rows of a log that are taken, evenly spread."""
 NUMBER = re.compile(r"[-+\u2212]?(\d+([.,]\d*)?|[.,]\d+)([eE][-+]?\d+)?")
 COMMANDED = 0.5
@@ -72,7 +72,7 @@ def read_readings(path: Path | str, robot: Robot) -> PendantReadings:
     columns = _columns(head, body, robot.dof, path)
     blank = [k for k, row in enumerate(body) if not all(row[c].strip() for part in columns for c in part)]
     kept = [k for k in range(len(body)) if k not in blank]
-    kept = kept[:: -(-len(kept) // MOST) or 1]
+    kept = kept[:: -(-len(kept) // MAX_READINGS) or 1]
     if not kept:
         raise DataError(f"{path}: no pose is filled in; {WHAT}")
     cells = [[[body[k][c] for c in part] for k in kept] for part in columns]

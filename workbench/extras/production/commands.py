@@ -83,7 +83,7 @@ def tradeoff(
             wb.load_robot(robot),
             wb.load_plate(plate),
             numbers=opt.whole_numbers(targets, "--targets"),
-            manners=tuple(name.strip() for name in made.split(",")),
+            methods=tuple(name.strip() for name in made.split(",")),
             places=places,
             arms=arms,
             seed=seed,

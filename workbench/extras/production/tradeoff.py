@@ -19,7 +19,7 @@ from workbench.data.accuracy_requirement import Wanted
 from workbench.extras.production.production_yield import Yield
 from workbench.extras.production.trial import try_plate
 from workbench.plate.design import optimise_plate
-from workbench.plate.optimiser.manufacturing import MANNERS
+from workbench.plate.optimiser.manufacturing import METHODS
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import Blocks
@@ -43,12 +43,12 @@ class Choice:
     """A plate that could be made.
 
     Args:
-        manner: Name of the way to make it.
+        method: Name of the method to make it.
         design: The plate with its predicted error.
         tried: How virtual arms did on it; None if not tried.
     """
 
-    manner: str
+    method: str
     design: PlateDesign
     tried: Yield | None = None
 
@@ -63,18 +63,18 @@ class Choice:
     @property
     def work(self) -> tuple[int, int]:
         """To compare: the way it is made, then blocks and set-ups; a shape takes as much as a block."""
-        return WORK.index(self.manner), len(self.design.plate) + self.shapes
+        return WORK.index(self.method), len(self.design.plate) + self.shapes
 
     @property
     def held(self) -> str:
         """What its error holds, and what to measure when it stands."""
-        return f"{self.design.assumptions}; afterwards: {MANNERS[self.manner].afterwards}"
+        return f"{self.design.assumptions}; afterwards: {METHODS[self.method].afterwards}"
 
     @property
     def name(self) -> str:
         """For people and for its file."""
         return (
-            f"{self.manner}, {len(self.design.plate)} targets, {self.shapes} shape{'s' * (self.shapes != 1)}"
+            f"{self.method}, {len(self.design.plate)} targets, {self.shapes} shape{'s' * (self.shapes != 1)}"
         )
 
 
@@ -102,13 +102,13 @@ class Tradeoff(AbstractShown):
             turned = np.rad2deg(choice.design.rotation)
             errors = (f"{1e3 * choice.design.cost:.3f}", f"{turned:.3f}" if np.isfinite(turned) else "open")
             table.add_row(f"{number}: {choice.name}", *errors, share, "●" if choice in self.front else "")
-        held = [f"{name}: {choice.held}" for name, choice in self.manners.items()]
+        held = [f"{name}: {choice.held}" for name, choice in self.methods.items()]
         return Group(table, Text("\n".join([*held, FRONT_TEXT, *self.missing])))
 
     @property
-    def manners(self) -> dict[str, Choice]:
+    def methods(self) -> dict[str, Choice]:
         """One choice of each way to make plates, the least work first."""
-        return {choice.manner: choice for choice in reversed(self.choices)}
+        return {choice.method: choice for choice in reversed(self.choices)}
 
     def plot(self, name: str = "") -> "Figure":
         from workbench.report.figures import COLOURS, grid, look, new_figure, on_white
@@ -116,9 +116,9 @@ class Tradeoff(AbstractShown):
         with look():
             figure = new_figure(8.0, 4.4)
             axes = figure.subplots()
-            for colour, manner in zip(COLOURS, self.manners, strict=False):
-                mine = [choice for choice in self.choices if choice.manner == manner]
-                axes.plot(*_places(mine), "o", ms=11.0, color=colour, label=manner)
+            for colour, method in zip(COLOURS, self.methods, strict=False):
+                mine = [choice for choice in self.choices if choice.method == method]
+                axes.plot(*_places(mine), "o", ms=11.0, color=colour, label=method)
             for number, (x, y) in enumerate(_places(self.choices).T, start=1):
                 axes.text(x, y, str(number), color="white", fontsize=7, ha="center", va="center")
             axes.set_ylim(0.0, None)
@@ -134,7 +134,7 @@ class Tradeoff(AbstractShown):
             "choices": [
                 {
                     "name": choice.name,
-                    "made": choice.manner,
+                    "made": choice.method,
                     "targets": len(choice.design.plate),
                     "shapes": choice.shapes,
                     "position_rms_mm": 1e3 * choice.design.cost,
@@ -157,7 +157,7 @@ def weigh_choices(
     plate: Plate,
     *,
     numbers: Sequence[int] = (8, 12, 16),
-    manners: Sequence[str] = tuple(MANNERS),
+    methods: Sequence[str] = tuple(METHODS),
     places: int = 500,
     arms: int = 0,
     wanted: Wanted | None = None,
@@ -175,13 +175,13 @@ def weigh_choices(
         wanted: What every pose of them has to keep; ARIA eq. (3) if None.
         seed: Of everything random.
     """
-    if unknown := [name for name in manners if name not in MANNERS]:
-        raise OptionError(f"there is no way to make a plate '{unknown[0]}'; known are {', '.join(MANNERS)}")
+    if unknown := [name for name in methods if name not in METHODS]:
+        raise OptionError(f"there is no way to make a plate '{unknown[0]}'; known are {', '.join(METHODS)}")
     tried = [
         (name, number, shapes)
-        for name in manners
+        for name in methods
         for number in numbers
-        for shapes in ((None, FEW) if MANNERS[name].reading == "seat" else (None,))
+        for shapes in ((None, FEW) if METHODS[name].reading == "seat" else (None,))
     ]
     choices: list[Choice] = []
     missing: list[str] = []
@@ -212,13 +212,13 @@ def weigh_choices(
 
 
 def _choice(robot: Robot, plate: Plate, name: str, request: DesignRequest, seed: int) -> Choice:
-    manner = MANNERS[name]
+    method = METHODS[name]
     requested, given = (
-        replace(request, blocks=manner.blocks(Blocks())),
-        replace(plate, production=manner.production),
+        replace(request, blocks=method.blocks(Blocks())),
+        replace(plate, production=method.production),
     )
-    design = optimise_plate(robot, given, request=requested, reading=manner.reading, seed=seed)
-    return Choice(manner=name, design=design)
+    design = optimise_plate(robot, given, request=requested, reading=method.reading, seed=seed)
+    return Choice(method=name, design=design)
 
 
 def _share(tried: Yield) -> str:

@@ -97,7 +97,7 @@ def check_base(arm: AbstractArmShape, plate: Plate, hull: Hull | None, clearance
         )
 
 
-def stands_clear(robot: Robot, plate: Plate) -> bool:
+def is_clear_of(robot: Robot, plate: Plate) -> bool:
     """Whether a plate stands where it could be improved for this robot: outside its base."""
     clearance = Constraints().clearance
     try:

@@ -62,7 +62,7 @@ class ManufacturingMethod:
         )
 
 
-MANNERS: Mapping[str, ManufacturingMethod] = MappingProxyType(
+METHODS: Mapping[str, ManufacturingMethod] = MappingProxyType(
     {
         "machined": ManufacturingMethod(
             production=Production(position=5e-5, angle=0.05 * DEGREE),
@@ -91,4 +91,4 @@ MANNERS: Mapping[str, ManufacturingMethod] = MappingProxyType(
         ),
     }
 )
-"""Every way by name; an outsider's table is `{**MANNERS, "mine": ManufacturingMethod(…)}`."""
+"""Every way by name; an outsider's table is `{**METHODS, "mine": ManufacturingMethod(…)}`."""

@@ -217,9 +217,9 @@ def start_with(robot: Robot, session: Session) -> Session:
 
     That one has to stand clear of the robot's base, which must reach half of its targets.
     """
-    from workbench.plate.optimiser.constraints import stands_clear
+    from workbench.plate.optimiser.constraints import is_clear_of
 
-    if not is_default_plate(session) and stands_clear(robot, session.plate):
+    if not is_default_plate(session) and is_clear_of(robot, session.plate):
         given = session.is_plate_given
         begun = start(robot, session.plate, is_given=given, noise=session.noise)
         if 2 * begun.score.measurable >= len(session.plate):

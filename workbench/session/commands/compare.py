@@ -68,8 +68,8 @@ def _comparison(session: Session, loaded: Loaded) -> Comparison:
         checks = numbered_after(fitted, checks)
     events = () if session.results.diagnosis is None else session.results.diagnosis.events
     rows = compare(fitted, checks, nominal, shown, models, events)
-    apart = np.isin(loaded.dataset.row, list(_set_apart(session)))
-    return replace(rows, set_apart=places_in_base(nominal, loaded.dataset.take(apart)))
+    is_outlier = np.isin(loaded.dataset.row, list(_set_apart(session)))
+    return replace(rows, set_apart=places_in_base(nominal, loaded.dataset.take(is_outlier)))
 
 
 def _set_apart(session: Session) -> set[int]:

@@ -35,7 +35,7 @@ from workbench.session.commands.data import (
     reached_postures,
     with_other_data,
 )
-from workbench.session.loaded_measurements import Loaded, Measuring, Ride, VirtualArm
+from workbench.session.loaded_measurements import Loaded, Measuring, VirtualArm, VirtualMotion
 from workbench.session.state import Focus, Session, Severity, Source
 from workbench.session.target_steps import with_branches
 
@@ -96,7 +96,7 @@ class DriveArm(AbstractChange):
         assert measuring.virtual is not None
         latest, last = measuring.acquisition.latest, measuring.ride
         rest = np.clip(0.0, *session.robot.search_limits.T)
-        ride = Ride(
+        ride = VirtualMotion(
             number=1 if last is None else last.number + 1,
             start=rest if latest is None else latest.q,
             end=measuring.virtual.postures[measuring.acquisition.capture.current],

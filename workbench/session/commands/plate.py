@@ -85,12 +85,12 @@ class ImprovePlate(AbstractTask[tuple[Target, ...]]):
         if not is_better(better.score, session.score):
             return session.tell(Severity.INFO, "the search found no better plate")
         before, now = 1e3 * session.score.position, 1e3 * better.score.position
-        told = (
+        severity = (
             Severity.LOG if session.measurements.loaded is None else Severity.INFO
         )  # else the strip says it
         text = f"predicted error in the region: {before:.3g} → {now:.3g} mm"
         left = min(from_limit(session.robot, s.q) for s in better.states if s.reached)
-        return better.tell(told, f"{text}; joints stay {left.text} or more from their limits")
+        return better.tell(severity, f"{text}; joints stay {left.text} or more from their limits")
 
 
 class AbstractPlateTrial(AbstractTask[PlateTrial]):

@@ -69,14 +69,14 @@ class JournalLine:
     Args:
         entry: The command and what became of it.
         title: The command in words.
-        says: Messages that it gave.
+        messages: Messages that it gave.
         numbers: What changed in the session.
         text: The line itself.
     """
 
     entry: Entry
     title: str
-    says: tuple[str, ...]
+    messages: tuple[str, ...]
     numbers: dict[str, Any]
     text: str
 

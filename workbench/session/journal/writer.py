@@ -71,7 +71,7 @@ class Appender:
             return
         if instead:
             self._waiting.pop()
-        self._settle_place()
+        self._flush_place()
         self._waiting.append((content, files or {}))
         self.write_waiting()
 
@@ -87,7 +87,7 @@ class Appender:
 
     def close(self) -> None:
         """Write what waits, if there is room, and let others append."""
-        self._settle_place()
+        self._flush_place()
         with contextlib.suppress(OSError, WorkbenchError):  # it was told when it began
             self.write_waiting()
             for name in codec.PLACES:
@@ -104,7 +104,7 @@ class Appender:
         _write_whole(self._slots[0], self._place, 0)
         self._slots.reverse()
 
-    def _settle_place(self) -> None:
+    def _flush_place(self) -> None:
         """Have the last place of a drag take the place of the journal's last line."""
         if self._place:
             self._waiting.append((self._place, {}))

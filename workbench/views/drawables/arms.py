@@ -105,7 +105,7 @@ def _deflected(robot: Robot, q: np.ndarray, bending: float) -> Arm:
 def _deflection_label(robot: Robot, q: np.ndarray, bending: float) -> Label:
     times = drawable_bending(robot, q, bending)
     frames = body_frames(robot, q, shift=times * bend(robot, q).shift)
-    return Label(text=f"bent × {times:.3g}", place=frames[-1, :3, 3] + np.array([0.0, 0.0, ABOVE]))
+    return Label(text=f"deflection × {times:.3g}", place=frames[-1, :3, 3] + np.array([0.0, 0.0, ABOVE]))
 
 
 def _glow(robot: Robot, q: np.ndarray, joint: int) -> Mesh:

@@ -96,18 +96,18 @@ class Demo:
 
     def _run(self) -> None:
         scenes = story(lambda: self._worker.session)
-        told: list[DemoScene] = []
+        scenes_told: list[DemoScene] = []
         at = 0
         while not self._stop.is_set():
-            if at == len(told) and (scene := next(scenes, None)) is not None:
-                told.append(scene)
-            if at < len(told):
-                self._tell(told[at])
+            if at == len(scenes_told) and (scene := next(scenes, None)) is not None:
+                scenes_told.append(scene)
+            if at < len(scenes_told):
+                self._tell(scenes_told[at])
             else:  # the last picture
-                self.is_finished, at = True, len(told) - 1
+                self.is_finished, at = True, len(scenes_told) - 1
                 self._wait(math.inf)
                 self._submit(self._with_all_over_it())
-            at = max(at - 1, 0) if self._back.is_set() else min(at + 1, len(told))
+            at = max(at - 1, 0) if self._back.is_set() else min(at + 1, len(scenes_told))
             self._back.clear()
         self._leave()
 

@@ -165,15 +165,15 @@ def is_open(server: viser.ViserServer) -> bool:
     return isinstance(server, LocalServer) and bool(server.key)
 
 
-def page_address(server: viser.ViserServer, **asked: str) -> str:
+def page_address(server: viser.ViserServer, **query: str) -> str:
     """Where its page is opened, by other machines too if they can reach it; with the secret if it has one."""
     host = server.get_host()
     if host in EVERYWHERE:
         host = _own_address()
     if isinstance(server, LocalServer) and server.key:
-        asked[KEY] = server.key
+        query[KEY] = server.key
     address = f"http://{f'[{host}]' if ':' in host else host}:{server.get_port()}"
-    return f"{address}/?{urlencode(asked)}" if asked else address
+    return f"{address}/?{urlencode(query)}" if query else address
 
 
 def _own_address() -> str:

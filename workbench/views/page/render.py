@@ -66,10 +66,10 @@ class BrowserView(AbstractView):
         with server.atomic(), icons_at_once():
             self._opened = session.page.opened
             self._card = StartCard(worker, show_demo, is_open=asks)
-            told = PageSignals(server)
-            self._panels, self._tabs = _build_panels(server, worker, link, self._card, told)
-            server.gui.add_html(told.dark(self._follow))
-            told.turned(lambda tab: worker.submit(NoteTab(tab)))
+            signals = PageSignals(server)
+            self._panels, self._tabs = _build_panels(server, worker, link, self._card, signals)
+            server.gui.add_html(signals.dark(self._follow))
+            signals.turned(lambda tab: worker.submit(NoteTab(tab)))
             self._scene.moved = next(p for p in self._panels if isinstance(p, TrackPanel)).place
             for panel in self._panels:
                 self._update(panel, session)
@@ -128,7 +128,7 @@ class BrowserView(AbstractView):
 
 
 def _build_panels(
-    server: viser.ViserServer, worker: Worker, link: str, card: StartCard, told: PageSignals
+    server: viser.ViserServer, worker: Worker, link: str, card: StartCard, signals: PageSignals
 ) -> tuple[list[AbstractPanel], Tabs]:
     gui = server.gui
     server.on_client_connect(partial(_fit_panel, server))
@@ -136,7 +136,7 @@ def _build_panels(
 
     def make(panel: AbstractPanel, tab: Tab | None = None) -> None:
         before = controls(gui)
-        panel.link = told.pressed  # type: ignore[method-assign]
+        panel.link = signals.pressed  # type: ignore[method-assign]
         panel.make(gui)
         panels.append(panel)
         if tab is not None:
@@ -147,7 +147,7 @@ def _build_panels(
         for kind in STRIP:
             make(kind(worker))
     make(MeasuringPanel(worker))
-    tabs = Tabs(server, told, first=FIRST if opened is None else opened.tab)
+    tabs = Tabs(server, signals, first=FIRST if opened is None else opened.tab)
     for tab in Tab:
         with tabs.add(tab):
             if tab is Tab.ROBOT:

@@ -62,7 +62,7 @@ def serve(
     """
     first = None if data is None else _content(Path(data))
     stop = threading.Event()
-    is_told = False
+    is_announced = False
     handle = _stopped_by_interrupt(stop)
     before = signal.signal(signal.SIGINT, handle)
     names: list[str] = []  # of the session on the page, once there is one
@@ -71,7 +71,7 @@ def serve(
     try:
         waiting = server.gui.add_html(block("Solving inverse kinematics for the targets …"))
         if is_certain:
-            is_told = True
+            is_announced = True
             _announce(server, on_ready, open_browser)
         else:  # as anywhere in the program: it may take long, and what it raises is told
             signal.signal(signal.SIGINT, before)
@@ -79,13 +79,13 @@ def serve(
             _go_on(stop)
             robot, plate = read()
             signal.signal(signal.SIGINT, handle)
-            if not is_told:
-                is_told = True
+            if not is_announced:
+                is_announced = True
                 _announce(server, on_ready, open_browser)
             from workbench.plate.patterns import circle_before
             from workbench.views.page.scene.start_scene import first_picture
 
-            def told(part: float, sentence: str) -> None:
+            def show(part: float, sentence: str) -> None:
                 waiting.content = block(f"Coming to the last state: {100 * part:.0f} % ({text(sentence)})")
 
             drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
@@ -97,7 +97,7 @@ def serve(
             _go_on(stop)
             with one_thread():
                 plate = default_circle(robot) if plate is None else plate
-                begun = begin(robot, plate, told) if begin else unrecorded_session(robot, plate)
+                begun = begin(robot, plate, show) if begin else unrecorded_session(robot, plate)
             waiting.remove()
             names.append(begun.name)
             app = App(
@@ -115,7 +115,7 @@ def serve(
         with one_thread():
             stop.wait()
     except KeyboardInterrupt:
-        if not is_told:
+        if not is_announced:
             raise
     finally:
         signal.signal(signal.SIGINT, before)

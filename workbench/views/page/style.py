@@ -154,14 +154,14 @@ setInterval(() => {{
   turned();
 }}, 300);
 addEventListener("change", e => {{
-  const [most, told] = window.limits?.[e.target.id?.replace("file_upload_", "")] ?? [Infinity, ""];
-  if (!([...e.target.files ?? []].some(file => file.size > most))) {{
+  const [maximum, address] = window.limits?.[e.target.id?.replace("file_upload_", "")] ?? [Infinity, ""];
+  if (!([...e.target.files ?? []].some(file => file.size > maximum))) {{
     if (e.target.type === "file") setTimeout(() => e.target.value = "");  // the same file can be given again
     return;
   }}
   e.stopImmediatePropagation();
   e.target.value = "";
-  new Image().src = told;
+  new Image().src = address;
 }}, true);
 const name = (control, words) => control.setAttribute("aria-label", words);
 setInterval(() => {{

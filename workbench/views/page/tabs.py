@@ -69,8 +69,8 @@ PATIENCE = 5.0
 class Tabs:
     """The tab group of the panel; a new page opens the `first` one, or else the leftmost."""
 
-    def __init__(self, server: viser.ViserServer, told: PageSignals, *, first: Tab | None = None):
-        self._server, self._told, self._opened = server, told, first
+    def __init__(self, server: viser.ViserServer, signals: PageSignals, *, first: Tab | None = None):
+        self._server, self._signals, self._opened = server, signals, first
         self._numbers = itertools.count()
         self._latest: dict[int, str] = {}
         self._group = server.gui.add_tab_group()
@@ -102,7 +102,7 @@ class Tabs:
 
     def _opening(self, client: viser.ClientHandle, tab: Tab) -> None:
         self._send(client, slice(k := tab_number(self._group, tab), k + 1))
-        sign, event = self._told.drawn(f"tab-{next(self._numbers)}")
+        sign, event = self._signals.drawn(f"tab-{next(self._numbers)}")
         self._latest[client.client_id] = sign
         shown = client.gui.add_html(sign)
         event.wait(PATIENCE)

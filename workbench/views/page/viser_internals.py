@@ -60,11 +60,11 @@ def set_by_its_own_thread(server: viser.ViserServer) -> None:
     sockets = server._websock_server
 
     def cure(buffer: AsyncMessageBuffer) -> None:
-        told = buffer.message_event.set
+        wake = buffer.message_event.set
 
         def set_() -> None:
             if threading.current_thread() is sockets._server_thread:
-                told()
+                wake()
 
         buffer.message_event.set = set_  # type: ignore[method-assign]
 
@@ -88,9 +88,9 @@ def run_script(gui: viser.GuiApi, script: str) -> None:
     gui._websock_interface.queue_message(_messages.RunJavascriptMessage(script))
 
 
-def limit_upload(gui: viser.GuiApi, button: viser.GuiUploadButtonHandle, most: int, told: str) -> None:
-    """Let pages send no file of more bytes by this button; they ask for the address `told` instead."""
-    run_script(gui, f"(window.limits ??= {{}})[{button._impl.uuid!r}] = [{most}, {told!r}];")
+def limit_upload(gui: viser.GuiApi, button: viser.GuiUploadButtonHandle, maximum: int, address: str) -> None:
+    """Let pages send no file of more bytes by this button; they ask for this address instead."""
+    run_script(gui, f"(window.limits ??= {{}})[{button._impl.uuid!r}] = [{maximum}, {address!r}];")
 
 
 def forget_uploads(gui: viser.GuiApi) -> None:

@@ -240,11 +240,11 @@ def moments(recording: Recording) -> Iterator[Moment]:
     yield Moment(0, 0.0, recording.first)
     again = steps(recording.first, recording.entries)
     for step, (line, session) in enumerate(zip(recording.lines, again, strict=True), start=1):
-        said = session
-        for text in line.says:
-            if all(m.text != text for m in said.page.messages):
-                said = said.tell(Severity.INFO, text)
-        yield Moment(step, line.entry.at, said, line.entry)
+        shown = session
+        for text in line.messages:
+            if all(m.text != text for m in shown.page.messages):
+                shown = shown.tell(Severity.INFO, text)
+        yield Moment(step, line.entry.at, shown, line.entry)
 
 
 def write_comparison(

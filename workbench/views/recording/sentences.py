@@ -20,14 +20,14 @@ from workbench.views.drawables.measured import error_scale
 UNITS = {"rad": (float(np.rad2deg(1.0)), "°"), "m": (1e3, "mm")}
 
 
-def sentence(entry: Entry, session: Session, says: list[str]) -> str:
+def sentence(entry: Entry, session: Session, messages: list[str]) -> str:
     """A command and its result."""
     sentence = entry.command.title
     if isinstance(entry.command, MoveTarget | DropTarget) and entry.ending is Ending.DONE:
         sentence += _place(session)
     if entry.ending in (Ending.CANCELLED, Ending.FAILED):
         sentence += f" ({entry.ending})"
-    text = "; ".join(says) or entry.text
+    text = "; ".join(messages) or entry.text
     return f"{sentence}: {text}" if text else sentence
 
 

@@ -116,13 +116,13 @@ def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:
             continue
         text = line.title if entry.ending is Ending.DONE else f"{line.title} ({entry.ending})"
         text = place if isinstance(entry.command, DropTarget) and place else text
-        yield step, f"{entry.at:.1f} s", "; ".join([text, *line.says])
+        yield step, f"{entry.at:.1f} s", "; ".join([text, *line.messages])
 
 
 def _is_passed(line: JournalLine) -> bool:
     """Whether the step can be left out: the start or an intermediate position of a drag."""
     passing = isinstance(line.entry.command, GrabTarget | MoveTarget)
-    return passing and line.entry.ending is Ending.DONE and not line.says
+    return passing and line.entry.ending is Ending.DONE and not line.messages
 
 
 def _moved_to(command: MoveTarget, numbers: dict[str, Any]) -> str:

@@ -47,20 +47,20 @@ class Log(AbstractTimeline):
     """`log`: one line per decision; the many places of a drag are left out."""
 
     def __init__(self) -> None:
-        self._told = 0
+        self._message_count = 0
 
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         if moment.entry is None:
-            self._told = moment.session.page.message_count
+            self._message_count = moment.session.page.message_count
             summary = "The session begins" if moment.step == 0 else "The session goes on"
             canvas.log("log", rr.TextLog(summary, level="INFO"))
             return
-        says = [m.text for m in moment.session.page.messages if m.number > self._told]
-        self._told = moment.session.page.message_count
+        messages = [m.text for m in moment.session.page.messages if m.number > self._message_count]
+        self._message_count = moment.session.page.message_count
         place = isinstance(moment.entry.command, MoveTarget) and moment.entry.ending is Ending.DONE
-        if place and not says:
+        if place and not messages:
             return
-        text = sentence(moment.entry, moment.session, says)
+        text = sentence(moment.entry, moment.session, messages)
         canvas.log("log", rr.TextLog(text, level=LEVELS[moment.entry.ending]))
 
 

@@ -51,7 +51,7 @@ MOVES = 4
 """Random moves of each joint from each posture."""
 SIZES = (1.0, 0.8, 0.65, 0.5)
 """Shares of the maximum moment that is reached, for pairs of one joint and purpose in turn."""
-APART = 0.06
+MIN_GAP = 0.06
 """Minimum distance of links that are not neighbours [m]."""
 POINTS = 5
 """Points of each link between which it is taken."""
@@ -161,7 +161,7 @@ def plan_load_test(
     unturned = tuple(np.flatnonzero(np.abs(heavy.moments[0].about).max(axis=0) < FIRM).tolist())
     pairs: list[PosturePair] = []
     missing: list[tuple[int, PairPurpose]] = []
-    for joint in _asked(robot, joints, unturned):
+    for joint in _chosen_joints(robot, joints, unturned):
         for purpose in PairPurpose:
             try:
                 pairs += _pairs(robot, moves, heavy, joint, purpose, each)
@@ -193,7 +193,7 @@ def possible(robot: Robot, q: Float[np.ndarray, "rows n"]) -> Bool[np.ndarray, "
             keep &= (mine[:, :, 2] > table + ABOVE).all(axis=1)
         for others in points[: max(i - 1, 0)]:
             gaps = np.linalg.norm(mine[:, :, None] - others[:, None], axis=-1)
-            keep &= gaps.min(axis=(1, 2)) > APART
+            keep &= gaps.min(axis=(1, 2)) > MIN_GAP
     return keep
 
 
@@ -231,7 +231,7 @@ def _loaded(robot: Robot, q: np.ndarray, base: np.ndarray, mass: float) -> _Move
     return _Moves(q, base, mass, (first, second))
 
 
-def _asked(robot: Robot, joints: Sequence[int] | None, unturned: tuple[int, ...]) -> tuple[int, ...]:
+def _chosen_joints(robot: Robot, joints: Sequence[int] | None, unturned: tuple[int, ...]) -> tuple[int, ...]:
     if joints is None:
         return tuple(j for j in range(robot.dof) if j not in unturned)
     for joint in joints:

@@ -263,8 +263,8 @@ def _sampled(ink: np.ndarray, middle: np.ndarray, distance: np.ndarray) -> np.nd
 
 def _beginning(inked: np.ndarray, middle: np.ndarray, size: float, source: str) -> float:
     """Angle of the long mark, counter-clockwise from the picture's right [rad]."""
-    way = size * (1.0 + np.linspace(*MARKED, 40))
-    seen = _sampled(inked, middle, np.broadcast_to(way, (RAYS, len(way)))).mean(axis=1)
+    radius = size * (1.0 + np.linspace(*MARKED, 40))
+    seen = _sampled(inked, middle, np.broadcast_to(radius, (RAYS, len(radius)))).mean(axis=1)
     strength = np.where(seen > 0.5 * INKED, seen, 0.0)
     together = np.abs(np.sum(strength * np.exp(1j * _rays()))) / max(strength.sum(), 1e-9)
     if together < 0.99:

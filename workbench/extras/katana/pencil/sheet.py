@@ -101,14 +101,14 @@ def scan(
     paper = _print(x, y, radius, dpi)
     sense = -1.0 if clockwise else 1.0
     angle = np.unwrap(np.arctan2(drawn.points[:, 1], drawn.points[:, 0]))
-    way = np.linalg.norm(drawn.points, axis=1)
+    distance = np.linalg.norm(drawn.points, axis=1)
     order = np.argsort(angle)
     reach = np.hypot(x, y)
-    near = (reach > way.min() - STROKE - INCH / dpi) & (reach < way.max() + STROKE + INCH / dpi)
+    near = (reach > distance.min() - STROKE - INCH / dpi) & (reach < distance.max() + STROKE + INCH / dpi)
     here = sense * np.arctan2(y[near], x[near])
     turn = 2.0 * np.pi
     here = here + turn * np.ceil((angle.min() - here) / turn)
-    line = np.interp(here, angle[order], way[order])
+    line = np.interp(here, angle[order], distance[order])
     stroke = _edge(0.5 * STROKE - np.abs(reach[near] - line), dpi) * (here <= angle.max())
     grain = 1.0 + GRAIN * rng.standard_normal(x.shape)[near]
     dark = stroke * (1.0 - GRAPHITE) * np.clip(grain, 0.0, 1.3)

@@ -37,7 +37,7 @@ from workbench.identification.result import BeforeAfter
 from workbench.identification.row_errors import Errors, instrument_places
 from workbench.plate.door import door
 
-TOLD = 0.3
+SIGNIFICANT = 0.3
 """A zero known to less than this part of what it was before the rows counts as determined."""
 CHANCE = 0.01
 """Probability that some joint is reported to have moved though none has."""
@@ -196,7 +196,7 @@ def _shifts(robot: Robot, fit: Optimum) -> tuple[JointShift, ...]:
             shift=fit.values[name] - float(chain.values[chain.index[name]]),
             std=std[name],
             half=wide * std[name],
-            determined=fit.std[name] < TOLD * UNKNOWN,
+            determined=fit.std[name] < SIGNIFICANT * UNKNOWN,
         )
         for joint, name in enumerate(robot.joint_offsets)
     )

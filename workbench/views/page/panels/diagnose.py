@@ -27,7 +27,7 @@ HINT = (
     "These rows get a base and a tool of their own, so that nothing has to be measured again; Undo (Ctrl+Z) "
     "takes it back."
 )
-APART = "margin:2px 0 6px"
+SPACED = "margin:2px 0 6px"
 MAX_BUTTONS = 3
 """Events with a button; of more, those after them once these have been pressed."""
 WORSE = {
@@ -60,7 +60,7 @@ class EventButtons:
         for place, (line, button) in enumerate(self._lines):
             line.visible = button.visible = place < len(steps)
             if place < len(steps):
-                line.content = block(text(f"{steps[place]}."), testid=f"event-{place + 1}", style=APART)
+                line.content = block(text(f"{steps[place]}."), testid=f"event-{place + 1}", style=SPACED)
 
 
 class DiagnosePanel(AbstractPanel):

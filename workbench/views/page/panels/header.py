@@ -120,8 +120,8 @@ class Header(AbstractPanel):
             button.visible = bool(session.page.caption)
         self._pause.label = Steer.ON if session.page.is_paused else Steer.PAUSE
         newest = _newest(session.page.messages)
-        told = guide(session).sentence.rstrip(".").lower()
-        if newest is not None and newest.severity is not Severity.ERROR and told in newest.text.lower():
+        advice = guide(session).sentence.rstrip(".").lower()
+        if newest is not None and newest.severity is not Severity.ERROR and advice in newest.text.lower():
             newest = None  # the strip says it; a refusal is said all the same
         self._message.content = "" if newest is None else _message(newest)
         self._message.visible = newest is not None

@@ -51,7 +51,7 @@ class IndexPanel(AbstractPanel):
             + _predicted(session)
             + judgement(now, session.noise.position, plate_judgement(session))
             + heading("Predicted error without each target")
-            + worth(session)
+            + loss_bars(session)
             + determined(session),
             testid="index",
         )
@@ -136,7 +136,7 @@ def _predicted(session: Session) -> str:
     )
 
 
-def worth(session: Session) -> str:
+def loss_bars(session: Session) -> str:
     """One bar per target: by how much the error would rise without it; full where it is indispensable."""
     rises = session.score.rises
     top = max(FULL, float(rises[np.isfinite(rises)].max(initial=0.0)))

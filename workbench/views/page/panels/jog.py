@@ -54,8 +54,8 @@ class JogPanel(AbstractPanel):
                 self.sends(slider, partial(self._jog, i))
                 self._sliders.append(slider)
         ends = shown_joints(robot, robot.search_limits.T).T
-        told = zip(self._sliders, ends, shown_units(robot), joint_titles(robot), strict=False)
-        for slider, (low, high), unit, title in told:
+        settings = zip(self._sliders, ends, shown_units(robot), joint_titles(robot), strict=False)
+        for slider, (low, high), unit, title in settings:
             slider.label = f"{title} [{unit.strip()}]"
             slider.min = float(np.floor(10 * low + ROUNDED) / 10)
             slider.max = float(np.ceil(10 * high - ROUNDED) / 10)
@@ -139,7 +139,7 @@ def _content(poses: CapturedPoses) -> str:
         return note(sentence, "captured", margin="0")
     places = poses.nominal if poses.calibrated is None else poses.calibrated
     rows = [
-        [f"{i + 1}", *(f"{1e3 * v:.2f}" for v in places[i, :3, 3]), number(1e3 * float(poses.apart[i]))]
+        [f"{i + 1}", *(f"{1e3 * v:.2f}" for v in places[i, :3, 3]), number(1e3 * float(poses.distance[i]))]
         for i in np.arange(len(poses.q))[-LISTED:]
     ]
     model = "nominal arm" if poses.calibrated is None else "calibrated arm"

@@ -36,7 +36,7 @@ AFTERWARDS = math.inf
 
 
 @contextmanager
-def _told_as_working(client: viser.ClientHandle | None) -> Iterator[None]:
+def _shown_as_working(client: viser.ClientHandle | None) -> Iterator[None]:
     """Tells a page that a file is being made, where that takes long."""
     shown: list[viser.NotificationHandle] = []
 
@@ -137,8 +137,8 @@ class AbstractPanel(ABC):
         self, label: str, value: float, limits: tuple[float, float, float], hint: str
     ) -> viser.GuiNumberHandle:
         """A field for a number, with its least and greatest value and what an arrow key adds."""
-        least, maximum, step = limits
-        made = self._gui.add_number(label, value, min=least, max=maximum, step=step, hint=hint)
+        minimum, maximum, step = limits
+        made = self._gui.add_number(label, value, min=minimum, max=maximum, step=step, hint=hint)
         if isinstance(step, float):
             made.precision = max(made.precision, DECIMALS)
         return made
@@ -198,8 +198,8 @@ class AbstractPanel(ABC):
         )
 
         too_much = f"'{label}' takes files of at most {maximum / 2**20:.3g} MiB; nothing was sent"
-        told = self.link(f"large-{id(made)}", lambda: self._worker.submit(Tell(too_much)))
-        limit_upload(self._gui, made, maximum, told)
+        address = self.link(f"large-{id(made)}", lambda: self._worker.submit(Tell(too_much)))
+        limit_upload(self._gui, made, maximum, address)
 
         @made.on_upload
         async def _(event: viser.GuiEvent) -> None:
@@ -210,7 +210,7 @@ class AbstractPanel(ABC):
             await asyncio.sleep(ARRIVED)
             forget_uploads(self._gui)
             if asked := question(bytes(file.content)):
-                ask(event, asked, answer, lambda: self.send(lambda: command(file.name, bytes(file.content))))
+                ask(event, problem, answer, lambda: self.send(lambda: command(file.name, bytes(file.content))))
             else:
                 self.send(lambda: command(file.name, bytes(file.content)))
 
@@ -228,7 +228,7 @@ class AbstractPanel(ABC):
 
     def _download(self, event: viser.GuiEvent, make: Callable[[Session], File]) -> None:
         try:
-            with _told_as_working(event.client):
+            with _shown_as_working(event.client):
                 name, content = make(self._worker.session)
             if event.client is not None:
                 event.client.send_file_download(name, content, save_immediately=True)
@@ -277,18 +277,18 @@ def ask(
     if event.client is None:
         return
     gui = event.client.gui
-    with (asked := gui.add_modal(title)):
+    with (dialogue := gui.add_modal(title)):
         gui.add_html(block(text(question), testid="question", style="margin:4px 0 10px"))
         build(gui)
         yes, no = (
             gui.add_button(label, hint=question),
             gui.add_button("Cancel", color="gray", hint="Go back."),
         )
-    no.on_click(lambda _: asked.close())
+    no.on_click(lambda _: dialogue.close())
 
     @yes.on_click
     def _(_: object) -> None:
-        asked.close()
+        dialogue.close()
         do()
 
 

@@ -73,22 +73,22 @@ class RegionPanel(AbstractPanel):
         self._cut.disabled = view.field is Field.NONE
         self._picked.content = picked(session, numbers)
         self._move.visible = view.picked is not None and view.field is not Field.NONE
-        self._least.show(region.min, session.page.units)
-        self._greatest.show(region.max, session.page.units)
+        self._minimum.show(region.min, session.page.units)
+        self._maximum.show(region.max, session.page.units)
         set_value(self._cube, round(1e3 * region.cube))
         set_value(self._corners, view.corners)
 
     def _build_cuboid(self, gui: viser.GuiApi) -> None:
-        self._least = Coordinates(
+        self._minimum = Coordinates(
             gui, "From", Measure.LENGTH, hint="Corner of the region with the smallest coordinates."
         )
-        self._greatest = Coordinates(
+        self._maximum = Coordinates(
             gui, "To", Measure.LENGTH, hint="Corner of the region with the largest coordinates."
         )
         self._cube = self.slider(
             "Cube [mm]", 50, (10, 200, 1), "Side L of the cubes that the region is divided into."
         )
-        for control in (self._least.control, self._greatest.control, self._cube):
+        for control in (self._minimum.control, self._maximum.control, self._cube):
             self.sends(control, self._set)
         self._corners = gui.add_checkbox(
             "Corner handles", False, hint="Drag two corners of the region in the scene."
@@ -107,7 +107,7 @@ class RegionPanel(AbstractPanel):
         return ShowCubes(view)
 
     def _set(self) -> SetRegion:
-        return SetRegion(self._least.typed, self._greatest.typed, 1e-3 * float(self._cube.value))
+        return SetRegion(self._minimum.typed, self._maximum.typed, 1e-3 * float(self._cube.value))
 
     def _move_there(self) -> MoveTarget | None:
         session = self._worker.session

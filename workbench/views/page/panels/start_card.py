@@ -67,7 +67,10 @@ class StartCard(AbstractPanel):
             self._modal.close()
         icon, self._gui = viser.Icon, gui
         before = self._worker.session.measurements
-        self._before, self._told = (before.loaded, before.unread), self._worker.session.page.message_count
+        self._before, self._message_number = (
+            (before.loaded, before.unread),
+            self._worker.session.page.message_count,
+        )
         self._begins, self._ends_at, self._designs = None, Tab.PLATE, False
         self._modal = gui.add_modal("What do you have?")
         with self._modal:
@@ -88,15 +91,15 @@ class StartCard(AbstractPanel):
                 ),
                 self._entry(gui, "Nothing yet: show me", icon.PLAYER_PLAY, self._demo),
             ]
-            self._asked = gui.add_folder(None, visible=False)
-            with self._asked:
-                self._build_asked(gui)
+            self._questions = gui.add_folder(None, visible=False)
+            with self._questions:
+                self._build_questions(gui)
             self._done = self._entry(gui, "Look around", icon.EYE, self._finish)
             self._back = self._entry(gui, "Back", icon.ARROW_LEFT, lambda: self._open(gui))
             self._back.visible = False
         self.show(self._worker.session)
 
-    def _build_asked(self, gui: viser.GuiApi) -> None:
+    def _build_questions(self, gui: viser.GuiApi) -> None:
         """The robot, and its measurements; in folders, as viser always shows a button for uploads."""
         self._robot = gui.add_dropdown("Built in", (CHOSEN, *built_in_robots()), hint="The built-in arms.")
         self.sends(self._robot, self._choose)
@@ -126,14 +129,14 @@ class StartCard(AbstractPanel):
             if is_read and self._begins is not None:
                 self._worker.submit(self._begins())
             return
-        said = (m for m in reversed(session.page.messages) if m.number > self._told)
-        newest, bad = next(said, None), (Severity.WARNING, Severity.ERROR)
+        newer = (m for m in reversed(session.page.messages) if m.number > self._message_number)
+        newest, bad = next(newer, None), (Severity.WARNING, Severity.ERROR)
         wrong = newest.text if newest is not None and newest.severity in bad else ""
         working = f"{session.page.job.title} …" if session.page.job is not None else ""
-        self._message.content = self._said(session, wrong, working)
+        self._message.content = self._message_text(session, wrong, working)
 
-    def _said(self, session: Session, wrong: str, working: str) -> str:
-        is_asking = self._asked.visible
+    def _message_text(self, session: Session, wrong: str, working: str) -> str:
+        is_asking = self._questions.visible
         designs = ALONE if self._designs else FIRST.format(self._ends_at.value.capitalize())
         sentence = INTRODUCTION if not is_asking else BOTH if self._wants_data else designs
         purpose = "" if is_asking else f'<div style="font-size:15px;margin-bottom:6px">{text(PURPOSE)}</div>'
@@ -167,7 +170,7 @@ class StartCard(AbstractPanel):
         self._wants_data = wants_data
         for button in self._entries:
             button.visible = False
-        self._asked.visible, self._data.visible, self._back.visible = True, wants_data, True
+        self._questions.visible, self._data.visible, self._back.visible = True, wants_data, True
         if not wants_data:
             self._done.label, self._done.color = "Design a plate for it", None
             self._done.icon, self._designs = viser.Icon.SPARKLES, True
