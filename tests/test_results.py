@@ -139,7 +139,7 @@ def test_rows_may_be_named_and_of_another_convention():
     [
         (lambda: wb.Robot.from_dh([[0.0, 1.0]]), FileError, "joint 1 has 2 numbers"),
         (lambda: wb.Robot.from_dh([]), RobotError, "has no rows"),
-        (lambda: wb.Robot.from_dh(TABLE, "other"), FileError, "known are hayati"),
+        (lambda: wb.Robot.from_dh(TABLE, "other"), FileError, "known: hayati"),
         (lambda: wb.Robot.from_dh(TABLE, limits=[[0, 1]]), RobotError, "limits must be 6 x 2, got 1 x 2"),
         (lambda: wb.load_robot("aria").save("arm.step"), OptionError, ".toml or .urdf, got '.step'"),
     ],

@@ -75,7 +75,7 @@ def robot(tmp_path):
 
 @pytest.mark.parametrize("head", [NESTED, REPEATED, EXTERNAL])
 def test_entities_of_a_urdf_are_not_expanded(robot, head):
-    with pytest.raises(FileError, match="is no URDF"):
+    with pytest.raises(FileError, match="is not a URDF"):
         read_urdf(robot(urdf(head=head, more=f"<x>{'&j;' * (20_000 if head is REPEATED else 1)}</x>")))
 
 

@@ -257,7 +257,7 @@ def test_redundant_tasks_show_representatives():
         target = forward.tool_poses(robot, Motion(middle[None]))[0]
         result = inverse.solve(robot, target, task=task)
         assert not result.finite
-        assert "endlessly many" in result.note
+        assert "infinitely many" in result.note
         assert 2 <= len(result.within_limits) <= 8
         q = np.array([b.q for b in result.branches])
         assert np.abs(forward.tool_poses(robot, Motion(q))[:, :3, 3] - target[:3, 3]).max() < 1e-9

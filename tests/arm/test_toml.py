@@ -441,8 +441,8 @@ def test_effects_go_through_a_file(tmp_path):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('name = "magic"\ncoefficients = [1.0]', "'magic'; known are joint-compliance"),
-        ('name = ["a"]\ncoefficients = [1.0]', "known are joint-compliance"),
+        ('name = "magic"\ncoefficients = [1.0]', "'magic'; known: joint-compliance"),
+        ('name = ["a"]\ncoefficients = [1.0]', "known: joint-compliance"),
         ('name = "joint-compliance"\njoints = [1]', "no coefficients"),
         ('name = "joint-compliance"\njoints = [1]\ncoefficients = []', "no coefficients"),
         ('name = "joint-compliance"\njoints = [1]\ncoefficients = 3.0', "list of numbers"),

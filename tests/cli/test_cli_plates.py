@@ -27,7 +27,7 @@ def test_score_of_table_2(run, tmp_path):
 def test_score_says_what_is_not_told_apart(run):
     status, out, _ = run("plate", "score", "table2", "--robot", "aria", "--unknown", "base,tool")
     assert status == 0
-    assert "not told apart: base x with tool x" in out
+    assert "indistinguishable: base x with tool x" in out
 
 
 @pytest.mark.parametrize(

@@ -88,7 +88,7 @@ def test_rows_carry_what_drives_the_effects(aria):
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("wobble", "no effect 'wobble'; known are joint-compliance, backlash"),
+        ("wobble", "unknown effect 'wobble'; known: joint-compliance, backlash"),
         ("backlash:0", "joint must be 1–6, got '0'"),
         ("backlash:two", "joint must be 1–6, got 'two'"),
         ("thermal-growth:2", "whole arm"),

@@ -57,7 +57,7 @@ def load_robot(source: Path | str, *, tip: str | None = None) -> Robot:
         return read_urdf(path, tip=tip)
     if path.suffix.lower() != ".toml":
         raise FileError(
-            f"is no .toml, .urdf or .xacro file and no built-in arm; built in are {', '.join(built_in)}",
+            f"is not a .toml, .urdf or .xacro file or a built-in arm; built-in: {', '.join(built_in)}",
             path=str(source),
         )
     return read_toml(path)
@@ -98,7 +98,7 @@ def expand_xacro(path: Path | str, arguments: dict[str, str]) -> Path:
     except ImportError:
         raise MissingExtraError("reading xacro", extra="xacro") from None
     if not Path(path).is_file():
-        raise FileError("there is no such file; give a .xacro", path=str(path))
+        raise FileError("no such file; give a .xacro", path=str(path))
     folder = Path(tempfile.mkdtemp(prefix="workbench-"))
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     urdf = folder / Path(path).name.removesuffix(".xacro").removesuffix(".urdf")

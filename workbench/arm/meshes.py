@@ -84,7 +84,7 @@ def find_mesh(name: str, urdf: Path) -> str:
             if _faces(path, size) > MAX_FACES:
                 raise FileError(f"has more than {MAX_FACES} triangles; give a coarser mesh", path=str(path))
             return str(path)
-    raise FileError("there is no such mesh in the robot's folders; put it there", path=name)
+    raise FileError("no such mesh in the robot's folders; add it", path=name)
 
 
 def _faces(path: Path, size: int) -> int:

@@ -55,8 +55,8 @@ class Parameter:
         lower, upper = (bounds or {}).get(name) or (nominal - width, nominal + width)
         if not lower <= nominal <= upper:
             raise OptionError(
-                f"the bounds [{lower:g}, {upper:g}] of {name} leave its nominal value {nominal:g} out; widen "
-                "them"
+                f"the bounds [{lower:g}, {upper:g}] of {name} exclude its nominal value {nominal:g}; "
+                "widen them"
             )
         return replace(free, lower=lower, upper=upper)
 

@@ -116,7 +116,7 @@ class _RobotReader(AbstractTableReader):
             return JointKind(table.get("type", "revolute"))
         except ValueError:
             raise self.fail(
-                f"{name} has type {table['type']!r}; known are revolute, prismatic and fixed"
+                f"{name} has type {table['type']!r}; known: revolute, prismatic and fixed"
             ) from None
 
     def entry(self, table: dict, name: str, convention: str) -> JointEntry:
@@ -175,7 +175,7 @@ def robot_from_table(data: dict[str, Any], reader: _RobotReader) -> Robot:
     reader.keys(data, ROBOT_KEYS, "the robot")
     convention = data.get("convention")
     if convention not in CONVENTIONS:
-        raise reader.fail(f"convention is {convention!r}; known are {', '.join(CONVENTIONS)}")
+        raise reader.fail(f"convention is {convention!r}; known: {', '.join(CONVENTIONS)}")
     tables = reader.tables(data, "joint")
     unknown, tolerance = Frame(free=Freedom.AUTO), reader.tolerance(data, "", "gravity_tolerance", TOLERANCE)
     mounting = Mounting(base=unknown, tool=unknown, gravity_tolerance=tolerance)
@@ -221,7 +221,7 @@ def _elementary(data: dict, facts: list[dict], joints: tuple[Joint, ...], reader
         elements.append(_element(table, i, max(len(ends) - 1, 0), reader))
     strange = [e.name for e in elements if e.follows is not None and not 0 <= e.follows < len(drivers)]
     if strange:
-        raise reader.fail(f"{strange[0]} follows a joint that there is not; give one of 1 … {len(drivers)}")
+        raise reader.fail(f"{strange[0]} follows an unknown joint; give one of 1 … {len(drivers)}")
     kinds = [JointKind.REVOLUTE if elements[i].axis.turns else JointKind.PRISMATIC for i in ends]
     kinds = [
         JointKind.FIXED if elements[i].follows is not None else k for i, k in zip(ends, kinds, strict=True)
@@ -250,7 +250,7 @@ def _element(table: dict, number: int, link: int, reader: _RobotReader) -> Eleme
     reader.keys(table, ELEMENT_KEYS, what)
     letters = str(table.get("axis")).lower()
     if letters not in ELEMENT_AXES:
-        raise reader.fail(f"{what} axis is {table.get('axis')!r}; known are {', '.join(ELEMENT_AXES)}")
+        raise reader.fail(f"{what} axis is {table.get('axis')!r}; known: {', '.join(ELEMENT_AXES)}")
     axis = Axis[letters.upper()]
     free = table.get("free", False)
     if not isinstance(free, bool):
@@ -263,7 +263,7 @@ def _element(table: dict, number: int, link: int, reader: _RobotReader) -> Eleme
     follows = table.get("follows")
     if follows is not None and (type(follows) is not int or joint is not None):
         raise reader.fail(
-            f"{what} follows must be a joint's number, and stand without joint, not {follows!r}"
+            f"{what} follows must be a joint's number, without joint beside it, not {follows!r}"
         )
     return Element(
         axis,
@@ -295,7 +295,7 @@ def _effect(table: dict, number: int, reader: _RobotReader) -> AbstractEffect:
     what = f"[[effect]] {number + 1}"
     name = table.get("name")
     if not isinstance(name, str) or name not in EFFECTS:
-        raise reader.fail(f"{what} has the name {name!r}; known are {', '.join(EFFECTS)}")
+        raise reader.fail(f"{what} has the name {name!r}; known: {', '.join(EFFECTS)}")
     kind, what = EFFECTS[name], f"{what} ({name})"
     reader.keys(table, {"name", "joints", "coefficients", *kind.settings()}, what)
     joints = table.get("joints", [])

@@ -76,7 +76,7 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
         name = f"fixed{link + 1 - len(names)}" if kind is JointKind.FIXED else f"joint{len(names) + 1}"
         origin = np.eye(4) if joint.origin is None else np.array(joint.origin, float)
         if not np.isfinite(origin).all():
-            raise FileError(f"joint '{joint.name}' has an <origin> that is no number", path=str(path))
+            raise FileError(f"joint '{joint.name}' has an <origin> that is not a number", path=str(path))
         elements.append(Element(Axis.CONSTANT, f"{name}.origin", link=link, matrix=frozen(origin)))
         if turning is not JointKind.FIXED:
             elements += [
@@ -114,10 +114,10 @@ def read_urdf(path: Path | str, *, tip: str | None = None) -> Robot:
 
 def _parse(path: Path) -> "yourdfpy.URDF":
     if not path.is_file():
-        raise FileError("there is no such file; give a URDF", path=str(path))
+        raise FileError("no such file; give a URDF", path=str(path))
     root = _root(path)
     if root.tag != "robot":
-        raise FileError(f"is no URDF: its root is <{root.tag}>, not <robot>", path=str(path))
+        raise FileError(f"is not a URDF: its root is <{root.tag}>, not <robot>", path=str(path))
     if not root.findall("joint"):
         raise FileError("has no joints; give a URDF that describes an arm", path=str(path))
     for kind in ("joint", "link"):
@@ -144,7 +144,7 @@ def _parse(path: Path) -> "yourdfpy.URDF":
         )
     except Exception as error:  # yourdfpy raises many kinds for a malformed file
         why = f"{type(error).__name__}: {error}"
-        raise FileError(f"is no URDF that can be read ({why}); mend it there", path=str(path)) from None
+        raise FileError(f"can't be read as a URDF ({why}); correct it there", path=str(path)) from None
 
 
 def _check_angles(joint: ET.Element, path: Path) -> None:
@@ -166,9 +166,9 @@ def _root(path: Path, *, wanted: str = "a URDF") -> ET.Element:
     try:
         return ET.fromstring(content, parser=parser)
     except ET.ParseError as error:
-        raise FileError(f"is no URDF: {error}", path=str(path)) from None
+        raise FileError(f"is not a URDF: {error}", path=str(path)) from None
     except (LookupError, ValueError) as error:  # an encoding that there is not, or that it is not in
-        raise FileError(f"is no URDF: {error}; save it as UTF-8", path=str(path)) from None
+        raise FileError(f"is not a URDF: {error}; save it as UTF-8", path=str(path)) from None
 
 
 def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
@@ -177,7 +177,7 @@ def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
     for joint in model.robot.joints:
         if joint.child in into:
             raise FileError(
-                f"link '{joint.child}' hangs on two joints, '{into[joint.child].name}' and '{joint.name}'; "
+                f"link '{joint.child}' has two parent joints, '{into[joint.child].name}' and '{joint.name}'; "
                 "a serial chain is needed",
                 path=str(path),
             )
@@ -200,7 +200,7 @@ def _chain_to(model: "yourdfpy.URDF", path: Path, tip: str | None) -> list:
         if tip not in links:
             raise FileError(f"has no link '{tip}'; its links are {', '.join(links)}", path=str(path))
         if not count(to_root(tip)):
-            raise FileError(f"has no joint that moves on the way to link '{tip}'", path=str(path))
+            raise FileError(f"has no joint that moves on the path to link '{tip}'", path=str(path))
         return to_root(tip)
     parents = {j.parent for j in model.robot.joints}
     ends = [link for link in links if link not in parents]
@@ -277,7 +277,8 @@ def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: lis
         limits = (float(joint.limit.lower), float(joint.limit.upper))
         if not limits[0] < limits[1]:
             raise FileError(
-                f"joint '{joint.name}' has the empty limits {list(limits)}; mend its <limit>", path=str(path)
+                f"joint '{joint.name}' has the empty limits {list(limits)}; correct its <limit>",
+                path=str(path),
             )
     elif kind is not JointKind.FIXED:
         notes.append(f"joint '{joint.name}' is continuous: searches assume one half-turn either way")
@@ -288,7 +289,7 @@ def _joint_info(joint, name: str, kind: JointKind, model, path: Path, notes: lis
         com = np.zeros(3) if inertial.origin is None else np.array(inertial.origin[:3, 3], float)
         if not (mass >= 0.0 and np.isfinite([mass, *com]).all()):
             raise FileError(
-                f"link '{joint.child}' has the mass {mass} at {com.tolist()}; mend its <inertial>",
+                f"link '{joint.child}' has the mass {mass} at {com.tolist()}; correct its <inertial>",
                 path=str(path),
             )
     effort = joint.limit.effort if joint.limit is not None else None
@@ -363,7 +364,9 @@ def _skeleton(robot: Robot) -> ET.Element:
         is_limited = bool(np.isfinite(limits).all())
         kind = "prismatic" if not element.axis.turns else "revolute" if is_limited else "continuous"
         if kind == "prismatic" and not is_limited:
-            raise RobotError(f"{joint.name} is prismatic without limits, which a URDF can't say; give limits")
+            raise RobotError(
+                f"{joint.name} is prismatic without limits, which a URDF can't express; give limits"
+            )
         node = _joint_node(root, f"joint{number}", kind, parent, f"link{number}", segment)
         axis = np.eye(3)[element.axis % 3]
         ET.SubElement(node, "axis", xyz=numbers_text(axis))

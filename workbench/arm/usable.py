@@ -181,7 +181,7 @@ def unobserved_text(
     if sees_position and sees_rotation:
         return ()
     if (start := nominal_arm(robot, nominal)) is None:
-        return (why, "its file does not hold the nominal arm, so nothing could be kept near that")
+        return (why, "its file does not hold the nominal arm, so nothing was kept near it")
     seen = None if robot.calibration is None else robot.calibration.observed
     q, poses = (sampled(robot), "poses") if seen is None else (seen.q, "measured poses")
     sizes = []

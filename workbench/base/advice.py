@@ -31,5 +31,5 @@ class Advice:
         except Exception as error:
             last = traceback.extract_tb(error.__traceback__)[-1]
             why = f"{type(error).__name__} in {last.name}, line {last.lineno}: {error}"
-            self.warnings.append(f"{what} could not be computed ({why}); the result stands without")
+            self.warnings.append(f"{what} could not be computed ({why}); the result omits it")
             return otherwise

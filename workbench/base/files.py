@@ -118,7 +118,7 @@ def _to_standard_output(content: bytes) -> None:
 
 
 def _write_through(descriptor: int, content: bytes) -> None:
-    """Write into what is no regular file, and close it unless it is standard output."""
+    """Write into what is not a regular file, and close it unless it is standard output."""
     if descriptor == 1:
         sys.stdout.flush()
     with open(descriptor, "wb", closefd=descriptor != 1) as file:

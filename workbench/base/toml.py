@@ -37,16 +37,16 @@ class AbstractTableReader(ABC):
     def load(self) -> dict[str, Any]:
         """The file's tables."""
         if not Path(self.path).exists():
-            raise self.fail(f"there is no such file; give {self.otherwise}")
+            raise self.fail(f"no such file; give {self.otherwise}")
         content = read_bytes(self.path, wanted=self.wanted, maximum=LARGEST_FILE)
         try:
             return tomllib.loads(content.decode("utf-8-sig"))
         except UnicodeDecodeError as error:
             raise self.fail(f"can't be read as a text file ({error}); give {self.wanted}") from None
         except ValueError as error:  # of TOML, or of a number with thousands of digits
-            raise self.fail(f"is no valid TOML: {error}") from None
+            raise self.fail(f"is not valid TOML: {error}") from None
         except RecursionError:
-            raise self.fail("is no valid TOML: it has too many brackets within brackets") from None
+            raise self.fail("is not valid TOML: it has too many brackets within brackets") from None
 
     def fail(self, message: str) -> FileError:
         return FileError(message, path=self.path)
@@ -86,6 +86,4 @@ class AbstractTableReader(ABC):
     def keys(self, table: Any, known: set[str], what: str) -> None:
         """Refuse keys that mean nothing."""
         if unknown := sorted(set(self.table(table, what)) - known):
-            raise self.fail(
-                f"{what} has the unknown key '{unknown[0]}'; known are {', '.join(sorted(known))}"
-            )
+            raise self.fail(f"{what} has the unknown key '{unknown[0]}'; known: {', '.join(sorted(known))}")

@@ -227,7 +227,9 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
     still = [joint + 1 for joint in range(q.shape[1]) if np.ptp(q[:, joint]) < NO_DIFFERENCE]
     if len(q) > 1 and still:
         names = ", ".join(str(joint) for joint in still)
-        notes.append(f"joint(s) {names} never move: their errors can't be told from their neighbours'")
+        notes.append(
+            f"joint(s) {names} never move: their errors can't be distinguished from their neighbours'"
+        )
     if len(q) > 4 and np.abs(q).max() < np.radians(2.0 * np.pi) and len(still) < q.shape[1]:
         notes.append("all joints stay within 6.3° of zero: is this rad labelled deg?")
     return notes
@@ -247,7 +249,9 @@ def _observation_notes(dataset: Dataset, reach: float) -> list[str]:
         if len(seen) > 1:
             turns = np.linalg.norm(se3.matrix_to_rotvec(seen @ seen[0].T), axis=-1)
             if turns.max() < 1e-4:
-                notes.append("all orientations are alike: orientation errors of the joints are hardly seen")
+                notes.append(
+                    "all orientations are nearly the same: errors of joint orientation are barely observable"
+                )
     return notes
 
 

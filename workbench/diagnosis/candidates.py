@@ -83,5 +83,5 @@ def _drivers(motion: Motion) -> Iterator[str]:
         if together > CONFOUNDED:
             yield (
                 f"{a} and {b} run together in these rows ({100 * together:.0f} % correlated): their effects "
-                "can hardly be told apart"
+                "can hardly be distinguished"
             )

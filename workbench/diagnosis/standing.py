@@ -37,7 +37,8 @@ class GravityDirection(AbstractEffect):
         return ()
 
     def sentence(self, chain, motion):
-        return f"The arm stands {np.rad2deg(np.linalg.norm(self.coefficients)):.3g}° off what its file says"
+        angle = np.rad2deg(np.linalg.norm(self.coefficients))
+        return f"The arm is tilted {angle:.3g}° from what its file states"
 
 
 def standing_notes(fit: Fit, file: Robot) -> list[str]:

@@ -142,7 +142,7 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
 
 def _lost(added: bool, nominal: Errors, after: Errors) -> str:
     """A sentence where not even the geometry explains much."""
-    end = "The effects that were added mean little before that" if added else "No effects were added"
+    end = "Until this is resolved, the added effects mean little" if added else "No effects were added"
     return (
         f"The geometry explains little: {after.position_mm.rms:.3g} of {nominal.position_mm.rms:.3g} mm "
         f"remain. Check the robot, the units, the frames and the sessions. {end}."

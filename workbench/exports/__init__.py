@@ -12,7 +12,7 @@ FORMS: Registry[AbstractForm] = Registry("form", AbstractForm, DhCsv(), group="w
 def form_named(name: str) -> AbstractForm:
     """The form that `--for` names; another name is refused with the list of all."""
     if name not in FORMS:
-        raise OptionError(f"there is no form '{name}'; choose {', '.join(FORMS)}")
+        raise OptionError(f"unknown form '{name}'; choose {', '.join(FORMS)}")
     return FORMS[name]
 
 

@@ -260,7 +260,7 @@ class Fit(AbstractShown):
             found.append(f"uncertain by more than 1° or 5 mm: {', '.join(uncertain)}")
         if len(self.suspicious):
             shown = first_of(self.problem.data.row[self.suspicious], MAX_NAMED_ROWS)
-            found.append(f"rows that stand out from the others, to be looked at: {shown}")
+            found.append(f"rows to check, as they differ from the others: {shown}")
         return tuple(found)
 
     @cached_property

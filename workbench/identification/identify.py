@@ -72,9 +72,7 @@ def identify(
     if data.readings is not None and data.readings.has_tool_poses:
         robot = posed_arm()
     if robot is None:
-        raise OptionError(
-            "only rows that come with poses of the tool in place of joints need no robot; give one"
-        )
+        raise OptionError("give a robot; only rows with tool poses in place of joints do without")
     chosen = [_algorithm(name) for name in algorithms]
     weighting = option(Loss, loss, "loss")
     choices = FitChoices.of(choices, **fields)
@@ -156,7 +154,7 @@ def _errors_of(ready: Prepared, rows: np.ndarray, fit: Fit) -> tuple[Outlier, ..
 
 def _algorithm(name: str) -> AbstractIdentifier:
     if name not in ALGORITHMS:
-        raise OptionError(f"there is no algorithm '{name}'; choose from {', '.join(ALGORITHMS)}")
+        raise OptionError(f"unknown algorithm '{name}'; choose from {', '.join(ALGORITHMS)}")
     return ALGORITHMS[name]
 
 
@@ -186,7 +184,5 @@ def _warnings(fit: Fit) -> tuple[str, ...]:
             f"{fit.title}: on its bound: {', '.join(fit.at_bounds)}; widen the bounds if that is wrong"
         )
     if fit.beyond_bounds:
-        found.append(
-            f"{fit.title} knows no bounds: {', '.join(fit.beyond_bounds)} lies beyond; OPT1 keeps them"
-        )
+        found.append(f"{fit.title} ignores bounds: {', '.join(fit.beyond_bounds)} outside; use OPT1")
     return tuple(found)

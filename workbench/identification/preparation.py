@@ -216,7 +216,7 @@ def _free(robot: Robot, fitted: Dataset, choices: FitChoices) -> tuple[tuple[str
     length = scale_fixing_length(robot, fitted, free, dict(choices.known))
     if length is None:
         return free, []
-    note = f"contacts show no scale: {length} is held at its nominal value"
+    note = f"contacts don't determine scale: {length} is held at its nominal value"
     return tuple(name for name in free if name != length), [note]
 
 
@@ -288,7 +288,7 @@ def _judging(
     if not (new and len(held) and frames.freedom.base) or Sessions(choices.frames) is Sessions.SHARED:
         return rows._replace(held=held), (), notes
     notes.append(
-        f"held-out session {', '.join(new)}: where base stands was found from its own rows, the arm from the "
+        f"held-out session {', '.join(new)}: the base's pose was found from its own rows, the arm from the "
         "others"
     )
     return rows._replace(held=held), new, notes

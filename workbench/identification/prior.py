@@ -103,7 +103,7 @@ def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
         names = tuple(str(name) for name in found["names"])
         values, information = np.array(found["values"], float), np.array(found["information"], float)
     except (ValueError, KeyError, TypeError, OverflowError, RecursionError):
-        raise FileError(f"is no result with prior knowledge; give {wanted}", path=str(path)) from None
+        raise FileError(f"is not a result with prior knowledge; give {wanted}", path=str(path)) from None
     count = len(names)
     shapes = values.shape == (count,) and information.shape == (count, count)
     if not shapes or not np.isfinite(values).all() or not np.isfinite(information).all():
@@ -114,5 +114,5 @@ def read_prior(path: Path | str, *, renew: Sequence[int] = ()) -> Prior:
     gone = tuple(f"joint{joint}." for joint in renew)
     prior = Prior(names, values, information).keep(lambda name: not name.startswith(gone))
     if not prior.names:
-        raise OptionError(f"{path}: nothing of the arm is left as prior knowledge")
+        raise OptionError(f"{path}: no prior knowledge of the arm remains")
     return prior

@@ -396,7 +396,7 @@ class Problem:
             whitening: W, so that W (x − values) has unit variance.
         """
         if missing := [n for n in names if n not in self.names]:
-            raise OptionError(f"the prior speaks of '{missing[0]}', which is not identified here")
+            raise OptionError(f"the prior contains '{missing[0]}', which is not identified here")
         columns = [self.names.index(n) for n in names]
         own = self.without_deviation()
         wide, centre = np.zeros((len(whitening), len(self.names))), self.start.copy()

@@ -74,10 +74,10 @@ class Standing:
 
     @property
     def text(self) -> str:
-        """How far it stands off."""
+        """How far it is tilted."""
         where = f"in session {self.session} the arm" if self.session else "the arm"
         size, error = np.rad2deg([self.size, self.error])
-        return f"{where} stands {size:.3g} ± {error:.2g}° off what its file says"
+        return f"{where} is tilted {size:.3g} ± {error:.2g}° from what its file states"
 
 
 def freed(problem: Problem, fit: Fit) -> Problem:

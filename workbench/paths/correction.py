@@ -111,7 +111,7 @@ def compensate(
     try:
         method = CorrectionMethod(method)
     except ValueError:
-        raise OptionError(f"there is no method '{method}'; choose {' or '.join(CorrectionMethod)}") from None
+        raise OptionError(f"unknown method '{method}'; choose {' or '.join(CorrectionMethod)}") from None
     robot, q, time = commanded.calibrated, commanded.q, commanded.time
     state = Motion(q) if motion is None else motion.at(q)
     refuse_beyond(robot, q, time)

@@ -101,7 +101,7 @@ def _numbers(table: Table) -> tuple[int, ...]:
         if not cell.isdecimal() or int(cell) < 1 or int(cell) in numbers:
             wrong = f"target {cell} is given twice" if cell.isdecimal() and int(cell) in numbers else None
             raise FileError(
-                wrong or f"'{cell}' is no target; number the targets from 1",
+                wrong or f"'{cell}' is not a target number; number the targets from 1",
                 path=table.source,
                 line=line,
                 column="target",

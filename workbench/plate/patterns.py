@@ -76,7 +76,7 @@ def pattern(
         tilts: Roll angles given to the targets in turn [rad].
     """
     if name not in PATTERNS:
-        raise OptionError(f"there is no pattern '{name}'; known are {', '.join(PATTERNS)}")
+        raise OptionError(f"unknown pattern '{name}'; known: {', '.join(PATTERNS)}")
     if not 1 <= number <= MAX_TARGETS:
         raise OptionError(f"a pattern has 1 to {MAX_TARGETS} targets, got {number}")
     if not (np.isfinite(radius) and radius > 0 and tilts):

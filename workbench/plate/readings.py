@@ -175,7 +175,7 @@ def reading_named(
         visits: How often each target is visited.
     """
     if name not in MAKERS:
-        raise OptionError(f"there is no reading '{name}' of a target; known are {', '.join(MAKERS)}")
+        raise OptionError(f"unknown reading of a target '{name}'; known: {', '.join(MAKERS)}")
     if visits < 1:
         raise OptionError(f"visits of a target must be at least 1, got {visits}")
     position, rotation = sigma or SIGMAS[name]

@@ -229,7 +229,7 @@ def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> GuideStep:
     """Rows of another arm, or of a file with wrong headings: what is to be changed, if it is known."""
     anyway = OTHER_ARM
     if match.joints[0] == match.joints[1]:
-        anyway = Action("Identify all the same", Tab.CALIBRATE, Identify(anyway=True))
+        anyway = Action("Identify anyway", Tab.CALIBRATE, Identify(anyway=True))
     change = _change_to(match)
     if match.headings and file is not None and file.preview.layout == PLAIN:
         mapping = with_headings_corrected(file.preview, match.headings).encode()

@@ -73,7 +73,10 @@ def test_an_archive_of_the_folder_is_chosen_with_the_button(app, look, aria, tmp
     broken.write_bytes(b"no archive")
     screen = look()
     screen.tab("Measure")
-    for path, message in ((packed, "6 pictures read from shots"), (broken, "is no ZIP or tar archive; pack")):
+    for path, message in (
+        (packed, "6 pictures read from shots"),
+        (broken, "is not a ZIP or tar archive; pack"),
+    ):
         screen.give("… or an archive of it (ZIP)", path)
         screen.page.get_by_text(message).first.wait_for()
     session = screen.until(lambda s: s.page.job is None)

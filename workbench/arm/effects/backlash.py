@@ -90,7 +90,7 @@ class Backlash(AbstractEffect):
 
     def mistake(self, chain):
         if self.by not in CAUSES:
-            return f"has by = '{self.by}'; known are {' and '.join(CAUSES)}"
+            return f"has by = '{self.by}'; known: {' and '.join(CAUSES)}"
         if not self.width >= 0.0 or (self.width and self.by == "motion"):
             return f"has width = {self.width:g}; give a moment from 0, and none with by = 'motion'"
         return None

@@ -105,10 +105,10 @@ class BaseDrift(AbstractEffect):
     def doubt(self, motion):
         """Only postures that come again later show time alone; elsewhere postures differ as well."""
         if self.by_row:
-            return "the rows have no times, so their order in the file was taken for it"
+            return "the rows have no times, so their order in the file was used instead"
         if _returns(motion.q, self._clock(motion)) >= RETURNS:
             return None
-        return "no posture was measured again later, which would show it without doubt"
+        return "no pose was repeated later, which would confirm it"
 
     @classmethod
     def own_offers(cls, arm, motion):

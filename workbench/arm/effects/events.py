@@ -201,7 +201,7 @@ class AbstractStep(AbstractEvent):
         across = cKDTree(place[fewer]).query(place[~fewer])[0].min()
         if mixed >= MIXED or across <= np.median(distance):
             return None
-        return "no posture before is like one afterwards, so that these may be what differs"
+        return "no pose before it resembles one after it, so the poses themselves may make the difference"
 
     def remedy(self, motion):
         before, after = self._sides(motion)

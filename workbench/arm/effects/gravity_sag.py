@@ -116,7 +116,7 @@ class GravitySag(AbstractEffect):
 
     def mistake(self, chain):
         if len(self.joints) != 1 or not turns(chain, self.joints[0]):
-            return f"is of one joint that turns, not of {[j + 1 for j in self.joints]}"
+            return f"takes one revolute joint, not {[j + 1 for j in self.joints]}"
         if len(self.gravity) != 3 or not np.any(self.gravity) or not np.isfinite(self.gravity).all():
             return f"needs the direction of gravity as three numbers, not {list(self.gravity)}"
         if len(set(self._terms)) != len(self._terms) or not self._terms:

@@ -102,7 +102,7 @@ class JointHarmonic(AbstractEffect):
         if self.range and len(self.joints) != 1:
             return f"has a range for {len(self.joints)} joints; give each joint an effect of its own"
         slides = [j + 1 for j in self.joints if not turns(chain, j)]
-        return f"needs joints that turn, but joint {slides[0]} slides" if slides else None
+        return f"needs revolute joints, but joint {slides[0]} is prismatic" if slides else None
 
     def sentence(self, chain, motion):
         return self._of(self.error_phrase(chain, motion), motion, np.zeros(2 * (len(self.names),)))

@@ -79,7 +79,7 @@ class LocalJointError(AbstractEffect):
         if wrong := range_problem(self.range):
             return wrong
         if self.periodic and not (turns(chain, self.joints[0]) and self.knots[-1] - self.knots[0] < TURN):
-            return "is periodic; that asks for a joint that turns, and knots within one turn"
+            return "is periodic, which needs a revolute joint and knots within one turn"
         low, high = self.range or (self.knots[0], self.knots[-1])
         if not self.periodic and not (self.knots[0] <= low and high <= self.knots[-1]):
             return f"has the range {low:g} … {high:g} beyond its knots {self.knots[0]:g} … {self.knots[-1]:g}"

@@ -126,7 +126,7 @@ def check_poses(poses: Float[np.ndarray, "rows 4 4"]) -> Float[np.ndarray, "rows
     if poses.ndim != 3 or poses.shape[1:] != (4, 4):
         raise ShapeError(f"a pose is a 4×4 matrix, not {poses.shape[1:]}", expected=4, found=poses.shape[-1])
     if not np.isfinite(poses).all():
-        raise DataError("a pose to be reached has entries that are not finite numbers; give it anew")
+        raise DataError("a pose to be reached has entries that are not finite numbers; correct it")
     r = poses[:, :3, :3]
     off = float(np.abs(np.swapaxes(r, 1, 2) @ r - np.eye(3)).max(initial=0.0))
     if off > 1e-3 or (np.linalg.det(r) < 0).any():
@@ -193,13 +193,9 @@ def _result(
     singular = bool(solutions.continuum.any()) and not redundant
     note = None
     if redundant and len(x):
-        note = (
-            f"{arm.dof} joints for {int(task)} conditions: endlessly many solutions, of which some are shown"
-        )
+        note = f"{arm.dof} joints for {int(task)} conditions: infinitely many solutions; some are shown"
     elif singular:
-        note = (
-            "the pose is singular: some joints can move without moving the tool, one solution stands for all"
-        )
+        note = "the pose is singular: some joints can move without moving the tool, one solution is shown"
     explain = partial(_explain, arm, target, x, branches, task, inner, rng)
     return InverseResult(branches, not (redundant or singular), note, task, explain)
 

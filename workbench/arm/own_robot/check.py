@@ -66,7 +66,7 @@ def read_joint_table(path: Path | str) -> JointTable:
     stated = [m[1] for _, line in lines if (m := re.match(r"#.*convention\s*=\s*([\w-]+)", line))]
     lines = [(n, line) for n, line in lines if not line.startswith("#")]
     if stated and stated[0] not in ORDERS:
-        raise FileError(f"convention is '{stated[0]}'; known are {', '.join(ORDERS)}", path=str(path))
+        raise FileError(f"convention is '{stated[0]}'; known: {', '.join(ORDERS)}", path=str(path))
     if len(lines) < 2:
         raise FileError("has no joints; give a line of headings and one for each joint", path=str(path))
     separator = max(",;\t", key=lines[0][1].count)
@@ -98,13 +98,13 @@ def _heading(cell: str) -> tuple[str, str]:
 def _row(cells: dict[str, str], path: Path | str, line: int) -> dict[str, Any]:
     kind = KINDS.get(cells.get("type", "revolute").strip().lower())
     if kind is None:
-        raise FileError(f"type is '{cells['type']}'; known are {', '.join(KINDS)}", path=str(path), line=line)
+        raise FileError(f"type is '{cells['type']}'; known: {', '.join(KINDS)}", path=str(path), line=line)
     row: dict[str, Any] = {"type": kind}
     for name in CONSTANTS:
         text = cells.get(name, "0").strip() or "0"
         value = _number(text)
         if value is None:
-            raise FileError(f"'{text}' is no number", path=str(path), line=line, column=name)
+            raise FileError(f"'{text}' is not a number", path=str(path), line=line, column=name)
         row[name] = value
     return row
 

@@ -132,7 +132,7 @@ def _without_duplicates(columns: list[TableColumn], table: Table) -> tuple[Table
             continue
         if (other := seen.setdefault(column.key, column)) is not column:
             both = (
-                f"the heading stands twice (columns {other.index + 1} and {column.index + 1})"
+                f"the heading appears twice (columns {other.index + 1} and {column.index + 1})"
                 if other.heading == column.heading
                 else f"'{other.heading}' and '{column.heading}' both mean {column.key}"
             )

@@ -132,7 +132,7 @@ def _counted_on(items: tuple[NamedUnit, ...], whole: str) -> tuple[NamedUnit, ..
         last = re.fullmatch(r"(\D*)(\d+)", items[i + 1].name) if i + 1 < len(items) else None
         if first is None or last is None or first[1] != last[1] or int(last[2]) <= int(first[2]):
             raise OptionError(
-                f"columns='{whole}': '…' must stand between numbered names, as in q1[deg],…,q6[deg]"
+                f"columns='{whole}': '…' must be between numbered names, as in q1[deg],…,q6[deg]"
             )
         unit = result[-1].unit if result[-1].unit is not None else items[i + 1].unit
         result[-1] = NamedUnit(result[-1].name, unit)

@@ -139,7 +139,7 @@ def _from_matrix(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.
             else f"is not orthonormal (RᵀR differs from 1 by {off[worst]:.2g})"
         )
         raise fields.error(
-            f"the matrix r11 … r33 {what}, so it is no rotation: correct it, or exclude the row",
+            f"the matrix r11 … r33 {what}, so it is not a rotation: correct it, or exclude the row",
             int(rows[worst]),
             "r11",
         )

@@ -96,7 +96,7 @@ def read_by_layout(
         path = Path(source)
         if layout not in (None, layouts.PLAIN, *layouts.LAYOUTS):
             known = listed((layouts.PLAIN, *layouts.LAYOUTS), longest=100)
-            raise OptionError(f"there is no layout '{layout}': there are {known}")
+            raise OptionError(f"unknown layout '{layout}'; known: {known}")
         if (whole := _file_layout(path, layout)) is not None:
             return whole.read(path, naming_of(columns)), whole.name, None
         table = read_table(path, columns=columns, sheet=sheet, joints=joints)
@@ -114,7 +114,7 @@ def _file_layout(path: Path, layout: str | None) -> AbstractFileLayout | None:
     if layout is not None:
         known = next((known for known in layouts.file_layouts() if known.name == layout), None)
         if known is not None and not path.exists():
-            raise FileError("there is no such file or folder: check the path", path=str(path))
+            raise FileError("no such file or folder: check the path", path=str(path))
         return known
     try:
         head = b""
@@ -150,7 +150,7 @@ def read_table(
     kind = kind_of(data, path)
     naming = naming_of(columns)
     if sheet is not None and kind is not FileKind.EXCEL:
-        raise OptionError(f"{path}: this is no workbook, so it has no sheet '{sheet}': leave 'sheet' out")
+        raise OptionError(f"{path}: not a workbook, so it has no sheet '{sheet}': leave 'sheet' out")
     if kind is FileKind.MATLAB:
         return with_headings(read_matlab(data, path, naming=naming))
     if kind is FileKind.EXCEL:

@@ -54,7 +54,7 @@ def decode(data: bytes, path: Path) -> tuple[str, str]:
     except UnicodeDecodeError:
         pass
     try:
-        return data.decode("cp1252"), "Latin-1 (it is no valid UTF-8)"
+        return data.decode("cp1252"), "Latin-1 (not valid UTF-8)"
     except UnicodeDecodeError:
         raise FileError(
             "this is not text in UTF-8, UTF-16 or Latin-1: save the table as UTF-8 CSV", path=str(path)

@@ -134,7 +134,7 @@ def _one_row_each(
     if array.ndim == 3 and array.shape[:2] in ((3, 3), (4, 4)):
         return _from_stack(array), "page"
     if array.ndim != 2 or array.dtype.kind not in "fiub" + "".join(_LABELS):
-        raise FileError(f"'{name}' is no matrix of numbers", path=str(path))
+        raise FileError(f"'{name}' is not a matrix of numbers", path=str(path))
     orientation = side.orientation or next((item.orientation for item in wanted if item.orientation), None)
     if orientation is None and 1 in array.shape and _count(wanted) == 1:
         return array.reshape(-1, 1), "row" if array.shape[1] == 1 else "column"
@@ -180,7 +180,7 @@ def _headings(wanted: tuple[NamedUnit, ...], width: int, name: str, path: Path) 
         keys = [f"{item.name.lower()}{i}" for i in range(1, width + 1)] if many else group_keys(item.name)
         if keys is None and meaning(item.name) is None:
             raise OptionError(
-                f"{path}: '{item.name}' is no column that is known: write q, xyz, quat, rpy, x, time, …"
+                f"{path}: '{item.name}' is not a known column: write q, xyz, quat, rpy, x, time, …"
             )
         for key in keys or (item.name,):
             plain = re.fullmatch(r"r\d\d|q[wxyz]|direction\d+", key)

@@ -99,7 +99,7 @@ def _from_text(robot: Robot, text: str, rng: np.random.Generator) -> AbstractEff
     name, _, rest = text.partition(":")
     joint, _, size = rest.partition(":")
     if name not in EFFECTS:
-        raise OptionError(f"there is no effect '{name}'; known are {', '.join(EFFECTS)}")
+        raise OptionError(f"unknown effect '{name}'; known: {', '.join(EFFECTS)}")
     effect = EFFECTS[name].example(robot, _joint(robot, name, joint, text), rng)
     robot.with_effects(effect)
     factor = _size(robot, effect, size, text, rng)

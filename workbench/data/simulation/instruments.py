@@ -180,5 +180,5 @@ INSTRUMENTS: Registry[Instrument] = Registry(
 
 def instrument_named(name: str, instruments: Mapping[str, Instrument] = INSTRUMENTS) -> Instrument:
     if name not in instruments:
-        raise OptionError(f"there is no instrument '{name}'; known are {', '.join(instruments)}")
+        raise OptionError(f"unknown instrument '{name}'; known: {', '.join(instruments)}")
     return instruments[name]

@@ -60,7 +60,7 @@ def _means(axes: Axes, result: Diagnosis, name: str, unit: str, text: str) -> No
     axes.set_xscale("log")
     axes.set_yticks(ticks, labels)
     axes.set_ylim(place - 0.3, 0.0)
-    axes.set_xlabel(f"{text} error [{unit}]: mean ● and greatest ○")
+    axes.set_xlabel(f"{text} error [{unit}]: mean ● and maximum ○")
     plain_ticks(axes.xaxis)
     grid(axes, "x")
 

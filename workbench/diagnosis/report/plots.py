@@ -76,7 +76,7 @@ def _of_structure(result: Diagnosis) -> tuple[Picture, ...]:
     return (
         Picture(
             "structure",
-            f"What is left along {found.shown.name}",
+            f"Residuals along {found.shown.name}",
             f"Fitted rows at the final model: {text}. Lines: means of neighbouring rows. Noise scatters "
             "about zero everywhere; dashed lines: events that were found.",
             partial(along_axis, result),

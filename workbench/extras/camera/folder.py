@@ -164,7 +164,7 @@ def unpacked(name: str, content: bytes) -> Iterator[Path]:
         except FileError:
             raise
         except tarfile.ReadError:
-            raise FileError("is no ZIP or tar archive; pack the folder again", path=name) from None
+            raise FileError("is not a ZIP or tar archive; pack the folder again", path=name) from None
         except Exception as error:  # a broken archive raises nearly anything
             if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
                 raise FileError(f"there is no room to unpack it in {folder}; make room", path=name) from None

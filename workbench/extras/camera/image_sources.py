@@ -176,7 +176,9 @@ def _device(source: str, stop: threading.Event) -> Iterator[tuple[str, Any]]:
             is_read, frame = camera.read()
             count, silent = count + 1, 0 if is_read else silent + 1
             if silent == SILENT:
-                raise WorkbenchError(f"camera {number} gives no pictures any more; plug it in and begin anew")
+                raise WorkbenchError(
+                    f"camera {number} stopped delivering pictures; reconnect it and start again"
+                )
             yield f"{count}.png", cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY) if is_read else None
     finally:
         camera.release()

@@ -21,7 +21,7 @@ def dictionary(name: str) -> Any:
     cv2 = opencv("reading and printing markers")
     number = getattr(cv2.aruco, name, None)
     if not name.startswith("DICT_") or number is None:
-        raise OptionError(f"there is no marker dictionary '{name}'; use one such as {', '.join(USUAL[:4])}")
+        raise OptionError(f"unknown marker dictionary '{name}'; use one such as {', '.join(USUAL[:4])}")
     return cv2.aruco.getPredefinedDictionary(number)
 
 

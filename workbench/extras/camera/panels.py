@@ -264,7 +264,7 @@ def _identified(result: Identification | None, *, is_alone: bool = False) -> str
     found = result.identifiability
     verdict = "Nothing of the arm was identified" if found.refused else f"Identified: {found.title}"
     if is_alone:
-        verdict = "Camera and target found; poses of the tool tell nothing of its joints"
+        verdict = "Camera and target found; tool poses contain no information on its joints"
     colour = BAD if found.refused and not is_alone else GOOD
     reasons = [f"{text(step.name)}: {text(step.refused)}" for step in found.steps if step.refused]
     notes = [*found.doubts, *([found.advice] if found.advice else [])]

@@ -25,7 +25,7 @@ Picture = UInt8[np.ndarray, "height width"]
 def picture_files(folder: Path, rig: Rig) -> Iterator[tuple[str, Path]]:
     """Name of the camera and path of every picture, in the order of their names."""
     if not folder.is_dir():
-        raise FileError("is no folder of pictures", path=str(folder))
+        raise FileError("is not a folder of pictures", path=str(folder))
     names = [camera.name for camera in rig.cameras] or ["camera"]
     for name in names:
         own = folder if len(names) == 1 else folder / name

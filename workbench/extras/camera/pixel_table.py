@@ -177,7 +177,7 @@ def _points(rows: PixelRows, rig: Rig) -> tuple[np.ndarray, np.ndarray, list[str
         corner = f" corner {rows.corner[first]}" if rows.corner.any() else ""
         raise DataError(
             f"{rows.source}: {int(lost.sum())} of {len(lost)} corners, such as id {rows.id[first]}{corner}, "
-            f"are none of the target's {rig.text}; give the target that was in view"
+            f"do not belong to the target's {rig.text}; give the target that was in view"
         )
     unknown = sorted(set(rows.id[lost].tolist()))
     notes = (
@@ -221,5 +221,5 @@ def _driven(joints: Fields) -> tuple[Fields, tuple[str, ...]]:
     q = np.concatenate([position, se3.matrix_to_rpy(rotation)[:, ::-1]], axis=1)
     kept = {key: v for key, v in values.items() if key in ("session", "group", "time", "exclude", "reason")}
     kept |= {f"q{k + 1}": frozen(column) for k, column in enumerate(q.T)}
-    text = "joints are missing, tool poses are given: camera and target are found, of the arm nothing can be"
+    text = "no joints, only tool poses: camera and target are identified, the arm can't be"
     return replace(joints, values=kept, rotation=None, notes=(*joints.notes, *notes)), (text,)

@@ -73,7 +73,7 @@ class PicturePreparation(AbstractPreparation):
         held = with_sessions_in_view(held, MIN_PICTURES, known)
         sessions = held.take(held.included).sessions if held.included.any() else ()
         new = tuple(
-            f"held-out session '{s}': where {part.owner} stands was found from its own pictures, the arm "
+            f"held-out session '{s}': the pose of {part.owner} was found from its own pictures, the arm "
             "from the others"
             for part, s in product(rig.posed, sessions)
             if owner_in(part, s) not in known

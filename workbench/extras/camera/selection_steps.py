@@ -186,7 +186,7 @@ def judged(step: Step, steps: Sequence[Step], pictures: int) -> Step:
     reason = ""
     if step.name != EFFECTS and step.evidence < needed:
         reason = (
-            f"the pictures hardly speak for it: twice the log likelihood rises by {step.evidence:.1f}, "
+            f"weak evidence in the pictures: twice the log likelihood rises by {step.evidence:.1f}, "
             f"{needed:.0f} are needed; it would move the tool by {in_mm(step.moved)}, known to "
             f"±{in_mm(step.uncertainty)}"
         )
@@ -219,6 +219,6 @@ def advised(steps: Sequence[Step], taken: int, data: Dataset) -> str:
     joint = min(int(digits or 1), data.joints) - 1
     turned = np.rad2deg(np.ptp(data.q[:, joint]))
     return (
-        f"to tell more, measure about {count} more pictures, with joint {joint + 1} turned beyond the "
+        f"to decide, measure about {count} more pictures, with joint {joint + 1} turned beyond the "
         f"{turned:.0f}° so far and the target near the camera, tilted and in all parts of the picture"
     )

@@ -283,7 +283,7 @@ class _TargetReader(AbstractTableReader):
             xyz = table.get("xyz")
             places.append(np.full(3, np.nan) if xyz is None else self.numbers(xyz, 3, f"{what} xyz"))
         if twice := {name for name in names if names.count(name) > 1}:
-            raise self.fail("id {} corner {} stands twice; every point needs its own".format(*min(twice)))
+            raise self.fail("id {} corner {} appears twice; each point needs its own".format(*min(twice)))
         known = np.array([not np.isinf(sigmas.get(i, 0.0)) for i in range(len(names))], bool)
         if not known.any():
             raise self.fail("has no point whose place is known; give at least one without free = true")

@@ -128,8 +128,8 @@ class KinematicsYaml(AbstractForm):
         cosines = np.abs([a @ b for a, b in pairwise(axes)])
         if np.abs(cosines - [k in self.parallel for k in range(2, len(axes) + 1)]).max() > OTHER_AXES:
             raise RobotError(
-                f"'{job.robot.name}' is no arm for --for {self.name}: of its maker's arms joints "
-                f"{' and '.join(map(str, self.parallel))} alone are parallel to the one before"
+                f"--for {self.name} needs an arm whose joints {' and '.join(map(str, self.parallel))} alone "
+                f"are parallel to the one before; '{job.robot.name}' is not"
             )
 
     def _with_turn(self, frames: JointFrames) -> JointFrames:

@@ -59,7 +59,7 @@ def read_data_set(path: Path) -> MotorLog:
     """The frames of a data set, or of one of its parquet files."""
     root = root_of(path)
     if root is None:
-        raise FileError("is no data set of LeRobot: there is no meta/info.json", path=str(path))
+        raise FileError("is not a LeRobot data set: there is no meta/info.json", path=str(path))
     features = _features(root / "meta" / "info.json")
     files = [path] if path.is_file() else sorted((root / "data").rglob("*.parquet"))
     if not files:
@@ -90,7 +90,7 @@ def _features(path: Path) -> Mapping[str, Any]:
             return features
     except (ValueError, KeyError, TypeError):
         pass
-    raise FileError(f"is no meta/info.json of LeRobot with the feature {STATE}", path=str(path))
+    raise FileError(f"is not a LeRobot meta/info.json with the feature {STATE}", path=str(path))
 
 
 def _names(features: Mapping[str, Any], count: int) -> tuple[str, ...]:

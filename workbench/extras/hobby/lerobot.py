@@ -105,7 +105,7 @@ def read_motors(text: str, joints: int, *, path: str = "the LeRobot calibration"
         motors = [Motor(name, *(int(entry[key]) for key in KEYS)) for name, entry in table.items()]
     except (ValueError, KeyError, TypeError, AttributeError):
         keys = ", ".join(KEYS)
-        raise FileError(f"is no motor calibration of LeRobot: each motor has {keys}", path=path) from None
+        raise FileError(f"is not a LeRobot motor calibration: each motor has {keys}", path=path) from None
     if len(motors) < joints:
         raise FileError(f"has {len(motors)} motors, the arm {joints} joints", path=path)
     if wrong := next((m for m in motors if m.range_min >= m.range_max), None):

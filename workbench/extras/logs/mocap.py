@@ -57,7 +57,7 @@ class Mocap(AbstractFileLayout):
             recording = read(rows, path)
         except (IndexError, ValueError, KeyError, StopIteration) as error:
             raise FileError(
-                f"is no complete export of a take ({type(error).__name__}): export it again with headings",
+                f"is not a complete export of a take ({type(error).__name__}): export it again with headings",
                 path=str(path),
             ) from None
         return recording.fields(path, self.name, naming)

@@ -197,7 +197,9 @@ def _readings(cells, units, robot: Robot, source: str, rows: Sequence[int]) -> P
 def _number(cell: str, source: str, row: int) -> float:
     text = cell.strip().replace("\u2212", "-").replace(",", ".")
     if not NUMBER.fullmatch(text):
-        raise DataError(f"{source}: '{cell}' in pose {row + 1} is no number; correct it or delete the line")
+        raise DataError(
+            f"{source}: '{cell}' in pose {row + 1} is not a number; correct it or delete the line"
+        )
     return float(text)
 
 

@@ -176,7 +176,7 @@ def weigh_choices(
         seed: Of everything random.
     """
     if unknown := [name for name in methods if name not in METHODS]:
-        raise OptionError(f"there is no way to make a plate '{unknown[0]}'; known are {', '.join(METHODS)}")
+        raise OptionError(f"unknown manufacturing method '{unknown[0]}'; known: {', '.join(METHODS)}")
     tried = [
         (name, number, shapes)
         for name in methods

@@ -87,7 +87,7 @@ class AbstractLanguage(AbstractProgramFormat):
             name = use[use.lastindex or 0]
             own = self._literals(code, name, path)
             if not own and use.re is target:
-                _fail(code, use.end(), f"'{name}' is no list of joint positions in this file", path)
+                _fail(code, use.end(), f"'{name}' is not a list of joint positions in this file", path)
             found |= own
         return (self._numbers(code, *span) for span in sorted(found))
 

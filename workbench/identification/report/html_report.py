@@ -131,7 +131,7 @@ def error_cards(before: Errors, after: Errors) -> list[dict[str, str]]:
             continue
         for name in ("mean", "max"):
             a, b = getattr(old, name), getattr(new, name)
-            label = f"{'Mean' if name == 'mean' else 'Greatest'} {what}"
+            label = f"{'Mean' if name == 'mean' else 'Maximum'} {what}"
             cards.append(
                 {"label": label, "unit": unit, "before": short(a), "after": short(b), "factor": factor(a, b)}
             )

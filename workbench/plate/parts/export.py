@@ -94,7 +94,7 @@ def formats_named(text: str) -> tuple[str, ...]:
     unknown = [name for name in names if name not in PLATE_FILES]
     if unknown or not names:
         raise OptionError(
-            f"there is no format '{unknown[0] if unknown else text}'; known are {', '.join(PLATE_FILES)}"
+            f"unknown format '{unknown[0] if unknown else text}'; known: {', '.join(PLATE_FILES)}"
         )
     return tuple(names)
 

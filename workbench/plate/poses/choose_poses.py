@@ -57,7 +57,7 @@ def choose_poses(
         OptionError: no such index or method.
     """
     if method not in tuple(Method):
-        raise OptionError(f"there is no method '{method}'; choose from {', '.join(Method)}")
+        raise OptionError(f"unknown method '{method}'; choose from {', '.join(Method)}")
     rows = None if candidates is None else read_trajectory(candidates, joints=robot.joint_names).q
     if candidates is not None and rows is None:
         raise DataError(f"{candidates}: has no joint columns (q1[rad] …) to choose poses from")

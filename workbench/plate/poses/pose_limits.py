@@ -204,7 +204,7 @@ def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str
     region, cone = limits.region, f"orientation cone of {np.rad2deg(limits.cone):.3g}°"
     if region is None:
         return (
-            f"robot '{robot.name}' hardly ever keeps the {cone} with a margin of "
+            f"robot '{robot.name}' rarely keeps the {cone} with a margin of "
             f"{np.rad2deg(limits.margin):.3g}° to its limits ({found} of {tries} tries); ask for less"
         )
     box = f"region {region.min.tolist()} to {region.max.tolist()} m"
@@ -213,7 +213,7 @@ def _none_found(robot: Robot, limits: PoseLimits, found: int, tries: int) -> str
     placed, turned = int(limits._in_region(poses).sum()), int(limits._in_cone(poses).sum())
     if limits.towards is None or not placed:
         return (
-            f"robot '{robot.name}' hardly ever reaches the {box} ({placed} of {tries} random joint "
+            f"robot '{robot.name}' rarely reaches the {box} ({placed} of {tries} random joint "
             "positions); move the region"
         )
     return (

@@ -33,7 +33,7 @@ def random_poses(
 
     def complaint(found: int, tries: int) -> str:
         return (
-            f"robot '{robot.name}' hardly ever reaches the region {region.min.tolist()} to "
+            f"robot '{robot.name}' rarely reaches the region {region.min.tolist()} to "
             f"{region.max.tolist()} m ({found} of {tries} random joint positions); move the region"
         )
 

@@ -55,7 +55,7 @@ def score_tables(score: PlateScore) -> RenderableType:
     if score.left_out:
         sentences.insert(0, score.left_out)
     if chosen.rank < chosen.visible:
-        sentences.append(f"not told apart: {'; '.join(_open_text(chosen))}; vary targets or branches")
+        sentences.append(f"indistinguishable: {'; '.join(_open_text(chosen))}; vary targets or branches")
     return Group(targets, sets, Text("\n".join(sentences)))
 
 

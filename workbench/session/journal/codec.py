@@ -64,7 +64,7 @@ def decode(name: str, values: Mapping[str, Any], load: Load, *, title: str = "")
     kind = kinds().get(name)
     if kind is None:
         if not name.isidentifier():
-            raise ValueError(f"'{name}' is no name of a command")
+            raise ValueError(f"'{name}' is not the name of a command")
         return UnknownCommand(name, title)
     return _build(kind, values, load)
 

@@ -196,7 +196,7 @@ def _figures(session: Session) -> Iterator[tuple[str, float]]:
     if found is not None and run is not None:
         for text, errors in (("before", found.nominal), ("after", run)):
             yield f"mean error {text} [mm]", judged(errors).position_mm.mean
-            yield f"greatest error {text} [mm]", judged(errors).position_mm.max
+            yield f"maximum error {text} [mm]", judged(errors).position_mm.max
 
 
 def _moves(fits: Sequence[Fit]) -> tuple[Move, ...]:

@@ -129,7 +129,7 @@ def parse(text: str) -> XmlElement:
     try:
         parser.Parse(data, True)
     except expat.ExpatError as error:
-        raise FileError(f"is no XML: {error}", path=FILE) from None
+        raise FileError(f"is not XML: {error}", path=FILE) from None
     return roots[0]
 
 

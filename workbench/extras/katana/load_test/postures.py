@@ -211,7 +211,7 @@ def _moves(
 
     def complaint(found: int, tries: int) -> str:
         return (
-            f"robot '{robot.name}' hardly ever stands above its table with its links apart ({found} of "
+            f"robot '{robot.name}' is rarely above its table without touching itself ({found} of "
             f"{tries} random joint positions); check its limits and lengths"
         )
 

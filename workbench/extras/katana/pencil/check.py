@@ -158,7 +158,7 @@ def path_circle(trajectory: Trajectory) -> tuple[Circle, Poses]:
     try:
         circle = circle_through(np.concatenate([position[:1], position[far // 2 :]]))
     except OptionError as error:
-        raise DataError(f"{trajectory.source}: the path is no circle: {error}") from None
+        raise DataError(f"{trajectory.source}: the path is not a circle: {error}") from None
     off = np.abs(np.linalg.norm(position - circle.centre, axis=1) - circle.radius).max()
     if off > NOT_ROUND * circle.radius:
         raise DataError(

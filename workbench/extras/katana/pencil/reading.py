@@ -109,7 +109,7 @@ def read_scan(path: Path | str) -> UInt8[np.ndarray, "height width 3"]:
             return np.asarray(picture.convert("RGB"))
     except (UnidentifiedImageError, OSError, Pictures.DecompressionBombError) as error:
         raise FileError(
-            f"is no picture that can be read ({error}); give a scan as .png", path=str(path)
+            f"can't be read as a picture ({error}); give a scan as .png", path=str(path)
         ) from None
 
 

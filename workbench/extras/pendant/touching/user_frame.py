@@ -214,7 +214,7 @@ def _begin(
     if points is not None:
         if (strange := next((name for name in touches.names if name not in points), None)) is not None:
             raise DataError(
-                f"{touches.source}: '{strange}' is no point of the drawing, which has {', '.join(points)}"
+                f"{touches.source}: '{strange}' is not a point of the drawing, which has {', '.join(points)}"
             )
         target = np.array([points[name] for name in touches.names])
         _require_spread(touches, target)

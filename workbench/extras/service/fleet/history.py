@@ -72,7 +72,7 @@ def arms_of(folder: Path | str) -> dict[str, tuple[Path, ...]]:
     """Files of every arm in a folder, by name, in the order of their dates."""
     folder = Path(folder)
     if not folder.is_dir():
-        raise FileError("is no folder; give one with a folder for each arm", path=str(folder))
+        raise FileError("is not a folder; give one with a folder for each arm", path=str(folder))
     if own := _files(folder):
         return {folder.resolve().name: own}
     found = {path.name: _files(path) for path in sorted(folder.iterdir()) if path.is_dir()}

@@ -119,7 +119,7 @@ def rezero(
         left = 1e3 * float(np.sqrt(best.mean_square)) * best.problem.noise.position
         reasons = (
             f"joint {lost[0].joint + 1} suits the rows best, but they are {left:.2g} mm off even so and "
-            "don't tell its zero; check that they are of this arm, or calibrate it anew",
+            "don't tell its zero; check that they are of this arm, or recalibrate it",
         )
     progress(0.9, "what can't be distinguished")
     return Rezero(
@@ -143,7 +143,7 @@ def _uncalibrated(robot: Robot) -> tuple[str, ...]:
         return ()
     known = f"{1e3 * NOMINAL['m']:g} mm and {np.rad2deg(NOMINAL['rad']):.2g}°"
     return (
-        f"no calibration stands in the file of '{robot.name}', so its lengths and angles count as known to "
+        f"the file of '{robot.name}' has no calibration record, so its lengths and angles count as known to "
         f"{known} (1 σ); give the file that identify saved as the robot, or a prior or a tolerance",
     )
 

@@ -96,7 +96,7 @@ class MeasuringPanel(AbstractPanel):
             visible=False,
         )
         self._store_anyway = button(
-            "Store all the same",
+            "Store anyway",
             lambda: StoreRow(anywhere=True),
             icon.ALERT_TRIANGLE,
             "Keep the row for the current target although the tool is not there.",

@@ -221,8 +221,8 @@ class AbstractPanel(ABC):
         found, run = self._worker.session.results.identification, self._worker.session.results.run
         doubts = () if found is None or run is None else found.doubts(run)
         if doubts and make in (calibrated_toml, calibrated_urdf):
-            question = f"Implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN} Save the arm all the same?"
-            ask(event, question, "Save all the same", lambda: self._download(event, make))
+            question = f"Implausible: {', '.join(doubts[:3])}; {LOOK_AGAIN} Save the arm anyway?"
+            ask(event, question, "Save anyway", lambda: self._download(event, make))
             return
         self._download(event, make)
 

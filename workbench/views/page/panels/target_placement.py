@@ -23,7 +23,7 @@ class ImprovePanel(AbstractPanel):
             ImprovePlate.title,
             lambda: ImprovePlate(seed=len(self._worker.session.history.scores)),
             viser.Icon.SPARKLES,
-            "Let the program place all targets but the locked ones for the least predicted error in the "
+            "Let the program place all targets but the locked ones for the lowest predicted error in the "
             "region, reachable and free of collisions. Cancel stops it, Undo restores the old plate.",
             main=True,
         )

@@ -100,7 +100,7 @@ class TargetsPanel(AbstractPanel):
             gui.add_button_group(
                 "Steps",
                 ("Undo", "Redo", "Best", "Reset"),
-                hint="Undo or redo the last step, go back to the best plate so far (least "
+                hint="Undo or redo the last step, go back to the best plate so far (lowest "
                 "predicted error), or to the plate as loaded.",
             ),
             {"Undo": Undo, "Redo": Redo, "Best": RestoreBest, "Reset": ResetTargets},
