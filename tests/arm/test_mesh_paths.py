@@ -24,7 +24,7 @@ def test_meshes_of_the_robot_are_found(urdf, name):
     ["../../elsewhere.stl", "/etc/passwd", "file:///etc/passwd", "package://../../etc/passwd", "none.stl"],
 )
 def test_files_elsewhere_are_refused_by_name(urdf, name):
-    with pytest.raises(FileError, match="no such mesh"):
+    with pytest.raises(FileError, match="mesh"):
         meshes.find_mesh(name, urdf)
 
 
@@ -40,5 +40,5 @@ def test_a_mesh_of_too_many_triangles_is_not_even_read(urdf, name, content):
 
 def test_a_mesh_too_large_to_be_drawn(urdf, monkeypatch):
     monkeypatch.setattr(meshes, "MAX_MESH_BYTES", 4)
-    with pytest.raises(FileError, match="coarser mesh"):
+    with pytest.raises(FileError, match="coarser"):
         meshes.find_mesh("near.stl", urdf)

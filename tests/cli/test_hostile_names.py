@@ -66,12 +66,12 @@ def test_a_page_obeys_no_name():
 def test_an_arm_s_name_is_one_line_of_text(tmp_path, name):
     """It stands in comments of the programs that are exported."""
     arm = load_robot("aria")
-    with pytest.raises(RobotError, match="control characters"):
+    with pytest.raises(RobotError, match="control"):
         replace(arm, name=name)
     path = write_toml(arm, tmp_path / "arm.toml")
     quoted = "".join(f"\\u{ord(c):04x}" for c in name)
     path.write_text(path.read_text().replace('"ARIA"', f'"{quoted}"'))
-    with pytest.raises(FileError, match="control characters"):
+    with pytest.raises(FileError, match="control"):
         read_toml(path)
 
 

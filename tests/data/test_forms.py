@@ -329,9 +329,9 @@ def test_matlab_pages_labels_and_vectors(tmp_path):
 
 def test_matlab_square_or_open_matrices_ask_for_row_or_column(read_here, tmp_path):
     file = save_mat(tmp_path / "t.mat", Q=np.zeros((3, 3)), P=np.zeros((3, 3)))
-    with pytest.raises(OptionError, match="row or a column"):
+    with pytest.raises(OptionError, match="row or"):
         read_measurements(file, columns="q[deg|row]=Q, xyz[mm]=P")
-    with pytest.raises(OptionError, match="row or a column"):
+    with pytest.raises(OptionError, match="row or"):
         read_measurements(file, columns="q[deg]=Q, xyz[mm|row]=P")
 
 
@@ -382,5 +382,5 @@ def test_trajectories(tmp_path):
     with pytest.raises(Exception, match="line 3"):
         read_trajectory(path)
     path.write_text("time[s],q1[deg],q2[deg]\n0,0,10\n1,,11\n")
-    with pytest.raises(FileError, match="no gaps"):
+    with pytest.raises(FileError, match="gaps"):
         read_trajectory(path)

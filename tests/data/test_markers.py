@@ -48,7 +48,7 @@ def test_hidden_markers_are_passed_over_while_three_are_left():
 
 def test_markers_on_one_line_make_no_frame():
     _, data = seen(np.random.default_rng(3))
-    with pytest.raises(DataError, match="one line"):
+    with pytest.raises(DataError, match="line"):
         marker_poses(data, np.outer(np.arange(4), [0.02, 0.0, 0.0]))
 
 
@@ -72,7 +72,7 @@ def test_marker_files(tmp_path):
     names = [f"m{k}{axis}[mm]" for k in (1, 2, 3, 4) for axis in "xyz"]
     file.write_text(",".join(names) + "\n" + ",".join(repr(float(1e3 * v)) for v in LAYOUT.ravel()) + "\n")
     np.testing.assert_allclose(read_marker_rows(file, 1)[0], LAYOUT, atol=1e-15)
-    with pytest.raises(FileError, match="two rows"):
+    with pytest.raises(FileError, match="two"):
         read_marker_rows(file, 2)
     file.write_text("m1x[mm],m1y[mm],m1z[mm]\n1,2,3\n")
     with pytest.raises(FileError, match="three"):

@@ -114,7 +114,7 @@ def test_what_does_not_fit_is_said(aria, plate):
         cluster_region(aria, plate.region, index=O1, rng=rng(), number=60, candidates=300)
     with pytest.raises(OptionError, match="at least 2"):
         cluster_region(aria, region, index=O1, rng=rng(), number=1)
-    with pytest.raises(OptionError, match="single poses"):
+    with pytest.raises(OptionError, match="single"):
         cluster_region(aria, region, index=INDICES["O"], rng=rng(), candidates=300, number=5)
 
 

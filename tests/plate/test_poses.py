@@ -137,7 +137,7 @@ def test_bad_input(aria):
         informative_poses(aria, 3, index="O1", rng=rng())
     with pytest.raises(OptionError, match="at least 1"):
         informative_poses(aria, 0, index="O", rng=rng())
-    with pytest.raises(DataError, match="more candidates"):
+    with pytest.raises(DataError, match="candidates"):
         informative_poses(aria, 5, candidates=np.zeros((4, 6)), rng=rng())
     with pytest.raises(ShapeError):
         informative_poses(aria, 5, candidates=np.zeros((9, 7)), rng=rng())

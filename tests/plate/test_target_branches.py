@@ -121,7 +121,7 @@ def test_sockets_leave_orientation_open_not_the_position(aria, plate, solutions,
 
 
 def test_an_index_of_single_poses_is_no_goal(aria, plate, solutions):
-    with pytest.raises(OptionError, match="single poses"):
+    with pytest.raises(OptionError, match="single"):
         choose_branches(aria, plate, solutions, goal="O", rng=rng())
 
 

@@ -358,10 +358,10 @@ def test_an_input_that_was_changed_or_lies_elsewhere_is_refused(whole, tmp_path)
     folder = earlier(whole[0], tmp_path / "copy")
     file = next((folder / "inputs").glob("*.csv"))
     file.write_bytes(file.read_bytes() + b"9")
-    with pytest.raises(FileError, match="was changed"):
+    with pytest.raises(FileError, match="changed"):
         read_recording(folder)
     file.unlink()
-    with pytest.raises(FileError, match="is missing"):
+    with pytest.raises(FileError, match="missing"):
         read_recording(folder)
     path = folder / JOURNAL
     path.write_text(path.read_text().replace(f"inputs/{file.name}", "inputs/../../../etc/passwd"))
@@ -372,7 +372,7 @@ def test_an_input_that_was_changed_or_lies_elsewhere_is_refused(whole, tmp_path)
 @pytest.mark.parametrize("name", ["nothing", "empty"])
 def test_no_recording_is_said(tmp_path, name):
     (tmp_path / "empty").mkdir()
-    with pytest.raises(FileError, match="has no journal"):
+    with pytest.raises(FileError, match="journal"):
         read_recording(tmp_path / name)
 
 

@@ -107,7 +107,7 @@ def test_what_was_refused_is_not_saved(folder, first, hobby, shots):
     (folder / "where.csv").write_text(shots.joints(range(5)))
     run = wb.identify(hobby, read_folder(folder), algorithms=("opt2",), held_out=0.0)
     assert run.identifiability.refused
-    with pytest.raises(DataError, match="no calibrated arm to save"):
+    with pytest.raises(DataError, match="calibrated"):
         calibrated_urdf(replace(first, results=replace(first.results, identification=run, fit="opt2")))
 
 

@@ -92,9 +92,9 @@ def test_scan_and_potentiometer_give_cartesian_errors():
 def test_what_is_no_circle_is_said(tmp_path):
     image = scanned(stroke(), turned=0.0)
     high = image.shape[0]
-    with pytest.raises(DataError, match="no red"):
+    with pytest.raises(DataError, match="red"):
         plotted_profile(np.full_like(image, 255), RADIUS)
-    with pytest.raises(DataError, match="not round"):
+    with pytest.raises(DataError, match="round"):
         plotted_profile(np.random.default_rng(0).integers(0, 255, (300, 300, 3), dtype=np.uint8), RADIUS)
     with pytest.raises(DataError, match="50 %"):
         plotted_profile(image[:, : high // 2], RADIUS)
@@ -105,13 +105,13 @@ def test_what_is_no_circle_is_said(tmp_path):
         plotted_profile(sheet(RADIUS, dpi=DOTS), RADIUS)
     unmarked = image.copy()
     unmarked[:, int(high / 2 + 1.06 * RADIUS / INCH * DOTS) :] = 245
-    with pytest.raises(DataError, match="long mark"):
+    with pytest.raises(DataError, match="mark"):
         plotted_profile(unmarked, RADIUS)
     (tmp_path / "a.png").write_text("no picture")
-    with pytest.raises(FileError, match="no picture"):
+    with pytest.raises(FileError, match="picture"):
         read_scan(tmp_path / "a.png")
     flat = np.tile(np.eye(4), (3, 1, 1))
-    with pytest.raises(DataError, match="flat on the paper"):
+    with pytest.raises(DataError, match="flat"):
         draw(flat, np.zeros(3), np.array([1.0, 0, 0]), np.array([0, 0, 1.0]))
 
 

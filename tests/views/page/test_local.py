@@ -218,9 +218,9 @@ def unreadable():
 
 def test_nobody_is_told_of_a_page_whose_robot_cannot_be_read(server):
     messages = []
-    with pytest.raises(OptionError, match="is taken"):  # the port comes first
+    with pytest.raises(OptionError, match="taken"):  # the port comes first
         serve(unreadable, port=server.get_port(), on_ready=messages.append, open_browser=False)
-    with pytest.raises(OptionError, match="nothing to read"):
+    with pytest.raises(OptionError, match="read"):
         serve(unreadable, port=0, on_ready=messages.append, open_browser=False)
     assert not messages
 
