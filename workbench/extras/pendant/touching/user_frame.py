@@ -226,7 +226,7 @@ def _begin(
             )
         return se3.best_fit(target, tips), _Kept(target, np.ones_like(target, bool))
     if (strange := next((name for name in touches.names if name not in KEEPS), None)) is not None:
-        raise DataError(f"{touches.source}: '{strange}' is no kind of touch; {LABELS}")
+        raise DataError(f"{touches.source}: '{strange}' is not a kind of touch; {LABELS}")
     where = {kind: [k for k, name in enumerate(touches.names) if name == kind] for kind in KEEPS}
     counts = np.array([[axis in KEEPS[name] for axis in "xyz"] for name in touches.names])
     target = np.zeros((len(touches), 3))
