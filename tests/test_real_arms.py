@@ -168,8 +168,8 @@ def of_the_wam(shared_data, rows, seed):
 
 def test_no_effect_of_the_wam_is_larger_than_a_sound_arm_can_have(shared_data):
     """A reflector near the last axis let a harmonic of 15° in joint 7 pass for a millimetre of error."""
-    said, (_, data) = of_the_wam(shared_data, 236, 0), load(shared_data, "wam")
-    arm = said.robot
+    result, (_, data) = of_the_wam(shared_data, 236, 0), load(shared_data, "wam")
+    arm = result.robot
     shift = np.abs(deflect(arm, Motion.of(data)).shift)
     turns = [k for k, e in enumerate(arm.chain.elements) if e.axis < Axis.TX]
     assert result.effects

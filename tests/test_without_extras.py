@@ -117,11 +117,11 @@ def folders(tmp_path_factory) -> Path:
 
 @pytest.mark.parametrize("gone", [*EXTRAS, ALL])
 def test_commands_and_page_go_on_without(gone, folders):
-    said = (folders / gone / "said.txt").read_text()
-    root, *_, files, readers, extras = said.splitlines()
+    message = (folders / gone / "said.txt").read_text()
+    root, *_, files, readers, extras = message.splitlines()
     assert set(files.split()) == {"stl", "csv", *left_of("workbench.plate_exports", gone)}
     assert set(readers.split()) == {*left_of("workbench.layouts", gone), *left_of("workbench.joins", gone)}
-    for group, shown in (("workbench.root", root), ("workbench.commands", said)):
+    for group, shown in (("workbench.root", root), ("workbench.commands", message)):
         names = {word for line in shown.splitlines() for word in line.split()[: None if shown == root else 1]}
         known, left = ({n.split()[-1] for n in points} for points in (POINTS[group], left_of(group, gone)))
         assert names & known == left
@@ -132,4 +132,4 @@ def test_commands_and_page_go_on_without(gone, folders):
         home.partition(":")[0] for group in READ for home in left_of(f"workbench.{group}", gone).values()
     }
     assert loaded <= {*extras.split()}
-    assert ("--camera" in said) is ("camera" not in gone.split(","))
+    assert ("--camera" in message) is ("camera" not in gone.split(","))

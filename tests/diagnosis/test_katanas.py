@@ -75,8 +75,8 @@ def test_what_gravity_cannot_show_is_named(diagnosed):
     last = missing["joint-compliance", 5]
     assert last["reason"] == "it would be lost in the noise"
     assert last["std"] > 0.5 * case.sizes["joint5.compliance"]
-    (said,) = [note for note in result.notes if note.startswith("not identifiable")]
-    assert "of joint 1 (no row loads it)" in said
+    (found,) = [note for note in result.notes if note.startswith("not identifiable")]
+    assert "of joint 1 (no row loads it)" in found
     named = {(e.effect.name, *[j + 1 for j in e.effect.joints]) for e in result.effects}
     assert not named & set(missing)
 

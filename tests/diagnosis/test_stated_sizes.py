@@ -34,9 +34,9 @@ def rows_over(degrees):
 def test_a_size_that_the_rows_do_not_show_is_not_the_largest():
     tilt = BearingCompliance((0, 3, 4), (5.9e-5, 3.2e-5, 1.02e-4))
     std = Independent(zip(tilt.names, (1.4e-5, 9.5e-5, 9.5e-5), strict=True))
-    said = sentence_of(tilt, (), std, ARIA, rows_over(90.0))
-    assert BearingCompliance((0,), (5.9e-5,)).sentence(ARIA.chain, rows_over(90.0)) in said
-    assert "joints 4, 5" in said
+    result = sentence_of(tilt, (), std, ARIA, rows_over(90.0))
+    assert BearingCompliance((0,), (5.9e-5,)).sentence(ARIA.chain, rows_over(90.0)) in result
+    assert "joints 4, 5" in result
     clear = Independent.fromkeys(tilt.names, 1e-6)
     assert sentence_of(tilt, (), clear, ARIA, rows_over(90.0)) == tilt.sentence(ARIA.chain, rows_over(90.0))
 
@@ -46,9 +46,9 @@ def test_a_size_that_the_rows_do_not_show_is_not_the_largest():
 )
 def test_an_order_is_named_where_the_rows_hold_a_period(order, degrees, named):
     rows = rows_over(degrees)
-    said = JointHarmonic((2,), (1e-3, 0.0), order=order).stated(ARIA.chain, rows, 1e-12 * np.eye(2))
-    assert ("per turn" in said) is named
-    assert (f"{degrees:.0f}°" in said) is (degrees < 340.0)
+    result = JointHarmonic((2,), (1e-3, 0.0), order=order).stated(ARIA.chain, rows, 1e-12 * np.eye(2))
+    assert ("per turn" in result) is named
+    assert (f"{degrees:.0f}°" in result) is (degrees < 340.0)
 
 
 def test_of_a_band_only_orders_that_the_rows_show_are_named():
@@ -95,14 +95,14 @@ def fitted(rows, shared, own):
 
 def test_standard_errors_count_places_whose_rows_share_an_error(measured):
     """Readings of one pose that all err alike tell no more than one: ± grows by the root of their number."""
-    together, apart = (dependence(fitted(measured, *sizes)) for sizes in ((1e-4, 1e-6), (0.0, 1e-4)))
+    together, separate = (dependence(fitted(measured, *sizes)) for sizes in ((1e-4, 1e-6), (0.0, 1e-4)))
     assert np.median(together) == pytest.approx(np.sqrt(REPEATS), rel=0.25)
-    assert np.median(apart) < 1.2
-    assert apart.min() >= 1.0
+    assert np.median(separate) < 1.2
+    assert separate.min() >= 1.0
 
 
 def test_an_error_that_is_clear_nowhere_has_no_size():
     dent = LocalJointError((2,), (0.0, 1e-3, 0.0, -1e-3, 0.0), knots=(-1.0, -0.5, 0.0, 0.5, 1.0))
-    said = dent.stated(ARIA.chain, rows_over(np.rad2deg(2.0)), 1e-6 * np.eye(5))
-    assert "mrad" not in said
-    assert said.startswith("Joint 3 has a smooth error")
+    result = dent.stated(ARIA.chain, rows_over(np.rad2deg(2.0)), 1e-6 * np.eye(5))
+    assert "mrad" not in result
+    assert result.startswith("Joint 3 has a smooth error")

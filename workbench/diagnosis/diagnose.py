@@ -301,7 +301,7 @@ def _diagnosis(
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)
     noise = claims.noise if fit.problem.sees_rotation else claims.noise._replace(rotation=np.nan)
     poses, reasons = next_ones
-    told = {c.effects[0].names: c.text for c in claims.causes if len(c.effects) == 1}
+    texts = {c.effects[0].names: c.text for c in claims.causes if len(c.effects) == 1}
     return Diagnosis(
         nominal_robot=search.robot,
         data=ready.data,
@@ -328,7 +328,7 @@ def _diagnosis(
         after=search.after.errors,
         before_rows=search.before.rows,
         after_rows=search.after.rows,
-        effects=tuple(replace(a, text=told.get(a.effect.names, a.text)) for a in saved.effects),
+        effects=tuple(replace(a, text=texts.get(a.effect.names, a.text)) for a in saved.effects),
         causes=claims.causes,
         residual_map=claims.residual_map,
         ranking=advice.ask("the ranking of candidates", Trial(ready, search.rounds[0]).ranking, ()),

@@ -44,8 +44,8 @@ def words_of(screen, tab: str, wanted: list[str]) -> list[str]:
     for _ in range(40):
         screen.page.wait_for_timeout(250)
         lines = screen.page.locator("body").inner_text().splitlines()
-        words = (re.sub(r"[\d.,−+-]*\d", "#", line).strip() for line in lines if "WebGL" not in line)
-        found = [line for line in words if line]
+        text = (re.sub(r"[\d.,−+-]*\d", "#", line).strip() for line in lines if "WebGL" not in line)
+        found = [line for line in text if line]
         if found == wanted:
             break
     return found
@@ -68,8 +68,8 @@ def off(now: np.ndarray, then: np.ndarray) -> tuple[float, float]:
 def test_words_and_scene_are_those_kept(app, look, known):
     """A broken page is noticed."""
     screen, then = look(new=True), known
-    words = {tab: words_of(screen, tab, then["words"].get(tab, [])) for tab in Tab}
-    now = {"words": words, "scene": picture_of(screen).round().tolist()}
+    text = {tab: words_of(screen, tab, then["words"].get(tab, [])) for tab in Tab}
+    now = {"words": text, "scene": picture_of(screen).round().tolist()}
     if os.environ.get("WORKBENCH_LOOKS") == "keep":
         LOOKS.write_text(json.dumps(now, ensure_ascii=False, indent=0) + "\n", encoding="utf-8")
         then = json.loads(LOOKS.read_text(encoding="utf-8"))

@@ -137,8 +137,8 @@ class JointHarmonic(AbstractEffect):
         largest = sorted(
             self.orders[i] for i in np.argsort(-strength)[:MAX_NAMED_ORDERS] if strength[i] > 0.0
         )
-        most = f", most at {', '.join(map(str, largest))}" if largest else ""
-        return f"many times per turn{most}"
+        peaks = f", most at {', '.join(map(str, largest))}" if largest else ""
+        return f"many times per turn{peaks}"
 
     def own_bounds(self, chain):
         return tuple(self.credible[0] / k for _ in self.joints for k in self.orders for _ in "cs")

@@ -211,8 +211,8 @@ def outlier_text(result: Diagnosis) -> str:
     shown = first_of(rows, NAMED)
     subject, it = (f"data rows {shown}", "them") if len(rows) > 1 else (f"data row {shown}", "it")
     off = result.outlier_errors.text("max") if result.outlier_errors is not None else ""
-    most, mean = "up to " if len(rows) > 1 else "", result.after.train.text("mean")
-    size = f"{most}{off} off, where the others' mean is {mean}; " if off else ""
+    up_to, mean = "up to " if len(rows) > 1 else "", result.after.train.text("mean")
+    size = f"{up_to}{off} off, where the others' mean is {mean}; " if off else ""
     return f"{subject}: {size}no model of the arm explains {it}; measure {it} again, or exclude {it}"
 
 

@@ -47,7 +47,7 @@ class StartInput:
         seen: Where they were seen [px]; NaN where they were not.
         tool: Poses of the tool in the base.
         sight: Pose of the board in the camera by each picture alone; NaN where unknown.
-        stand: The camera's pose where it is known.
+        known: Pose of the camera, if known.
     """
 
     camera: Camera
@@ -55,17 +55,13 @@ class StartInput:
     seen: Float[np.ndarray, "rows points 2"]
     tool: Float[np.ndarray, "rows 4 4"]
     sight: Float[np.ndarray, "rows 4 4"]
-    camera_pose: Float[np.ndarray, "4 4"] | None = None
+    known: Float[np.ndarray, "4 4"] | None = None
 
     @cached_property
     def _key(self) -> tuple[bytes, ...]:
         arrays = (self.camera.intrinsics, self.points, self.seen, self.tool, self.sight)
-        camera_pose = b"" if self.camera_pose is None else self.camera_pose.tobytes()
-        return (
-            *(np.ascontiguousarray(a).tobytes() for a in arrays),
-            self.camera.mounted.encode(),
-            camera_pose,
-        )
+        known = b"" if self.known is None else self.known.tobytes()
+        return (*(np.ascontiguousarray(a).tobytes() for a in arrays), self.camera.mounted.encode(), known)
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, StartInput) and self._key == other._key
@@ -96,11 +92,8 @@ class StartInput:
     def by_sights(self) -> Iterator[tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "4 4"]]]:
         """Poses of camera and board by single pictures where the camera is known, else by three of them."""
         rows = np.flatnonzero(np.isfinite(self.sight[:, 0, 0]))
-        if self.camera_pose is not None:
-            yield from (
-                (self.camera_pose, se3.inverse(self.carried[i]) @ self.camera_pose @ self.sight[i])
-                for i in rows
-            )
+        if self.known is not None:
+            yield from ((self.known, se3.inverse(self.carried[i]) @ self.known @ self.sight[i]) for i in rows)
             return
         if len(rows) < MIN_POSES:
             return
@@ -124,7 +117,7 @@ def placed_by_sights(
 @lru_cache(maxsize=8)
 def joint_start(given: StartInput) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "4 4"]]:
     """Poses of camera and board, each in what carries it."""
-    camera, points, camera_pose = given.camera, given.points, given.camera_pose
+    camera, points, known = given.camera, given.points, given.known
     carried, spot, pixels = given.corners
     some = np.unique(np.linspace(0, len(spot) - 1, MAX_CORNERS).astype(int))
     carried, spot, pixels = carried[some], spot[some], pixels[some]
@@ -141,12 +134,12 @@ def joint_start(given: StartInput) -> tuple[Float[np.ndarray, "4 4"], Float[np.n
         before = Rotation.from_rotvec(values[:3]).apply(base) + values[3:6]
         return np.clip((camera.project(before).pixel - pixels).ravel(), -1e6, 1e6)
 
-    is_held = camera_pose is not None
+    is_held = known is not None
     by_sights = [_values(*poses, middle) for poses in given.by_sights()]
     by_sights = sorted(by_sights, key=lambda each: _cost(off(*each)))[:TRIED]
     found = [(_refined(off, values, is_held, turn), turn) for values, turn in by_sights]
     if not by_sights:
-        firsts = _by_points(camera, carried, pixels, places, camera_pose)
+        firsts = _by_points(camera, carried, pixels, places, known)
         firsts = sorted(firsts, key=lambda values: _cost(off(values)))[:TRIED]
         found = [(_refined(off, values, is_held), Rotation.identity()) for values in firsts]
     if not by_sights and len(np.unique(spot)) > 1:
@@ -161,7 +154,7 @@ def joint_start(given: StartInput) -> tuple[Float[np.ndarray, "4 4"], Float[np.n
         turn = Rotation.from_rotvec(values[9:]) * turn
     board = se3.pose(turn.as_matrix(), values[6:9] - turn.apply(middle))
     eye = se3.inverse(se3.pose(Rotation.from_rotvec(values[:3]).as_matrix(), values[3:6]))
-    return eye if camera_pose is None else camera_pose, board
+    return eye if known is None else known, board
 
 
 def _values(
@@ -217,15 +210,11 @@ def _grid(tool: np.ndarray, *, is_fixed: bool) -> Float[np.ndarray, "places 3"]:
 
 
 def _by_points(
-    camera: Camera,
-    carried: np.ndarray,
-    pixels: np.ndarray,
-    places: np.ndarray,
-    camera_pose: np.ndarray | None,
+    camera: Camera, carried: np.ndarray, pixels: np.ndarray, places: np.ndarray, known: np.ndarray | None
 ) -> list[Float[np.ndarray, "9"]]:
     """The camera for every place of the board's middle, which comes last."""
-    if camera_pose is not None:
-        return [_values(camera_pose, se3.pose(np.eye(3), at), np.zeros(3))[0][:9] for at in places]
+    if known is not None:
+        return [_values(known, se3.pose(np.eye(3), at), np.zeros(3))[0][:9] for at in places]
     rays, found = camera.normalised(pixels), []
     for at in places:
         placed = _solved(carried[:, :3, :3] @ at + carried[:, :3, 3], rays)

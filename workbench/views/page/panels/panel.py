@@ -209,7 +209,7 @@ class AbstractPanel(ABC):
                 return
             await asyncio.sleep(ARRIVED)
             forget_uploads(self._gui)
-            if asked := question(bytes(file.content)):
+            if problem := question(bytes(file.content)):
                 ask(event, problem, answer, lambda: self.send(lambda: command(file.name, bytes(file.content))))
             else:
                 self.send(lambda: command(file.name, bytes(file.content)))
