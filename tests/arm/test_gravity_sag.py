@@ -106,7 +106,7 @@ def test_a_file_holds_it(pair, tmp_path):
         ({"terms": "3m"}, "no term '3m'"),
         ({"terms": "weight"}, "no term 'weight'"),
         ({"terms": "3x", "gravity": (0.0, 0.0, 0.0)}, "direction"),
-        ({"joints": (1, 2), "terms": "3x"}, "one joint"),
+        ({"joints": (1, 2), "terms": "3x"}, "one revolute joint"),
     ],
 )
 def test_what_makes_no_sense_is_refused(pair, settings, text):

@@ -32,7 +32,7 @@ def test_too_many_joints(tmp_path):
 @pytest.mark.parametrize("read", [load_robot, load_plate])
 def test_a_number_of_thousands_of_digits(tmp_path, read):
     (tmp_path / "digits.toml").write_text(f"a = {'9' * 5000}")
-    with pytest.raises(FileError, match="no valid TOML"):
+    with pytest.raises(FileError, match="valid TOML"):
         read(tmp_path / "digits.toml")
 
 

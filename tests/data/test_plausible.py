@@ -100,7 +100,7 @@ def test_a_distant_instrument_is_no_mistake():
 @pytest.mark.parametrize(
     ("data", "word"),
     [
-        (dataset(rotation=np.repeat(np.eye(3)[None], 20, axis=0)), "orientations are alike"),
+        (dataset(rotation=np.repeat(np.eye(3)[None], 20, axis=0)), "all orientations"),
         (dataset(q=dataset().q * [1, 1, 0]), r"joint\(s\) 3 never move"),
         (dataset(q=dataset().q + np.array([0, 1.0, 0])), "joint 2 is outside its limits"),
         (dataset(angle=np.pi / 180), "rad labelled deg"),

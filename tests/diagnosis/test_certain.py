@@ -94,7 +94,7 @@ def test_a_drift_between_postures_that_never_return_is_named_but_not_certain():
     case = make("drift", 3)
     (cause,) = diagnose(case.robot, case.data, held_out=0.0).causes
     assert (cause.kind, cause.confidence) == ("base-drift", Confidence.PROBABLE)
-    assert cause.sentence.endswith("without doubt")
+    assert "no pose was repeated" in cause.sentence
 
 
 @pytest.mark.parametrize("kind", ["compliance", "harmonic-1", "scale"])

@@ -349,7 +349,7 @@ def test_hand_eye_of_real_pictures(tmp_path, shared_data):
         (tmp_path / "camera.toml").write_text(text)
         run = wb.identify(None, read(tmp_path), algorithms=("opt2",), held_out=0.0)
         assert run.best.train.own.rms < maximum
-        assert any("joints are missing" in note for note in run.notes)
+        assert any("only tool poses" in note for note in run.notes)
         assert run.identifiability.refused
         assert bool(run.identifiability.doubts) == (free == "false")
     assert 0.2 < run.best.train.position_mm.rms < 1.0

@@ -182,6 +182,6 @@ def test_the_public_pictures_do_as_well_as_the_baseline(run, tmp_path, shared_da
     status, out, _ = run("identify", folder / "images", *options)
     assert status == 0
     assert "292 corners in 16 pictures" in out
-    assert "joints are missing" in " ".join(out.split())
+    assert "only tool poses" in " ".join(out.split())
     fit = json.loads((tmp_path / "r.json").read_text())["algorithms"]["opt2"]["train"]
     assert fit["pixel_px"]["mean"] < 1.10

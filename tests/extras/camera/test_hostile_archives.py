@@ -90,7 +90,7 @@ def test_links_and_devices_are_left_out(tmp_path):
         (marked(zipped(("a.csv", "x" * 90)), 8, 99), "can't be unpacked"),
         (zipped(("a", "x"), ("a/b", "y")), "exists"),
         (zipped(("n" * 300, "x")), "too long"),
-        (zipped(("a.csv", "x" * 90))[:40], "no ZIP or tar archive"),
+        (zipped(("a.csv", "x" * 90))[:40], "ZIP or tar archive"),
     ],
     # the bytes hold the time when they were made, and every worker must collect the same names
     ids=["encrypted", "unknown compression", "file and folder", "long name", "torn"],
