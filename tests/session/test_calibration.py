@@ -95,10 +95,10 @@ def test_rows_that_move_the_region_say_so_and_name_it(do, file, first):
     session = do(LoadData("one.csv", file))
     region = session.plate.region
     assert region is session.measurements.box is not first.plate.region
-    told = session.page.messages[-1]
-    assert told.severity is Severity.INFO
-    assert "region" in told.text
-    assert all(f"{1e3 * side:.0f}" in told.text for side in region.size)
+    message = session.page.messages[-1]
+    assert message.severity is Severity.INFO
+    assert "region" in message.text
+    assert all(f"{1e3 * side:.0f}" in message.text for side in region.size)
     assert "box of the rows" in predicted_heading(session)
     changed = do(SetRegion((0.1, 0.1, 0.2), (0.5, 0.5, 0.4), 0.1))
     assert "box of the rows" not in predicted_heading(changed)

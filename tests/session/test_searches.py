@@ -64,6 +64,6 @@ def test_improving_can_be_cancelled_and_puts_in_only_what_is_better(do, worker, 
     assert f"{left:.3g}°" in better.page.messages[-1].text
     assert "near-limit" not in near_limit(first.robot, better.states[0])
     close = first.robot.limits[:, 0] + np.deg2rad(np.array([50.0, 2.5, 50.0, 50.0, 50.0, 50.0]))
-    told = near_limit(first.robot, TargetState(close, True))
-    assert "Joint 2 is 2.5°" in told
+    message = near_limit(first.robot, TargetState(close, True))
+    assert "Joint 2 is 2.5°" in message
     assert better.score.position < first.score.position

@@ -108,9 +108,7 @@ def test_a_device(first, shots, tmp_path):
     try:
         files = (shots / "camera.toml").read_bytes(), (shots / "target.toml").read_bytes()
         worker.submit(BeginShooting(f"device:{tmp_path / '%d.png'}", *files))
-        session = until(
-            worker, lambda s: any("stopped delivering" in m.text for m in s.page.messages)
-        )
+        session = until(worker, lambda s: any("stopped delivering" in m.text for m in s.page.messages))
         assert [shot.name for shot in session.part(Capture).kept] == ["2.png", "5.png", "7.png", "9.png"]
         assert session.part(Capture).kept[0].q == (0.1,) * 6
         worker.submit(EndShooting())

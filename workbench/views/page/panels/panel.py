@@ -210,7 +210,9 @@ class AbstractPanel(ABC):
             await asyncio.sleep(ARRIVED)
             forget_uploads(self._gui)
             if problem := question(bytes(file.content)):
-                ask(event, problem, answer, lambda: self.send(lambda: command(file.name, bytes(file.content))))
+                ask(
+                    event, problem, answer, lambda: self.send(lambda: command(file.name, bytes(file.content)))
+                )
             else:
                 self.send(lambda: command(file.name, bytes(file.content)))
 
