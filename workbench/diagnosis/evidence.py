@@ -183,7 +183,9 @@ def _offers(left: Remainder, candidates: Sequence[Candidate], pushing: bool) -> 
     return found
 
 
-def _weighed(left: Remainder, candidates: Sequence[Candidate], names: Sequence[str], pushing: bool) -> list[Offer]:
+def _weighed(
+    left: Remainder, candidates: Sequence[Candidate], names: Sequence[str], pushing: bool
+) -> list[Offer]:
     """Effects of load, each together with the masses and centres that act through it.
 
     Without the effect they would not act, so chance is asked for all that both add: evidence of e^g comes

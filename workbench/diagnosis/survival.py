@@ -22,12 +22,22 @@ from jaxtyping import Float
 
 from workbench.arm.effects import Candidate
 from workbench.data.order import clock_of
-from workbench.diagnosis.evidence import SURE, Remainder, Model, Offer, Term, left_by, offer, offers, own_columns
+from workbench.diagnosis.evidence import (
+    SURE,
+    Model,
+    Offer,
+    Remainder,
+    Term,
+    left_by,
+    offer,
+    offers,
+    own_columns,
+)
 from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.named_joints import CLEAR, clearness
 from workbench.diagnosis.places import best_of, place_of
 from workbench.diagnosis.rounds import Searched
-from workbench.diagnosis.stepwise_search import kind_of, worth
+from workbench.diagnosis.stepwise_search import group_evidence, kind_of
 from workbench.identification.joint_reading_noise import FREEDOM, consistent
 from workbench.identification.problem import Problem
 
