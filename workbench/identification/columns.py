@@ -136,7 +136,7 @@ def inner_products(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.nda
 
     def columns(block: RowBlock) -> tuple[Int[np.ndarray, " rows"], Columns]:
         poses, twists = block.twists(x)
-        part = block.observation.see(poses, problem.unknown(block, x))
+        part = block.observation.linearise(poses, problem.unknown(block, x))
         by_twist, mine = problem.whiten(block, part.by_twist), block.unknowns >= 0
         plain = [(block.places, by_twist @ twists.plain)]
         if mine.any():
