@@ -16,7 +16,7 @@ from workbench.arm.motion import Motion
 from workbench.diagnosis import claimed_causes
 from workbench.diagnosis.candidates import Catalogue
 from workbench.diagnosis.cause_search import search_causes
-from workbench.diagnosis.claimed_causes import Confidence
+from workbench.diagnosis.confidence import CERTAIN, Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.evidence import Term, validated
 from workbench.diagnosis.explained import explained
@@ -140,7 +140,7 @@ def test_an_effect_that_a_tenth_of_the_rows_makes_does_not_survive(everywhere):
     q = case.data.q.copy()
     q[:, 1] -= size * np.sin(q[:, 1])
     searched = searched_with(geometric(replace(case, data=replace(case.data, q=q))), ECCENTRIC)
-    assert place_of(searched, searched.found.model).own > np.log(claimed_causes.CERTAIN)
+    assert place_of(searched, searched.found.model).own > np.log(CERTAIN)
     kept = survival(searched, searched.found.model, [], (), minimum=np.log(20.0))
     assert kept.holds is everywhere
 

@@ -6,7 +6,7 @@ from lift import COM, LOST, MASS, draw, file, measure, rotation, table
 from round_trip import read_arm, read_rows
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.effects.extension import ExtensionClearance, ExtensionCompliance
+from workbench.arm.effects.slide_extension import ExtensionClearance, ExtensionCompliance
 from workbench.arm.masses import with_assumed_masses
 from workbench.arm.motion import Motion
 from workbench.arm.robot_toml import write_toml

@@ -9,7 +9,7 @@ from arms import make
 from real_arms import load
 from scipy.stats import multivariate_normal
 
-from workbench.diagnosis.claimed_causes import Confidence
+from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.diagnose import diagnose
 from workbench.diagnosis.wandering import ANYWHERE, _likelihood
 

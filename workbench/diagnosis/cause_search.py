@@ -12,7 +12,8 @@ import numpy as np
 
 from workbench.arm.robot import Robot
 from workbench.base.progress import progress
-from workbench.diagnosis.claimed_causes import CERTAIN, PROBABLE, odds_of_events
+from workbench.diagnosis.claimed_causes import odds_of_events
+from workbench.diagnosis.confidence import CERTAIN, PROBABLE
 from workbench.diagnosis.event_notes import without_undecided
 from workbench.diagnosis.rounds import Searched, Stage, geometry_first, rounds
 from workbench.diagnosis.structure import structure_of

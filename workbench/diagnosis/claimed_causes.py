@@ -30,7 +30,6 @@ A cause that is certain names the joints of which a coefficient exceeds four sta
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from enum import StrEnum
 from functools import cached_property, partial
 
 import numpy as np
@@ -43,6 +42,7 @@ from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
 from workbench.base.wording import joint_list
+from workbench.diagnosis.confidence import CERTAIN, PROBABLE, Confidence
 from workbench.diagnosis.events import PART
 from workbench.diagnosis.evidence import SURE, Model, drop, jackknifed, standard_error, validated
 from workbench.diagnosis.explained import explained
@@ -65,8 +65,6 @@ STANDS_OUT = 10.0
 """Times the scatter of its joint, where that joint scatters alone, that the most a cause moves it must be."""
 PART_OF_REST, PART_OF_NOISE = 0.1, 1.0 / 3.0
 """Parts of what is left, and of the noise, that a cause must explain at least."""
-CERTAIN, PROBABLE = 1000.0, 20.0
-"""Odds from which on a cause is called so; below, it can't be told from its rival."""
 MAX_ODDS = 1e12
 """Odds beyond this say nothing more."""
 MARGINAL = 100.0
@@ -78,18 +76,6 @@ SMOOTH = 1.0 / 3.0
 UNTRIED = "without masses, how it tips as it extends can't be tried"
 LOOK_ALIKES = 3
 """Look-alikes that are listed."""
-
-
-class Confidence(StrEnum):
-    """How sure a cause is, by its odds."""
-
-    CERTAIN = "certain"
-    PROBABLE = "probable"
-    OPEN = "cannot tell"
-
-    @classmethod
-    def of(cls, odds: float) -> "Confidence":
-        return cls.CERTAIN if odds >= CERTAIN else cls.PROBABLE if odds >= PROBABLE else cls.OPEN
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -25,12 +25,12 @@ from workbench.diagnosis.event_notes import Now, arm_now
 from workbench.diagnosis.evidence import Model, drop
 from workbench.diagnosis.final_fit import fitted_on_all
 from workbench.diagnosis.flanks import open_flanks
+from workbench.diagnosis.gravity_direction import standing_causes, standing_notes
 from workbench.diagnosis.named_joints import sentence_of
 from workbench.diagnosis.next_poses import Measurable, NextReason, next_poses
 from workbench.diagnosis.result import Accepted, Diagnosis, Verdict, harm_done, judged
 from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.standard_errors import StandardErrors
-from workbench.diagnosis.standing import standing_causes, standing_notes
 from workbench.diagnosis.structure import Structure, structure_of
 from workbench.diagnosis.trial import Trial
 from workbench.diagnosis.undetectable import (

@@ -12,7 +12,8 @@ from workbench.arm.effects import AbstractEffect
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.robot import Robot
 from workbench.data.dataset import Dataset
-from workbench.diagnosis.claimed_causes import Cause, Confidence, ResidualMap
+from workbench.diagnosis.claimed_causes import Cause, ResidualMap
+from workbench.diagnosis.confidence import Confidence
 from workbench.diagnosis.event_notes import Now
 from workbench.diagnosis.next_poses import NextReason
 from workbench.diagnosis.structure import Structure

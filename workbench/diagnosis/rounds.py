@@ -24,9 +24,9 @@ from workbench.diagnosis.refit import FittedModel, large, linear_answer, refit, 
 from workbench.diagnosis.stepwise_search import FEW, MIN_FALL, FoundEffects, as_found, supported
 from workbench.diagnosis.stepwise_search import search as search_effects
 from workbench.diagnosis.timeline import Timeline, crowded
+from workbench.identification.gravity_direction import freed
 from workbench.identification.outlying_rows import find_outliers, robust_fit
 from workbench.identification.problem import Noise, Problem
-from workbench.identification.standing import freed
 
 ROUNDS = 5
 """Most searches for effects …"""

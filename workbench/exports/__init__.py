@@ -1,4 +1,7 @@
-"""Formats of `--for`: the joint table here, those of controllers, drivers and simulators from elsewhere."""
+"""Formats of `--for`: the joint table here, those of controllers, drivers and simulators from elsewhere.
+
+URDF and TOML, which are read too, are written in `arm/urdf.py` and `arm/robot_toml.py`.
+"""
 
 from workbench.base.errors import OptionError
 from workbench.base.registry import Registry

@@ -21,14 +21,6 @@ from workbench.identification.alignment import align
 from workbench.identification.fit_choices import FitChoices
 from workbench.identification.frame_freedom import on_level
 from workbench.identification.frames import FrameChoice, Sessions, choose_frames, visible_parts
-from workbench.identification.held_out_rows import (
-    check_enough,
-    choose_rows,
-    divide,
-    placed,
-    scale_fixing_length,
-    unused_observations,
-)
 from workbench.identification.own_preparation import (
     AbstractIdentifiability,
     AbstractPreparation,
@@ -38,6 +30,14 @@ from workbench.identification.own_preparation import (
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.row_errors import RowErrors, instrument_places, row_errors
+from workbench.identification.row_selection import (
+    check_enough,
+    choose_rows,
+    divide,
+    placed,
+    scale_fixing_length,
+    unused_observations,
+)
 from workbench.plate.region import Region
 
 MIN_HELD_OUT_PER_PLACE = 6

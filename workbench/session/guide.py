@@ -18,9 +18,9 @@ from workbench.data.readers.layouts import PLAIN
 from workbench.data.readers.mapping import with_headings_corrected
 from workbench.diagnosis.result import Diagnosis, Verdict
 from workbench.identification.arm_match import ArmMatch
-from workbench.identification.held_out_rows import check_enough
 from workbench.identification.result import LOOK_AGAIN, Identification, Run, Validation, judged
 from workbench.identification.row_errors import RowErrors
+from workbench.identification.row_selection import check_enough
 from workbench.report.numbers import significant
 from workbench.session.command import AbstractCommand, kinds
 from workbench.session.commands.arm import ChooseRobot

@@ -21,10 +21,10 @@ from workbench.extras.camera.resection import with_boards, with_boards_in_view
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.considered import Considered
 from workbench.identification.fit_choices import FitChoices
-from workbench.identification.held_out_rows import cells
 from workbench.identification.noise import factor_at
 from workbench.identification.preparation import prepare
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.row_selection import cells
 
 
 def written(

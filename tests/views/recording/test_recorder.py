@@ -25,7 +25,7 @@ from workbench.session.journal.folder import begin, resume
 from workbench.session.journal.numbers import SUBJECTS, numbers_of
 from workbench.session.journal.reader import JOURNAL, read_recording
 from workbench.session.journal.restore import restore
-from workbench.views.recording.draw_steps import thinned
+from workbench.views.recording.contents import thinned
 from workbench.views.recording.recorded_step import INTERVAL, Moment
 from workbench.views.recording.recorder import parts, recorder
 from workbench.views.recording.review import pictures_of, write_comparison

@@ -65,10 +65,10 @@ from workbench.extras.camera.selection_steps import (
 )
 from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.considered import Considered
-from workbench.identification.held_out_rows import cells
 from workbench.identification.noise import factor_at
 from workbench.identification.own_preparation import Seek
 from workbench.identification.problem import Noise, Problem
+from workbench.identification.row_selection import cells
 
 ROUNDS, TOLERANCE = 4, 0.03
 """Fits between which the variances are estimated anew, and their relative change that is none."""

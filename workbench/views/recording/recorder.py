@@ -75,7 +75,7 @@ class Recorder(AbstractKeeper):
         with self._changed:
             self._changed.wait_for(lambda: self._closing, self._after)
         try:
-            from workbench.views.recording.draw_steps import Drawing
+            from workbench.views.recording.contents import Drawing
 
             first = self._next()
             assert first is not None

@@ -30,7 +30,7 @@ from workbench.session.journal.replay import steps
 from workbench.session.state import Severity
 from workbench.views.recording.blueprint import blueprint, side_by_side
 from workbench.views.recording.canvas import STEP, Canvas
-from workbench.views.recording.draw_steps import Drawing, thinned
+from workbench.views.recording.contents import Drawing, thinned
 from workbench.views.recording.recorded_step import Moment
 from workbench.views.recording.recorder import parts
 from workbench.views.recording.rerun_output import FileOutlet

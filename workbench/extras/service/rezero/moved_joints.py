@@ -28,13 +28,13 @@ from workbench.identification.algorithms.opt2_levenberg_marquardt import Opt2
 from workbench.identification.alignment import align
 from workbench.identification.fit_choices import Excluded, FitChoices
 from workbench.identification.frames import Sessions, visible_parts
-from workbench.identification.held_out_rows import check_enough
 from workbench.identification.own_preparation import preparation_of
 from workbench.identification.preparation import Prepared, prepare
 from workbench.identification.prior import Prior
 from workbench.identification.problem import FrameFreedom, Noise, Problem
 from workbench.identification.result import BeforeAfter
 from workbench.identification.row_errors import Errors, instrument_places
+from workbench.identification.row_selection import check_enough
 from workbench.plate.door import door
 
 SIGNIFICANT = 0.3

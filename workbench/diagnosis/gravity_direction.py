@@ -1,4 +1,4 @@
-"""An arm that stands otherwise than its file says, as a finding (`identification/standing.py`)."""
+"""An arm that stands otherwise than its file says, as a finding (`identification/gravity_direction.py`)."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -13,8 +13,8 @@ from workbench.arm.robot import Robot
 from workbench.base.wording import capital
 from workbench.diagnosis.claimed_causes import PART_OF_NOISE, Cause
 from workbench.identification.fit import Fit
+from workbench.identification.gravity_direction import CLEAR, standings
 from workbench.identification.problem import Noise
-from workbench.identification.standing import CLEAR, standings
 
 
 @final
