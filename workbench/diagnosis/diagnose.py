@@ -109,14 +109,15 @@ class _Saved:
     """The arm that is saved.
 
     Args:
-        fit: The last search's model on all rows …
-        suspects: … but these of the held-out ones, which no arm explains.
+        fit: The last model, fitted again on all rows of the file but the suspects; that of the last search if
+            no row was held out there, or the fit on all did not converge.
+        suspects: Which held-out rows no arm explains.
         note: What was fitted once more; None where nothing was.
         undetectable: Effects of load that the rows can't show.
-        std: Standard errors of the coefficients, with what these add.
+        std: Standard errors of the coefficients, with what undetectable effects may add.
         effects: What the model holds, the clearest first.
-        judge: Tries other models out.
-        now: Since when the arm is as it is saved; None where nothing happened.
+        judge: Computes the errors of other models.
+        now: The event after which the saved arm holds, and its error since; None if nothing happened.
     """
 
     fit: Fit
@@ -131,7 +132,7 @@ class _Saved:
 
 @dataclass(frozen=True, eq=False)
 class _Claims:
-    """What is said of the arm; fields as in `Diagnosis`."""
+    """What the diagnosis says about the arm; fields as in `Diagnosis`."""
 
     causes: tuple[Cause, ...]
     residual_map: ResidualMap | None
@@ -178,7 +179,7 @@ def _claims(
     last, ready = search.rounds[-1], search.ready
     fit, geometric = last.stage.fitted.fit, last.stage.geometric
     noise = noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise
-    floor = noises.stated(ready.problem) or known or noises.from_repeats(ready.problem.data)
+    floor = noises.known(ready.problem, known) or noises.from_repeats(ready.problem.data)
     joint_noise = readings(fit.problem.with_noise(geometric.noise))
     causes = (*_found_causes(search, saved, floor), *standing_causes(saved.fit, file, noise))
     residual_map = _residual_map(last.found.model, saved.effects, causes, saved.judge, search)
@@ -295,7 +296,7 @@ def _diagnosis(
     gross: np.ndarray,
     advice: Advice,
 ) -> Diagnosis:
-    """All of it in one record; `gross` are rows that were set apart before anything was fitted."""
+    """Compute what is still missing, and collect it in one record; `gross` are rows set apart before any fit."""
     ready, stage = search.ready, search.rounds[-1].stage
     fit = stage.fitted.fit
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)

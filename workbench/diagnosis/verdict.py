@@ -61,12 +61,12 @@ def conclude(
         causes: What is claimed, the largest first.
         residual_map: What else was added, and predicts alone.
         nominal: Errors of the nominal arm, on the rows that judge it.
-        reach: Of the arm [m].
-        noise: What is left, per axis [m], [rad].
+        reach: Reach of the arm [m].
+        noise: Standard deviation of what is left, per axis [m], [rad].
         before: Errors of the geometry alone, on the rows that judge it.
         after: Errors with the effects.
         floor: Noise that was known beforehand.
-        structure: Along which axes rows leave alike residuals.
+        structure: Axes along which neighbouring rows have similar residuals.
         distrusted: Candidates that chance can't explain, but that cross-validation did not confirm.
         joint_noise: Noise of joint readings, as far as the rows show any.
     """
@@ -81,7 +81,7 @@ def conclude(
         rest = "shows no structure, so it is taken to be noise"
     if structure.found:
         rest = f"{structure.sentence} in the readings of joints that scatter"
-    if floor is not None:
+    if floor is not None and np.isfinite(noise.position):
         instrument = 1.0 if joint_noise is None or is_structured else 1.0 - joint_noise.share
         ratio = np.sqrt(instrument) * noise.position / floor.position
         more = ratio > NOISE_LIKE
@@ -141,7 +141,7 @@ def explains_little(nominal: Errors, found: Errors, reach: float) -> bool:
 
 
 def _lost(added: bool, nominal: Errors, after: Errors) -> str:
-    """A sentence where not even the geometry explains much."""
+    """The message if not even the geometry explains much."""
     end = "Until this is resolved, the added effects mean little" if added else "No effects were added"
     return (
         f"The geometry explains little: {after.position_mm.rms:.3g} of {nominal.position_mm.rms:.3g} mm "
@@ -177,7 +177,7 @@ def freedoms(data: Dataset) -> int:
 
 
 def coverage(data: Dataset, chain: Chain) -> list[str]:
-    """Sentences on what the rows leave out: joints that moved little, or all together; groups."""
+    """Notes on joints that moved little or only together, and on data with a single group."""
     span = np.ptp(data.q, axis=0)
     little = [j for j in range(data.joints) if turns(chain, j) and STILL < span[j] < LITTLE]
     notes = [

@@ -52,13 +52,13 @@ def identify(
     """Identify the arm's constants, and its frames where they are unknown.
 
     Args:
-        robot: Nominal arm; its frames say whether they are fixed, free, or decided from the data. None
-            will do for readings that come with poses of the tool, such as pictures.
+        robot: Nominal arm; its frames say whether they are fixed, free, or decided from the data. May be
+            None if the rows have poses of the tool, as pictures do; a robot given with these is not used.
         data: Measurements.
         choices: Rows and frames of the fit; its fields may be given as keywords, such as `held_out=0.2`.
         algorithms: Names from `ALGORITHMS`.
         bounds: Minimum and maximum value by name, for OPT1.
-        loss: Whether rows that no arm explains are set apart, or how the residuals of all rows count.
+        loss: Whether outlying rows are set apart, or how residuals are weighted.
         deviation: How far the arm's constants are expected from nominal [rad, m]; `auto`: found from the
             rows; infinite: not at all, so that only what no row shows stays nominal.
         prior: What an older calibration knows of the arm's constants.
@@ -110,7 +110,7 @@ def identify(
 def _runs(
     ready: Prepared, problem: Problem, algorithms: Sequence[AbstractIdentifier], loss: Loss
 ) -> dict[str, Run]:
-    """What each algorithm finds, with its errors; once the work is asked to stop, the first alone."""
+    """Fit with each algorithm and compute errors; after a cancel, stop at the next algorithm."""
     runs: dict[str, Run] = {}
     for k, algorithm in enumerate(algorithms):
         if runs and cancelled():
@@ -128,7 +128,7 @@ def _runs(
 
 
 def _expected(problem: Problem, deviation: float | str) -> tuple[str, ...]:
-    """What was expected of the constants."""
+    """A note on how near to nominal the constants are expected."""
     if problem.deviation is None or problem.deviation > MAX_DEVIATION:
         return ()
     found = "from the rows" if deviation == AUTO else "as given"
@@ -143,7 +143,7 @@ def _all_rows(
 
 
 def _errors_of(ready: Prepared, rows: np.ndarray, fit: Fit) -> tuple[Outlier, ...]:
-    """Rows that were set apart, the worst first, with their errors under the arm of the others."""
+    """Rows that were set apart, the worst first, with errors computed by the arm that was fitted to the others."""
     if not len(rows):
         return ()
     outlying = ready.data.take(rows)

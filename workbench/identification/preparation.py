@@ -41,7 +41,7 @@ from workbench.identification.row_selection import (
 from workbench.plate.region import Region
 
 MIN_HELD_OUT_PER_PLACE = 6
-"""Held-out rows of an anchor or contact that show its place and the arm's error: twice its three unknowns."""
+"""Held-out rows needed to find an anchor's place and still show the arm's error: twice its three unknowns."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -54,7 +54,7 @@ class Prepared:
         held: The held-out rows, which may come from another file.
         excluded: Rows that are kept out altogether, with the reason.
         aligned: The nominal arm with the best base and tool wherever those are free.
-        problem: Of the rows to fit, whitened.
+        problem: The whitened fitting problem on the rows to fit.
         new_sessions: Held-out sessions that no fitted row has; their base is found from their own rows.
         identifiability: What of the arm the rows may identify; None where their readings don't decide it.
     """
@@ -102,7 +102,7 @@ class Prepared:
 
     @property
     def shown_noise(self) -> Noise:
-        """What weighs the rows, their own sigma included; NaN for rotations that nobody measured."""
+        """What weights the rows, including the sigma that they state; NaN for rotations that nobody measured."""
         typical = self.problem.typical_noise
         return (
             typical
@@ -132,7 +132,7 @@ def prepare(
     seek: Seek | None = None,
     held_rows: Collection[int] | None = None,
 ) -> Prepared:
-    """Everything before the first search; arguments are those of `identify`.
+    """Everything before the algorithms run; arguments as in `identify`, except:
 
     Args:
         held_rows: Numbers of the rows to hold out, in place of drawing them by `choices`.
@@ -173,7 +173,7 @@ def prepare(
 
 
 class _Rows(NamedTuple):
-    """Rows that were chosen, and which they are of the data.
+    """Rows that were chosen, and their indices in the data.
 
     Args:
         held: Held-out ones, which may come from another file; then they have no place in the data.
@@ -241,7 +241,7 @@ def _framed(
     effects: tuple[str, ...],
     prior: Prior | None,
 ) -> FrameChoice:
-    """Which frames are free, and the arm with the best of them; of a level base where that is known."""
+    """Which frames are free, and the arm with the best of them; set level if the base is known to be level."""
     found = choose_frames(
         robot,
         fitted,
@@ -261,7 +261,7 @@ def _framed(
 def _weighed(
     problem: Problem, prior: Prior | None, noise: Noise | None, decided: AbstractIdentifiability | None
 ) -> tuple[Problem, list[str]]:
-    """The problem with what an older calibration knows, weighted by its noise unless the readings were."""
+    """The problem with what an older calibration knows, weighted by its noise unless the readings already decided the weights."""
     if not problem.names:
         raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
     notes = []
@@ -297,7 +297,7 @@ def _judging(
 def _comparable(
     rows: _Rows, own: AbstractPreparation | None, fitted: Dataset, *, is_same_file: bool
 ) -> tuple[_Rows, list[str]]:
-    """Held-out rows that can be compared with the fitted ones as these were fitted, and notes on them."""
+    """Held-out rows that can be compared with the fitted rows in their final form, and notes on them."""
     if own is None or preparation_of(rows.held) is not own:
         return rows, []
     comparable = own.comparable(rows.held, fitted)
@@ -317,8 +317,7 @@ def _divided(used: Dataset, held_rows: Collection[int]) -> tuple[np.ndarray, np.
 
 
 def _in_use(data: Dataset, places: np.ndarray) -> tuple[Dataset, np.ndarray, list[tuple[int, str]]]:
-    """Rows that were not kept out meanwhile, their places (none for another file's), and the others with the
-    reason."""
+    """Rows still included, their indices (none for another file's), and the excluded rows with the reason."""
     keep = data.included
     if data.reason is None or keep.all():
         return data, places, []
@@ -334,7 +333,7 @@ def _other_rows(robot: Robot, data: Dataset, region: Region | None) -> Dataset:
 
 
 def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list[str]]:
-    """Held-out rows whose anchors and contacts the fit or they themselves show, and what is said of it."""
+    """Held-out rows whose anchors and contacts are known or can be found from these rows, and notes."""
     keep = placed(held, known)
     notes: list[str] = []
     if keep.all():
@@ -354,7 +353,7 @@ def _placeable(held: Dataset, known: Mapping[str, float]) -> tuple[Dataset, list
 
 
 def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
-    """The problem whitened by the noise that was given, that repeats show, or that a fit leaves."""
+    """The problem whitened by the given noise, else the scatter of repeats, else the residuals of a fit."""
     own = noises.given_by_rows(problem)
     turned = problem.sees_rotation
     on_top = ", on top of what rows state" if own is not noises.StatedNoise.NONE else ""
@@ -386,7 +385,7 @@ def _with_noise(problem: Problem, noise: Noise | None) -> tuple[Problem, str]:
 
 
 def _with_tilts(problem: Problem, noise: Noise) -> Problem:
-    """The problem with a known noise, that of tilts beside other observations found by a fit."""
+    """The problem with known noise; that of tilts beside other observations is estimated by a fit."""
     problem = problem.with_noise(noise)
     if not problem.tilted_components.any():
         return problem
