@@ -296,7 +296,7 @@ def _diagnosis(
     gross: np.ndarray,
     advice: Advice,
 ) -> Diagnosis:
-    """Compute what is still missing, and collect it in one record; `gross` are rows set apart before any fit."""
+    """Compute what is still missing and collect it all; `gross` are rows set apart before any fit."""
     ready, stage = search.ready, search.rounds[-1].stage
     fit = stage.fitted.fit
     outliers = np.union1d(gross, ready.train_rows[~stage.keep]).astype(np.int64)

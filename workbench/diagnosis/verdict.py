@@ -21,17 +21,17 @@ from workbench.identification.result import COARSE, FAR_FROM_GOOD, HARDLY_BETTER
 from workbench.identification.row_errors import Errors
 
 SPELT_OUT = 3
-"""Most causes of which a verdict gives the sentence."""
+"""Maximum number of causes stated in full."""
 NOISE_LIKE = 1.25
 """What is left may be this many times the noise that was known beforehand and still count as noise."""
 LEADS = 0.5
-"""Part of what is left that noise of joint readings must make for the verdict to begin with it."""
+"""Share of the remaining error due to joint readings above which the message opens with it."""
 SETTLE = "let the arm settle before its joints are read, or average several readings"
-"""What to do about it …"""
+"""Advice if all joints scatter."""
 LOOK = "check for friction that winds up the drive, a worn coupling or a poor encoder"
-"""… and where some joints scatter alone."""
+"""Advice if only some joints do."""
 LITTLE = np.deg2rad(30.0)
-"""A joint that turned less than this moved little [rad]; less than `STILL`, not at all."""
+"""A joint that turned less than this moved little [rad]; below `STILL` it did not move."""
 TOGETHER = 0.02
 """Part of the widest spread of poses below which a direction in joint space was not measured."""
 CONTRADICTED = 3.0

@@ -143,7 +143,7 @@ def _all_rows(
 
 
 def _errors_of(ready: Prepared, rows: np.ndarray, fit: Fit) -> tuple[Outlier, ...]:
-    """Rows that were set apart, the worst first, with errors computed by the arm that was fitted to the others."""
+    """Rows that were set apart, the worst first, with errors of the arm fitted to the others."""
     if not len(rows):
         return ()
     outlying = ready.data.take(rows)

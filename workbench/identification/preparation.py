@@ -102,7 +102,7 @@ class Prepared:
 
     @property
     def shown_noise(self) -> Noise:
-        """What weights the rows, including the sigma that they state; NaN for rotations that nobody measured."""
+        """What weights the rows, with the sigma that they state; NaN for rotations that nobody measured."""
         typical = self.problem.typical_noise
         return (
             typical
@@ -241,7 +241,7 @@ def _framed(
     effects: tuple[str, ...],
     prior: Prior | None,
 ) -> FrameChoice:
-    """Which frames are free, and the arm with the best of them; set level if the base is known to be level."""
+    """Which frames are free, and the arm with the best of them; level if the base is known to be so."""
     found = choose_frames(
         robot,
         fitted,
@@ -261,7 +261,7 @@ def _framed(
 def _weighed(
     problem: Problem, prior: Prior | None, noise: Noise | None, decided: AbstractIdentifiability | None
 ) -> tuple[Problem, list[str]]:
-    """The problem with what an older calibration knows, weighted by its noise unless the readings already decided the weights."""
+    """The problem with what an older calibration knows, weighted by its noise or as the readings decided."""
     if not problem.names:
         raise OptionError("nothing is left to identify; free a constant of the arm, its base or its tool")
     notes = []
