@@ -7,7 +7,10 @@ import numpy as np
 
 from workbench.arm.frame import Frame
 from workbench.arm.gravity import TOLERANCE, tilted
-from workbench.base.types import Matrix4, Vector3
+from workbench.base.types import Matrix4, Vector3, frozen
+
+DOWN = frozen(np.array([0.0, 0.0, -9.81]))
+"""Gravity in the base of an arm that stands upright [m/s²]; of a session that has this one, the arm's own."""
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -23,7 +26,7 @@ class Mounting:
 
     base: Frame = field(default_factory=Frame)
     tool: Frame = field(default_factory=Frame)
-    gravity: Vector3 = field(default_factory=lambda: np.array([0.0, 0.0, -9.81]))
+    gravity: Vector3 = field(default_factory=lambda: DOWN)
     gravity_tolerance: float = TOLERANCE
 
     def at(self, base: Matrix4, tool: Matrix4) -> "Mounting":

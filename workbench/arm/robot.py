@@ -22,7 +22,7 @@ from workbench.arm.effects.law import check_together, turned, with_insertions
 from workbench.arm.frame import BASE, TOOL, Frame
 from workbench.arm.gravity import GRAVITY
 from workbench.arm.joint import Joint, JointKind
-from workbench.arm.mounting import Mounting
+from workbench.arm.mounting import DOWN, Mounting
 from workbench.arm.urdf_source import UrdfSource
 from workbench.base.errors import RobotError, ShapeError
 from workbench.base.types import Vector3, frozen
@@ -71,6 +71,12 @@ class Robot:
     calibration: Calibration | None = None
 
     def __post_init__(self):
+        if self.gravity is not DOWN and any(m.gravity is DOWN for m in self.sessions.values()):
+            own = {
+                n: replace(m, gravity=self.gravity) if m.gravity is DOWN else m
+                for n, m in self.sessions.items()
+            }
+            object.__setattr__(self, "sessions", own)
         if not self.name.isprintable():  # it is written into programs and files of others
             raise RobotError(f"the robot's name {self.name!a} has control characters; remove them")
         if not any(e.joint is not None for e in self.elements):

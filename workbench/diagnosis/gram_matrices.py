@@ -176,7 +176,7 @@ def compress(
             yield block.rows, replace(columns, plain=np.concatenate(beside, axis=2))
 
     for rows, columns in joined(tables()):
-        alone, products = np.split(place[columns.order], [-columns.laws.shape[1]])
+        alone, products = np.split(place[columns.order], [len(columns.order) - columns.laws.shape[1]])
         order = np.concatenate([alone, np.arange(ahead), [size - 1], products])
         for f in np.unique(fold[rows]):
             columns.add_inner(fold[rows] == f, sums[f])

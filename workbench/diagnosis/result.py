@@ -23,7 +23,7 @@ from workbench.identification.joint_reading_noise import Readings
 from workbench.identification.problem import Noise
 from workbench.identification.result import BeforeAfter, Identification, Run, Validation, judged, with_error
 from workbench.identification.row_errors import Errors, RowErrors, row_errors
-from workbench.report.result_display import AbstractShown, elsewhere
+from workbench.report.result_display import AbstractShown, figures_of, tables_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -169,8 +169,8 @@ class Diagnosis(AbstractShown):
         warnings: Advice that could not be computed, one sentence each.
     """
 
-    summary = elsewhere("workbench.diagnosis.report.table:summary")
-    plot = elsewhere("workbench.diagnosis.report.plots:figure")
+    summary = tables_of("workbench.diagnosis.report.table:summary")
+    plot = figures_of("workbench.diagnosis.report.plots:figure")
 
     nominal_robot: Robot
     data: Dataset

@@ -24,7 +24,7 @@ from workbench.identification.noise import effective_parameters, factor_at
 from workbench.identification.observed import idle_constants, observed_by
 from workbench.identification.problem import Noise, Problem
 from workbench.identification.undetermined_combinations import Factor, factorise_pieces
-from workbench.report.result_display import AbstractShown, elsewhere
+from workbench.report.result_display import AbstractShown, tables_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -56,7 +56,7 @@ class Fit(AbstractShown):
         considered: Constants that stay nominal though they are uncertain.
     """
 
-    summary = elsewhere("workbench.identification.report.table:parameters_tables")
+    summary = tables_of("workbench.identification.report.table:parameters_tables")
 
     algorithm: str
     title: str

@@ -30,7 +30,7 @@ from workbench.identification.row_errors import (
     residuals_frame,
 )
 from workbench.identification.set_apart import suspect_note
-from workbench.report.result_display import AbstractShown, elsewhere
+from workbench.report.result_display import AbstractShown, figures_of, tables_of
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -184,8 +184,8 @@ class Identification(AbstractShown):
         suspects: Numbers of the held-out rows that no arm explains; they count in the held-out errors.
     """
 
-    summary = elsewhere("workbench.identification.report.table:identification_summary")
-    plot = elsewhere("workbench.identification.report.figures:figure")
+    summary = tables_of("workbench.identification.report.table:identification_summary")
+    plot = figures_of("workbench.identification.report.figures:figure")
 
     nominal_robot: Robot
     aligned: Robot
@@ -369,8 +369,8 @@ class Evaluation(AbstractShown):
         rows: Their errors, row by row.
     """
 
-    summary = elsewhere("workbench.identification.report.table:evaluation_tables")
-    plot = elsewhere("workbench.identification.report.error_plots:evaluation_figure")
+    summary = tables_of("workbench.identification.report.table:evaluation_tables")
+    plot = figures_of("workbench.identification.report.error_plots:evaluation_figure")
 
     robot: Robot
     data: Dataset

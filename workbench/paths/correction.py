@@ -25,7 +25,7 @@ from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
 from workbench.base.types import frozen
 from workbench.paths.path import Commanded, Times, named, refuse_beyond, refuse_fast, refuse_singular
-from workbench.report.result_display import AbstractShown, elsewhere
+from workbench.report.result_display import AbstractShown, tables_of
 
 MAX_CORRECTION = 0.35
 """Correction of a joint beyond which no calibration is at work but a singularity [rad or m]."""
@@ -73,7 +73,7 @@ class Compensation(AbstractShown):
         speed: Maximum speed of every joint with the correction [rad/s or m/s]; None without time.
     """
 
-    summary = elsewhere("workbench.paths.report:compensation_table")
+    summary = tables_of("workbench.paths.report:compensation_table")
 
     commanded: Commanded
     motion: Motion

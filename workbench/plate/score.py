@@ -30,7 +30,7 @@ from workbench.plate.readings import SEAT, linearise_targets, usual_sigma
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import Measurable, choose_branches, measurable, single_branches
 from workbench.plate.tolerances import EXACT, Production
-from workbench.report.result_display import AbstractShown, elsewhere
+from workbench.report.result_display import AbstractShown, figures_of, tables_of
 
 STARTS = 20
 """Random mixes of branches that are improved."""
@@ -82,8 +82,8 @@ class PlateScore(AbstractShown):
         outcome: How the choice of branches ended.
     """
 
-    summary = elsewhere("workbench.plate.report.plates:score_tables")
-    plot = elsewhere("workbench.plate.report.figures:score_figure")
+    summary = tables_of("workbench.plate.report.plates:score_tables")
+    plot = figures_of("workbench.plate.report.figures:score_figure")
 
     plate: Plate
     robot: Robot

@@ -7,7 +7,7 @@ import io
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pkgutil import resolve_name
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 from rich.console import Console, Group, RenderableType
@@ -16,13 +16,31 @@ from rich.text import Text
 
 from workbench.base.wording import readable
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 WIDTH = 100
 """Columns of a result that is printed."""
 
 
-def elsewhere(home: str) -> Callable[..., Any]:
-    """A method that stands in another module, as entry points name it: a report imports its result."""
-    return lambda self, *args: resolve_name(home)(self, *args)
+def tables_of(home: str) -> Callable[[Any], RenderableType]:
+    """The `summary` of a result by a function of its report, which imports it: named as entry points are."""
+
+    def summary(self: Any) -> RenderableType:
+        """The key results, for display."""
+        return resolve_name(home)(self)
+
+    return summary
+
+
+def figures_of(home: str) -> Callable[..., "Figure"]:
+    """Likewise its `plot`."""
+
+    def plot(self: Any, name: str = "") -> "Figure":
+        """A figure of the result; where there are several, one of the report's by its name."""
+        return resolve_name(home)(self, *((name,) if name else ()))
+
+    return plot
 
 
 class AbstractShown(ABC):

@@ -36,8 +36,11 @@ def check_unlocked(session: Session, number: int) -> None:
 
 
 def begin_step(session: Session, whole: Session | None = None) -> Session:
-    """Make the current targets, or the whole session, what undo restores."""
-    done = (*session.history.done, UndoStep(session.plate, session.states, whole))[-UNDO_STEPS:]
+    """Make the current targets, or the whole session, what undo restores, below the step of a drag."""
+    done, dragged = session.history.done, 0 if session.drag is None else 1
+    place = len(done) - dragged
+    step = UndoStep(session.plate, session.states, None if whole is None else replace(whole, drag=None))
+    done = (*done[:place], step, *done[place:])[-UNDO_STEPS:]
     return replace(session, history=replace(session.history, done=done, undone=()))
 
 

@@ -14,7 +14,7 @@ from workbench.plate.optimiser.target_blocks import SHAPE, Places, places_of, sh
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.predicted_error import PredictedError, predicted_error
 from workbench.plate.readings import linearise_reading
-from workbench.report.result_display import AbstractShown, elsewhere
+from workbench.report.result_display import AbstractShown, figures_of, tables_of
 
 NOTHING = frozen(np.zeros(0))
 
@@ -40,8 +40,8 @@ class PlateDesign(AbstractShown):
         notes: What else is worth knowing, one sentence each.
     """
 
-    summary = elsewhere("workbench.plate.report.design:design_tables")
-    plot = elsewhere("workbench.plate.report.figures:design_figure")
+    summary = tables_of("workbench.plate.report.design:design_tables")
+    plot = figures_of("workbench.plate.report.figures:design_figure")
 
     plate: Plate
     cost: float

@@ -18,7 +18,7 @@ from workbench.data.simulation.hidden_effects import varied_state
 from workbench.extras.service.fleet.history import History, Unread, arms_of, read_histories, values_of
 from workbench.extras.service.fleet.movement import Movement, movements, scatter_factor, threshold
 from workbench.plate.poses.sampling import random_poses
-from workbench.report.result_display import AbstractShown, elsewhere
+from workbench.report.result_display import AbstractShown, figures_of, tables_of
 
 PIECE = 8
 """Arms that a worker reads at a time."""
@@ -70,8 +70,8 @@ class Fleet(AbstractShown):
         allowed: Displacement of the tool by a drift after which to measure again [m].
     """
 
-    summary = elsewhere("workbench.extras.service.fleet.report:fleet_tables")
-    plot = elsewhere("workbench.extras.service.fleet.report:fleet_figure")
+    summary = tables_of("workbench.extras.service.fleet.report:fleet_tables")
+    plot = figures_of("workbench.extras.service.fleet.report:fleet_figure")
 
     arms: tuple[ArmReport, ...]
     unread: tuple[Unread, ...]

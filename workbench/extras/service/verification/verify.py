@@ -27,7 +27,7 @@ from workbench.extras.service.verification.iso9283 import (
 from workbench.identification.evaluate import evaluate
 from workbench.identification.result import Evaluation
 from workbench.plate.door import door
-from workbench.report.result_display import AbstractShown, elsewhere
+from workbench.report.result_display import AbstractShown, figures_of, tables_of
 
 USUAL_POSES = 100
 """Poses that practitioners ask of a verification."""
@@ -50,8 +50,8 @@ class Verification(AbstractShown):
         warnings: What weakens the statement, one sentence each.
     """
 
-    summary = elsewhere("workbench.extras.service.verification.results:verification_tables")
-    plot = elsewhere("workbench.extras.service.verification.plots:error_figure")
+    summary = tables_of("workbench.extras.service.verification.results:verification_tables")
+    plot = figures_of("workbench.extras.service.verification.plots:error_figure")
 
     evaluation: Evaluation
     position: Bounds
