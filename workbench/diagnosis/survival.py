@@ -37,7 +37,7 @@ from workbench.diagnosis.gram_matrices import compress
 from workbench.diagnosis.named_joints import CLEAR, clearness
 from workbench.diagnosis.places import best_of, place_of
 from workbench.diagnosis.rounds import Searched
-from workbench.diagnosis.stepwise_search import group_evidence, kind_of
+from workbench.diagnosis.stepwise_search import kind_of
 from workbench.identification.joint_reading_noise import FREEDOM, consistent
 from workbench.identification.problem import Problem
 
@@ -150,16 +150,18 @@ def _replaceable(
     every, mine = widest.effect.joints, _joints(group)
     if len(mine) < 2 or not mine <= set(every):
         return set()
-    kind, own = kind_of(group[0]), group_evidence(left, group)
-    others = [c for c in candidates if kind_of(Term(c)) != kind]
-    out = set[int | None]()
+    kind, out = kind_of(group[0]), set[int | None]()
+    alike, others = ([c for c in candidates if (kind_of(Term(c)) == kind) is same] for same in (True, False))
     for joint in mine:
         fewer = widest.only([k for k, j in enumerate(every) if j in mine - {joint}])
         for rest in offers(left, [fewer], group=group):
             beside = left_by(left.grams, (*left.model, rest.term))
             usable = [c for c in others if not any(c.excludes(t.candidate) for t in beside.model)]
-            best = max((o.gain for o in offers(beside, usable, group=group)), default=-np.inf)
-            if rest.gain + best > own - minimum:
+            own, best = (
+                max((o.gain for o in offers(beside, some, group=group)), default=-np.inf)
+                for some in ([c for c in alike if c.effect.joints == (joint,)], usable)
+            )
+            if best > own - minimum:
                 out.add(joint)
     return out
 
