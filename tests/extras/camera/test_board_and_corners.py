@@ -262,7 +262,7 @@ def test_the_command_prints_boards_with_markers_of_their_own(run, tmp_path):
         (["--squares", "40x40", "--square", "8mm", "--dictionary", "DICT_4X4_50"], "needs 800 markers"),
         (["--square", "300mm"], "larger than A1"),
         (["--marker", "40mm"], "markers smaller than its squares"),
-        (["--dictionary", "DICT_9X9"], "no marker dictionary 'DICT_9X9'"),
+        (["--dictionary", "DICT_9X9"], "'DICT_9X9'"),
         (["--boards", "0"], "--boards must be at least 1"),
         (["--boards", "20", "--dictionary", "DICT_4X4_50"], "needs 17 markers from 34 on"),
     ],
