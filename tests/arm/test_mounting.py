@@ -10,6 +10,7 @@ from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects.joint_compliance import JointCompliance
 from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.mounting import Mounting
 from workbench.base.types import Freedom
 
 BASE, TOOL = move("x", 0.4) @ turn("y", 0.1), move("z", 0.2) @ turn("x", 0.3)
@@ -55,3 +56,9 @@ def test_another_gravity_is_that_of_sessions_without_their_own(robot):
     moved = replace(robot, sessions=sessions).under(other)
     assert moved.in_session("front").gravity is own
     assert moved.in_session("rear").gravity is moved.gravity is other
+
+
+def test_a_session_without_a_gravity_has_that_of_the_arm(robot):
+    wall = replace(robot.under(np.array([9.81, 0.0, 0.0])), sessions={"front": Mounting(base=robot.base)})
+    assert wall.in_session("front").gravity is wall.gravity
+    assert wall.under(np.array([0.0, 9.81, 0.0])).in_session("front").gravity.tolist() == [0.0, 9.81, 0.0]

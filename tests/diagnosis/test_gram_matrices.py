@@ -132,3 +132,15 @@ def test_what_no_row_reaches_is_not_scaled():
     assert np.isfinite(grams.folds).all()
     dead = grams.total[grams.geometry :][:-1].any(1)
     assert (grams.scale[~dead] == 1.0).all()
+
+
+def test_effects_of_several_elements_alone_have_their_own_inner_products():
+    """No law acts on one element only, so that no column is a product."""
+    stage = fitted(make("none", 3), rows=ROWS)
+    problem, x = stage.problem, stage.fit.x
+    soft = JointCompliance((1, 2))
+    grams = compress(problem, x, [soft], FOLD)
+    columns = slopes(problem, [soft], dict(zip(problem.names, x.tolist(), strict=True))) / grams.scale
+    rows = slice(problem.size)
+    table = np.column_stack([problem.jacobian(x)[rows] @ grams.basis, columns, problem.residual(x)[rows]])
+    assert close(grams.total, table.T @ table) < 2 * EXACT

@@ -93,7 +93,7 @@ def test_what_was_found_is_added_and_compared_as_evaluate_does(measured, do):
     judged = rows.held_out if rows.held_out.any() else ~rows.held_out
     nominal, geometry, causes = 1e3 * rows.stage_errors[judged].mean(0)
     assert nominal > geometry > causes
-    assert geometry == pytest.approx(judged_errors(session.results.diagnosis.before), rel=0.02)
+    assert geometry == pytest.approx(judged_errors(session.results.geometry), rel=1e-9)
     assert causes == pytest.approx(judged_errors(session.results.diagnosis.after), rel=1e-9)
     the_law_of_the_cause_is_laid_over_the_errors(session)
     run = session.results.identification.runs[session.results.fit]

@@ -17,7 +17,8 @@ from workbench.data.writer import write_measurements
 from workbench.session import replay
 from workbench.session.commands.compare import SetOverlay, ShowFit, ShowRow
 from workbench.session.commands.data import ForgetData, LoadData, MeasureVirtualArm
-from workbench.session.commands.drag import MoveTarget
+from workbench.session.commands.drag import DropTarget, GrabTarget, MoveTarget, SelectTarget
+from workbench.session.commands.edit import DeleteTarget
 from workbench.session.commands.identify import Identify
 from workbench.session.commands.measure import BeginMeasuring
 from workbench.session.commands.messages import Dismiss
@@ -89,6 +90,17 @@ def test_a_second_file_says_that_it_puts_a_calibration_aside_and_undo_restores_i
         back = do(Undo(), Dismiss())
         assert back.measurements.loaded is before.measurements.loaded
         assert back.results.identification is before.results.identification
+
+
+def test_a_file_that_comes_during_a_drag_is_undone_below_it(do, file):
+    before = do(LoadData("one.csv", file), Identify(("opt2",)))
+    session = do(GrabTarget(0, 7), LoadData("two.csv", file), DropTarget(7))
+    assert session.results.identification is None
+    do(Undo())  # the drag, as the box of the rows is another since
+    back = do(Undo())
+    assert back.results.identification is before.results.identification
+    assert back.drag is None
+    do(SelectTarget(1), DeleteTarget(1))  # nobody holds one
 
 
 def test_rows_that_move_the_region_say_so_and_name_it(do, file, first):

@@ -141,7 +141,7 @@ def test_the_page_shows_worn_arms(fleet, tmp_path):
     assert {p.name for p in page.parent.iterdir()} == {
         *("fleet.html", "result.json", "fleet.svg", "drift-1.svg", "drift-2.svg")
     }
-    assert fleet.plot("arm-04")._repr_png_().startswith(b"\x89PNG")
+    assert fleet.plot(name="arm-04")._repr_png_().startswith(b"\x89PNG")
     with pytest.raises(OptionError, match="'x'"):
         fleet.plot("x")
 
