@@ -45,7 +45,7 @@ from workbench.data.readers.read import read_measurements
 from workbench.diagnosis.diagnose import Diagnosis, diagnose
 
 NEAR = 2
-"""Rows by which the row of an event may be off."""
+"""Fitted rows by which the row of an event may be off."""
 ROWS = (60, 80, 100, 120)
 OFF_LEVEL, TILTED = 10e-3, float(np.deg2rad(3.0))
 """By how much gravity may be off [rad]."""
@@ -169,18 +169,20 @@ def judge(gap: str, seed: int) -> dict:
     case = draw(gap, seed)
     facts = {"arm": case.arm, "kind": case.kind, "rows": len(case.data), "free": case.robot.base.free}
     facts["point"] = case.data.rotation is None
-    return facts | _claimed(case.robot, case.data, lambda message, *about: _is_true(case, message, *about))
+    return facts | _claimed(case.robot, case.data, lambda result, *about: _is_true(case, result, *about))
 
 
-def _is_true(case: Case, message: Diagnosis, claim: Claim, cause) -> bool:
+def _is_true(case: Case, result: Diagnosis, claim: Claim, cause) -> bool:
     if cause.kind == "gravity-direction":
         off = [
             np.arccos(np.clip(g @ case.actual.gravity / 9.81**2, -1.0, 1.0))
-            for g in (message.calibrated.gravity, case.robot.gravity)
+            for g in (result.calibrated.gravity, case.robot.gravity)
         ]
         return bool(2.0 * off[0] < off[1])
     if cause.kind == "frame-step":
-        return any(t.name == cause.kind and abs(t.detail - cause.row) <= NEAR for t in case.truth)
+        fitted = np.sort(result.after_fit.problem.data.row)  # held-out rows lie between those that are named
+        true = [t.detail for t in case.truth if t.name == cause.kind]
+        return any(abs(np.diff(np.searchsorted(fitted, [row, cause.row]))[0]) <= NEAR for row in true)
     return not false_names(case, claim)
 
 
@@ -209,8 +211,8 @@ def _judge_lift(seed: int) -> dict:
     true |= {("link-flexure", 0), ("bearing-compliance", 1)}
     true |= {("encoder-scale", 3)} if actual.scale else set()
 
-    def is_true(message, claim, cause):
-        guide = {("bearing-compliance", 0)} if _tips_by(message, actual.tipping[0]) else set()
+    def is_true(result, claim, cause):
+        guide = {("bearing-compliance", 0)} if _tips_by(result, actual.tipping[0]) else set()
         return cause.confidence == "cannot tell" or (true | guide).issuperset(
             (cause.kind, j) for j in cause.joints or (None,)
         )
@@ -218,11 +220,11 @@ def _judge_lift(seed: int) -> dict:
     return facts | _claimed(robot, data, is_true)
 
 
-def _tips_by(message: Diagnosis, actual: float) -> bool:
+def _tips_by(result: Diagnosis, actual: float) -> bool:
     """Whether the slide's guide is found to tip by what the carriage does where it is retracted."""
     return any(
         abs(c - actual) < SURE * std
-        for a in message.effects
+        for a in result.effects
         if a.effect.name == "bearing-compliance"
         for j, c, std in zip(a.effect.joints, a.effect.coefficients, a.std, strict=True)
         if j == 0
