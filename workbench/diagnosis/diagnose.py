@@ -179,7 +179,7 @@ def _claims(
     last, ready = search.rounds[-1], search.ready
     fit, geometric = last.stage.fitted.fit, last.stage.geometric
     noise = noises.of_residual(fit.problem, fit.x, fit.factor) or geometric.noise
-    floor = noises.known(ready.problem, known) or noises.from_repeats(ready.problem.data)
+    floor = noises.stated(ready.problem) or known or noises.from_repeats(ready.problem.data)
     joint_noise = readings(fit.problem.with_noise(geometric.noise))
     causes = (*_found_causes(search, saved, floor), *standing_causes(saved.fit, file, noise))
     residual_map = _residual_map(last.found.model, saved.effects, causes, saved.judge, search)

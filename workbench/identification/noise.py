@@ -74,15 +74,6 @@ def stated(problem: Problem) -> Noise | None:
     return Noise(float(np.sqrt((straight**2).mean())), float(rotation))
 
 
-def known(problem: Problem, given: Noise | None) -> Noise | None:
-    """What is known of the noise: what rows state and what was given, which comes on top of it."""
-    rows = stated(problem)
-    if rows is None or given is None:
-        return rows or given
-    both = np.hypot(rows[:2], given[:2])
-    return rows._replace(position=float(both[0]), rotation=float(both[1]))
-
-
 def from_repeats(data: Dataset) -> Noise | None:
     """Pooled scatter of positions and rotations measured several times at the same joints.
 

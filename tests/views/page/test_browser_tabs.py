@@ -41,11 +41,13 @@ def test_the_strip_is_about_the_open_tab_and_each_tab_keeps_its_place(app, look)
     screen.tab("Plate")
     top = screen.box("predicted")["y"]
     page.mouse.move(page.viewport_size["width"] - 200, 500)
-    page.mouse.wheel(0, 300)
-    page.wait_for_function(
-        "y => document.querySelector('[data-testid=predicted]').getBoundingClientRect().y < y - 100", arg=top
-    )
+    for _ in range(40):  # the panel may be built anew beneath the wheel
+        page.mouse.wheel(0, 300)
+        page.wait_for_timeout(500)
+        if screen.box("predicted")["y"] < top - 100:
+            break
     page.wait_for_timeout(500)
+    assert screen.box("predicted")["y"] < top - 100
     left = screen.box("predicted")["y"]
     screen.tab("Export")
     screen.tab("Robot")
