@@ -43,8 +43,8 @@ class Columns:
     def of(
         cls,
         shown: Float[np.ndarray, "rows m e"],
-        plain: Sequence[tuple[Int[np.ndarray, " k"], Float[np.ndarray, "rows m k"]]],
-        laws: Sequence[tuple[Int[np.ndarray, " n"], Int[np.ndarray, " k"], Float[np.ndarray, "rows n k"]]],
+        plain: Sequence[tuple[Int[np.ndarray, " _"], Float[np.ndarray, "rows m _"]]],
+        laws: Sequence[tuple[Int[np.ndarray, " _"], Int[np.ndarray, " _"], Float[np.ndarray, "rows _ _"]]],
     ) -> "Columns":
         """Of what elements show: columns with their places, and laws with their elements and places."""
         beside = list(plain)

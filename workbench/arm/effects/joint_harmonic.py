@@ -190,7 +190,7 @@ def places(q: np.ndarray) -> int:
     return len(np.unique(np.round(q, 3)))
 
 
-def _waves(angle: Float[np.ndarray, " rows"], orders: Sequence[int]) -> Float[np.ndarray, "rows 2k"]:
+def _waves(angle: Float[np.ndarray, " rows"], orders: Sequence[int]) -> Float[np.ndarray, "rows waves"]:
     """Cosine and sine of some multiples of an angle; for many, each power of e^iq from the one before."""
     if len(orders) < MIN_BAND:
         return np.exp(1j * angle[:, None] * np.array(orders)).view(float)
