@@ -310,13 +310,14 @@ def find_causes(
 def _share_a_law(one: AbstractEffect, other: AbstractEffect) -> bool:
     """Whether both are errors of one joint's position, one of them a scale and the other play by the joint's
     motion, which goes with its position; or different play that loads decide."""
-    scales = [isinstance(e, EncoderScale) for e in (one, other)]
-    laws = [e.maps_joint or scale for e, scale in zip((one, other), scales, strict=True)]
-    if any(scales):
-        laws = [law or (e.has_play and not e.loads) for e, law in zip((one, other), laws, strict=True)]
-    if all(laws):
+    both = (one, other)
+    has_scale = any(isinstance(e, EncoderScale) for e in both)
+    if all(
+        e.maps_joint or isinstance(e, EncoderScale) or (has_scale and e.has_play and not e.loads)
+        for e in both
+    ):
         return bool(set(one.joints) & set(other.joints))
-    return one.name != other.name and all(e.has_play and bool(e.loads) for e in (one, other))
+    return one.name != other.name and all(e.has_play and bool(e.loads) for e in both)
 
 
 def _noise(left: float, known: Noise, floor: Noise | None) -> float:

@@ -78,7 +78,7 @@ def survival(
     left = place.left
     if not any(t.candidate.effect.loads for t in searched.found.model):
         loads = [c for c in searched.offered.candidates if c.effect.loads and not c.shrunk]
-        if max((o.gain for o in offers(left, loads, pushing=True)), default=-np.inf) > place.own - minimum:
+        if _best_gain(offers(left, loads, pushing=True)) > place.own - minimum:
             return Survival(False, frozenset())
     weak = _weak_joints(left, group, widest, minimum)
     if widest is not None:
@@ -119,6 +119,10 @@ def _student_weights(problem: Problem, x: Float[np.ndarray, " p"]) -> Float[np.n
     return np.sqrt((FREEDOM + count) / (room + square))
 
 
+def _best_gain(found: Sequence[Offer]) -> float:
+    return max((o.gain for o in found), default=-np.inf)
+
+
 def _joints(group: Model) -> set[int]:
     return {j for t in group for j in t.candidate.effect.joints}
 
@@ -151,16 +155,17 @@ def _replaceable(
     if len(mine) < 2 or not mine <= set(every):
         return set()
     kind, out = kind_of(group[0]), set[int | None]()
-    alike, others = ([c for c in candidates if (kind_of(Term(c)) == kind) is same] for same in (True, False))
     for joint in mine:
+        alone = [c for c in candidates if kind_of(Term(c)) == kind and c.effect.joints == (joint,)]
         fewer = widest.only([k for k, j in enumerate(every) if j in mine - {joint}])
         for rest in offers(left, [fewer], group=group):
             beside = left_by(left.grams, (*left.model, rest.term))
-            usable = [c for c in others if not any(c.excludes(t.candidate) for t in beside.model)]
-            own, best = (
-                max((o.gain for o in offers(beside, some, group=group)), default=-np.inf)
-                for some in ([c for c in alike if c.effect.joints == (joint,)], usable)
-            )
+            others = [
+                c
+                for c in candidates
+                if kind_of(Term(c)) != kind and not any(c.excludes(t.candidate) for t in beside.model)
+            ]
+            own, best = (_best_gain(offers(beside, some, group=group)) for some in (alone, others))
             if best > own - minimum:
                 out.add(joint)
     return out
@@ -175,7 +180,7 @@ def _exchangeable(left: Remainder, group: Model, widest: Candidate, minimum: flo
 
     def gain(joints: set[int]) -> float:
         fewer = widest.only([k for k, j in enumerate(every) if j in joints])
-        return max((o.gain for o in offers(left, [fewer], group=group)), default=-np.inf)
+        return _best_gain(offers(left, [fewer], group=group))
 
     best, out = gain(set(mine)), set[int | None]()
     for joint in mine:
