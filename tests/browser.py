@@ -34,6 +34,7 @@ FLAGS = [
 JAGGED = ["--webgl-antialiasing-mode=none", "--webgl-msaa-sample-count=0"]
 """Half the work of drawing the scene without a graphics card."""
 DRAWN = "() => (window.__viserTestpoints?.rendererInfo?.render?.triangles ?? 0) > 3000"
+PANEL = """document.querySelector('[data-testid="hint"]').closest('.mantine-ScrollArea-viewport')"""
 SIZE = {"width": 1280, "height": 800}
 PICTURED = bool(os.environ.get("WORKBENCH_PICTURES"))
 SHARPNESS = 1 if PICTURED else 0.25
@@ -170,6 +171,16 @@ class Screen:
         tab.click()
         expect(tab).to_have_attribute("aria-selected", "true")
 
+    @property
+    def scrolled(self) -> float:
+        """How far the panel is scrolled down [px]."""
+        return float(self.page.evaluate(f"{PANEL}.scrollTop"))
+
+    def to_top(self) -> None:
+        """Scroll the panel to its top, once the page no longer puts it where this tab was left."""
+        self.page.evaluate(f"requestAnimationFrame(() => requestAnimationFrame(() => {PANEL}.scrollTop = 0))")
+        self.page.wait_for_function(f"{PANEL}.scrollTop === 0")
+
     def press(self, name: str) -> None:
         """A button of this name; where the strip offers it too, that one. It no longer moves by then."""
         self.settle()
@@ -275,6 +286,7 @@ def look(app: App, chromium: Browser, kept: list[Screen], request) -> Iterator[C
             kept.pop().close()
         screens.append(kept.pop() if is_shared and kept else Screen.open(app, chromium))
         screens[-1].tab("Plate")
+        screens[-1].to_top()  # a page that another test left keeps where that test scrolled it to
         screens[-1].settle()
         return screens[-1]
 

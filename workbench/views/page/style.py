@@ -138,7 +138,8 @@ const turned = () => {{
   if (!now || now === tab || document.querySelectorAll({f'{TABS} [role="tab"]'!r}).length < 2) return;
   tab = now;
   if (window.tabs?.[tab]) new Image().src = window.tabs[tab];
-  const at = places[tab] ?? 0, put = () => {{ if (scrolled) scrolled.scrollTop = at; }};
+  const at = places[tab];
+  const put = () => {{ if (scrolled) scrolled.scrollTop = at === undefined ? 0 : at + strip.offsetHeight; }};
   put();
   requestAnimationFrame(put);
 }};
@@ -146,7 +147,8 @@ new MutationObserver(turned).observe(document, {{ subtree: true, attributeFilter
 addEventListener("scroll", e => {{
   if (!strip || !e.target.contains(strip) || open() !== tab) return;
   scrolled = e.target;
-  places[tab] = scrolled.scrollTop;
+  // what is seen stays where the strip grows by a line, as the browser keeps it; the top stays the top
+  places[tab] = scrolled.scrollTop > 0 ? scrolled.scrollTop - strip.offsetHeight : undefined;
 }}, true);
 setInterval(() => {{
   const found = document.querySelector({STRIP!r});
