@@ -24,6 +24,7 @@ from workbench.base.errors import FileError, OptionError
 from workbench.views.page import local_server as local
 from workbench.views.page.local_server import local_server, page_address, session_link
 from workbench.views.page.serve import serve
+from workbench.views.page.viser_internals import hand_over
 
 
 @pytest.fixture
@@ -76,6 +77,21 @@ def test_only_the_servers_own_thread_touches_who_waits_for_messages(server, monk
         while b"news for one page" not in socket.recv(timeout=60):
             pass
     assert threading.current_thread() not in touched
+
+
+def test_messages_handed_over_come_while_the_next_block_is_still_being_made(server):
+    """The numbers of a drag do not wait for the scene."""
+    with client.connect(
+        f"ws://127.0.0.1:{server.get_port()}", subprotocols=[f"viser-v{viser.__version__}"]
+    ) as socket:
+        socket.recv(timeout=60)
+        for k in range(20):
+            with server.atomic():
+                server.gui.set_panel_label(f"number {k} of a drag")
+            hand_over(server)
+            with server.atomic():
+                while f"number {k} of a drag".encode() not in socket.recv(timeout=10):
+                    pass
 
 
 def test_only_a_page_that_knows_the_secret_tells_anything(server):

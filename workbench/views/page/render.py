@@ -26,7 +26,7 @@ from workbench.views.page.scene.scene import Scene
 from workbench.views.page.scene.start_scene import FirstPicture
 from workbench.views.page.style import NARROW, PHONE
 from workbench.views.page.tabs import PageSignals, Tabs
-from workbench.views.page.viser_internals import controls, icons_at_once
+from workbench.views.page.viser_internals import controls, hand_over, icons_at_once
 
 log = logging.getLogger(__name__)
 MIN_WIDTH, SHARE = 340, 0.42
@@ -87,7 +87,7 @@ class BrowserView(AbstractView):
                 for panel in self._panels:
                     if panel.pause == 0.0:
                         self._update(panel, session)
-            self._server.flush()
+            hand_over(self._server)
         with self._server.atomic():
             self._guarded("the scene", self._scene.show, session)
             waits = [self._update(panel, session) for panel in self._panels]

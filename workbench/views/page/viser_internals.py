@@ -2,6 +2,7 @@
 
 import contextlib
 import threading
+import time
 import zipfile
 from collections.abc import Callable, Iterator
 from types import SimpleNamespace
@@ -12,6 +13,9 @@ import viser
 import websockets.asyncio.server as websockets
 from viser import _icons, _messages
 from viser.infra._async_message_buffer import AsyncMessageBuffer
+
+HANDED_OVER = 0.01
+"""Maximum wait for viser's thread to take messages [s]; a page on a slow line takes them later."""
 
 
 @contextlib.contextmanager
@@ -72,6 +76,18 @@ def set_by_its_own_thread(server: viser.ViserServer) -> None:
     cure(sockets._broadcast_buffer)
     for page in tuple(sockets._client_state_from_id.values()):  # which came before the constructor's end
         cure(page.message_buffer)
+
+
+def hand_over(server: viser.ViserServer) -> None:
+    """Send what waits for all pages, and let viser's thread take it before anything else is queued.
+
+    A block of messages that begins at once would hold it up until that block ends.
+    """
+    buffer = server._websock_server._broadcast_buffer
+    last, end = buffer.message_counter - 1, time.monotonic() + HANDED_OVER
+    server.flush()
+    while time.monotonic() < end and any(taken < last for taken in tuple(buffer.generator_cursors.values())):
+        time.sleep(1e-4)
 
 
 def stop_server(server: viser.ViserServer) -> None:
