@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 
 from tests.views.recording.demo import drag
-from workbench import cli
 from workbench.arm.built_in_arms import load_robot
 from workbench.base.progress import running
 from workbench.session import Worker
@@ -29,22 +28,6 @@ from workbench.views.recording.contents import thinned
 from workbench.views.recording.recorded_step import INTERVAL, Moment
 from workbench.views.recording.recorder import parts, recorder
 from workbench.views.recording.review import pictures_of, write_comparison
-
-
-@pytest.fixture
-def call(monkeypatch, capfd, tmp_path):
-    """Run a command: exit status, output, errors."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("COLUMNS", "100")
-
-    def run(*options):
-        monkeypatch.setattr("sys.argv", ["workbench", *map(str, options)])
-        with pytest.raises(SystemExit) as ended:
-            cli.main()
-        out, err = capfd.readouterr()
-        return int(ended.value.code or 0), out, err
-
-    return run
 
 
 @pytest.fixture
@@ -184,8 +167,8 @@ def test_pictures_without_an_end_are_shown_as_far_as_they_go(copy, reader, cut):
     assert shown.values("/log", "TextLog:text")[-1][0] >= len(read_recording(copy).lines) - 5
 
 
-def test_replay_and_its_report(call, copy):
-    status, out, _ = call("replay", copy, "--report", "r.html", "--json", "r.json")
+def test_replay_and_its_report(run, copy):
+    status, out, _ = run("replay", copy, "--report", "r.html", "--json", "r.json")
     assert status == 0
     assert "all the same" in out
     assert json.loads((copy.parent / "r.json").read_text())["schema"] == "workbench.replay/1"
@@ -196,18 +179,18 @@ def test_replay_and_its_report(call, copy):
     assert "<script" not in page
 
 
-def test_replay_names_a_difference(call, copy):
+def test_replay_names_a_difference(run, copy):
     path = copy / JOURNAL
     path.write_text(path.read_text().replace('"rank": 24', '"rank": 23', 1))
-    status, out, _ = call("replay", copy)
+    status, out, _ = run("replay", copy)
     assert status == 2
     assert "score.rank" in out
 
 
-def test_two_sessions_side_by_side(call, copy, reader):
+def test_two_sessions_side_by_side(run, copy, reader):
     lines = (copy / JOURNAL).read_text().splitlines(keepends=True)
     (copy / JOURNAL).write_text("".join(lines[:6]))
-    status, out, _ = call("review", copy, "--with", copy, "--out", "ab.rrd", "--json", "ab.json")
+    status, out, _ = run("review", copy, "--with", copy, "--out", "ab.rrd", "--json", "ab.json")
     assert status == 0
     assert "predicted error [mm]" in out
     pictures = reader(copy.parent / "ab.rrd")
@@ -275,8 +258,8 @@ def test_a_comparison_says_how_far_it_is(copy, tmp_path):
         (("serve", "--rerun", "what:ever"), "no rerun viewer listens"),
     ],
 )
-def test_mistakes_are_one_sentence(call, options, sentence):
-    status, _, err = call(*options)
+def test_mistakes_are_one_sentence(run, options, sentence):
+    status, _, err = run(*options)
     assert status == (64 if options[0] == "serve" else 1)
     assert sentence in err
     assert err.count("\n") == 1
