@@ -2,6 +2,7 @@
 
 import sys
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -35,11 +36,17 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "benchmarks"))
 from events import CASES, NEAR, judge, make
 
 
-@pytest.fixture(scope="module")
-def slipped():
-    """An arm whose reflector slipped half-way, and its diagnosis."""
-    made = make(CASES["slip"], 0, "aria")
+@cache
+def diagnosed(name):
+    """An arm to which this happened, and its diagnosis."""
+    made = make(CASES[name], 0, "aria")
     return made, diagnose(made.robot, made.data, held_out=0.2)
+
+
+@pytest.fixture
+def slipped():
+    """An arm whose reflector slipped half-way."""
+    return diagnosed("slip")
 
 
 @pytest.mark.parametrize("seed", [0, 1])
@@ -112,8 +119,7 @@ def test_an_event_says_row_time_and_size(slipped):
 @pytest.mark.parametrize("name", ["slip", "slip-known", "knock-known"])
 def test_the_saved_arm_is_the_one_afterwards(name, tmp_path):
     """The file alone, read by a stranger, gives the stated number on the rows after the event."""
-    made = make(CASES[name], 0, "aria")
-    found = diagnose(made.robot, made.data, held_out=0.2)
+    made, found = diagnosed(name)
     found.calibrated.save(tmp_path / "arm.toml")
     write_measurements(made.data, tmp_path / "rows.csv")
     rows = round_trip.read_rows(tmp_path / "rows.csv")

@@ -38,11 +38,7 @@ def test_a_drive_that_winds_up_has_no_events(seed, arm):
 @pytest.mark.data
 @pytest.mark.parametrize(
     ("arm", "joint", "step", "row"),
-    [
-        ("ur5", 2, 1e-3, 100),
-        ("iiwa14", 1, 1e-3, 90),
-        pytest.param("iiwa14", 3, 1.5e-3, 90, marks=pytest.mark.slow),
-    ],
+    [("ur5", 2, 1e-3, 100), pytest.param("iiwa14", 3, 1.5e-3, 90, marks=pytest.mark.slow)],
 )
 def test_a_step_hidden_in_measured_rows_is_certain_though_other_events_are_doubted(arm, joint, step, row):
     """All events were dropped where one of them was doubtful."""

@@ -57,9 +57,10 @@ def test_with_a_session_of_their_own_nothing_happens_any_more(name, kind, tmp_pa
         between = {row for row, _ in found.excluded} - {3}
         assert after.measurements.left_out == {3} | between
         assert all(min(truth.row, event.row) <= row < event.row for row in between)
-        again = replay(first, worker.journal)
-        assert np.array_equal(again.measurements.loaded.dataset.session, data.session)
-        assert again.results.diagnosis.message == after.results.diagnosis.message
+        if kind is ToolStep:  # both diagnoses again
+            again = replay(first, worker.journal)
+            assert np.array_equal(again.measurements.loaded.dataset.session, data.session)
+            assert again.results.diagnosis.message == after.results.diagnosis.message
         for command in (Undo(), Redo(), Undo()):
             worker.submit(command)
         assert worker.wait(60.0)
