@@ -206,12 +206,16 @@ class Screen:
 
     def until(self, holds: Callable[[Session], bool], timeout: float = 30.0) -> Session:
         """The session once a gesture has had its effect on it."""
-        end = time.monotonic() + timeout
-        while not holds(self.app.worker.session):
-            assert time.monotonic() < end, "the gesture had no effect on the session"
-            self.page.wait_for_timeout(50)
+        self.wait(lambda: holds(self.app.worker.session), timeout)
         self.app.worker.wait()
         return self.app.worker.session
+
+    def wait(self, holds: Callable[[], bool], timeout: float = 30.0) -> None:
+        """Until something is so that the page has no event for."""
+        end = time.monotonic() + timeout
+        while not holds():
+            assert time.monotonic() < end, "it did not come"
+            self.page.wait_for_timeout(50)
 
     def wait_node(self, name: str, place: np.ndarray, timeout: float = 30_000) -> None:
         """Until the page has a node there, to a hundredth of a millimetre."""

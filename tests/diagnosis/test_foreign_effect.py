@@ -9,12 +9,13 @@ from typing import final
 
 import numpy as np
 import pytest
+from gear_sag import GearSag
 from rerun.chunk import RrdReader
 
 import workbench.base.registry as registry
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.effects import EFFECTS, AbstractEffect, Loads
-from workbench.arm.effects.axes import diagonal, driven_names, own
+from workbench.arm.effects.axes import driven_names, own
 from workbench.arm.effects.plots import DeflectedRows
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -36,26 +37,6 @@ from workbench.views.recording.recorder import recorder
 SIZE = 4e-4
 GROUP = "workbench.effects"
 SENTENCE = "Joint 2 winds up by"
-
-
-@final
-@dataclass(frozen=True)
-class GearSag(AbstractEffect):
-    """Teeth that flatten: Δv = −c sign(τ) √|τ|. The least that an effect can be."""
-
-    name = "gear-sag"
-    loads = Loads.OWN
-
-    def law(self, chain, motion, wrenches):
-        moment = own(chain, self.joints, wrenches)
-        return diagonal(-np.sign(moment) * np.sqrt(np.abs(moment)))
-
-    def own_slope(self, chain, motion, wrenches):
-        moment = np.maximum(np.abs(own(chain, self.joints, wrenches)), 1e-3)
-        return diagonal(-np.array(self.coefficients) / (2.0 * np.sqrt(moment)))
-
-    def sentence(self, chain, motion):
-        return f"{self.where} winds up by {self.size(chain)} at 1 N·m, and twice as much at 4 N·m"
 
 
 @final

@@ -18,7 +18,7 @@ def campaign(folder, seed, *, tilts=True, lost=LOST, masses=True, **truth):
     """An arm's robot and rows through files, and what is true of it."""
     rng = np.random.default_rng(seed)
     actual = draw(rng, **truth)
-    columns = measure(actual, rng)
+    columns = measure(actual, rng, rows=80)
     if not tilts:
         columns = {name: values for name, values in columns.items() if not name.startswith("tilt")}
     (folder / "robot.toml").write_text(file(lost=lost, masses=masses), encoding="utf-8")

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import tomli_w
+from points_and_tilts import DH
 
 import workbench as wb
 from tests.exports import readers
@@ -27,14 +28,6 @@ from workbench.data.readers.trajectory import Trajectory
 from workbench.exports import FORMS, Job, export_robot
 from workbench.identification.report.how_to_apply import use_of
 
-DH = np.array([
-    [0.0, 0.089159, 0.0, np.pi / 2],
-    [0.0, 0.0, -0.425, 0.0],
-    [0.0, 0.0, -0.39225, 0.0],
-    [0.0, 0.10915, 0.0, np.pi / 2],
-    [0.0, 0.09465, 0.0, -np.pi / 2],
-    [0.0, 0.0823, 0.0, 0.0],
-])  # fmt: skip
 ERROR, NOISE, ROWS = 4e-4, 3e-5, 200
 BASE = readers.origin(1.0, 0.5, 0.2, 0.0, 0.0, 0.7)
 

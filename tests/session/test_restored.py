@@ -2,15 +2,12 @@
 
 import json
 import shutil
-from dataclasses import dataclass
-from typing import final
 
-import numpy as np
 import pytest
+from gear_sag import GearSag
 
 from workbench.arm.built_in_arms import load_robot
-from workbench.arm.effects import EFFECTS, AbstractEffect, Loads
-from workbench.arm.effects.axes import diagonal, own
+from workbench.arm.effects import EFFECTS
 from workbench.data.writer import write_measurements
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.simulated_measurement import measure_poses
@@ -26,26 +23,6 @@ from workbench.session.journal.folder import begin, go_on, go_on_unrecorded
 from workbench.session.journal.reader import JOURNAL, read_recording
 from workbench.session.journal.restore import restore
 from workbench.session.state import Severity
-
-
-@final
-@dataclass(frozen=True)
-class RootSag(AbstractEffect):
-    """An effect of another package: Δv = −c sign(τ) √|τ|."""
-
-    name = "root-sag"
-    loads = Loads.OWN
-
-    def law(self, chain, motion, wrenches):
-        moment = own(chain, self.joints, wrenches)
-        return diagonal(-np.sign(moment) * np.sqrt(np.abs(moment)))
-
-    def own_slope(self, chain, motion, wrenches):
-        moment = np.maximum(np.abs(own(chain, self.joints, wrenches)), 1e-3)
-        return diagonal(-np.array(self.coefficients) / (2.0 * np.sqrt(moment)))
-
-    def sentence(self, chain, motion):
-        return f"{self.where} sags by {self.size(chain)} at 1 N·m"
 
 
 def run(begun, *commands):
@@ -65,9 +42,9 @@ def lines(folder):
 def killed(tmp_path_factory):
     """A session with a foreign effect, as a kill in a later drag leaves it."""
     folder = tmp_path_factory.mktemp("foreign") / "session"
-    EFFECTS.register(RootSag)
+    EFFECTS.register(GearSag)
     try:
-        _, rows = measure_poses(load_robot("aria"), 90, effects=("root-sag:2:4e-4",), seed=2)
+        _, rows = measure_poses(load_robot("aria"), 90, effects=("gear-sag:2:4e-4",), seed=2)
         path = write_measurements(rows, folder.parent / "sag.csv")
         begun = begin(load_robot("aria"), load_plate("table2"), folder=folder)
         x, y, z = begun.session.plate.targets[2].xyz.tolist()
@@ -78,7 +55,7 @@ def killed(tmp_path_factory):
         worker.close()
         assert restore(read_recording(left)).differences == ()
     finally:
-        EFFECTS.remove(RootSag.name)
+        EFFECTS.remove(GearSag.name)
     return left
 
 
@@ -95,7 +72,7 @@ def test_a_missing_plug_in_is_named_with_the_numbers_then_and_now(killed, restor
     worst = found["diagnosis.after.held_out.position_mm.mean"]
     assert (worst.then, worst.now) == (then, pytest.approx(now))
     assert now > 1.05 * then
-    for part in ("step 3 ", f"{then:.4g} → {now:.4g} mm", "'root-sag' is not installed"):
+    for part in ("step 3 ", f"{then:.4g} → {now:.4g} mm", "'gear-sag' is not installed"):
         assert part in restored.warning
 
 

@@ -26,6 +26,11 @@ def test_strip_and_tabs_stay_in_view_where_the_panel_is_scrolled(look):
     page.get_by_text("Change to this robot").wait_for()
 
 
+def bottom(element) -> float:
+    box = element.bounding_box()
+    return box["y"] + box["height"]
+
+
 def test_the_strip_is_about_the_open_tab_and_each_tab_keeps_its_place(app, look):
     screen = look()
     page = screen.page
@@ -50,10 +55,8 @@ def test_the_strip_is_about_the_open_tab_and_each_tab_keeps_its_place(app, look)
     left = screen.box("predicted")["y"]
     screen.tab("Export")
     screen.tab("Robot")
-    page.wait_for_timeout(500)
-    tabs = page.get_by_role("tablist").filter(has_text="Plate").bounding_box()
-    first = page.get_by_role("button", name="What do you have?").bounding_box()
-    assert tabs["y"] + tabs["height"] <= first["y"] < tabs["y"] + 100
+    tabs = page.get_by_role("tablist").filter(has_text="Plate")
+    first = page.get_by_role("button", name="What do you have?")
+    screen.wait(lambda: 0.0 <= first.bounding_box()["y"] - bottom(tabs) < 100.0)
     screen.tab("Plate")
-    page.wait_for_timeout(500)
-    assert screen.box("predicted")["y"] == pytest.approx(left, abs=2.0)
+    screen.wait(lambda: screen.box("predicted")["y"] == pytest.approx(left, abs=2.0))
