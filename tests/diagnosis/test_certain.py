@@ -182,6 +182,8 @@ def test_what_a_load_explains_goes_with_its_masses(soft):
     [
         ("gravity", 1110851),  # a hose pulls a joint: a scale and a wave do what it does
         ("no-masses", 1110801),  # a kinked gear: two waves of one joint
+        ("one-mass", 1140224),  # a hose pulls a joint, nearly as a scale would
+        ("tilted", 1140772),  # likewise
         (
             "no-payload",
             1110924,
@@ -195,6 +197,13 @@ def test_what_two_laws_or_a_wider_one_may_do_is_not_certain(gap, seed):
     causes = diagnose(case.robot, case.data).causes
     assert causes
     assert all(c.confidence is not Confidence.CERTAIN for c in causes)
+
+
+def test_what_bends_behind_a_joint_that_alone_scatters_is_not_certain():
+    """The joint has play, which the file's masses don't let the rows show."""
+    case = incomplete.draw("no-payload", 1140684)
+    bends = next(c for c in diagnose(case.robot, case.data).causes if c.kind == "link-flexure")
+    assert bends.confidence is not Confidence.CERTAIN
 
 
 def test_a_joint_in_whose_place_another_effect_would_do_is_not_named():

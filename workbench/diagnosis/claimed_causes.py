@@ -20,8 +20,11 @@ However large the odds, a cause is no more than probable
   or a residual map of its joint predicts as much: another law may then do what this one does, and rows that
   share an error count as more than they tell;
 - where a rival that holds it as a special case does nearly as well, though it has more coefficients;
+- while, of an error of one joint's position, a smooth one without a name is within the odds of "certain":
+  what drags or is worn follows no law, and few rows look like the nearest one;
 - while another cause is of the position of the same joint, or, of a scale, of its motion, or other play is
   decided by load as well: what two laws do together may be one that is not known;
+- while it doesn't stand out so, though its load drives it;
 - where the rows can't tell what drives it from what else differs between them (`AbstractEffect.doubt`).
 
 Of a slide of an arm without masses nothing can be told, as how it tips while it extends can't be tried.
@@ -36,7 +39,6 @@ import numpy as np
 
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import turns
-from workbench.arm.effects.encoder_scale import EncoderScale
 from workbench.arm.effects.events import AbstractEvent
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
@@ -49,6 +51,7 @@ from workbench.diagnosis.explained import explained
 from workbench.diagnosis.named_joints import CLEAR, clearness, sentence_of, without_joints
 from workbench.diagnosis.one_less import validated_without
 from workbench.diagnosis.places import best_of, distinct, includes, place_of
+from workbench.diagnosis.position_laws import lead_over_map, share_a_law
 from workbench.diagnosis.rounds import Searched
 from workbench.diagnosis.smooth_part import smooth_part
 from workbench.diagnosis.standard_errors import StandardErrors
@@ -257,7 +260,7 @@ def find_causes(
             or size < minimum
             or fall.mean() <= standard_error(fall)
             or all(abs(s) < SURE * std[n] for n, s in found_sizes)
-            or _is_masked_by_scatter(effects, maximum, scatter)
+            or any(not e.loads for e in _masked_by_scatter(effects, maximum, scatter))
         ):
             mine = sorted({j for e in effects for j in e.joints})
             nameless[mine] = np.hypot(nameless[mine], size)
@@ -278,7 +281,9 @@ def find_causes(
         others = [together(mine) for _, mine, _, _ in claimed if mine is not effects]
         if (
             is_strained
-            or any(_share_a_law(whole, other) for other in others)
+            or any(share_a_law(whole, other) for other in others)
+            or lead_over_map(searched, group) < np.log(CERTAIN)
+            or _masked_by_scatter(effects, maximum, scatter)
             or fall.mean() - standard_error(fall) < minimum**2 * count / len(fall)
             or open_part > SMOOTH * size
             or len(unclear) == len(sizes)
@@ -305,19 +310,6 @@ def find_causes(
             )
         )
     return tuple(sorted(found, key=lambda c: -np.nan_to_num(c.contribution_mm)))
-
-
-def _share_a_law(one: AbstractEffect, other: AbstractEffect) -> bool:
-    """Whether both are errors of one joint's position, one of them a scale and the other play by the joint's
-    motion, which goes with its position; or different play that loads decide."""
-    both = (one, other)
-    has_scale = any(isinstance(e, EncoderScale) for e in both)
-    if all(
-        e.maps_joint or isinstance(e, EncoderScale) or (has_scale and e.has_play and not e.loads)
-        for e in both
-    ):
-        return bool(set(one.joints) & set(other.joints))
-    return one.name != other.name and all(e.has_play and bool(e.loads) for e in both)
 
 
 def _noise(left: float, known: Noise, floor: Noise | None) -> float:
@@ -358,14 +350,14 @@ def _groups(model: Model) -> list[Model]:
     return list(out.values())
 
 
-def _is_masked_by_scatter(
+def _masked_by_scatter(
     effects: Sequence[AbstractEffect], maximum: Sizes, scatter: Readings | None
-) -> bool:
-    """Whether effects of a joint's position or motion don't stand out of what that joint alone scatters."""
+) -> list[AbstractEffect]:
+    """Those that don't stand out of what their joint alone scatters."""
     if scatter is None:
-        return False
-    mine = [e for e in effects if not e.loads and e.joints and e.joints[0] in scatter.alone]
-    return any(maximum[e.names] < STANDS_OUT * scatter.sigma[e.joints[0]] for e in mine)
+        return []
+    mine = [e for e in effects if e.joints and e.joints[0] in scatter.alone and not e.is_event]
+    return [e for e in mine if maximum[e.names] < STANDS_OUT * scatter.sigma[e.joints[0]]]
 
 
 def _largest_loads(arm: Robot, motion: Motion) -> Sizes:

@@ -1,0 +1,60 @@
+"""Errors of a joint's position: laws with a name against a smooth error that has none.
+
+What drags, is bent or is worn follows no law, and few rows look like the nearest one.
+"""
+
+import numpy as np
+
+from workbench.arm.effects import AbstractEffect, Candidate
+from workbench.arm.effects.encoder_scale import EncoderScale
+from workbench.diagnosis.evidence import Model, jackknifed, offers
+from workbench.diagnosis.gram_matrices import Grams
+from workbench.diagnosis.one_less import left_without
+from workbench.diagnosis.rounds import Searched
+from workbench.diagnosis.stepwise_search import group_evidence
+
+
+def lead_over_map(searched: Searched, group: Model) -> float:
+    """Log odds of errors of one joint's position against a smooth one without a name, all laws of that joint
+    together, as they would survive other rows; infinite for other effects.
+
+    Without the handicap that keeps a search from such maps where a law would do.
+    """
+    joints = group[0].candidate.effect.joints
+    mine = tuple(
+        t
+        for t in searched.found.model
+        if _is_of_position(t.candidate) and t.candidate.effect.joints == joints
+    )
+    maps = [
+        c
+        for c in searched.offered.candidates
+        if c.shrunk and c.effect.maps_joint and c.effect.joints == joints
+    ]
+    if not maps or not set(mine).issuperset(group):
+        return np.inf
+
+    def lead(grams: Grams) -> float:
+        left = left_without(grams, searched.found.model, mine)
+        gains = [o.gain + o.term.candidate.effect.handicap for o in offers(left, maps)]
+        return group_evidence(left, mine) - max(gains, default=-np.inf)
+
+    parts = [lead(grams) for grams in searched.grams.without_each]
+    return lead(searched.grams) - jackknifed(parts)
+
+
+def _is_of_position(candidate: Candidate) -> bool:
+    return candidate.effect.maps_joint or isinstance(candidate.effect, EncoderScale)
+
+
+def share_a_law(one: AbstractEffect, other: AbstractEffect) -> bool:
+    """Whether both are errors of one joint's position, one of them a scale and the other play by the joint's
+    motion, which goes with its position; or different play that loads decide."""
+    both = (one, other)
+    has_scale = any(isinstance(e, EncoderScale) for e in both)
+    if all(
+        e.maps_joint or isinstance(e, EncoderScale) or (has_scale and e.has_play and not e.loads)
+        for e in both
+    ):
+        return bool(set(one.joints) & set(other.joints))
+    return one.name != other.name and all(e.has_play and bool(e.loads) for e in both)
