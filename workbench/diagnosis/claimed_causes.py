@@ -27,7 +27,8 @@ However large the odds, a cause is no more than probable
 - while it doesn't stand out so, though its load drives it;
 - where the rows can't tell what drives it from what else differs between them (`AbstractEffect.doubt`).
 
-Of a slide of an arm without masses nothing can be told, as how it tips while it extends can't be tried.
+Of a slide of an arm without masses nothing can be told, as how it tips while it extends can't be tried; a
+coupling is no more than probable there, as the load on a bearing goes with other joints' positions too.
 A cause that is certain names the joints of which a coefficient exceeds four standard errors, and no others.
 """
 
@@ -40,6 +41,7 @@ import numpy as np
 from workbench.arm.effects import AbstractEffect, Candidate
 from workbench.arm.effects.axes import turns
 from workbench.arm.effects.events import AbstractEvent
+from workbench.arm.effects.joint_coupling import JointCoupling
 from workbench.arm.motion import Motion
 from workbench.arm.robot import Robot
 from workbench.arm.statics.deflection import law_sizes
@@ -77,6 +79,7 @@ STRAINED = 1.5
 SMOOTH = 1.0 / 3.0
 """Part of what a certain cause explains that may be smooth in what is left, or in a map of its joint."""
 UNTRIED = "without masses, how it tips as it extends can't be tried"
+UNTRIED_ACROSS = "without masses, how bearings and links give way under the load can't be tried"
 LOOK_ALIKES = 3
 """Look-alikes that are listed."""
 
@@ -278,6 +281,8 @@ def find_causes(
         doubt = whole.doubt(motion)
         if not (arm.has_masses or whole.is_event or all(turns(arm.chain, j) for j in whole.joints)):
             odds, doubt = min(odds, 1.0), UNTRIED
+        elif not arm.has_masses and isinstance(whole, JointCoupling):
+            doubt = UNTRIED_ACROSS
         others = [together(mine) for _, mine, _, _ in claimed if mine is not effects]
         if (
             is_strained
