@@ -187,7 +187,7 @@ def own_robot(visit: Visit, robot: Path, rows: Path, folder: Path) -> Path:
     visit.opened(Tab.CALIBRATE)
     assert visit.page.locator('[data-testid="start"]').count() == 0
     visit.shoot("rows")
-    for label in ("Identify the geometry", "Find the cause", "Add what was found"):
+    for label in ("Identify the geometry", "Find the cause", "Add the effects found"):
         visit.press(label)
         visit.idle()
         visit.opened(Tab.CALIBRATE)

@@ -142,7 +142,7 @@ def test_rows_of_an_arm_with_more_joints_offer_that_arm_too(do):
     assert guide(own).next.label == "Identify the geometry"
     offered = guide(own).other.command
     assert offered == ChooseRobot("panda", keep=True)
-    assert "seven.csv is not read" in _preview(own.measurements.loaded, own.measurements.unread)
+    assert "seven.csv was not read" in _preview(own.measurements.loaded, own.measurements.unread)
     changed = do(offered)
     assert (
         changed.robot.name,

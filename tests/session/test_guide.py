@@ -154,7 +154,7 @@ STATES = [
     ("diagnosed", lambda s: as_diagnosed(s, **UNEXPLAINED, measure_next=NO_POSES), "", CAREFUL, MORE, TAKE),
     ("diagnosed", lambda s: without_request(as_diagnosed(s, **NOISE)), "noise", GOOD, TAKE, COMPARE),
     ("diagnosed", lambda s: as_diagnosed(s, **NOISE), "1 mm", BAD, TAKE, COMPARE),
-    ("diagnosed", with_next_poses, "on the plate", PLAIN, LOAD, FIT),
+    ("diagnosed", with_next_poses, "suggested poses", PLAIN, LOAD, FIT),
     ("added", unchanged, "describes the real arm", GOOD, TAKE, COMPARE),
     ("added", lambda s: as_diagnosed(s, causes=()), "no cause is named", PLAIN, TAKE, COMPARE),
     ("added", unsure, "no cause is certain", PLAIN, TAKE, COMPARE),

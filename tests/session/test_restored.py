@@ -195,7 +195,7 @@ def test_a_place_that_an_earlier_version_mixed_is_not_replayed(mixed, after):
     path.write_bytes(b"".join(path.read_bytes().splitlines(keepends=True)[:3]))
     recording = read_recording(folder)  # the last line: the program was stopped there
     assert len(recording.lines) == 1
-    assert "left out" in recording.notes[0]
+    assert "incomplete" in recording.notes[0]
 
 
 def test_a_posture_of_another_place_is_computed_again(mixed):

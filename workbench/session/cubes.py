@@ -22,7 +22,7 @@ TITLES = {
     Field.PREDICTED: "Predicted error after calibration",
     Field.MEASURED: "Measured error",
     Field.YIELD: "Error of virtual arms",
-    Field.CHANGE: "Predicted error against the start of this drag",
+    Field.CHANGE: "Change in predicted error during this drag",
 }
 IN_MILLIMETRES = (Field.PREDICTED, Field.MEASURED, Field.YIELD)
 UNITS = {Field.REACH: "%", Field.INDEX: "", Field.CHANGE: "%"} | dict.fromkeys(IN_MILLIMETRES, "mm")

@@ -37,7 +37,7 @@ from workbench.session.judgement import Tone, arm_judgement, plate_judgement
 from workbench.session.loaded_measurements import MeasurementFile, Measuring
 from workbench.session.state import Focus, Session, Tab
 
-UNMEASURED = "Nothing is measured yet. Load the rows of a real arm, or measure a virtual one."
+UNMEASURED = "Nothing has been measured yet. Load the rows of a real arm, or measure a virtual one."
 NORM_OF_NOISE = float(np.sqrt(8.0 / np.pi))
 """Mean length of a position error of three normal components of unit deviation."""
 BEYOND_NOISE = 1.5
@@ -86,7 +86,7 @@ MORE = Action("Measure more", Tab.MEASURE)
 USE = "Use the rows"
 FIT = Action("Identify the geometry", Tab.CALIBRATE, Identify())
 CAUSE = Action("Find the cause", Tab.CALIBRATE, Diagnose())
-ADD = Action("Add what was found", Tab.CALIBRATE, AddEffects())
+ADD = Action("Add the effects found", Tab.CALIBRATE, AddEffects())
 PLATE = Action("Back to the plate", Tab.PLATE)
 BACK = Action("Back to the calibration", Tab.CALIBRATE)
 KEEP = Action(Undo.title, Tab.CALIBRATE, Undo())
@@ -94,7 +94,7 @@ COMPARE = Action("Compare", Tab.COMPARE)
 TAKE = Action("Save the arm …", Tab.EXPORT)
 MAKE = Action("Plate to make (ZIP)", Tab.PLATE, save=fixture_zip)
 OTHER_ARM = Action("Choose the robot", Tab.ROBOT)
-POSES = Action("Make the next poses targets", Tab.PLATE, TakeNextPoses())
+POSES = Action("Add the next poses as targets", Tab.PLATE, TakeNextPoses())
 
 
 def guide(session: Session) -> GuideStep:
@@ -125,24 +125,24 @@ def _guide(session: Session) -> GuideStep:
     if session.page.caption:
         return GuideStep(session.page.caption, figure=_figure(session))
     if session.page.job is not None:
-        return GuideStep(f"{session.page.job.title} … Meanwhile you can go on working.")
+        return GuideStep(f"{session.page.job.title} … You can keep working.")
     if session.drag is not None:
         return GuideStep(f"Release to keep this position; {_predicted(session)}.")
     if session.measuring is not None:
         return _measuring(session.measuring)
     source, file, loaded = session.choices.source, session.measurements.unread, session.measurements.loaded
     if source is not None and source.is_followed and session.focus is Focus.JOG:
-        return GuideStep("The arm follows the real one. Store its rows target by target.", next=LOAD)
+        return GuideStep("The displayed arm follows the real one. Store a row at each target.", next=LOAD)
     if session.focus is Focus.TRACK:
         return GuideStep(
-            "The solid arm moves as commanded, the orange one as the calibrated arm does.", next=COMPARE
+            "The solid arm moves as commanded, the orange one as the calibrated model predicts.", next=COMPARE
         )
     if concluded := next((part.conclusion for part in session.parts.values() if part.conclusion), ""):
         return GuideStep(concluded, Tone.GOOD, LOAD)
     if loaded is None and file is not None and file.match is not None and file.match.rival:
         return _foreign(file.match)
     if file is not None and file.match is None and (loaded is None or loaded.is_foreign):
-        return GuideStep(f"{file.name} is not read yet: say what its columns are.", Tone.CAREFUL, COLUMNS)
+        return GuideStep(f"{file.name} has not been read yet: assign its columns.", Tone.CAREFUL, COLUMNS)
     if loaded is None or _takes_next_poses(session):
         return _design(session)
     if session.page.tab is Tab.PLATE:
@@ -176,7 +176,7 @@ def _plate_beside_rows(session: Session) -> GuideStep:
     """The step for the plate while rows are loaded: it leads back to these."""
     if not session.shows_plate:
         show = Action("Show the plate", Tab.PLATE, SelectTarget(session.selected))
-        text = f"The scene shows the measured rows. Of the plate: {_predicted(session)}."
+        text = f"The scene shows the measured rows. For the plate: {_predicted(session)}."
         return GuideStep(text, next=show, other=BACK)
     step = _design(session)
     following, other = (BACK if action == LOAD else action for action in (step.next, step.other))
@@ -200,7 +200,7 @@ def _rest(found: Diagnosis | None) -> tuple[str, Tone]:
     if not found.causes:
         return "A residual map predicts the rest; no cause is named", Tone.PLAIN
     if not found.is_named:
-        return "What was added predicts the rest; no cause is certain", Tone.PLAIN
+        return "The added effects predict the rest; no cause is certain", Tone.PLAIN
     return "No known effect explains the rest", Tone.CAREFUL
 
 
@@ -216,9 +216,7 @@ def _measuring(measuring: Measuring) -> GuideStep:
     seen = acquisition.place().looks_like
     if seen is not None and acquisition.copy().store_as(seen).changed:
         number = measuring.numbers[seen]
-        text = (
-            f"The arm stands at target {number + 1}, not at target {measuring.target + 1}, the current one."
-        )
+        text = f"The arm is at target {number + 1}, not at the current target {measuring.target + 1}."
         here = Action(f"Store it as target {number + 1}", Tab.MEASURE, StoreRow(target=number))
         return GuideStep(text, Tone.CAREFUL, here, done)
     text = "Drive the arm to the current target, wait until it is still, store the row"
@@ -233,7 +231,9 @@ def _foreign(match: ArmMatch, file: MeasurementFile | None = None) -> GuideStep:
     change = _change_to(match)
     if match.headings and file is not None and file.preview.layout == PLAIN:
         mapping = with_headings_corrected(file.preview, match.headings).encode()
-        change = Action("Read it corrected", Tab.MEASURE, LoadData(file.name, file.content, mapping))
+        change = Action(
+            "Read with corrected headings", Tab.MEASURE, LoadData(file.name, file.content, mapping)
+        )
     return GuideStep(f"{capital(match.text)}.", Tone.BAD, change, anyway)
 
 
@@ -322,7 +322,7 @@ def _design(session: Session) -> GuideStep:
         return GuideStep(text, Tone.BAD, fix, LOAD)
     improve = Action(ImprovePlate.title, Tab.PLATE, ImprovePlate(seed=len(session.history.scores)))
     if _takes_next_poses(session):
-        return GuideStep("The poses to measure next are on the plate; measure there.", next=LOAD, other=FIT)
+        return GuideStep("The suggested poses are now targets; measure them.", next=LOAD, other=FIT)
     if session.page.tab in (Tab.MEASURE, Tab.CALIBRATE, Tab.COMPARE, Tab.EXPORT):
         is_there = session.page.tab is Tab.MEASURE
         return GuideStep(UNMEASURED, next=None if is_there else LOAD, other=PLATE if is_there else None)
@@ -355,7 +355,7 @@ def _predicted(session: Session) -> str:
     now, first = (1e3 * score.position for score in (session.score, session.history.first_score))
     if not np.isfinite(now):
         return f"the predicted error {'is unbounded' if np.isinf(now) else 'has not been computed yet'}"
-    began = f", {first:.3g} mm at first" if np.isfinite(first) and f"{first:.3g}" != f"{now:.3g}" else ""
+    began = f", {first:.3g} mm at the start" if np.isfinite(first) and f"{first:.3g}" != f"{now:.3g}" else ""
     return f"predicted error after calibration {now:.3g} mm rms{began}"
 
 
@@ -377,7 +377,7 @@ def _identified(session: Session, found: Identification) -> GuideStep:
         text = f"Implausible: {', '.join(doubts[:2])}; {LOOK_AGAIN}"
         return GuideStep(text, Tone.CAREFUL, COMPARE, LOAD)
     if (identifiability := found.identifiability) is not None and identifiability.refused:
-        text = f"These rows identify nothing of the arm: {identifiability.advice or identifiability.refused}."
+        text = f"No parameter of the arm was identified: {identifiability.advice or identifiability.refused}."
         return GuideStep(text, Tone.CAREFUL, MORE, COMPARE)
     if identifiability is not None:
         text = f"{stages_in_text(session)} mm; {identifiability.title} identified."
@@ -388,12 +388,12 @@ def _identified(session: Session, found: Identification) -> GuideStep:
         return GuideStep(text, Tone.GOOD, TAKE, COMPARE)
     if rows < MIN_ROWS:
         text = f"{significant(left)} mm left. {rows} rows are too few to look for a cause; "
-        text += f"it takes {MIN_ROWS}."
+        text += f"{MIN_ROWS} are needed."
         return GuideStep(text, Tone.CAREFUL, MORE, COMPARE)
     if np.isnan(times):
-        text = f"{significant(left)} mm left. Noise, or something that is not geometry?"
+        text = f"{significant(left)} mm left. Is it noise, or an error beyond geometry?"
         return GuideStep(text, Tone.PLAIN, CAUSE, TAKE)
-    text = f"{left:.3g} mm left, {times:.2g} × the instrument: something is not geometry."
+    text = f"{left:.3g} mm left, {times:.2g} × the instrument noise: geometry alone can't explain it."
     return GuideStep(text, Tone.CAREFUL, CAUSE, TAKE)
 
 
@@ -403,7 +403,7 @@ def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
     poses = POSES if len(found.measure_next) else MORE
     if steps := splittable(session):
         row, mark = next((e.row, e.mark) for e in found.events if e.row in steps)
-        text = f"{capital(mark)}: rows {row} and later need a base or tool of their own."
+        text = f"{capital(mark)}: rows {row} and later need their own base or tool."
         return GuideStep(text, Tone.CAREFUL, Action(SPLIT, Tab.CALIBRATE, MakeSession(row)), ADD)
     if found.harm is not None:
         return GuideStep(f"{capital(found.harm)}.", Tone.CAREFUL, TAKE, poses)
@@ -419,5 +419,5 @@ def _diagnosed(session: Session, found: Diagnosis) -> GuideStep:
         return GuideStep(f"{capital(first.label)} ({first.confidence}){others}: {fall}.", tone, ADD, poses)
     if found.verdict is Verdict.UNEXPLAINED:
         return GuideStep(f"{before} left; no effect explains it.", Tone.CAREFUL, poses, TAKE)
-    text = f"{before} left, all of it noise: the geometry is enough."
+    text = f"{before} left, all of it noise: the geometric model is sufficient."
     return GuideStep(text, Tone.GOOD, TAKE, COMPARE)

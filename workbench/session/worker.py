@@ -316,7 +316,7 @@ class Worker:
             try:
                 keeper.note(len(self._journal), entry, self._session)
             except Exception:
-                log.exception("a keeper could not follow the session")
+                log.exception("a recorder could not follow the session")
 
     def _draw(self, views: Iterable[AbstractView]) -> None:
         for view in views:

@@ -14,7 +14,7 @@ from events import CASES, make
 
 pytestmark = pytest.mark.browser
 DRAWN = "name => window.__viserMutable.nodePoseData[name] !== undefined"
-SPLIT = "Make the rows after it a session"
+SPLIT = "Start a new session there"
 
 
 def test_the_rows_after_an_event_become_a_session_and_go_back(app, look, tmp_path):

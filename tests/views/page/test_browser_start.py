@@ -53,7 +53,7 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
         page.wait_for_function("() => !document.querySelector('.mantine-Notification-loader')")
         page.wait_for_selector('[data-testid="start"]', state="detached")
         press("Identify the geometry")
-        says("something is not geometry")
+        says("geometry alone")
         page.wait_for_selector('[data-testid="requirement"]', state="detached")
         press("Find the cause")
         says(name)
@@ -63,7 +63,7 @@ def test_from_own_files_to_a_cause_and_a_calibrated_urdf_in_seven_clicks(app, ch
         assert 0 < box["y"] < 844 - box["height"]
         assert box["width"] > 300
         before = page.locator('[data-testid="file-errors"]:visible').first.inner_text()
-        press("Add what was found")
+        press("Add the effects found")
         page.wait_for_function(
             "old => [...document.querySelectorAll('[data-testid=file-errors]')].some(e => e.checkVisibility()"
             " && e.innerText !== old)",

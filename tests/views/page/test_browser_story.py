@@ -92,7 +92,7 @@ def suggested_poses_that_are_blocked_become_no_targets(screen, found):
     assert hits(session.robot, session.plate, [2], blocked[None])[0]
     advised = replace(found, measure_next=np.stack([blocked, free]), next_reasons=found.next_reasons[:2])
     screen.show(replace(session, results=replace(session.results, diagnosis=advised, accepted=())))
-    screen.press("Make the next poses targets")
+    screen.press("Add the next poses as targets")
     before, number = len(session.plate), len(advised.measure_next)
     sentence = f"of {number} suggested poses"
     session = screen.until(lambda now: any(sentence in message.text for message in now.page.messages))

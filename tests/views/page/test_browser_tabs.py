@@ -35,7 +35,7 @@ def test_the_strip_is_about_the_open_tab_and_each_tab_keeps_its_place(app, look)
     screen = look()
     page = screen.page
     screen.tab("Calibrate")
-    screen.wait_text("hint", "Nothing is measured yet")
+    screen.wait_text("hint", "Nothing has been measured yet")
     app.worker.submit(MeasureVirtualArm(3))
     screen.wait_text("hint", "Loaded: 10 rows of Virtual arm 3")
     for _ in range(2):

@@ -48,5 +48,5 @@ def test_without_noise_there_is_no_line_and_without_rows_no_drawing():
 
 
 def test_geometry_of_a_diagnosis_says_why_it_is_another():
-    assert "joints' noise" in weighed(SimpleNamespace(joint_noise=object()))
+    assert "noise of the joint readings" in weighed(SimpleNamespace(joint_noise=object()))
     assert weighed(SimpleNamespace(joint_noise=None)).endswith("near nominal.")

@@ -50,7 +50,7 @@ class ChooseRobot(AbstractTask[Session]):
             and self._unread(session) is None
             and (session.measurements.loaded is None or session.measurements.loaded.read is None)
         ):
-            raise OptionError("there are no measurements of a file to keep")
+            raise OptionError("there are no measurements from a file to keep")
 
     def compute(self, session: Session) -> Session:
         progress(0.2, "solving inverse kinematics for the targets")
@@ -136,7 +136,7 @@ class LoadModel(AbstractTask[Session]):
 
 
 NO_MESHES = (
-    "drawn from its joints, since meshes don't come with an uploaded file: to see them, start with "
+    "shown without meshes, which an uploaded file doesn't include; to see them, start with "
     "'workbench serve --robot FILE'"
 )
 

@@ -193,7 +193,7 @@ class SetDark(AbstractChange):
 class FollowSystem(AbstractChange):
     """Follow the system's light or dark preference, unless the user has chosen one."""
 
-    title = "As the system prefers"
+    title = "Follow the system setting"
     key = "system"
     is_automatic, is_kept = True, False
 

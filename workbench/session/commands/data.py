@@ -312,7 +312,7 @@ def packed(folder: Path) -> tuple[str, bytes]:
     for kind in kinds().values():
         if issubclass(kind, AbstractLoad) and (found := kind.packed(folder)) is not None:
             return found
-    raise FileError("is a folder, and nothing that is installed reads one; give a file", path=str(folder))
+    raise FileError("is a folder, and no installed extension reads folders; give a file", path=str(folder))
 
 
 def with_other_data(session: Session, loaded: Loaded | None) -> Session:
@@ -320,7 +320,7 @@ def with_other_data(session: Session, loaded: Loaded | None) -> Session:
     before = session.measurements.loaded
     if before is None or (session.results.identification is None and session.results.diagnosis is None):
         return with_data(session, loaded)
-    text = f"the calibration from {before.name} is set aside with its rows; Undo restores both"
+    text = f"the calibration from {before.name} was removed together with its rows; Undo restores both"
     return with_data(begin_step(session, session), loaded).tell(Severity.WARNING, text)
 
 
@@ -358,7 +358,7 @@ def _around_rows(session: Session, rows: Comparison) -> Session:
         measurements=replace(session.measurements, box=region),
     )
     size = " × ".join(f"{1e3 * side:.0f}" for side in region.size)
-    text = f"the region is now the box of the rows, {size} mm; the Plate tab changes it"
+    text = f"the region is now the bounding box of the rows, {size} mm; change it in the Plate tab"
     return session.tell(Severity.INFO, text)
 
 
@@ -367,11 +367,11 @@ def _virtual_facts(targets: int, session: Session, command: MeasureVirtualArm) -
     left_out = len(session.states) - targets
     length, angle = command.errors
     hidden = f"hidden errors up to {1e3 * length:.3g} mm and {np.rad2deg(angle):.3g}° per constant"
-    more = f", and {plural(command.more, 'pose')} of the region" if command.more else ""
+    more = f", and {plural(command.more, 'pose')} in the region" if command.more else ""
     return (
         ("Arm", hidden + (", and an effect beyond geometry" if command.surprise else "")),
         ("Measured at", plural(targets, "target") + more + (f"; {left_out} left out" if left_out else "")),
-        ("Kept for checking", f"{CHECKS} poses of the region near the targets"),
+        ("Held out for checking", f"{CHECKS} poses in the region near the targets"),
         ("Instrument", command.instrument_in(session).note or "the plate's seats"),
         ("Noise", f"{position * 1e3:.3g} mm" + (f", {np.rad2deg(rotation):.3g}°" if rotation else "")),
     )

@@ -70,7 +70,7 @@ class Diagnose(AbstractTask[tuple[Loaded, Diagnosis]]):
             loaded.dataset,
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             free=tuple(n for n in session.robot.default_free if n not in session.choices.fixed),
-            exclude=dict.fromkeys(sorted(session.measurements.left_out), "left out by hand"),
+            exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
             levelled=self.levelled,
             seed=self.seed,
             measurable=_on_the_plate(session) if loaded.virtual else None,
@@ -134,11 +134,13 @@ class TakeNextPoses(AbstractChange):
         added, count = len(plate) - len(session.plate), len(new)
         if not added:
             raise DataError(
-                f"at none of the {count} suggested poses can a block stand on this plate clear of the arm; "
+                f"at all {count} suggested poses a block would not fit this plate or would block the arm; "
                 "measure them with an instrument"
             )
         session = place_targets(session, plate.targets)
-        left = "" if added == count else "; at the others no block can stand clear of the arm"
+        left = (
+            "" if added == count else "; at the rest, a block would not fit the plate or would block the arm"
+        )
         return session.tell(Severity.INFO, f"{added} of {count} suggested poses are now targets{left}")
 
 

@@ -62,7 +62,7 @@ class Identify(AbstractTask[IdentifiedRows]):
             held_out=self.held_out if loaded.checks is None else loaded.checks,
             frames=self.frames,
             free=tuple(n for n in session.robot.default_free if n not in session.choices.fixed),
-            exclude=dict.fromkeys(sorted(session.measurements.left_out), "left out by hand"),
+            exclude=dict.fromkeys(sorted(session.measurements.left_out), "excluded manually"),
             effects=tuple(name for effect in added for name in effect.names),
             levelled=self.levelled,
             seed=self.seed,

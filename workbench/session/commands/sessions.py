@@ -17,7 +17,7 @@ from workbench.session.loaded_measurements import Loaded
 from workbench.session.state import Session, Severity
 from workbench.session.target_steps import begin_step
 
-SPLIT = "Make the rows after it a session"
+SPLIT = "Start a new session there"
 
 
 class MakeSession(AbstractChange):
@@ -29,7 +29,7 @@ class MakeSession(AbstractChange):
 
     row: int
 
-    title = computed(lambda self: f"Make the rows from row {self.row} on a session")
+    title = computed(lambda self: f"Start a new session at row {self.row}")
 
     def check(self, session: Session) -> None:
         split(measurements(session), self.row)
@@ -37,7 +37,7 @@ class MakeSession(AbstractChange):
             what = {FrameStep: "base", ToolStep: "tool"}.get(type(event))
             if event.row == self.row and what and getattr(session.robot, what).free is Freedom.FIXED:
                 raise DataError(
-                    f"the {what} is held at what the robot's file says, so no session can have its own; "
+                    f"the robot's file fixes the {what}, so it can't differ between sessions; "
                     f"set free = true under [{what}] there"
                 )
 
@@ -47,11 +47,9 @@ class MakeSession(AbstractChange):
         after = with_data(begin_step(session, session), loaded)
         left_out = session.measurements.left_out.union(undecided)
         after = replace(after, measurements=replace(session.measurements, loaded=loaded, left_out=left_out))
-        text = f"the rows from row {self.row} on are a session of their own; diagnose again"
+        text = f"the rows from row {self.row} on are now a separate session; diagnose again"
         if undecided:
-            text += (
-                f" (held-out rows that nothing places before or after it are excluded: {ranges(undecided)})"
-            )
+            text += f" (held-out rows that can't be assigned to either are excluded: {ranges(undecided)})"
         return after.tell(Severity.INFO, text)
 
 

@@ -288,14 +288,10 @@ def _planned(session: Session) -> Track:
 
 def corrected(track: Track) -> str:
     """What is left with a correction: a model has no error against itself."""
-    own = (
-        "which nobody measured"
-        if track.model_error is None
-        else f"{in_mm(track.model_error)} on held-out rows"
-    )
+    own = "not measured" if track.model_error is None else f"{in_mm(track.model_error)} on held-out rows"
     left = float(track.errors.max())
-    beside = f", beside up to {in_mm(left)} that can't be corrected" if left > ACCEPTED_ERROR else ""
-    return f"corrected, the model's own error remains ({own}){beside}"
+    beside = f", plus up to {in_mm(left)} that can't be corrected" if left > ACCEPTED_ERROR else ""
+    return f"with correction, the model's own error remains ({own}){beside}"
 
 
 def _summary(track: Track) -> str:

@@ -90,7 +90,7 @@ class GoBackTo(AbstractChange):
     def apply(self, session: Session) -> Session:
         step = session.history.past[self.step]
         if step.plate is session.plate:
-            return session.tell(Severity.INFO, "the plate is as it was then")
+            return session.tell(Severity.INFO, "the plate has not changed since then")
         return go_to_step(begin_step(session), step)
 
 
@@ -102,7 +102,7 @@ def _restored(now: Session, whole: Session, undone: tuple[UndoStep, ...]) -> Ses
     )
     session = replace(whole, page=now.page, choices=choices, history=history)
     loaded = whole.measurements.loaded
-    rows = "" if loaded is None else f", {loaded.name} with what was found from it"
+    rows = "" if loaded is None else f", {loaded.name} with its results"
     return session.tell(Severity.INFO, f"back on {whole.robot.name}, plate '{whole.plate.name}'{rows}")
 
 

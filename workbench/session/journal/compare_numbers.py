@@ -80,8 +80,8 @@ class Replayed:
             same = "all the same"
             return f"{same} to the last digit" if self.rounding == 0.0 else f"{same} to {self.rounding:.0e}"
         return (
-            f"{len(self.differences)} values differ, most of all {worst.name} after step {worst.step}: "
-            f"{worst.then} then, {worst.now} now"
+            f"{len(self.differences)} values differ; the largest difference is {worst.name} "
+            f"after step {worst.step}: {worst.then} then, {worst.now} now"
         )
 
     def json(self) -> dict[str, Any]:

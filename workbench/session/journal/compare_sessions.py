@@ -182,7 +182,7 @@ def _others(names: Sequence[str], sessions: Sequence[Session]) -> Iterator[str]:
             require_same_arm(session.robot, first)
         except WorkbenchError:
             arms = (f"{arm.name} with {plural(arm.dof, 'joint')}" for arm in (session.robot, first))
-            yield f"the arm of {name} is another one than that of {names[0]} ({', not '.join(arms)})"
+            yield f"{name} and {names[0]} are of different arms ({', not '.join(arms)})"
 
 
 def _figures(session: Session) -> Iterator[tuple[str, float]]:

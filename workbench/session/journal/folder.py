@@ -135,7 +135,7 @@ def go_on(restored: Restored, *, is_branch: bool = False, root: Path = ROOT) -> 
     recording, session, warning = restored.recording, restored.session, restored.warning
     if not warning:
         return branch(recording, session, root=root) if is_branch else resume(recording, session)
-    text = f"{warning}; that recording stays as it is, and the session goes on in a new one"
+    text = f"{warning}; that recording is left unchanged, and the session continues in a new one"
     begun = branch(recording, session.tell(Severity.WARNING, text), root=root)
     return replace(begun, trouble="; ".join(filter(None, (text, begun.trouble))))
 
@@ -211,7 +211,7 @@ def _make(folder: Path | None, root: Path, robot: str) -> Path:
                 raise
         else:
             return made
-    raise OptionError(f"{root} already has 999 recordings of this second; try again")
+    raise OptionError(f"{root} already has 999 recordings from this second; try again")
 
 
 def _now() -> datetime:

@@ -171,7 +171,7 @@ def read_recording(folder: Path | str, *, to: int | None = None) -> Recording:
     lines = tuple(_line(text, number, path) for number, text in enumerate(wanted, start=1))
     notes: tuple[str, ...] = ()
     if rest:
-        notes = (f"the last line of {path} is incomplete and was left out: the program was stopped there",)
+        notes = (f"the last line of {path} is incomplete and was ignored: the program was stopped there",)
     found = Recording(folder, header, lines, length, notes, unsettled.decode())
     return found if to is None else found.truncated_at(to)
 
@@ -216,14 +216,14 @@ def _header(text: bytes, path: Path) -> dict[str, Any]:
 def _line(text: bytes, step: int, path: Path) -> JournalLine:
     try:
         if not codec.is_whole(text):
-            raise ValueError("it isn't as it was written")
+            raise ValueError("it was changed after it was recorded")
         found = json.loads(text)
         if found["step"] != step:
             raise ValueError(f"it says step {found['step']}")
         if not isinstance(found["numbers"], dict) or not isinstance(found["fields"], dict):
             raise ValueError("its fields and numbers must be tables")
         if _is_mixed(found):
-            raise ValueError("it begins with one place of a drag and ends with another")
+            raise ValueError("its start and end are of different positions of a drag")
         load = partial(_load, path.parent)
         command = codec.decode(found["command"], found["fields"], load, title=found["title"])
         entry = Entry(

@@ -38,7 +38,7 @@ def do_again(session: Session, entry: Entry, bases: dict[int, Session], *, step:
         return _do_again(session, entry.command, bases.get(entry.basis))
     except Exception as error:  # a command that was changed raises nearly anything
         raise OptionError(
-            f"step {step} ({entry.command.title}) can't be done again ({type(error).__name__}: {error}); "
+            f"step {step} ({entry.command.title}) can't be replayed ({type(error).__name__}: {error}); "
             f"--step {step - 1} opens the session before it"
         ) from error
 
@@ -47,7 +47,7 @@ def _do_again(session: Session, command: AbstractCommand, basis: Session | None)
     if isinstance(command, AbstractChange):
         return command.apply(session)
     assert isinstance(command, AbstractTask)
-    assert basis is not None, "it began from a step that is not there"
+    assert basis is not None, "it starts from a step that is missing"
     with running():
         result = command.compute(basis)
     return command.finish(session, result)

@@ -58,8 +58,8 @@ class Restored:
         )
         title = self.recording.lines[worst.step - 1].title
         return (
-            f"step {worst.step} of {self.recording.folder.name} ({title}) no longer gives what was recorded: "
-            f"{_number(worst)}; {self.reason}"
+            f"step {worst.step} of {self.recording.folder.name} ({title}) no longer gives "
+            f"the recorded value: {_number(worst)}; {self.reason}"
         )
 
 

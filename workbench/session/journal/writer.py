@@ -200,15 +200,15 @@ class Logbook(AbstractKeeper):
         if not self._trouble:
             why = (error.strerror if isinstance(error, OSError) else None) or str(error)
             self._trouble = (
-                f"the session can't be recorded at present ({why}); it goes on, and what is missing is "
-                "written once there is room"
+                f"the session can't be recorded at present ({why}); it continues, and the missing steps are "
+                "written as soon as there is space"
             )
             self._say(self._trouble)
 
     def _recover(self) -> None:
         if self._trouble:
             self._trouble = ""
-            self._say("the session is recorded again, and nothing is missing", Severity.INFO)
+            self._say("the session is recorded again, with no step missing", Severity.INFO)
 
     def _say(self, text: str, severity: Severity = Severity.WARNING) -> None:
         if self._tell is not None:

@@ -35,8 +35,8 @@ DRAG_PLACES = 45
 TICK = 0.1
 """How soon a button of the demo is heard [s]."""
 END = (
-    "Mean error at held-out poses: by the data sheet, with the true geometry, with what geometry can't "
-    "explain. Now your robot."
+    "Mean error at held-out poses: nominal, with calibrated geometry, and with effects beyond geometry. "
+    "Now your robot."
 )
 """It stands until somebody does something."""
 MAX_COMMAND_TIME = 300.0
@@ -166,36 +166,36 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
         "No arm is built exactly as its data sheet says. How far is it off, and why?", seconds=6.0
     )
     yield DemoScene(
-        "To find out, it is measured at targets on a plate. The colours show the error to expect afterwards.",
+        "To find out, measure it at targets on a plate. Colours show the error expected after calibration.",
         seconds=7.0,
     )
     yield DemoScene(
-        "A target is dragged: the arm follows, and number and colours show at once how good its place is.",
+        "Drag a target: the arm follows, and the number and colours show at once how good its position is.",
         drag(session(), 6, np.array([0.25, 0.05, 0.05])),
         seconds=10.0,
     )
     yield DemoScene("One button returns to the best plate so far.", (RestoreBest(),), seconds=5.0)
     yield DemoScene(
-        "Now a real one: a UR10 that a laser tracker measured in 600 poses, at Fraunhofer IPA in Stuttgart.",
+        "Now a real arm: a UR10 measured with a laser tracker in 600 poses at Fraunhofer IPA in Stuttgart.",
         (LoadData(ROWS, measured_rows()),),
         seconds=7.0,
         tab=Tab.MEASURE,
     )
     yield DemoScene(
-        "Its geometry is identified, and checked at poses that were held out …",
+        "Its geometry is identified and checked at held-out poses …",
         (Identify(),),
         seconds=8.0,
         tab=Tab.CALIBRATE,
     )
     yield DemoScene(
-        "What is left is not geometry. The diagnosis looks for its causes …",
+        "Geometry can't explain the remaining error. The diagnosis looks for its causes …",
         (Diagnose(),),
         seconds=5.0,
         tab=Tab.CALIBRATE,
         waits=False,
     )
     yield DemoScene(
-        "… and meanwhile: arrows show the errors, exaggerated, grey by the data sheet, orange as calibrated.",
+        "Meanwhile, arrows show the errors, exaggerated: grey for the nominal arm, orange when calibrated.",
         tuple(ShowRow(row) for row in range(0, 160, 8)),
         seconds=20.0,
         tab=Tab.COMPARE,
@@ -204,11 +204,11 @@ def story(session: Callable[[], Session]) -> Iterator[DemoScene]:
     yield DemoScene("", seconds=0.0, tab=Tab.CALIBRATE)
     found = session().results.diagnosis
     if found is not None and found.effects:
-        causes = " and ".join(cause.label for cause in found.causes) or "no cause with a name"
+        causes = " and ".join(cause.label for cause in found.causes) or "no named cause"
         rest = "" if found.residual_map is None else "; a residual map predicts the rest"
         yield DemoScene(f"Found: {causes}{rest}.", seconds=8.0, tab=Tab.CALIBRATE)
         yield DemoScene(
-            "With that in the model, the error falls once more.",
+            "With these effects in the model, the error falls further.",
             (AddEffects(),),
             seconds=7.0,
             tab=Tab.CALIBRATE,

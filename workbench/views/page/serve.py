@@ -86,7 +86,7 @@ def serve(
             from workbench.views.page.scene.start_scene import first_picture
 
             def show(part: float, sentence: str) -> None:
-                waiting.content = block(f"Coming to the last state: {100 * part:.0f} % ({text(sentence)})")
+                waiting.content = block(f"Restoring the last state: {100 * part:.0f} % ({text(sentence)})")
 
             drawn = first_picture(server, robot, circle_before(robot) if plate is None else plate)
             _go_on(stop)

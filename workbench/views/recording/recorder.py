@@ -91,7 +91,7 @@ class Recorder(AbstractKeeper):
                 drawing.draw(moment)
                 self._pace.note(moment, time.monotonic())
         except Exception:
-            log.exception("the recording ends early")
+            log.exception("the recording was cut short")
         finally:
             canvas.close()
 

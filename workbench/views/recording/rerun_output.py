@@ -90,7 +90,7 @@ class FileOutlet(AbstractOutlet):
                 if not self.trouble:
                     self.trouble = f"{self._path.name} can't be written ({error.strerror})"
                     self._tell(
-                        f"{self.trouble}, so pictures are missing from here on; the session goes on, and "
+                        f"{self.trouble}, so pictures are missing from here on; the session continues, and "
                         "'workbench review' draws them from its journal"
                     )
                 dropped = len(waiting) > MAX_WAITING

@@ -85,12 +85,12 @@ def pictures_of(
         whole = path
         if _last_step(path) is None:
             whole = _mended(path, room)
-            say(f"note: {path.name} has no end; what is whole of it is shown")
+            say(f"note: {path.name} is incomplete; the complete part is shown")
         files.append(whole)
     last = max((step for path in files if (step := _last_step(path)) is not None), default=-1)
     if files and last >= len(recording.lines) - BEHIND:
         return files
-    say("note: the pictures are drawn again from the journal")
+    say("note: the scene is redrawn from the journal")
     return [write_pictures(recording, room / "drawn.rrd")]
 
 
@@ -132,7 +132,7 @@ def _join(files: list[Path], out: Path, room: Path) -> Path:
         )
         if done.returncode != 0:
             raise FileError(
-                f"the recording's parts can't be joined in {room}; make room there", path=str(out)
+                f"the recording's parts can't be joined in {room}; free some space there", path=str(out)
             )
     return write_bytes(out, joined.read_bytes())
 

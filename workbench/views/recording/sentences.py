@@ -66,8 +66,8 @@ def about(session: Session) -> str:
         "measured: coloured by their error once there is a fit"
         + _scale_text(session)
         + ". **Arrows** lead from measured to",
-        f"predicted positions: grey nominal, {session.choices.overlay.exaggeration:g} times too long, orange",
-        f"calibrated, {session.choices.overlay.exaggeration_after:g} times.",
+        f"predicted positions: grey nominal, × {session.choices.overlay.exaggeration:g}, orange calibrated,",
+        f"× {session.choices.overlay.exaggeration_after:g}.",
     ]
     return "\n".join(lines)
 
@@ -149,7 +149,7 @@ def remarks(found: Diagnosis) -> Iterator[str]:
     if len(found.outliers):
         yield f"outliers: {outlier_text(found)}"
     if len(found.measure_next):
-        yield f"proposed to be measured next: {plural(len(found.measure_next), 'pose')}"
+        yield f"suggested poses to measure next: {plural(len(found.measure_next), 'pose')}"
     yield from (f"note: {text}" for text in found.notes)
 
 

@@ -97,10 +97,10 @@ def _drawings(session: Session) -> Iterator[DrawnFigure]:
         yield DrawnFigure("before-after", "Before and after, row by row", "", svg(rows, "before-after"))
         figure = corrections(found.best)
         if figure is not None:
-            yield DrawnFigure("corrections", "Corrections of the arm", "", svg(figure, "corrections"))
+            yield DrawnFigure("corrections", "Corrections to the arm", "", svg(figure, "corrections"))
     figure = None if session.results.diagnosis is None else ranking(session.results.diagnosis)
     if figure is not None:
-        yield DrawnFigure("ranking", "What each effect would add", "", svg(figure, "ranking"))
+        yield DrawnFigure("ranking", "Improvement by each effect", "", svg(figure, "ranking"))
 
 
 def _decisions(recording: Recording) -> Iterator[tuple[int, str, str]]:

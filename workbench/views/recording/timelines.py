@@ -52,7 +52,7 @@ class Log(AbstractTimeline):
     def draw(self, canvas: Canvas, moment: Moment) -> None:
         if moment.entry is None:
             self._message_count = moment.session.page.message_count
-            summary = "The session begins" if moment.step == 0 else "The session goes on"
+            summary = "The session begins" if moment.step == 0 else "The session continues"
             canvas.log("log", rr.TextLog(summary, level="INFO"))
             return
         messages = [m.text for m in moment.session.page.messages if m.number > self._message_count]

@@ -46,7 +46,7 @@ class FindZeros(AbstractTask[tuple[Loaded, Rezero]]):
         from workbench.extras.service.rezero.moved_joints import rezero
 
         loaded = measurements(session)
-        left_out = dict.fromkeys(sorted(session.measurements.left_out), "left out by hand")
+        left_out = dict.fromkeys(sorted(session.measurements.left_out), "excluded manually")
         return loaded, rezero(session.robot, loaded.dataset, replaced=self.replaced, exclude=left_out)
 
     def finish(self, session: Session, result: tuple[Loaded, Rezero]) -> Session:

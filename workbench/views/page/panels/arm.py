@@ -30,7 +30,7 @@ class ArmPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         arms, at_first = (CHOSEN, *built_in_robots()), "aria"
         self._choice = gui.add_dropdown("Robot", arms, initial_value=at_first, hint="The built-in arms.")
-        hint = "Start over with this arm, on its plate or on yours if it reaches half of it."
+        hint = "Start again with this arm, on its own plate, or on yours if it reaches half of the targets."
         self._change = self.press("Change to this robot", self._choose, viser.Icon.ROBOT, hint)
         self.upload(
             "Open a robot or plate",
@@ -112,7 +112,7 @@ class OwnRobotPanel(AbstractPanel):
         with gui.add_folder("Your own robot", expand_by_default=False):
             gui.add_html(block(text(HOW), style=f"color:{MUTED}"))
             self._source = gui.add_dropdown(
-                "It is", (A_FILE, *built_in_robots()), hint="A file below, or a built-in arm to be checked."
+                "It is", (A_FILE, *built_in_robots()), hint="A file below, or a built-in arm to check."
             )
             self._upload = self.upload(
                 "DH table, URDF, xacro",
@@ -141,7 +141,7 @@ class OwnRobotPanel(AbstractPanel):
     def _check(self) -> AbstractCommand:
         poses = tuple(line.strip() for line in self._poses.value.splitlines() if line.strip())
         if not poses:
-            return Tell(f"type three poses of the pendant, one per line, such as {EXAMPLE}")
+            return Tell(f"enter three poses from the pendant, one per line, such as {EXAMPLE}")
         if self._source.value != A_FILE:
             return ChooseRobot(self._source.value, poses=poses)
         if self._file is None:

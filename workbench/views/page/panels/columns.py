@@ -31,19 +31,21 @@ class ColumnsPanel(AbstractPanel):
         with self._folder:
             self._column = gui.add_dropdown("Column", ("-",), hint="The file's heading.")
             self._is = gui.add_dropdown(
-                "is", ("-",), hint="What the column holds; choosing reads the file again. - leaves it out."
+                "is",
+                ("-",),
+                hint="Meaning of the column; a change reads the file again. - ignores the column.",
             )
             on_change(self._column, lambda: self._show_meaning(file_of(self._worker.session)))
             self.sends(self._is, self._choose)
             self.download(
                 "Save this choice (TOML)",
                 columns_toml,
-                "What every column is, for the next file of this kind.",
+                "The meaning of every column, for other files of this kind.",
             )
             self.upload(
                 "Use a saved choice",
                 self._with_mapping,
-                "Reads the file again with the columns as they were saved.",
+                "Reads the file again with the saved meaning of its columns.",
                 endings=".toml",
                 maximum=MAX_MAPPING_BYTES,
             )

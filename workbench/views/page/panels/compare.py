@@ -17,7 +17,7 @@ from workbench.views.page.html import MUTED, badge, block, number, table, text
 from workbench.views.page.panels.panel import AbstractPanel, set_value
 
 SWITCHES = {
-    "ghosts": ("Other branches", "Show the other postures that reach the selected target as faint arms."),
+    "ghosts": ("Other branches", "Show the other branches that reach the selected target as faint arms."),
     "nominal": ("Nominal arm", "Show the solid arm at the measured joint positions."),
     "calibrated": ("Calibrated arm", "Show the orange shell, with the identified parameters."),
     "points": (
@@ -53,7 +53,7 @@ class ComparePanel(AbstractPanel):
         self._leave = gui.add_checkbox(
             "Exclude this row",
             False,
-            hint="Leave it out of the next identification: it was measured wrongly.",
+            hint="Exclude this row from the next identification, such as a wrong measurement.",
         )
         self.sends(self._leave, self._leave_out)
         overlay = self._worker.session.choices.overlay
@@ -69,7 +69,7 @@ class ComparePanel(AbstractPanel):
         for control in (*self._switches.values(), self._times, self._times_after):
             self.sends(control, self._set)
         hint = "Move the camera to show the robot and all measured positions."
-        self._look = self.press("Look at all measurements", self._look_at_all, viser.Icon.FOCUS_2, hint)
+        self._look = self.press("View all measurements", self._look_at_all, viser.Icon.FOCUS_2, hint)
 
     def show(self, session: Session) -> None:
         comparison, overlay = session.results.comparison, session.choices.overlay
@@ -148,10 +148,10 @@ def _as_opened(comparison: Comparison, row: int) -> str:
     rows = [
         ("here", f"{number(float(errors[row]))} mm"),
         ("mean", f"{number(float(np.nanmean(errors)))} mm"),
-        ("largest", f"{number(float(np.nanmax(errors)))} mm"),
+        ("maximum", f"{number(float(np.nanmax(errors)))} mm"),
     ]
     sentence = (
-        "Nothing has been identified yet. If this robot is already calibrated, a few poses tell whether "
+        "Nothing has been identified yet. If this robot is already calibrated, a few poses show whether "
         "the calibration is still valid; otherwise identify it first."
     )
     return (

@@ -47,14 +47,14 @@ class DataPanel(AbstractPanel):
             self._instrument = gui.add_dropdown(
                 "Instrument",
                 (SEAT, *virtual_instruments()),
-                hint="Seats have the noise of the Plate tab, others their own.",
+                hint="Seats use the noise set in the Plate tab; other instruments have their own.",
             )
             self.button(
                 "Measure a virtual arm",
                 self._virtual,
                 viser.Icon.ROBOT,
-                "Make another arm with hidden manufacturing errors and one effect that geometry can't "
-                "explain, and measure it at the targets and at more poses.",
+                "Create an arm with hidden manufacturing errors and one effect beyond geometry, and measure "
+                "it at the targets and at more poses.",
                 main=True,
             )
         self._preview = gui.add_html("")
@@ -80,7 +80,7 @@ class DataPanel(AbstractPanel):
 def _preview(loaded: Loaded | None, unread: MeasurementFile | None) -> str:
     """What is loaded; while another file waits for its columns or its arm, which are shown, only its name."""
     if loaded is not None and unread is not None:
-        return note(f"{unread.name} is not read; {loaded.name} stays loaded.", "preview", margin="8px 0")
+        return note(f"{unread.name} was not read; {loaded.name} stays loaded.", "preview", margin="8px 0")
     if loaded is None:
         return note(EMPTY_NOTE, "preview", margin="8px 0")
     notes, more = [*map(text, loaded.notes[:NOTES])], len(loaded.notes) - NOTES

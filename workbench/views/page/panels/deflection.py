@@ -30,7 +30,7 @@ class BendingPanel(AbstractPanel):
 
     def build(self, gui: viser.GuiApi) -> None:
         overlay = self._worker.session.choices.overlay
-        self._folder = gui.add_folder("Bending under load", visible=False)
+        self._folder = gui.add_folder("Deflection under load", visible=False)
         with self._folder:
             self._is_on = gui.add_checkbox(
                 "Bent arm",

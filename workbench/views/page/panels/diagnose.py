@@ -25,8 +25,8 @@ TARGETS, FILE = "As targets", "Save (CSV)"
 CANDIDATES, LARGE = 6, 300.0
 """Lines of the ranking; difference of evidence that is large enough [nat]."""
 HINT = (
-    "These rows get a base and a tool of their own, so that nothing has to be measured again; Undo (Ctrl+Z) "
-    "takes it back."
+    "These rows get their own base and tool, so that nothing has to be measured again; Undo (Ctrl+Z) "
+    "reverts this."
 )
 SPACED = "margin:2px 0 6px"
 MAX_BUTTONS = 3
@@ -78,8 +78,8 @@ class DiagnosePanel(AbstractPanel):
             "Next poses",
             (TARGETS, FILE),
             visible=False,
-            hint="The poses where a measurement tells most about what was found: as targets of the plate, or "
-            "their joint positions as a CSV file.",
+            hint="The most informative poses to measure next: as targets of the plate, or their joint "
+            "positions as a CSV file.",
         )
 
         @self._next.on_click

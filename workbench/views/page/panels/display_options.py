@@ -33,7 +33,7 @@ ORDER = (
     ("Robot", "choose the arm, or open your own; move it"),
     ("Plate", "drag targets until the predicted error in the region is small enough"),
     ("Measure", "load the rows of a real arm, or try a virtual one"),
-    ("Calibrate", "identify the geometry, then find and add the effect that it lacks"),
+    ("Calibrate", "identify the geometry, then find and add the effects beyond it"),
     ("Compare", "see the remaining errors, pose by pose and along a trajectory"),
     ("Export", "save the arm, the plate, the measurements and the report"),
 )
@@ -54,7 +54,7 @@ class LookPanel(AbstractPanel):
             self._dark = gui.add_checkbox("Dark", False, hint="Dark colours.")
             self.sends(self._dark, lambda: SetDark(bool(self._dark.value)))
             self._units = gui.add_dropdown(
-                "Coordinates", [str(units) for units in Units], hint="Units that are shown and typed."
+                "Coordinates", [str(units) for units in Units], hint="Units for display and input."
             )
             self.sends(self._units, lambda: SetUnits(Units(self._units.value)))
             title = "How to use this page"

@@ -45,9 +45,9 @@ POSITION, ORIENTATION = "Position [mm]", "Orientation [°]"
 READY = "Ready. Press Identify to fit the geometry."
 EMPTY_NOTE = "Needs measurements: load a file or measure a virtual arm in the Measure tab."
 STEPS = (
-    "Identify: fit the geometry to the measurements. Diagnose: find what geometry can't explain; it takes at "
-    "least 20 rows. Add causes: fit what was found together with the geometry; comparisons and the saved arm "
-    "then include it."
+    "Identify: fit the geometry to the measurements. Diagnose: find what geometry can't explain; it needs at "
+    "least 20 rows. Add causes: fit the effects found together with the geometry; comparisons and the saved "
+    "arm then include them."
 )
 FRAMES = {
     "Decide from the data": "auto",
@@ -55,8 +55,8 @@ FRAMES = {
     "Separate for each session": "per-session",
 }
 LEVELLED = (
-    "The z axis of the measuring frame is vertical, so that the base's orientation in it tells how the arm "
-    "stands to gravity."
+    "The z axis of the measuring frame is vertical, so that the base's orientation in it determines the "
+    "direction of gravity."
 )
 
 
@@ -102,7 +102,7 @@ class FitPanel(AbstractPanel):
         self._levelled = gui.add_checkbox("Levelled", False, hint=LEVELLED)
         self.sends(self._levelled, lambda: SetLevelled(bool(self._levelled.value)))
         self._held_out = self.slider(
-            "Held out [%]", 20, (5, 50, 5), "Share of the rows that are kept for checking."
+            "Held out [%]", 20, (5, 50, 5), "Share of the rows held out for checking."
         )
         self._frames = gui.add_dropdown(
             "Base and tool", list(FRAMES), hint="Whether sessions share base and tool."

@@ -54,7 +54,7 @@ class GuidedPanel(AbstractPanel):
                 "Begin measuring",
                 lambda: BeginMeasuring(errors=LIKELY_ERRORS),
                 viser.Icon.TARGET,
-                "Measure a virtual arm target by target, as a real one.",
+                "Measure a virtual arm target by target, like a real one.",
             )
 
     def show(self, session: Session) -> None:
@@ -82,16 +82,20 @@ class MeasuringPanel(AbstractPanel):
 
         icon = viser.Icon
         self._drive = button(
-            "Drive the virtual arm there", DriveArm, icon.ROBOT, "As exactly as an operator would.", main=True
+            "Drive the virtual arm there",
+            DriveArm,
+            icon.ROBOT,
+            "With the accuracy of an operator.",
+            main=True,
         )
         self._store = button(
-            "Store", StoreRow, icon.CHECK, "Keep joints and pose as this target's row.", main=True
+            "Store", StoreRow, icon.CHECK, "Store joint readings and pose as this target's row.", main=True
         )
         self._store_as = self.button(
             "Store",
             lambda: StoreRow(target=self._seen),
             icon.TARGET_ARROW,
-            "The arm stands there, not at the current target: keep the row for that one and go on after it.",
+            "The arm is at that target, not at the current one: store its row and continue from there.",
             main=True,
             visible=False,
         )
@@ -99,15 +103,15 @@ class MeasuringPanel(AbstractPanel):
             "Store anyway",
             lambda: StoreRow(anywhere=True),
             icon.ALERT_TRIANGLE,
-            "Keep the row for the current target although the tool is not there.",
+            "Store the row for the current target although the tool is not there.",
         )
         self._again = button(
-            "Retake", TakeAgain, icon.ROTATE, "Drop this target's row, or the last one, and measure again."
+            "Retake", TakeAgain, icon.ROTATE, "Discard this target's row, or the last one, and measure again."
         )
         self._next = button("Next target", NextWanted, icon.ARROW_RIGHT, "Skip this target for now.")
         self._use = button(USE, UseRows, icon.DATABASE, "End here; the rows become the measurements.")
         self._stop = button(
-            EndMeasuring.title, EndMeasuring, icon.X, "End here and drop the rows that were stored."
+            EndMeasuring.title, EndMeasuring, icon.X, "Stop here and discard the stored rows."
         )
 
     def show(self, session: Session) -> None:
@@ -233,7 +237,7 @@ def _deviation(status: Status, measuring: Measuring) -> str:
         return content
     index = status.place.looks_like
     sentence = (
-        "The tool is at no target."
+        "The tool is not at a target."
         if index is None
         else f"This looks like target {measuring.numbers[index] + 1}."
     )

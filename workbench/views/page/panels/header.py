@@ -20,7 +20,7 @@ TINTS = {
     Severity.WARNING: ("rgba(245,158,11,.14)", "#c2700a"),
     Severity.ERROR: ("rgba(239,68,68,.13)", "#dc2626"),
 }
-PLAYING = "The demo is playing; anything that you do yourself ends it."
+PLAYING = "The demo is playing; any input ends it."
 FIGURE = "font-size:22px;font-weight:650;line-height:1.3;font-variant-numeric:tabular-nums"
 
 
@@ -110,7 +110,7 @@ class Header(AbstractPanel):
             "Cancel",
             self._worker.cancel,
             viser.Icon.PLAYER_STOP,
-            "Stop the computation; nothing is changed.",
+            "Stop the computation; nothing changes.",
             visible=False,
         )
 

@@ -168,7 +168,7 @@ def alone_or_together(session: Session) -> str:
         return ""
     more, falls = ("less", "rises") if error > 0.0 else ("more", "falls")
     sentence = (
-        f"the index rates it alone; beside the others it tells {more} that is new, so the error {falls}"
+        f"the index rates it alone; with the other targets it adds {more} information, so the error {falls}"
     )
     return f'<span data-testid="alone">: {sentence}</span>'
 

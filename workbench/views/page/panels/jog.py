@@ -85,16 +85,16 @@ class ToolPanel(AbstractPanel):
                 gui,
                 "Tool",
                 Measure.LENGTH,
-                hint="Position of the tool in the base frame; type where it should go.",
+                hint="Position of the tool in the base frame; enter the desired one.",
             )
             self._rpy = Coordinates(
-                gui, "Tool", Measure.ANGLE, hint="Roll, pitch and yaw of the tool; type what they should be."
+                gui, "Tool", Measure.ANGLE, hint="Roll, pitch and yaw of the tool; enter the desired ones."
             )
             self.button(
                 "Go to this pose",
                 lambda: JogTo(self._xyz.typed, self._rpy.typed),
                 viser.Icon.ARROW_RIGHT,
-                "Move the tool there by the inverse-kinematics solution nearest to the present posture.",
+                "Move the tool there, by the inverse-kinematics solution closest to the current posture.",
             )
 
     def show(self, session: Session) -> None:
@@ -117,11 +117,17 @@ class CapturedPanel(AbstractPanel):
     def build(self, gui: viser.GuiApi) -> None:
         with gui.add_folder("Kept poses"):
             self.button(
-                "Keep this pose", CapturePose, viser.Icon.PLUS, "Joints, and the tool of both models."
+                "Keep this pose",
+                CapturePose,
+                viser.Icon.PLUS,
+                "Keep the joint positions, and the tool pose of both models.",
             )
             self._table = gui.add_html("")
             self._file = self.download(
-                "Save the kept poses (CSV)", captured_csv, "Joints and tools of both arms.", visible=False
+                "Save the kept poses (CSV)",
+                captured_csv,
+                "Joint positions, and tool poses of both models.",
+                visible=False,
             )
             self._forget = self.button(
                 ForgetPoses.title, ForgetPoses, viser.Icon.TRASH, "Empty the list.", visible=False

@@ -38,8 +38,8 @@ class JointsPanel(AbstractPanel):
                 "Law of",
                 [NO_LAW],
                 visible=False,
-                hint="Plot this effect's law over the errors; its joint glows on the arm. Candidates that "
-                "were not added are fitted to the residuals of the geometry.",
+                hint="Plot this effect's law over the errors and highlight its joint on the arm. Candidates "
+                "that were not added are fitted to the residuals of the geometry.",
             )
             self.sends(self._law, self._choose)
             self._html = gui.add_html("")

@@ -15,9 +15,7 @@ class PlateFilesPanel(AbstractPanel):
     tab, order = Tab.PLATE, 51
 
     def build(self, gui: viser.GuiApi) -> None:
-        self.download(
-            "Plate to make (ZIP)", fixture_zip, "Solids, drawings and lists of all that it is made of."
-        )
+        self.download("Plate to make (ZIP)", fixture_zip, "Solids, drawings and parts lists.")
 
     def show(self, session: Session) -> None:
         """Nothing of it changes."""

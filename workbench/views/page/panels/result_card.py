@@ -40,11 +40,11 @@ def result_card(session: Session) -> str:
 
 def weighed(diagnosis: Diagnosis) -> str:
     """Why its geometry is not quite that of Identify."""
-    sentence = " Geometry as the diagnosis fits it, which expects constants near nominal"
+    sentence = " The geometry is that of the diagnosis, which keeps constants near nominal"
     return (
         f"{sentence}."
         if diagnosis.joint_noise is None
-        else f"{sentence} and weighs poses by the joints' noise."
+        else f"{sentence} and weights poses by the noise of the joint readings."
     )
 
 

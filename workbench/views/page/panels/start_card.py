@@ -20,11 +20,11 @@ from workbench.views.page.panels.data import FILES
 from workbench.views.page.panels.panel import AbstractPanel, on_press
 
 PURPOSE = (
-    "workbench calibrates a robot arm, so that its tool goes where it is sent: you design a plate, measure "
-    "there, and learn the arm's true geometry and what geometry can't explain."
+    "workbench calibrates a robot arm, so that its tool goes where it is commanded: design a plate, measure "
+    "the arm on it, identify its actual geometry, and find the errors that geometry can't explain."
 )
 """What the program is for."""
-INTRODUCTION = "Nothing is final: every tab stays available, and Undo restores what is here now."
+INTRODUCTION = "Nothing is final: every tab stays available, and Undo restores the current state."
 BOTH = "Choose the robot, then its measurements; files can be dropped on the buttons."
 FIRST = "Choose the robot; the rest is in the {} tab."
 ALONE = "Choose the robot: you get a plate with ten targets in front of it, to be optimised and manufactured."

@@ -23,8 +23,8 @@ class ImprovePanel(AbstractPanel):
             ImprovePlate.title,
             lambda: ImprovePlate(seed=len(self._worker.session.history.scores)),
             viser.Icon.SPARKLES,
-            "Let the program place all targets but the locked ones for the lowest predicted error in the "
-            "region, reachable and free of collisions. Cancel stops it, Undo restores the old plate.",
+            "Optimise all unlocked targets for the lowest predicted error in the region, reachable and free "
+            "of collisions. Cancel stops it, Undo restores the old plate.",
             main=True,
         )
 
@@ -53,7 +53,9 @@ class PatternPanel(AbstractPanel):
         self._centre = gui.add_vector3(
             "Centre [mm]", (316.0, 354.0, 235.0), step=1.0, hint="Centre of the pattern in the base frame."
         )
-        self._radius = self.number("Half width [mm]", 250.0, (1.0, 5000.0, 1.0), "Radius, or half the side.")
+        self._radius = self.number(
+            "Half width [mm]", 250.0, (1.0, 5000.0, 1.0), "Radius of a circle, or half the side."
+        )
         self._tilts = gui.add_vector2(
             "Tilts [°]", (-150.0, -160.0), step=1.0, hint="Roll angles, assigned to the targets in turn."
         )

@@ -40,7 +40,7 @@ class TargetsPanel(AbstractPanel):
         )
         self.sends(self._choice, lambda: SelectTarget(self._number))
         self._xyz = Coordinates(
-            gui, "x, y, z", Measure.LENGTH, hint="x, y and z of the tool at the target, from the base."
+            gui, "x, y, z", Measure.LENGTH, hint="x, y and z of the tool at the target, in the base frame."
         )
         self._rpy = Coordinates(
             gui,
@@ -55,7 +55,7 @@ class TargetsPanel(AbstractPanel):
             "Show the plate",
             lambda: SelectTarget(self._number),
             viser.Icon.EYE,
-            "Put plate and targets back into the scene, where measured rows are shown now.",
+            "Show plate and targets in the scene again, instead of the measured rows.",
             visible=False,
         )
         self._locked = gui.add_checkbox("Locked", False, hint="Keep this target fixed when others are moved.")
@@ -125,7 +125,7 @@ class BranchesPanel(AbstractPanel):
             self._branch = gui.add_dropdown(
                 "Branch",
                 [LEFT_TO_PROGRAM],
-                hint="The arm's posture there; it matters as much as the position.",
+                hint="The arm's posture there; it is as important as the position.",
             )
             self.sends(self._branch, self._choose_branch)
 

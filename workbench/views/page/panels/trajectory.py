@@ -74,17 +74,26 @@ class TrackPanel(AbstractPanel):
                 "Centre [mm]", (0.0, 0.0, 0.0), step=1.0, hint="Middle of the path in the base frame."
             )
             self._radius = self.number(
-                "Radius [mm]", 100.0, (1.0, 5000.0, 1.0), "Of the circle, or half the line."
+                "Radius [mm]",
+                100.0,
+                (1.0, 5000.0, 1.0),
+                "Radius of the circle, or half the length of the line.",
             )
             self._plane = gui.add_dropdown("Plane", list(PLANES), hint="Plane of the path.")
             self._duration = self.number(
-                "Duration [s]", 10.0, (MIN_TIME, MAX_TIME, 1.0), "Time from start to end, at rest at both."
+                "Duration [s]",
+                10.0,
+                (MIN_TIME, MAX_TIME, 1.0),
+                "Time from rest at the start to rest at the end.",
             )
             self._corrected = gui.add_checkbox(
                 "Corrected", False, hint="With the calibrated arm, so that its tool follows the path."
             )
             self._plan = self.button(
-                "Plan it", self._path, viser.Icon.ROUTE, "As the controller does, with the nominal model."
+                "Plan it",
+                self._path,
+                viser.Icon.ROUTE,
+                "Plan as the controller does, with the nominal model.",
             )
             self._pace = self.slider(
                 "Speed ×", 1.0, (SLOWEST, QUICKEST, 0.1), "Playback speed.", visible=False
@@ -166,9 +175,9 @@ def result(track: Track, times: float) -> str:
         sentence = "Planned. Identify the arm, and plan again, to see its error along the path."
         return block(f"{legend(track)}<div>{sentence}</div>{tail}", testid="track", style="margin:4px 0")
     errors = track.errors
-    rows = [("Error, mean", in_mm(errors.mean())), ("largest", in_mm(errors.max()))]
+    rows = [("Error, mean", in_mm(errors.mean())), ("maximum", in_mm(errors.max()))]
     if track.is_corrected:
-        before = f"{in_mm(track.before.mean())}, largest {in_mm(track.before.max())}"
+        before = f"{in_mm(track.before.mean())}, maximum {in_mm(track.before.max())}"
         rows = [("Uncorrected, mean", before)]
         tail = f"<div>{text(capital(corrected(track)))}</div>{tail}"
     content = legend(track) + pairs(rows) + _scale(errors, times) + tail
@@ -186,10 +195,10 @@ def curves(track: Track) -> str:
         share = (column - column.min()) / max(float(np.ptp(column)), MIN_MOVED)
         parts.append(_polyline(track.time, share, ROOM, ink))
     drawn = f'<svg viewBox="0 0 {WIDTH} {2 * ROOM}" preserveAspectRatio="none">{"".join(parts)}</svg>'
-    top = f"error, largest {in_mm(track.errors.max())}" if is_shown else ""
+    top = f"error, maximum {in_mm(track.errors.max())}" if is_shown else ""
     labels = (
         label("0", 10, top, size=12),
-        label("0", ROOM + 10, "joints, each in its own range", size=12),
+        label("0", ROOM + 10, "joints, each scaled to its range", size=12),
         label("100%", ROOM - 2, f"{number(float(track.time[-1]))} s", anchor="end", size=12),
     )
     return (
