@@ -64,7 +64,7 @@ def test_rows_with_gaps_in_the_observation_are_kept_out(file, cells):
     data = read_measurements(file(HEAD + ROWS + f"0.1,0.2,{cells}\n"))
     assert data.exclude.tolist() == [False, False, True]
     assert data.reason[2].startswith("lacks")
-    assert any("line 4" in note and "kept out" in note for note in data.notes)
+    assert any("line 4" in note and "excluded" in note for note in data.notes)
 
 
 def test_trailing_separators_do_no_harm(file):

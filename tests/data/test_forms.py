@@ -221,7 +221,7 @@ def test_units_in_names_are_said(read):
 def test_goals_and_unknown_columns_are_said(read):
     data = read("q1[rad],x[m],y[m],z[m],Goal x[m],operator,Nr\n0.1,1,2,3,9,me,1\n")
     message = " | ".join(data.notes)
-    assert "'Goal x[m]' is a goal, not a measurement" in message
+    assert "'Goal x[m]' is a commanded value, not a measurement" in message
     assert "'operator', 'Nr'" in message
 
 

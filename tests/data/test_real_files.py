@@ -109,7 +109,7 @@ def test_rotation_vectors_with_a_gap_and_a_repeat(shared_data, ur10):
     assert np.flatnonzero(data.exclude).tolist() == [12]
     assert data.reason[12] == "lacks z"
     message = " | ".join(data.notes)
-    assert "data row 12 (line 14) lacks z and is kept out" in message
+    assert "data row 12 (line 14) lacks z and is excluded" in message
     assert "data row 31 (line 33) repeats data row 30 (line 32)" in message
     first = ur10.take(np.arange(12))
     np.testing.assert_allclose(data.position[:12], first.position, atol=1e-9)

@@ -254,7 +254,7 @@ def test_skipped_targets_are_said_and_come_back():
     assert capture.target.name == "t0"
     data = capture.dataset()
     assert data.row.tolist() == [2]
-    assert data.notes == ("1 of 3 targets were taken",)
+    assert data.notes == ("1 of 3 targets were measured",)
 
 
 def test_orientations_that_some_rows_lack_are_left_out():

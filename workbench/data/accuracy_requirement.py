@@ -191,8 +191,8 @@ class Requirement:
             )
         if self.displacement >= self.radius:
             raise OptionError(
-                f"{1e3 * self.per_axis:g} mm along each axis are {1e3 * self.displacement:.3g} mm together, "
-                f"no less than the target's radius of {1e3 * self.radius:g} mm; ask for less per axis"
+                f"{1e3 * self.per_axis:g} mm along each axis add up to {1e3 * self.displacement:.3g} mm, not "
+                f"less than the target's radius of {1e3 * self.radius:g} mm; require less per axis"
             )
 
     @property

@@ -41,7 +41,7 @@ def read_workbook(data: bytes, path: Path) -> dict[str, Cells]:
     except Exception as error:  # a broken archive raises nearly anything
         raise _refusal(what, type(error).__name__, instead, path) from None
     if unpacked > maximum:
-        why = f"it unpacks to {unpacked / MEBIBYTE:.0f} MiB, and at most {maximum / MEBIBYTE:.0f} are read"
+        why = f"it unpacks to {unpacked / MEBIBYTE:.0f} MiB; the limit is {maximum / MEBIBYTE:.0f} MiB"
         raise _refusal(what, why, "save the measurements alone, or as CSV", path)
     return _read(workbook_cells, "openpyxl", data, path, what=what, instead=instead)
 

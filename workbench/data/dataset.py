@@ -129,7 +129,7 @@ class Dataset:
         try:
             array = np.asarray(value, float)
         except (TypeError, ValueError):
-            raise DataError(f"{self.source}: '{name}' must be numbers, one row a measurement") from None
+            raise DataError(f"{self.source}: '{name}' must be numbers, one row per measurement") from None
         shape = {"q": (0,), "position": (3,), "rotation": (3, 3)}.get(name)
         if shape and (array.ndim != len(shape) + 1 or (shape[0] and array.shape[1:] != shape)):
             wanted = " x ".join(["rows", *(str(n or "joints") for n in shape)])

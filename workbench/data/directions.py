@@ -28,7 +28,9 @@ def with_directions(data: Dataset) -> Dataset:
     sign = np.where(np.abs(moved) > STILL, np.sign(moved), 0.0)
     out = np.empty_like(sign)
     out[order] = _continued(sign, session[order])
-    note = "direction of motion: from the order of the rows in time, each reached straight from the last"
+    note = (
+        "direction of motion: from the time order of the rows, assuming direct motion from each to the next"
+    )
     return replace(data, direction=out, notes=(*data.notes, note))
 
 

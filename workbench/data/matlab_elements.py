@@ -163,7 +163,7 @@ def _check_variable(file: io.BytesIO, order: str, kind: int, size: int) -> None:
         kind, size = struct.unpack(f"{order}II", stream.read(8))
         if size > MAX_UNPACKED_BYTES:
             raise ChildError(
-                f"a variable unpacks to {size >> 20} MiB, and at most {MAX_UNPACKED_BYTES >> 20} are read"
+                f"a variable unpacks to {size >> 20} MiB; the limit is {MAX_UNPACKED_BYTES >> 20} MiB"
             )
     if kind != MATRIX or not size:
         raise _DamagedError

@@ -76,7 +76,7 @@ def split_sessions(data: Dataset, row: int) -> Dataset:
     names = whole.astype(object)
     halves = [name for name in dict.fromkeys(names[is_after]) if (names[~is_after] == name).any()]
     if not halves:
-        raise DataError(f"{data.source}: no session has rows before row {row} and from it on")
+        raise DataError(f"{data.source}: no session has rows both before row {row} and from it on")
     taken = set(names)
     for name in halves:
         new = f"{SPLIT.sub('', name)} from row {row}".strip()
@@ -84,5 +84,5 @@ def split_sessions(data: Dataset, row: int) -> Dataset:
             new += "′"
         taken.add(new)
         names[is_after & (whole == name)] = new
-    note = f"the rows from row {row} on, as they were measured, are sessions of their own"
+    note = f"the rows from row {row} on, in the order of measurement, are separate sessions"
     return replace(data, session=names.astype(str), notes=(*data.notes, note))

@@ -34,8 +34,8 @@ def checked(robot: Robot, dataset: Dataset) -> Dataset:
     """The same measurements, with a note on everything odd about them for this arm."""
     if dataset.readings is not None and dataset.readings.has_tool_poses and robot is not posed_arm():
         raise DataError(
-            f"{dataset.source}: poses of the tool were given in place of joints, so robot '{robot.name}' "
-            "can't be judged; give the joints, or only identify camera and target"
+            f"{dataset.source}: the rows have tool poses instead of joints, so robot '{robot.name}' "
+            "can't be checked; give the joints, or identify only camera and target"
         )
     refuse_joint_quantities(dataset.joint_units, robot, dataset.source)
     dataset = check_plausible(dataset, robot.limits, robot.reach)
@@ -59,7 +59,7 @@ def _refuse_lengths(seen: Dataset, expected: Float[np.ndarray, "rows 3"]) -> Non
     for factor, text in ((1e-3, "m labelled mm"), (1e3, "mm labelled m")):
         if 0.3 < measured / (factor * meant) < 3.0:
             raise DataError(
-                f"{seen.source}: the tool moved {1e3 * measured:.3g} mm where the arm moved "
+                f"{seen.source}: the tool moved {1e3 * measured:.3g} mm, but the arm moved "
                 f"{1e3 * meant:.3g} mm: these look like {text}; correct the headings"
             )
 
@@ -83,8 +83,8 @@ def _refuse_quaternions(seen: Dataset, expected: Float[np.ndarray, "rows 3 3"]) 
     off, left = _mismatch(given, expected), _mismatch(np.swapaxes(given, 1, 2), expected)
     if off > WRONG and left < RIGHT:
         raise DataError(
-            f"{seen.source}: the turns differ by {np.degrees(off):.0f}° from the arm's, and by "
-            f"{np.degrees(left):.1f}° if the quaternion has the order x, y, z, w or the opposite turn: name "
+            f"{seen.source}: the rotations differ by {np.degrees(off):.0f}° from the arm's, but by only "
+            f"{np.degrees(left):.1f}° if the quaternion is in the order x, y, z, w, or inverted: name "
             "its columns qx, qy, qz, qw, or change the signs of qx, qy and qz"
         )
 
@@ -155,11 +155,11 @@ def refuse_joint_units(q: Float[np.ndarray, "rows n"], limits: Float[np.ndarray,
     joint, unit, bound = found
     guess = {
         "degrees": "these look like degrees labelled rad: write q1[deg] in the header",
-        "mm": "these look like mm labelled m: write the unit that they have in the header",
+        "mm": "these look like mm labelled m: write the correct unit in the header",
     }.get(unit, "check the units and the order of the joint columns")
     raise DataError(
         f"{source}: joint {joint + 1} reaches {np.nanmax(np.abs(q[:, joint])):.4g} "
-        f"where its limit is {bound:.4g}: {guess}"
+        f"but its limit is {bound:.4g}: {guess}"
     )
 
 
@@ -193,7 +193,7 @@ def _refuse_length_units(dataset: Dataset, reach: float) -> None:
             )
             raise DataError(
                 f"{dataset.source}: data row {dataset.row[rows[worst]]} lies {away[worst]:.4g} m "
-                f"from the others, where the arm reaches {reach:.3g} m: {guess}"
+                f"from the others, but the arm reaches {reach:.3g} m: {guess}"
             )
 
 
@@ -231,7 +231,7 @@ def _joint_notes(dataset: Dataset, limits: Float[np.ndarray, "n 2"]) -> list[str
             f"joint(s) {names} never move: their errors can't be distinguished from their neighbours'"
         )
     if len(q) > 4 and np.abs(q).max() < np.radians(2.0 * np.pi) and len(still) < q.shape[1]:
-        notes.append("all joints stay within 6.3° of zero: is this rad labelled deg?")
+        notes.append("all joints stay within 6.3° of zero: are these rad labelled deg?")
     return notes
 
 
@@ -242,7 +242,7 @@ def _observation_notes(dataset: Dataset, reach: float) -> list[str]:
     for points, _ in _clouds(dataset):
         extent = np.linalg.norm(np.ptp(points, axis=0))
         if q_moves and len(points) > 4 and NO_DIFFERENCE < extent < reach / 300.0 and dataset.point is None:
-            notes.append(f"all points lie within {1e3 * extent:.3g} mm: is this m labelled mm?")
+            notes.append(f"all points lie within {1e3 * extent:.3g} mm: are these m labelled mm?")
             break
     if dataset.rotation is not None:
         seen = dataset.rotation[dataset.included & ~np.isnan(dataset.rotation).any((1, 2))]
@@ -264,4 +264,4 @@ def _repeat_notes(dataset: Dataset) -> list[str]:
         return []
     first, again = (int(dataset.row[i]) for i in pairs[0])
     more = f", and {len(pairs) - 1} more" if len(pairs) > 1 else ""
-    return [f"data row {again} repeats data row {first}{more}: repeats of no noise are copies"]
+    return [f"data row {again} repeats data row {first}{more}: repeats without any noise are copies"]

@@ -118,15 +118,15 @@ class ArmState(StrEnum):
     """Whether the arm stands still."""
 
     STILL = "stands still"
-    MOVING = "moves, or has only just come to rest"
-    UNKNOWN = "may move: samples come too seldom to tell"
+    MOVING = "is moving, or has only just stopped"
+    UNKNOWN = "may be moving: samples are too far apart to be sure"
 
 
 class PoseSource(StrEnum):
     """Where the stored poses come from."""
 
-    MEASURED = "the pose that the source measures"
-    REFERENCE = "the target's own pose, as the source measures none"
+    MEASURED = "the pose measured by the source"
+    REFERENCE = "the pose of the target, as the source measures none"
 
 
 @dataclass(frozen=True)
@@ -356,17 +356,17 @@ class Acquisition:
         if self.silence > 0.0:
             return f"the source has been silent for {self.silence:.0f} s"
         if self._order and capture.done and capture.current == self._order[-1]:
-            return "every target has its row; take the last one again to replace it"
+            return "every target has its row; retake the last one to replace it"
         if self.source is PoseSource.MEASURED and sample.position is None:
             return "the instrument does not see the tool"
         if self.source is PoseSource.REFERENCE and capture.target.pose is None:
-            return "neither the source nor the target says where the tool is"
+            return "neither the source nor the target gives a pose of the tool"
         if force:
             return None
         if self.arm_state is ArmState.MOVING:
             return f"the arm {self.arm_state}; wait, or force it"
         if self._order and not self._has_moved(sample):
-            return "the arm has not moved since the last row; steer it on, or force it"
+            return "the arm has not moved since the last row; move it on, or force it"
         return None
 
     def _has_moved(self, sample: Sample) -> bool:
@@ -384,12 +384,12 @@ class Acquisition:
     def again(self) -> Event:
         """Drop the row of the current target, or else the one that was stored last; its target is current."""
         if not self._order:
-            return self._say("there is no row to take again")
+            return self._say("there is no row to retake")
         current = self.capture.current
         index = current if self.capture.taken[current] is not None else self._order[-1]
         self._order = [i for i in self._order if i != index]
         self.capture = self.capture.again(index)
-        return self._say(f"{self.capture.target.name}: its row is dropped, take it again", changed=True)
+        return self._say(f"{self.capture.target.name}: its row was discarded; measure it again", changed=True)
 
     def step(self, by: int) -> Event:
         """Make another target current, counted from the present one and around."""

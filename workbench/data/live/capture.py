@@ -74,11 +74,11 @@ class CaptureProgress:
     def store(self, sample: Sample) -> "CaptureProgress":
         """The capture with the sample stored for the current target, and the next open one made current."""
         if sample.position is None:
-            raise DataError("the instrument sees nothing in this sample: wait until a position comes with it")
+            raise DataError("this sample has no measured position: wait until the instrument sees the tool")
         joints = next((len(other.q) for other in self.taken if other is not None), len(sample.q))
         if len(sample.q) != joints:
             raise ShapeError(
-                f"the sample has {len(sample.q)} joints, those before {joints}",
+                f"the sample has {len(sample.q)} joints, earlier ones have {joints}",
                 expected=joints,
                 found=len(sample.q),
             )
@@ -104,7 +104,9 @@ class CaptureProgress:
         seen = [sample.rotation for sample in kept if sample.rotation is not None]
         partly = 0 < len(seen) < len(kept)
         left = self.remaining
-        notes: tuple[str, ...] = (f"{len(kept)} of {len(self.targets)} targets were taken",) if left else ()
+        notes: tuple[str, ...] = (
+            (f"{len(kept)} of {len(self.targets)} targets were measured",) if left else ()
+        )
         notes += ("orientations are left out, as some rows have none",) if partly else ()
         return Dataset(
             q=np.stack([sample.q for sample in kept]),

@@ -86,7 +86,7 @@ def listen(
         raise OptionError(
             f"'{host}' is not this machine: listen at localhost, or connect to the source instead"
         )
-    connection = accept_one(address, timeout=timeout, ready=ready, nobody="no source came")
+    connection = accept_one(address, timeout=timeout, ready=ready, nobody="no source connected")
     return SocketLines(connection, name=address)
 
 

@@ -96,7 +96,7 @@ def _measured(fields: Fields, position, rotation, base: Matrix4 | None):
         return position, rotation, ()
     if base is None:
         raise FileError(
-            "its poses are in the robot's base frame (column 'pose_frame'): say where the base stands in the "
+            "its poses are in the robot's base frame (column 'pose_frame'): give the pose of the base in the "
             "measuring frame, read_measurements(…, base=robot.base.pose)",
             path=fields.source,
         )
@@ -216,7 +216,7 @@ def _sigma(fields: Fields) -> tuple[np.ndarray | None, tuple[str, ...]]:
         known = stated[stated > 0.0]
         stated[stated == 0.0] = 0.5 * known.min() if len(known) else np.nan
         taken = "half of the smallest stated one" if len(known) else "not stated"
-        notes.append(f"{count} rows state a {kind} sigma of 0; it was rounded, taken as {taken}")
+        notes.append(f"{count} rows state a {kind} sigma of 0, which was rounded; it is taken as {taken}")
     return sigma, tuple(notes)
 
 
@@ -315,11 +315,11 @@ def _reasons(fields: Fields, reasons: list[str], found: np.ndarray) -> np.ndarra
 
 
 def _excluded_notes(fields: Fields, excluded, found, reasons: list[str]) -> tuple[str, ...]:
-    notes = [f"{plural(int(excluded.sum()), 'row')} kept out by the file"] if excluded.any() else []
+    notes = [f"{plural(int(excluded.sum()), 'row')} excluded by the file"] if excluded.any() else []
     rows = np.flatnonzero(found)
-    notes += [f"data row {row} (line {fields.lines[row]}) {reasons[row]} and is kept out" for row in rows[:5]]
+    notes += [f"data row {row} (line {fields.lines[row]}) {reasons[row]} and is excluded" for row in rows[:5]]
     if len(rows) > 5:
-        notes.append(f"{len(rows) - 5} more rows with gaps are kept out")
+        notes.append(f"{len(rows) - 5} more rows with gaps are excluded")
     if found.any() and (found | excluded).all():
         raise DataError(
             f"{fields.source}: no row can be used: data row {rows[0]} {reasons[rows[0]]}, and so on"

@@ -14,7 +14,7 @@ from workbench.data.columns import known_columns
 from workbench.data.readers.headings import is_commanded, meaning, quantities_of, split_ending
 from workbench.data.readers.table import NUMBER, Table
 
-CHOOSE_ON_PAGE = "choose what it is in the Measure tab, under 'Columns of the file'"
+CHOOSE_ON_PAGE = "choose its meaning in the Measure tab, under 'Columns of the file'"
 _JOINT = re.compile(r"q\d+")
 _NUMBER = quantities_of("qw")[0]
 TOO_LARGE = {"deg": 2.0 * math.pi, "mm": 20.0}
@@ -62,7 +62,11 @@ def _column(table: Table, index: int) -> TableColumn:
         found = meaning(name)
         remark = f"the unit of '{text}' is taken from its name"
     if found is None or is_commanded(name):
-        goal = f"'{text}' is a goal, not a measurement, and is left out" if is_commanded(name) else None
+        goal = (
+            f"'{text}' is a commanded value, not a measurement, and is left out"
+            if is_commanded(name)
+            else None
+        )
         return TableColumn(index=index, heading=text, remark=goal)
     if not found.own and remark is None:
         remark = f"'{text}' is read as {found.key}"
@@ -88,11 +92,11 @@ def _with_unit(column: TableColumn, table: Table, unit: str | None) -> TableColu
         too_large = (unit for unit, bound in TOO_LARGE.items() if unit in offered and largest > bound)
         first = next(too_large, offered[0])
         elsewhere = remedy(
-            f"say columns='{column.key}[{first}]={column.heading}' (--columns)", page=CHOOSE_ON_PAGE
+            f"give columns='{column.key}[{first}]={column.heading}' (--columns)", page=CHOOSE_ON_PAGE
         )
         message = (
             f"{where}: the unit is missing: write '{column.heading}[{first}]' in the header "
-            f"({wanted}, as it is), or {elsewhere}"
+            f"({wanted}, whichever applies), or {elsewhere}"
         )
         return replace(column, problem=UnitError(message, unit=""))
     try:

@@ -46,15 +46,15 @@ def _by_label(measured: Fields, joints: Fields, key: str) -> Fields:
     names, known = measured.values[key].tolist(), joints.values[key].tolist()
     if len(set(known)) < len(known):
         again = next(name for name in known if known.count(name) > 1)
-        raise DataError(f"{joints.source} names {key} '{again}' twice: give one row of joints a name")
+        raise DataError(f"{joints.source} names {key} '{again}' twice: give one row of joints per name")
     place = {name: k for k, name in enumerate(known)}
     rows = np.array([i for i, name in enumerate(names) if name in place], int)
     if not len(rows):
         raise DataError(
-            f"no {key} of {measured.source} ({listed(names, longest=3)}) is among those of {joints.source} "
+            f"no {key} of {measured.source} ({listed(names, longest=3)}) is in {joints.source} "
             f"({listed(known, longest=3)})"
         )
-    notes = [f"joints are those of {joints.source}, by '{key}'"]
+    notes = [f"joints are taken from {joints.source} by '{key}'"]
     if lost := sorted(set(names) - set(known)):
         notes.append(f"{key} without joints, left out: {listed(lost)}")
     at = np.array([place[names[i]] for i in rows])
@@ -65,9 +65,9 @@ def by_row(measured: Fields, joints: Fields) -> Fields:
     if measured.rows != joints.rows:
         raise DataError(
             f"{measured.source} has {plural(measured.rows, 'row')}, {joints.source} {joints.rows}: name the "
-            "rows in both (column 'point'), give both a column time[s], or one row of joints a measurement"
+            "rows in both (column 'point'), give both a column time[s], or one row of joints per measurement"
         )
-    note = f"joints are those of {joints.source}, row by row: both have {joints.rows}"
+    note = f"joints are taken from {joints.source} row by row: both have {joints.rows} rows"
     return merged(measured, joints.values, joints, (note,))
 
 

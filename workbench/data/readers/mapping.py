@@ -60,7 +60,7 @@ class _MappingReader(AbstractTableReader):
             special = name == LEFT_OUT or heading in ("pose", "joints")
             if not special and meaning(name) is None:
                 raise self.fail(
-                    f'[{key}] "{heading}" = "{ours}": there is no such column; write e.g. q1[deg]'
+                    f'[{key}] "{heading}" = "{ours}": there is no such column; write for example q1[deg]'
                 )
             pairs.append(Pair(NamedUnit(heading), (NamedUnit(name, unit),)))
         return Naming(f"{self.path} [{key}]", (), tuple(pairs), is_mapping=True) if pairs else None

@@ -100,7 +100,7 @@ def _agree(
         row = int(rows[np.argmax(between > AGREEMENT)])
         angle = np.degrees(between[np.argmax(between > AGREEMENT)])
         raise fields.error(
-            f"{forms[0].name} and {forms[1].name} are {angle:.3g}° apart: give one of them, "
+            f"{forms[0].name} and {forms[1].name} are {angle:.3g}° apart: give only one of them, "
             "or correct the order of rotations",
             row,
             forms[1].keys[0],
@@ -122,7 +122,7 @@ def _from_quaternion(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple
             int(rows[worst]),
             "qw",
         )
-    remarks = (f"quaternions are normalised (norms differ from 1 by up to {off.max():.1g})",)
+    remarks = (f"quaternions were normalised (norms differ from 1 by up to {off.max():.1g})",)
     return se3.quaternion_to_matrix(raw), remarks if off.max() > MAX_SILENT else ()
 
 
@@ -146,7 +146,7 @@ def _from_matrix(raw: np.ndarray, fields: Fields, rows: np.ndarray) -> tuple[np.
     if off.max() <= MAX_SILENT:
         return matrices, ()
     u, _, vt = np.linalg.svd(matrices)
-    return u @ vt, (f"matrices are made orthonormal (off by up to {off.max():.1g})",)
+    return u @ vt, (f"matrices were made orthonormal (deviation up to {off.max():.1g})",)
 
 
 FORMS = (

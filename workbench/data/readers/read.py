@@ -62,7 +62,7 @@ def read_measurements(
     fields = read_fields(source, columns=columns, layout=layout, sheet=sheet, joints=joints)
     if joint_table is not None:
         if "q1" in fields.values:
-            raise OptionError(f"{fields.source} has joints of its own; leave out the table of joints")
+            raise OptionError(f"{fields.source} already has joints; leave out the table of joints")
         fields = join(fields, read_fields(joint_table, columns=joint_columns, joints=joints))
     return assemble(fields, joints=joints, base=base)
 
@@ -137,7 +137,7 @@ def _table_layout(
             return known
         if layout == known.name:
             raise OptionError(
-                f"{table.source}: layout '{layout}' needs other columns than {listed(table.headings)}"
+                f"{table.source}: layout '{layout}' does not fit the columns {listed(table.headings)}"
             )
     return None
 
@@ -193,7 +193,7 @@ def read_marker_rows(path: Path | str, rows: int) -> Float[np.ndarray, "rows mar
     """
     fields = read_fields(path, layout="plain")
     if fields.rows != rows:
-        what = "one row, the markers on the tool" if rows == 1 else "two rows, as designed and as seen"
+        what = "one row, the markers on the tool" if rows == 1 else "two rows, as designed and as measured"
         raise FileError(f"has {fields.rows} rows; give {what}", path=str(path))
     count = sum(f"m{k + 1}x" in fields.values for k in range(len(fields.values)))
     if count < 3:

@@ -125,9 +125,9 @@ def with_headings(grid: Grid) -> Table:
 def with_names(grid: Grid, names: tuple[str, ...]) -> Table:
     """The table with column names that the caller gives; heading rows of the file are skipped."""
     start = _first_data_row(grid.rows)
-    notes: tuple[str, ...] = (f"the columns are named {', '.join(names)}, as was asked",)
+    notes: tuple[str, ...] = (f"the columns are named {', '.join(names)}, as requested",)
     if start:
-        notes += (f"{start} row(s) above the data are skipped, as the columns were named",)
+        notes += (f"{start} row(s) above the data are skipped, since the columns were named",)
     return _table(grid, start, names, ("",) * len(names), None, notes)
 
 
@@ -183,7 +183,7 @@ def _fitted(grid: Grid, index: int, width: int) -> list[str]:
     if len(row) > width and not any(row[width:]):
         return row[:width]
     raise grid.error(
-        f"this row has {len(row)} fields where {width} are named: add or remove fields, or delete the row",
+        f"this row has {len(row)} fields but {width} are named: add or remove fields, or delete the row",
         index,
     )
 
@@ -294,8 +294,8 @@ def _joint_name(name: str) -> str:
 def _no_column(rows: list[list[str]], pair: Pair, source: str) -> OptionError:
     cells = [cell for row in rows for cell in row if cell]
     return OptionError(
-        f"{source}: '{pair.left.name}={pair.right[0].name}' names no column of the file "
-        f"with a meaning that is known: the headings are {listed(cells)}"
+        f"{source}: '{pair.left.name}={pair.right[0].name}' names no known column of the file: "
+        f"the headings are {listed(cells)}"
     )
 
 

@@ -54,13 +54,17 @@ def read_trajectory(
     fields = read_fields(path, columns=columns, sheet=sheet, layout="plain", joints=joints)
     for key, values in fields.values.items():
         if values.dtype.kind == "f" and (blank := np.isnan(values)).any():
-            raise fields.error("the cell is blank: a trajectory has no gaps", int(np.argmax(blank)), key)
+            raise fields.error(
+                "the cell is blank: fill it in, as a trajectory must not have gaps",
+                int(np.argmax(blank)),
+                key,
+            )
     position = fields.stacked(("x", "y", "z"))
     q = joint_columns(fields, joints) if fields.numbers(r"q(\d+)") else None
     if position is not None and not in_base(fields, usual=BASE):
         raise DataError(
-            f"{fields.source}: its poses are in the measuring frame (column 'pose_frame'), those of a "
-            "trajectory are in the robot's base: take the base off them"
+            f"{fields.source}: its poses are in the measuring frame (column 'pose_frame'), but a "
+            "trajectory needs them in the robot's base frame: transform them"
         )
     rotation, notes = read_orientation(fields, usable=np.ones(fields.rows, bool))
     if q is None and position is None:

@@ -38,7 +38,7 @@ def read_excel(data: bytes, path: Path, *, sheet: str | None) -> Grid:
     found = [name for name in filled if recognised_headings(grids[name])]
     if len(found) > 1:
         raise FileError(
-            f"the sheets {listed(found)} all look like measurements: say which, e.g. sheet='{found[0]}'",
+            f"the sheets {listed(found)} all look like measurements: choose one, such as sheet='{found[0]}'",
             path=str(path),
         )
     return _named(grids, found[0] if found else filled[0])
@@ -100,7 +100,7 @@ def read_matlab(data: bytes, path: Path, *, naming: Naming | None) -> Grid:
         keys = _headings(wanted, table.shape[1], name, path)
         headings += keys
         columns += [[_text(value) for value in column] for column in table.T]
-        notes.append(f"'{name}' is read as {keys[0]} … {keys[-1]}, one measurement a {how}")
+        notes.append(f"'{name}' is read as {keys[0]} … {keys[-1]}, one measurement per {how}")
     _same_length(columns, headings, path)
     rows = [headings, *(list(row) for row in zip(*columns, strict=True))]
     return Grid(source=str(path), rows=rows, lines=list(range(len(rows))), notes=tuple(notes))
@@ -123,7 +123,7 @@ def _file_side(
         return pair.left.name, pair.left, tuple(wanted)
     raise OptionError(
         f"{path}: neither '{pair.left.name}' nor '{pair.right[0].name}' is in the file, "
-        f"which holds {_contents(variables)}"
+        f"which contains {_contents(variables)}"
     )
 
 
@@ -187,7 +187,7 @@ def _headings(wanted: tuple[NamedUnit, ...], width: int, name: str, path: Path) 
             headings.append(key if plain else item.heading(key))
     if len(headings) != width:
         raise OptionError(
-            f"{path}: '{name}' has {width} values a measurement where {len(headings)} are named: "
+            f"{path}: '{name}' has {width} values per measurement but {len(headings)} are named: "
             "change 'row' to 'column' or name them all"
         )
     return headings
@@ -197,7 +197,7 @@ def _same_length(columns: list[list[str]], headings: list[str], path: Path) -> N
     for heading, column in zip(headings, columns, strict=True):
         if len(column) != len(columns[0]):
             raise FileError(
-                f"'{heading}' has {len(column)} measurements where '{headings[0]}' has {len(columns[0])}: "
+                f"'{heading}' has {len(column)} measurements but '{headings[0]}' has {len(columns[0])}: "
                 "check 'row' and 'column'",
                 path=str(path),
             )

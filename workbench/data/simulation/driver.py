@@ -86,7 +86,7 @@ def drive(
     actual.check_joints(targets, "targets")
     if instrument is not None and instrument.observes not in (Observes.POSE, Observes.POINT):
         raise OptionError(
-            f"instrument '{instrument.name}' sees no pose and no point of the tool; "
+            f"instrument '{instrument.name}' measures neither pose nor position of the tool; "
             "choose one that does, such as tracker-6d or laser-tracker"
         )
     start = np.clip(0.0, *actual.search_limits.T) if start is None else start

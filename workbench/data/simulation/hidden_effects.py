@@ -70,8 +70,8 @@ def surprise(robot: Robot, *, rng: np.random.Generator) -> AbstractEffect:
             choices.append(_scaled(effect, factor * (kind.surprise_size or 0.0)))
     if not choices:
         raise OptionError(
-            f"{robot.name} can carry no hidden effect, as it has no masses and no joint that turns; "
-            "add masses to its joints, or hide none"
+            f"{robot.name} can't have a hidden effect, as it has no masses and no revolute joint; "
+            "add masses to its joints, or simulate none"
         )
     return choices[int(rng.integers(len(choices)))]
 
@@ -125,7 +125,7 @@ def _size(robot: Robot, effect: AbstractEffect, text: str, sentence: str, rng: n
     """Factor of the coefficients."""
     bend = 1e6 * _bend(robot, _scaled(effect, 1e-6), rng)
     if bend < MIN_LAW:
-        raise OptionError(f"effect '{sentence}': nothing drives it at that joint, so it would not show")
+        raise OptionError(f"effect '{sentence}': nothing drives it at that joint; choose another joint")
     if not text:
         return effect.typical_size or BEND / bend
     try:

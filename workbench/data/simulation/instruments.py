@@ -170,7 +170,7 @@ INSTRUMENTS: Registry[Instrument] = Registry(
         stroke=(0.1, 0.5),
     ),
     _kind("wire", Observes.DISTANCE, 0.1, None, "a draw-wire sensor on fixed anchors"),
-    _kind("sphere-probe", Observes.SPHERE, 0.03, None, "a probe that finds centres of fixed balls"),
+    _kind("sphere-probe", Observes.SPHERE, 0.03, None, "a probe that measures the centres of fixed balls"),
     _kind("plane-probe", Observes.PLANE, 0.03, None, "a probe that touches fixed planes"),
     _kind("inclinometer", Observes.TILT, 0.0, 0.001, "an inclinometer on every moving link"),
     group="workbench.instruments",

@@ -182,7 +182,7 @@ def lost(sight: Sight, poses: Float[np.ndarray, "rows 4 4"], place: Vector3) -> 
     reasons = np.full(len(poses), "", dtype="<U80")
     away = np.linalg.norm(poses[:, :3, 3] - place, axis=1)
     for i in np.flatnonzero((away < sight.near) | (away > sight.far)):
-        reasons[i] = f"{away[i]:.2f} m from the instrument, which sees {sight.near:g} to {sight.far:g} m"
+        reasons[i] = f"{away[i]:.2f} m from the instrument, whose range is {sight.near:g} to {sight.far:g} m"
     if sight.cone is None or not len(poses):
         return reasons, ""
     side = mounting(sight, poses, place)

@@ -200,7 +200,7 @@ def without(rows: Dataset, reasons: np.ndarray) -> Dataset:
         if values is not None:
             keep = gone.reshape(-1, *[1] * (values.ndim - 1))
             blank[name] = np.where(keep, np.nan, values)
-    note = f"{int(gone.sum())} of {len(rows)} poses are not measured; the first one is {reasons[gone][0]}"
+    note = f"{int(gone.sum())} of {len(rows)} poses can't be measured; the first one is {reasons[gone][0]}"
     return replace(rows, exclude=gone, reason=reasons, notes=(*rows.notes, note), **blank)
 
 
