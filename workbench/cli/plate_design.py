@@ -43,6 +43,9 @@ class MarginOptions:
 
     clearance: Annotated[str, option("Minimum distance from plate, blocks, table, arm.")] = "10mm"
     limit_margin: Annotated[str, option("Minimum distance of joints from their limits.")] = "10deg"
+    errors: Annotated[
+        str, option("Maximum manufacturing errors, length and angle, of arms that reach every target.")
+    ] = "1mm,0.3deg"
     spacing: Annotated[str, option("Minimum distance of two targets on the plate.")] = "80mm"
     retreat: Annotated[str, option("Distance over which the probe must be able to retract.")] = "50mm"
     floor: Annotated[str, option("Height of the table in the robot's base; none: there is no table.")] = "0mm"
@@ -54,6 +57,7 @@ class MarginOptions:
         return Constraints(
             clearance=opt.length(self.clearance),
             limit_margin=opt.angle(self.limit_margin),
+            errors=opt.pair_of(self.errors, "--errors"),
             spacing=opt.length(self.spacing),
             retreat=opt.length(self.retreat),
             floor=None if self.floor == "none" else opt.length(self.floor),

@@ -52,7 +52,7 @@ def plate_judgement(session: Session) -> Judgement | None:
     if found is not None:
         kept = f"{100 * found.share:.3g} % of {found.arms} virtual arms keep {wanted.text} everywhere"
         if found.unreached > (1.0 - PASSING_SHARE) * found.arms:
-            kept += f"; {found.unreached} of them can't reach every target within their joint limits"
+            kept += f"; {found.unreached} of them leave out targets that they can't reach"
         return Judgement(Tone.GOOD if found.share >= PASSING_SHARE else Tone.CAREFUL, kept)
     if not wanted.within_by_norms(score.position, score.rotation):
         return Judgement(Tone.CAREFUL, f"rms, more than the required {wanted.text}")

@@ -151,7 +151,7 @@ def test_the_stack_identifies_as_ols_does(aria, job):
     fitted = Ols().search(problem).x
     from workbench.extras.production.virtual_arms import _calibrate
 
-    stacked = aria.values(job.names) + _calibrate(job, q[None])[0]
+    stacked = aria.values(job.names) + _calibrate(job, q[None], np.ones((1, 10), bool))[0]
     order = [problem.names.index(n) for n in job.names]
     assert np.allclose(stacked, fitted[order], atol=1e-8)
 
@@ -190,7 +190,7 @@ def test_all_arms_pass_eq_3_with_mixed_branches_and_fewer_with_more_noise(job, f
     assert worse.share < 0.5
     assert (
         worse.passed.sum()
-        == (worse.reached & (worse.worst[:, 0] <= 1e-3) & (worse.worst[:, 1] <= worse.wanted.rotation)).sum()
+        == ((worse.worst[:, 0] <= 1e-3) & (worse.worst[:, 1] <= worse.wanted.rotation)).sum()
     )
     easy = replace(loud, wanted=Requirement(radius=0.05, per_axis=0.02).wanted)
     lax = gather(easy, [try_arms(easy, SEED, 100)], {})

@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from workbench.arm.inverse import unreachable
 from workbench.arm.inverse.branch import (
+    LIMIT_MARGIN,
     LIMIT_SLACK,
     Branch,
     InverseResult,
@@ -156,9 +157,11 @@ def _limits(robot: Robot, limits: ArrayLike | None) -> np.ndarray:
 def _spread(
     arm: ReducedArm, target: np.ndarray, task: Task, limits: np.ndarray, rng: np.random.Generator
 ) -> Solutions:
-    """Representatives of endlessly many solutions within the limits, far apart from each other."""
+    """Representatives of endlessly many solutions, far apart from each other: with a margin to the limits, or
+    at least within them."""
     x = np.empty((0, arm.dof))
-    for bounds in (limits, limits, limits, None):
+    margin = np.minimum(LIMIT_MARGIN, 0.25 * np.diff(limits, axis=1)) * [1.0, -1.0]
+    for bounds in (limits + margin, limits, limits, None):
         starts = random_starts(arm, (SPREAD_STARTS,), rng, limits=limits)
         one = np.zeros(len(starts), np.int64)
         r = refine(arm, target, starts, task=task, target_of=one, limits=bounds)

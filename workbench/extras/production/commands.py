@@ -24,7 +24,7 @@ def yield_(
     ] = None,
     errors: Annotated[
         str, option("Maximum manufacturing errors of the arms: length and angle.")
-    ] = "5mm,5deg",
+    ] = "1mm,0.3deg",
     orientations: Annotated[
         str | None, option("Evaluate near the orientations of this plate's targets, to compare plates.")
     ] = None,

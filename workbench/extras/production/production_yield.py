@@ -32,7 +32,7 @@ class Yield:
 
     Args:
         wanted: What every pose of an arm had to keep.
-        reached: Arms that met all targets within their joint limits; the others fail.
+        reached: Arms that met all targets within their joint limits; the others are calibrated with fewer.
         planned: Arms that did so in the planned branches.
         position: Root mean square position error of each arm in the region [m].
         rotation: And rotation error [rad].
@@ -70,7 +70,7 @@ class Yield:
 
     @cached_property
     def passed(self) -> Bool[np.ndarray, " arms"]:
-        return frozen(self.reached & (self.within >= 1.0))
+        return frozen(self.within >= 1.0)
 
     @property
     def share(self) -> float:
@@ -86,11 +86,11 @@ class Yield:
 
     @property
     def position_rms(self) -> float:
-        return float(np.sqrt(np.mean(self.position[self.reached] ** 2)))
+        return float(np.sqrt(np.mean(self.position**2)))
 
     @property
     def rotation_rms(self) -> float:
-        return float(np.sqrt(np.mean(self.rotation[self.reached] ** 2)))
+        return float(np.sqrt(np.mean(self.rotation**2)))
 
     @property
     def agreement(self) -> Float[np.ndarray, "cubes 2"]:
@@ -155,10 +155,9 @@ def gather(
 
 
 def rms_of(chunks: Sequence[Chunk]) -> tuple[float, float]:
-    """Root mean square position [m] and rotation error [rad] of the arms that reached all targets."""
-    reached = np.concatenate([chunk.reached for chunk in chunks])
-    position = np.concatenate([chunk.position for chunk in chunks])[reached]
-    rotation = np.concatenate([chunk.rotation for chunk in chunks])[reached]
+    """Root mean square position [m] and rotation error [rad] of the arms."""
+    position = np.concatenate([chunk.position for chunk in chunks])
+    rotation = np.concatenate([chunk.rotation for chunk in chunks])
     return float(np.sqrt(np.mean(position**2))), float(np.sqrt(np.mean(rotation**2)))
 
 

@@ -38,12 +38,12 @@ class Reached(NamedTuple):
 
     Args:
         q: Joint positions [rad or m].
-        met: Arms that meet every target within their limits.
-        planned: Arms that do so next to the nominal arm's posture everywhere.
+        met: Whether each target is met within the arm's limits.
+        planned: Arms that meet every target next to the nominal arm's posture.
     """
 
     q: Float[np.ndarray, "arms targets n"]
-    met: Bool[np.ndarray, " arms"]
+    met: Bool[np.ndarray, "arms targets"]
     planned: Bool[np.ndarray, " arms"]
 
 
@@ -80,10 +80,8 @@ def reach_targets(
         open_ = open_[~met]
         if not len(open_):
             break
-    met_all, as_planned = (
-        np.logical_and.reduce(flags.reshape(arms, count), axis=1) for flags in (used >= 0, used == 0)
-    )
-    return Reached(q.reshape(arms, count, -1), met_all, as_planned)
+    used = used.reshape(arms, count)
+    return Reached(q.reshape(arms, count, -1), used >= 0, (used == 0).all(1))
 
 
 def deflected(actual: Robot, q: Float[np.ndarray, "rows n"], made: Float[np.ndarray, "rows k"]) -> np.ndarray:

@@ -18,15 +18,12 @@ def yield_tables(found: Yield) -> RenderableType:
     arms = new_table(f"{found.arms} virtual arms, {found.wanted.text}", "", "")
     arms.add_row("arms that meet it", f"{100 * found.share:.2f} %")
     arms.add_row("95 % confidence", f"{100 * low:.2f} … {100 * high:.2f} %")
-    arms.add_row("arms that could not reach a target", str(int((~found.reached).sum())))
+    arms.add_row("arms that could not reach every target", str(int((~found.reached).sum())))
     arms.add_row("arms that needed another branch", str(int((found.reached & ~found.planned).sum())))
-    if found.reached.any():
-        worst = np.percentile(found.position[found.reached], [50, 95, 100])
-        arms.add_row(escape("position error, rms [mm]"), f"{1e3 * found.position_rms:.3f}")
-        arms.add_row(
-            escape("median, 95 %, worst arm [mm]"), " / ".join(f"{1e3 * value:.3f}" for value in worst)
-        )
-        arms.add_row("orientation error, rms [°]", f"{np.rad2deg(found.rotation_rms):.3f}")
+    worst = np.percentile(found.position, [50, 95, 100])
+    arms.add_row(escape("position error, rms [mm]"), f"{1e3 * found.position_rms:.3f}")
+    arms.add_row(escape("median, 95 %, worst arm [mm]"), " / ".join(f"{1e3 * value:.3f}" for value in worst))
+    arms.add_row("orientation error, rms [°]", f"{np.rad2deg(found.rotation_rms):.3f}")
     sources = new_table("Each source alone", "", "position [mm]", "orientation [°]", "share [%]")
     for name, share in sorted(found.shares.items(), key=lambda item: -item[1]):
         position, rotation = found.sources[name]
@@ -72,8 +69,8 @@ def yield_json(found: Yield) -> Json:
         "share_95": [low, high],
         "not_reached": int((~found.reached).sum()),
         "other_branch": int((found.reached & ~found.planned).sum()),
-        "position_rms_mm": 1e3 * found.position_rms if found.reached.any() else None,
-        "orientation_rms_deg": float(np.rad2deg(found.rotation_rms)) if found.reached.any() else None,
+        "position_rms_mm": 1e3 * found.position_rms,
+        "orientation_rms_deg": float(np.rad2deg(found.rotation_rms)),
         "sources": {
             name: {
                 "position_rms_mm": 1e3 * position,

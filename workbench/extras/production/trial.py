@@ -10,6 +10,7 @@ from workbench.base.errors import DataError
 from workbench.base.progress import part_of
 from workbench.base.threads import one_thread
 from workbench.data.accuracy_requirement import Requirement, Wanted
+from workbench.data.simulation.simulate import ANGLE_ERROR, LENGTH_ERROR
 from workbench.extras.production.production_yield import ARMS, Yield, check_number, try_production
 from workbench.extras.production.yield_inputs import ErrorSizes, YieldJob, constrained_by
 from workbench.plate.door import door
@@ -20,8 +21,6 @@ from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches, measurable
 from workbench.plate.tolerances import Production
 
-LENGTH_ERROR, ANGLE_ERROR = 5e-3, float(np.deg2rad(5.0))
-"""Largest manufacturing errors of a length [m] and an angle [rad] in a production run, as in ARIA §2.4."""
 JUDGED_POSES = 500
 """Poses of the tool in the region, in all their branches, at which arms are judged."""
 
@@ -57,8 +56,8 @@ def try_plate(
         production: Its tolerances; as the plate says if None. Targets that say how well they are known keep
             that.
         undeclared: Effects that every actual arm has and the calibration does not know.
-        length: Maximum manufacturing error of a length [m].
-        angle: Maximum manufacturing error of an angle [rad].
+        length: Maximum manufacturing error of a length [m]; 5 mm in ARIA §2.4.
+        angle: Maximum manufacturing error of an angle [rad]; 5° there.
         wanted: What every pose has to keep; ARIA eq. (3) if None.
         towards: Plate about whose targets' orientations the poses of the region are turned by up to 60°, so
             that plates compare; this one if None.

@@ -3,9 +3,9 @@
 All arms share one chain; what an arm has in addition to the nominal constants enters as the chain's `shift`,
 row by row, so that a stack of arms is no more than a stack of rows:
 
-    made       δ ~ U(±5 mm, ±5°) of every constant
+    made       δ even within ±1 mm, ±0.3°, or what is given, of every constant
     measured   q of the actual arm at the actual target, nearest to the nominal arm's (`reach_targets`)
-    calibrated δ̂ by damped Gauss–Newton on Σ |S⁻¹ (y − k(q, δ̂))|²
+    calibrated δ̂ by damped Gauss–Newton on Σ |S⁻¹ (y − k(q, δ̂))|² over the targets that the arm reaches
     judged     e = k(q, δ) − k(q, δ̂) at poses of the region that took no part
 
 Source: ARIA §4.1.2 (second way of acquisition), eqs. (19)–(21), §2.4 eq. (3).
@@ -65,7 +65,7 @@ def try_arms(job: YieldJob, seed: np.random.SeedSequence, arms: int = CHUNK) -> 
     targets = _actual_targets(job, arms, rng)
     reached = reach_targets(actual, made, targets, branches=job.branches, constrained=job.constrained)
     readings = reached.q + rng.normal(0.0, job.errors.joint, reached.q.shape)
-    found = _calibrate(job, readings)
+    found = _calibrate(job, readings, reached.met)
     tests = rng.integers(0, len(job.bank), (arms, job.tests))
     errors = _errors(job, actual, made, found, tests)
     return _judged(job, reached, tests, errors)
@@ -103,7 +103,9 @@ def _actual_targets(
     return se3.pose(turned, job.poses[:, :3, 3] + position)
 
 
-def _calibrate(job: YieldJob, readings: Float[np.ndarray, "arms targets n"]) -> Float[np.ndarray, "arms p"]:
+def _calibrate(
+    job: YieldJob, readings: Float[np.ndarray, "arms targets n"], met: Bool[np.ndarray, "arms targets"]
+) -> Float[np.ndarray, "arms p"]:
     """Identified errors of the constants, the plate taken as true, a ball-bar's anchors solved for.
 
     Steps are damped by what is known beforehand (`Job.prior`), so that what the targets leave open stays near
@@ -113,7 +115,7 @@ def _calibrate(job: YieldJob, readings: Float[np.ndarray, "arms targets n"]) -> 
     arms, count, _ = readings.shape
     chain, columns = job.robot.chain, job.robot.chain.indices(job.names)
     q, nominal = readings.reshape(arms * count, -1), np.tile(job.poses, (arms, 1, 1))
-    weights = np.where(job.constrained, 1.0 / job.sigma, 0.0)
+    weights = np.where(job.constrained & met[..., None], 1.0 / job.sigma, 0.0)
     beside, p = np.broadcast_to(-job.anchored, (arms, *job.anchored.shape)), len(columns)
     known = np.full(beside.shape[-1], 1.0 / (job.errors.anchor or 1.0) ** 2)
     pull = np.append(np.zeros(p), known)
@@ -126,7 +128,7 @@ def _calibrate(job: YieldJob, readings: Float[np.ndarray, "arms targets n"]) -> 
         rows = np.concatenate([twists.reshape(arms, count, 6, -1), beside], axis=3) * weights[..., None]
         rows = rows.reshape(arms, count * 6, -1)
         across = np.swapaxes(rows, 1, 2)
-        right = across @ (residual * weights.ravel())[..., None] - (pull * found)[..., None]
+        right = across @ (residual * weights.reshape(arms, -1))[..., None] - (pull * found)[..., None]
         step = np.linalg.solve(across @ rows + np.diag(np.append(job.prior, known)), right)[..., 0]
         found = found + step
         if np.abs(step).max() < TOLERANCE:
@@ -159,7 +161,7 @@ def _judged(job: YieldJob, reached: Reached, tests: np.ndarray, errors: np.ndarr
     sums = [np.bincount(judged, part[reached.planned].ravel(), rows) for part in np.moveaxis(squares, -1, 0)]
     position, rotation = np.sqrt(squares.mean(1)).T
     return Chunk(
-        reached=reached.met,
+        reached=reached.met.all(1),
         planned=reached.planned,
         position=position,
         rotation=rotation,

@@ -33,6 +33,7 @@ from workbench.plate.optimiser.shapes import (
 )
 from workbench.plate.optimiser.target_blocks import SIDE, Blocks, Places, places_of, tool_poses_at
 from workbench.plate.plate import Kind, Plate
+from workbench.plate.reach_margin import with_reach_margin
 from workbench.plate.readings import TargetReading
 from workbench.plate.tolerances import Production
 
@@ -136,6 +137,9 @@ class Setting:
             "clearance from the plate": around[:, 2],
         }
         good = np.flatnonzero(np.logical_and.reduce(list(kept.values())))
+        roomy = with_reach_margin(self.robot, q[good], errors=limits.errors)
+        kept["reach of arms with manufacturing errors"] = _spread(roomy, good, len(q))
+        good = good[roomy]
         stops, free = self._retreats(poses[good], q[good], placements[good])
         kept["retreat along the probe"] = _spread(free, good, len(q))
         free &= self._clear_of_own(poses[good], stops)

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float
 from workbench.arm.inverse.branch import LIMIT_MARGIN
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError, OptionError
+from workbench.data.simulation.simulate import LIKELY_ERRORS
 from workbench.plate.optimiser.clearance import arm_shape
 from workbench.plate.optimiser.shapes import ON_THE_TABLE, AbstractArmShape, Hull, plate_hull
 from workbench.plate.optimiser.target_blocks import SIDE
@@ -28,6 +29,7 @@ class Constraints:
     Args:
         clearance: Minimum distance of the arm from blocks, plate, table and itself [m].
         limit_margin: Minimum distance of every joint from its limits [rad or m].
+        errors: Maximum manufacturing errors, length [m] and angle [rad], of arms that reach every target, too.
         spacing: Minimum distance of two targets on the plate [m].
         edge: Minimum distance of a target from the plate's edge [m].
         retreat: The probe must be able to go back so far along its axis with the same clearance [m].
@@ -36,6 +38,7 @@ class Constraints:
 
     clearance: float = 0.010
     limit_margin: float = LIMIT_MARGIN
+    errors: tuple[float, float] = LIKELY_ERRORS
     spacing: float = 0.08
     edge: float = float(0.5 * np.sqrt(2.0) * SIDE)
     retreat: float = 0.05
