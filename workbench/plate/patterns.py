@@ -22,6 +22,8 @@ MAX_TARGETS = 200
 """More targets than this are refused."""
 CIRCLE, TARGETS = "Circle", 10
 """Name and number of targets of the default plate."""
+CENTRE = (0.45, 0.25)
+"""Where its middle is: before the base and above it, as shares of the arm's reach."""
 ROOM = 0.14
 """Minimum radius of that circle [m]: its blocks stand side by side."""
 TILTS = (float(np.deg2rad(-150.0)), float(np.deg2rad(-160.0)))
@@ -88,17 +90,21 @@ def pattern(
     )
 
 
-def circle_before(robot: Robot) -> Plate:
-    """A circle of targets before an arm, sized by its reach; above the floor that it stands on."""
+def circle_before(robot: Robot, centre: tuple[float, float] = CENTRE) -> Plate:
+    """A circle of targets before an arm, sized by its reach; above the floor that it stands on.
+
+    Args:
+        centre: How far before the base and how high its middle is, as shares of the reach.
+    """
     reach = robot.reach
-    centre = np.array([0.45, 0.0, 0.25]) * reach - [0.0, 0.0, height_above_floor(robot)]
+    middle = np.array([centre[0], 0.0, centre[1]]) * reach - [0.0, 0.0, height_above_floor(robot)]
     half = np.array([0.2, 0.24, 0.12]) * reach
     radius = max(0.16 * reach, ROOM)
     side = 2.0 * radius + 0.1 * reach
     return Plate(
         name=CIRCLE,
-        targets=pattern("circle", TARGETS, centre=centre, radius=radius),
-        region=Region(min=centre - half * [1, 1, 0.5], max=centre + 1.5 * half, cube=float(0.05 * reach)),
-        xyz=frozen(centre - [0.0, 0.0, 0.05]),
+        targets=pattern("circle", TARGETS, centre=middle, radius=radius),
+        region=Region(min=middle - half * [1, 1, 0.5], max=middle + 1.5 * half, cube=float(0.05 * reach)),
+        xyz=frozen(middle - [0.0, 0.0, 0.05]),
         size=frozen(np.array([side, side, 0.012])),
     )

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from workbench.arm.inverse import solve as inverse
+from workbench.arm.inverse.branch import roomy
 from workbench.arm.inverse.solve import Branch, Task
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
@@ -119,7 +120,7 @@ def measurable(robot: Robot, plate: Plate) -> Measurable:
         tuple(b for b in found if target.branch in (AUTO, b.name) or target.q is not None) or found
         for target, found in zip(plate.targets, every, strict=True)
     ]
-    clear = [unobstructed(robot, plate, i, found) for i, found in enumerate(meant)]
+    clear = [roomy(unobstructed(robot, plate, i, found)) for i, found in enumerate(meant)]
     hit = tuple(
         "" if free or not found else hits(robot, plate, [i], found[0].q[None])[0]
         for i, (free, found) in enumerate(zip(clear, meant, strict=True))

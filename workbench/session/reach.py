@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from workbench.arm.inverse.branch import Branch, InverseResult, choose, margins, nearest_of
+from workbench.arm.inverse.branch import Branch, InverseResult, choose, margins, nearest_of, roomy
 from workbench.arm.inverse.damped_newton import Task
 from workbench.arm.inverse.solve import follow, solve
 from workbench.arm.joint_units import sliding
@@ -155,11 +155,11 @@ def _reached(q: Float[np.ndarray, " n"], branch: str) -> TargetState:
 
 
 def _choices(robot: Robot, plate: Plate, number: int, result: InverseResult) -> tuple[Branch, ...]:
-    """The branch chosen by hand, or those that keep clear of the plate; all, where none does."""
+    """The branch chosen by hand, or those with room that keep clear of the plate; all, where none does."""
     within = result.within_limits
     if plate.targets[number].branch in result.names:
         return within
-    return unobstructed(robot, plate, number, within) or within
+    return roomy(unobstructed(robot, plate, number, within)) or within
 
 
 def _state(

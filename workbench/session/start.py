@@ -1,16 +1,18 @@
 """The start of a session: a robot, a plate, and everything derived from them.
 
-An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is. A target
-that the arm can't reach as it is, and every one of an arm with fewer than six joints, is turned about the
-vertical, and moved nearer if need be, until the arm meets it well clear of limits and plate; it then has the
-orientation that the tool has there.
+An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is, where the arm
+meets all of them well clear of limits and plate. A target that it can't reach so, and every one of an arm with
+fewer than six joints, is turned about the vertical, and moved nearer if need be, until it does; it then has
+the orientation that the tool has there.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
+from workbench.arm.inverse.branch import LIMIT_MARGIN, LIMIT_SLACK, Branch
 from workbench.arm.inverse.solve import Task, solve_many
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
@@ -21,7 +23,7 @@ from workbench.base.types import frozen
 from workbench.data.accuracy_requirement import default_requirement
 from workbench.identification.problem_blocks import Noise
 from workbench.plate.collision import unobstructed
-from workbench.plate.patterns import CIRCLE, circle_before
+from workbench.plate.patterns import CENTRE, CIRCLE, circle_before
 from workbench.plate.plate import Kind, Plate, Target
 from workbench.plate.plate_toml import load_plate
 from workbench.plate.readings import usual_sigma
@@ -81,6 +83,8 @@ ARIA, TABLE_2, TABLE_2_NAME = "ARIA", "table2", "Table 2"
 """The paper's arm and its plate, as it is loaded and called."""
 TURNS = 6
 """Turns about the vertical that are tried at a place."""
+CENTRES = (CENTRE, (0.55, 0.25), (0.5, 0.35), (0.5, 0.15), (0.6, 0.35), (0.6, 0.15))
+"""Where the middle of the circle is tried, as shares of the reach."""
 NEARER = (1.0, 0.95, 0.9, 0.85)
 """Shares of a place's distance from the base at which they are tried."""
 
@@ -99,13 +103,34 @@ def is_default_plate(session: Session) -> bool:
 
 @lru_cache(maxsize=16)
 def default_circle(robot: Robot) -> Plate:
-    """The circle before an arm; above the floor that it stands on."""
-    plate, straight = circle_before(robot), robot.with_effects()
+    """The circle before an arm that has room at every target, or else at most of them."""
+    best, most = None, -1
+    for centre in CENTRES:
+        plate = _circle(robot, centre)
+        count = sum(_has_room(robot, plate, i, branches_to(robot, t)) for i, t in enumerate(plate.targets))
+        if count > most:
+            best, most = plate, count
+        if count == len(plate):
+            break
+    assert best is not None
+    return best
+
+
+def _circle(robot: Robot, centre: tuple[float, float]) -> Plate:
+    plate, straight = circle_before(robot, centre), robot.with_effects()
     targets = (
-        target if robot.dof >= int(Task.POSE) and branches_to(robot, target) else _met(straight, plate, i)
+        target
+        if robot.dof >= int(Task.POSE) and _has_room(robot, plate, i, branches_to(robot, target))
+        else _met(straight, plate, i)
         for i, target in enumerate(plate.targets)
     )
     return replace(plate, targets=tuple(targets))
+
+
+def _has_room(robot: Robot, plate: Plate, number: int, branches: Sequence[Branch]) -> bool:
+    """Whether one of a target's branches keeps well clear of limits and plate."""
+    clear = unobstructed(robot, plate, number, branches)
+    return max((branch.margin for branch in clear), default=0.0) >= LIMIT_MARGIN - LIMIT_SLACK
 
 
 def _met(robot: Robot, plate: Plate, number: int) -> Target:
@@ -113,14 +138,21 @@ def _met(robot: Robot, plate: Plate, number: int) -> Target:
     placed = plate.targets[number]
     kind = Kind.SOCKET if Task.default(robot.dof) is Task.POSITION else Kind.SEAT
     turns = se3.rotvec_to_matrix(np.linspace(0.0, 2.0 * np.pi, TURNS, endpoint=False)[:, None] * [0, 0, 1])
-    for nearer in NEARER:
-        target = replace(placed, xyz=frozen(placed.xyz * [nearer, nearer, 1.0]))
+    found: list[tuple[bool, float, Target]] = []
+    places = [replace(placed, xyz=frozen(placed.xyz * [nearer, nearer, 1.0])) for nearer in NEARER]
+    for target in places:
         poses = robot.base.pose @ se3.pose(turns @ target.pose[:3, :3], np.tile(target.xyz, (TURNS, 1)))
         branches = [branch for result in solve_many(robot, poses) for branch in result.within_limits]
         if not branches:
             continue
-        clear = unobstructed(robot, plate, number, branches) or branches
-        best = Motion(max(clear, key=lambda branch: branch.margin).q[None])
-        tool = se3.inverse(robot.base.pose) @ tool_poses(robot, best)[0]
-        return replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)
-    return replace(placed, kind=Kind.SOCKET)
+        clear = unobstructed(robot, plate, number, branches)
+        best = max(clear or branches, key=lambda branch: branch.margin)
+        tool = se3.inverse(robot.base.pose) @ tool_poses(robot, Motion(best.q[None]))[0]
+        met = replace(target, rpy=frozen(se3.matrix_to_rpy(tool[:3, :3])), kind=kind)
+        found.append((bool(clear), best.margin, met))
+        if _has_room(robot, plate, number, clear):
+            break
+    if found:
+        return max(found, key=lambda one: one[:2])[2]
+    sockets = [replace(target, kind=Kind.SOCKET) for target in places]
+    return next((s for s in sockets if _has_room(robot, plate, number, branches_to(robot, s))), sockets[0])

@@ -212,6 +212,12 @@ def quality(branch: Branch) -> float:
     return min(max(branch.margin, 0.0), 0.5) * branch.manipulability
 
 
+def roomy(branches: tuple[Branch, ...]) -> tuple[Branch, ...]:
+    """Those that keep `LIMIT_MARGIN` from the limits, or, where none does, the one that keeps most."""
+    minimum = min(LIMIT_MARGIN - LIMIT_SLACK, max((b.margin for b in branches), default=0.0))
+    return tuple(b for b in branches if b.margin >= minimum)
+
+
 def _at_turn(branch: Branch, q: np.ndarray) -> Branch:
     turned = branch.nearest_turn(q)
     return replace(branch, q=turned, margin=float(margins(turned[None], branch.limits).min()))
