@@ -1,9 +1,9 @@
 """The start of a session: a robot, a plate, and everything derived from them.
 
-An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is, where the arm
-meets all of them well clear of limits and plate. A target that it can't reach so, and every one of an arm with
-fewer than six joints, is turned about the vertical, and moved nearer if need be, until it does; it then has
-the orientation that the tool has there.
+An arm without a plate of its own gets a circle of ten targets, sized by its reach as Table 2 is, where it
+meets all of them well clear of limits and plate. A target that it can't reach so, and every one of an arm
+with fewer than six joints, is turned about the vertical, and moved nearer if need be, until it does; it then
+has the orientation that the tool has there.
 """
 
 from collections.abc import Sequence

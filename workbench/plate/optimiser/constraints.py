@@ -29,7 +29,7 @@ class Constraints:
     Args:
         clearance: Minimum distance of the arm from blocks, plate, table and itself [m].
         limit_margin: Minimum distance of every joint from its limits [rad or m].
-        errors: Maximum manufacturing errors, length [m] and angle [rad], of arms that reach every target, too.
+        errors: Maximum manufacturing errors, length [m] and angle [rad], of arms that reach every target.
         spacing: Minimum distance of two targets on the plate [m].
         edge: Minimum distance of a target from the plate's edge [m].
         retreat: The probe must be able to go back so far along its axis with the same clearance [m].
