@@ -26,6 +26,7 @@ from workbench.plate.optimiser.target_blocks import (
 )
 from workbench.plate.parts.fixture import fixture_of
 from workbench.plate.plate import Kind
+from workbench.plate.reach_margin import with_reach_margin
 from workbench.plate.readings import Look, TargetReading
 from workbench.plate.region_poses import plate_region_poses
 from workbench.plate.target_branches import choose_branches
@@ -122,6 +123,7 @@ def test_the_targets_are_reached_where_the_plate_is(name, request, aria):
     assert np.allclose(tool_poses(aria, Motion(q)), plate.poses, atol=1e-7)
     low, high = aria.limits.T
     assert np.minimum(q - low, high - q).min() >= np.deg2rad(10.0)
+    assert with_reach_margin(aria, q).all()
     assert np.allclose(np.minimum(q - low, high - q).min(1), design.limit_margin)
     for target in plate.targets:
         branch = inverse.nearest_branch(inverse.solve(aria, target.pose), target.q)

@@ -5,6 +5,7 @@ import pytest
 from stories import own_files
 
 from workbench.arm.built_in_arms import load_robot
+from workbench.arm.inverse.branch import LIMIT_MARGIN, margins
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
 from workbench.base import se3
@@ -32,6 +33,16 @@ def test_all_of_table_2_is_reached_and_clear(first):
     assert first.score.rank == first.score.parameters == 24
     assert first.score.position < 0.5e-3
     assert len({s.branch for s in first.states}) > 1
+
+
+@pytest.mark.parametrize("name", ["aria", "ar4", "iiwa14", "panda", "so101", "xarm6"])
+def test_an_arm_begins_with_room_at_every_target(name):
+    """Arms began with a joint at its limit, or with no target that could be measured."""
+    robot = load_robot(name)
+    states = start(robot, default_plate(robot)).states
+    assert all(state.measurable for state in states)
+    left = margins(np.stack([state.q for state in states]), robot.limits)
+    assert left.min() >= LIMIT_MARGIN - 1e-9
 
 
 def test_an_arm_of_a_urdf_leaves_nothing_undetermined_that_any_pose_could_show(tmp_path):
