@@ -80,8 +80,8 @@ def reach_targets(
         open_ = open_[~met]
         if not len(open_):
             break
-    used = used.reshape(arms, count)
-    return Reached(q.reshape(arms, count, -1), used >= 0, (used == 0).all(1))
+    taken = used.reshape(arms, count)
+    return Reached(q.reshape(arms, count, -1), taken >= 0, np.logical_and.reduce(taken == 0, axis=1))
 
 
 def deflected(actual: Robot, q: Float[np.ndarray, "rows n"], made: Float[np.ndarray, "rows k"]) -> np.ndarray:

@@ -161,7 +161,7 @@ def _judged(job: YieldJob, reached: Reached, tests: np.ndarray, errors: np.ndarr
     sums = [np.bincount(judged, part[reached.planned].ravel(), rows) for part in np.moveaxis(squares, -1, 0)]
     position, rotation = np.sqrt(squares.mean(1)).T
     return Chunk(
-        reached=reached.met.all(1),
+        reached=np.logical_and.reduce(reached.met, axis=1),
         planned=reached.planned,
         position=position,
         rotation=rotation,
