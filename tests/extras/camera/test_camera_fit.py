@@ -156,7 +156,7 @@ def test_pictures_that_show_only_a_board_that_is_left_out_are_kept_out(tmp_path)
     (tmp_path / "joints.csv").write_text(shots.joints(keep=range(2, 7)))
     once = read(tmp_path, "once.csv")
     assert once.included.tolist() == [False, True, True, True, True]
-    assert once.reason[0] == "shows no corner that is used"
+    assert once.reason[0] == "shows no usable corner"
     with pytest.raises(DataError, match=r"of its boards \('A'\) none is in the pictures to fit"):
         with_boards(once, ["target[B]"])
 
@@ -218,7 +218,7 @@ def test_what_does_not_carry_is_refused_and_said(tmp_path, run):
     result = wb.identify(robot, data, algorithms=("opt2",))
     assert result.identifiability.taken == 0
     assert result.robot.values(robot.default_free) == pytest.approx(robot.values(robot.default_free), abs=0.0)
-    assert "measure about" in result.identifiability.refused
+    assert "take about" in result.identifiability.refused
     assert any("nothing of the arm was identified" in text for text in result.warnings)
     saved = tmp_path / "calibrated.toml"
     assert identified(run, tmp_path, "--save", str(saved)) == 2
@@ -247,7 +247,7 @@ def test_wrong_corners_are_set_apart_by_name_and_pictures_of_other_joints_too(tm
     assert rig_of(data).rejected[0].off == pytest.approx(27.0, abs=2.0)
     run = wb.identify(robot, data, algorithms=("opt2",), held_out=0.0)
     assert [row for row, _ in run.excluded] == [9]
-    assert "image 9 does not suit its joints" in run.excluded[0][1]
+    assert "image 9 does not fit its joint readings" in run.excluded[0][1]
     assert true_errors(arm, (run.robot,))[0] < 0.15
 
 
@@ -257,7 +257,7 @@ def test_wrong_intrinsics_and_a_wrong_size_are_doubted(tmp_path):
     shots = virtual.scene(rng, arm, 25, distortion=(-0.15, 0.05, 0, 0, 0), scale=1.01)
     robot, data = written(tmp_path, "ur5", shots)
     identifiability = wb.identify(robot, data, algorithms=("opt2",)).identifiability
-    assert "intrinsics do not suit the pictures" in identifiability.doubts[0]
+    assert "intrinsics do not fit the pictures" in identifiability.doubts[0]
     assert identifiability.refused in ("", identifiability.doubts[0])
     (tmp_path / "camera.toml").write_text(virtual.camera_toml(distortion=(-0.15, 0.05, 0, 0, 0)))
     doubts = wb.identify(robot, read(tmp_path), algorithms=("opt2",)).identifiability.doubts
@@ -466,7 +466,7 @@ def test_an_effect_is_the_last_step(tmp_path, count, name):
         assert true_errors(arm, (again,))[0] == pytest.approx(after, rel=1e-6)
     else:
         assert not found
-        assert "measure about" in run.identifiability.advice
+        assert "take about" in run.identifiability.advice
 
 
 def test_camera_and_target_are_as_uncertain_as_an_arm_of_which_nothing_is_taken(tmp_path):

@@ -144,7 +144,7 @@ def test_what_a_folder_may_be(run, here):
         assert (status, err) == (0, "")
         assert "corners in 9 pictures" in out
         assert re.search(r"1 picture left out, '?3\.png'?: can't be read", out)
-        assert "1 picture would be turned by EXIF" in out
+        assert "1 picture with an EXIF rotation" in out
         moved = [
             z["joint"] for z in json.loads((here / "r.json").read_text())["camera"]["zeros"] if z["moved"]
         ]

@@ -96,7 +96,7 @@ def test_too_little_to_start_a_lens_is_said(tmp_path):
     seen = set()
     shots.rows[:] = [row for row in shots.rows if row[0] not in seen and not seen.add(row[0])]
     filed(tmp_path, shots)
-    with pytest.raises(DataError, match=r"start its lens; .*camera\.toml"):
+    with pytest.raises(DataError, match=r"too few to identify its lens; .*camera\.toml"):
         read(tmp_path)
 
 

@@ -44,7 +44,7 @@ def test_one_wrong_picture_of_twelve_is_named_and_spoils_nothing(tmp_path, name)
     robot, data = written(tmp_path, name, shots)
     run = wb.identify(robot, data, algorithms=("opt2",))
     assert [row for row, _ in run.excluded] == [4]
-    assert "image 4 does not suit its joints" in run.excluded[0][1]
+    assert "image 4 does not fit its joint readings" in run.excluded[0][1]
     before, after = true_errors(arm, (robot, run.robot))
     assert after < 0.3 * before
 
@@ -108,7 +108,7 @@ def test_an_orientation_that_was_kept_is_named(tmp_path):
     near = shots.q[4] + 1e-3 * np.random.default_rng(0).uniform(-1.0, 1.0, shots.q.shape)
     shots.q[:] = near
     (tmp_path / "joints.csv").write_text(shots.joints())
-    with pytest.raises(DataError, match="kept its orientation to 0"):
+    with pytest.raises(DataError, match="turned by only 0"):
         wb.identify(robot, read(tmp_path), algorithms=("opt2",), held_out=0.0)
 
 

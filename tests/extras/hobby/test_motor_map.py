@@ -77,7 +77,7 @@ def test_sag_tells_an_arm_that_stands_from_one_that_hangs(so101):
         up = [0.0, 0.0, 1.0]
         np.testing.assert_allclose(found.counting.base[:3, :3] @ up, arm.base[:3, :3] @ up, atol=0.1)
         assert off(arm, found) < 1.0
-        assert any("another choice of signs" in note for note in found.notes)
+        assert any("another combination of signs" in note for note in found.notes)
 
 
 def test_play_of_1_degree_that_motors_do_not_see_bounds_what_20_poses_tell(so101):

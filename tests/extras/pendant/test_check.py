@@ -173,7 +173,7 @@ def test_without_a_reference_joint_1_and_the_models_errors_are_owned_up_to(arm, 
     ("change", "text"),
     [
         (lambda q: (q[:4], NAMES[:4]), "got 4"),
-        (lambda q: (q, ["X", *NAMES[1:]]), "no posture of the reference"),
+        (lambda q: (q, ["X", *NAMES[1:]]), "no matching posture in the reference"),
         (lambda q: (q[:, :5], NAMES), "5 joint columns"),
     ],
 )

@@ -169,7 +169,7 @@ def test_two_touches_more_give_the_tools_axes(run, arm):
         ),
         (lambda arm: np.rad2deg(np.angle(np.exp(1j * np.array(pivot(arm, 6))))), "degrees labelled rad", 1),
         (lambda arm: list(random_joints("ur5e", 6)), "choose the robot", 2),
-        (lambda arm: pivot(arm, 4, noise=2e-3), "other orientations", 2),
+        (lambda arm: pivot(arm, 4, noise=2e-3), "different orientations", 2),
     ],
     ids=["few", "turned about one axis", "not turned", "other units", "another arm", "loose"],
 )
@@ -186,7 +186,7 @@ def test_what_is_asked_for_decides_and_says_how_many_more(run, arm):
     status, _, err = run("tcp", "touches.csv", "--robot", arm, "--wanted", "0.1mm", "--json", "tip.json")
     found = json.loads(Path("tip.json").read_text())
     assert status == 2
-    assert f"add {found['more']} touches" in err or "tilted more" in err
+    assert f"add {found['more']} touches" in err or "tilt the tool more" in err
     assert run("tcp", "touches.csv", "--robot", arm, "--wanted", "0mm")[0] == 64
     assert run("tcp", "touches.csv", "--robot", "iiwa7")[0] == 1
 

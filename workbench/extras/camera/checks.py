@@ -174,15 +174,16 @@ def find_doubts(
             return Doubts.of_size(notes, data, size)
         if by_lens > max(OTHER_LENS, by_size):
             notes.append(
-                f"the given intrinsics do not suit the pictures: corners {given.pixel:.2f} px off with them, "
+                f"the given intrinsics do not fit the pictures: corners are {given.pixel:.2f} px off with "
+                "them, "
                 f'{_by_lens(lens, rig)}; they were left free, so set free = "auto" or calibrate the camera'
             )
             data, given, size = let_go, lens, fitted(_of_any_size(let_go))
     is_strange = any(size.strangeness(target) > OUTSIDE for target in rig.targets)
     is_other = is_strange and given.less_likely_than(size) > OTHER_SIZE
     notes += [
-        f"{far}, more than {OUTSIDE:g} times sigma from the given intrinsics; check that they are of this "
-        "camera and lens"
+        f"{far}, more than {OUTSIDE:g} times sigma from the given intrinsics; check that they belong to "
+        "this camera and lens"
         for far in (size if is_other else given).implausible_intrinsics(rig)
     ]
     if not is_other:
@@ -255,9 +256,9 @@ def mismatched_pictures(
                 raise DataError(f"{data.source}: {text}")
     if usual > HOPELESS:
         raise DataError(
-            f"{data.source}: the pictures don't suit their joints: with the best places of camera and target "
-            f"half of them are {1e3 * usual:.0f} mm off or more; check the order of the rows, the order, "
-            "units and signs of the joints, and the robot"
+            f"{data.source}: the pictures don't fit their joint readings: with the best poses of camera and "
+            f"target, half of them are {1e3 * usual:.0f} mm off or more; check the order of the rows, the "
+            "order, units and signs of the joints, and the robot"
         )
     limit = max(OUT_OF_LINE * usual, FAR_OFF)
     lost = off > limit
@@ -265,7 +266,7 @@ def mismatched_pictures(
         return {}
     image = PictureReadings.of(data).image
     reasons = {
-        int(i): f"image {image[i]} does not suit its joints: {1e3 * off[i]:.1f} mm off"
+        int(i): f"image {image[i]} does not fit its joint readings: {1e3 * off[i]:.1f} mm off"
         for i in np.flatnonzero(lost)
     }
     for i, j in combinations(reasons, 2):
@@ -282,8 +283,8 @@ def _other_joints(data: Dataset) -> Iterator[tuple[str, Float[np.ndarray, "rows 
     """What joints may be in place of those of the file, in words and as numbers."""
     for ahead, word in ((1, "before"), (-1, "after")):
         yield (
-            f"each picture suits the joints of the row {word} its own; correct the order of the joints, or "
-            "their names of pictures",
+            f"each picture fits the joints of the row {word} its own; correct the order of the joints, or "
+            "the names of their pictures",
             np.roll(data.q, ahead, axis=0),
         )
     for joint in range(data.joints):
@@ -320,6 +321,6 @@ def _check_mounts(
     tried = build(robot, other, free=()).with_noise(ROUGH)
     if PictureFit(tried, _robust_errors(tried)[0]).pixel < 0.5 * PictureFit(problem, x).pixel:
         raise DataError(
-            f"{data.source}: the mounts are exchanged: the pictures suit a camera mounted = "
+            f"{data.source}: the mounts are exchanged: the pictures fit a camera mounted = "
             f'"{rig.mounted}" that sees a target mounted = "{rig.cameras[0].mounted}"; correct both files'
         )

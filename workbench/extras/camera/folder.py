@@ -62,11 +62,13 @@ def scan_folder(place: Path | str) -> Folder:
     """What is in a folder, or in the only one that it holds."""
     place = Path(place)
     if not place.is_dir():
-        raise FileError("is no folder", path=str(place))
+        raise FileError("is not a folder", path=str(place))
     place = only_folder(place)
     files = sorted(p for p in place.iterdir() if p.is_file())
     if sum(p.suffix.lower() in (*TABLES, ".toml") for p in files) > MAX_TABLES:
-        raise FileError(f"has more than {MAX_TABLES} tables; leave those of the pictures", path=str(place))
+        raise FileError(
+            f"has more than {MAX_TABLES} tables; keep only those of the pictures", path=str(place)
+        )
     camera = _only(place, _tomls(place, CAMERA))
     target = _only(place, _tomls(place, TARGET), "target.toml", "[charuco], [[point]] or [[board]]")
     corners, joints = tables_in(place)
@@ -209,7 +211,7 @@ def _only(place: Path, found: list[Path], name: str = "", holds: str = "") -> An
     """The one file; None where it may be missing."""
     if len(found) > 1:
         names = listed([p.name for p in found])
-        raise FileError(f"has several files of the same kind: {names}; leave one of them", path=str(place))
+        raise FileError(f"has several files of the same kind: {names}; keep one of them", path=str(place))
     if not found and name:
         beside = f", with {holds}, beside the pictures"
         raise FileError(f"has no {name}: add one{beside}", path=str(place))

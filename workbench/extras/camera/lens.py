@@ -95,7 +95,7 @@ def _lens_text(given: Camera, found: Camera) -> str:
     where = "in the cell, the target on the tool" if given.mounted is Mount.WORLD else "on the tool"
     return (
         f"no camera.toml: camera '{given.name}' is assumed {where}, its pictures {size}; the lens is "
-        f"identified from them, from a focal length of {found.intrinsics[0]:.0f} px on{exif}"
+        f"identified from them, starting at a focal length of {found.intrinsics[0]:.0f} px{exif}"
     )
 
 
@@ -155,7 +155,7 @@ def _started(camera: Camera, rig: Rig, pixels: Float[np.ndarray, "rows points 2"
     if spare < SPARE:
         raise DataError(
             f"{plural(sum(len(seen) for _, seen in boards), 'picture')} of camera '{camera.name}' with four "
-            "points or more of the target can't start its lens; show more of it, or give a camera.toml"
+            "or more points of the target are too few to identify its lens; take more, or give a camera.toml"
         )
     f = float(camera.intrinsics[0])
     is_open = camera.sigma[0] >= ANY_SIGMA * f

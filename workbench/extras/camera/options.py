@@ -24,7 +24,7 @@ class PixelSource(AbstractSource):
         None
     )
     camera: Annotated[
-        Path | None, option("With --target: the cameras, a camera.toml; if not given, the pictures tell.")
+        Path | None, option("With --target: the cameras (camera.toml); by default they are identified.")
     ] = None
 
     def read(self, path: Path, arm: Robot, joints: Path | None) -> Dataset | None:
@@ -71,7 +71,7 @@ class CameraAim(AbstractAim):
         from workbench.extras.camera.target_in_view import TargetInView
 
         if self.target is None or not self.camera_at:
-            raise OptionError("--camera needs --target FILE, and --camera-at: roughly where the camera is")
+            raise OptionError("--camera needs --target FILE, and --camera-at, the camera's rough pose")
         return TargetInView(
             rig=Rig(read_cameras(self.camera), (read_target(self.target),)),
             cameras=tuple(_place(text, "--camera-at") for text in self.camera_at),

@@ -59,9 +59,9 @@ ENOUGH = 0.6
 """Part of the picture that is well used."""
 CARRIERS = {"on the tool": Mount.TOOL, "in the cell": Mount.WORLD}
 STEPS = (
-    "Take 15 to 30 pictures, the arm still, each from another side. Beside them belongs a table with a row a "
+    "Take 15 to 30 pictures from different directions, with the arm at rest. Add a table with one row per "
     "picture: image, q1[deg] … of the joints; or image, x[mm], y[mm], z[mm], qw, qx, qy, qz of the tool, "
-    "which gives camera and target alone."
+    "which identifies camera and target only."
 )
 
 
@@ -87,9 +87,7 @@ class CamerasPanel(AbstractPanel):
                     (5.0, 200.0, 0.1),
                     "Side of a square, as measured on the print.",
                 )
-                self._carrier = gui.add_dropdown(
-                    "Board is", (*CARRIERS,), hint="The camera is on the other one of the two."
-                )
+                self._carrier = gui.add_dropdown("Board is", (*CARRIERS,), hint="The camera is on the other.")
                 self.download(
                     "Board (PDF)", lambda _: ("board.pdf", self._board().pdf()), "To print at 100 %."
                 )
@@ -109,7 +107,7 @@ class CamerasPanel(AbstractPanel):
                 endings=ENDING,
                 maximum=LARGEST_FOLDER,
                 question=self._assumed,
-                answer="Read them so",
+                answer="Read with this board",
             )
             self._thumbs = gui.add_html("")
             self._seen = gui.add_html("")
@@ -264,7 +262,7 @@ def _identified(result: Identification | None, *, is_alone: bool = False) -> str
     found = result.identifiability
     verdict = "Nothing of the arm was identified" if found.refused else f"Identified: {found.title}"
     if is_alone:
-        verdict = "Camera and target found; tool poses contain no information on its joints"
+        verdict = "Camera and target found; tool poses contain no information on the joints"
     colour = BAD if found.refused and not is_alone else GOOD
     reasons = [f"{text(step.name)}: {text(step.refused)}" for step in found.steps if step.refused]
     notes = [*found.doubts, *([found.advice] if found.advice else [])]
@@ -360,7 +358,7 @@ class PictureCapturePanel(AbstractPanel):
                 "Watch",
                 self._watch,
                 viser.Icon.CAMERA,
-                "Look at every new picture, and keep it if it is good.",
+                "Check every new picture, and keep it if it is good.",
                 main=True,
             )
             self._seen = gui.add_html("")

@@ -80,8 +80,8 @@ def exif_note(paths: list[Path]) -> Iterator[str]:
                 turned.append(path.name)
     if turned:
         yield (
-            f"{plural(len(turned), 'picture')} would be turned by EXIF, {listed(turned, longest=3)}: taken "
-            "as the sensor saw them, unless only the turned ones have the camera's size"
+            f"{plural(len(turned), 'picture')} with an EXIF rotation, {listed(turned, longest=3)}: it is "
+            "ignored, unless only the rotated ones have the camera's size"
         )
 
 

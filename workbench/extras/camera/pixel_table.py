@@ -120,7 +120,7 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
         if len(taken) != joints.rows:
             raise DataError(
                 f"{joints.source} has joints of {joints.rows} pictures, {rows.source} has {len(taken)} "
-                "pictures; give one row of joints a picture, best with a column 'image'"
+                "pictures; give one row of joints per picture, best with a column 'image'"
             )
         return taken, [
             "joints have no column 'image': the first row is taken for the first picture, and so on"
@@ -128,7 +128,7 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
     names = plain_names(joints.values["image"])
     if len(set(names)) < len(names):
         again = next(name for name in names if names.count(name) > 1)
-        raise DataError(f"{joints.source}: image '{again}' has joints twice; give one row a picture")
+        raise DataError(f"{joints.source}: image '{again}' has joints twice; give one row per picture")
     seen = list(dict.fromkeys(plain_names(rows.image)))
     lacking = [name for name in seen if name not in set(names)]
     if lacking:

@@ -48,7 +48,9 @@ class PicturePreparation(AbstractPreparation):
         _check_number(data)
         if (turn := _largest_turn(robot, data)) > ENOUGH_TURN:
             return data
-        turned = f"the tool turned by {np.rad2deg(turn):.0f}° only, which leaves other orientations open"
+        turned = (
+            f"the tool turned by only {np.rad2deg(turn):.0f}°, so other orientations are poorly determined"
+        )
         return replace(data, notes=(*data.notes, f"{turned}; {TURN_MORE}"))
 
     def decide(
@@ -101,6 +103,6 @@ def _check_turned(robot: Robot, data: Dataset) -> None:
     """Refuse pictures between which the tool hardly turns: they don't tell where camera and target are."""
     if (turn := _largest_turn(robot, data)) < MIN_TURN:
         raise DataError(
-            f"{data.source}: the tool kept its orientation to {np.rad2deg(turn):.2g}°, so that the pictures "
-            f"can't tell where camera and target are; {TURN_MORE}"
+            f"{data.source}: the tool turned by only {np.rad2deg(turn):.2g}°, so the pictures can't "
+            f"determine the poses of camera and target; {TURN_MORE}"
         )

@@ -88,7 +88,7 @@ def _ruler(draw: ImageDraw.ImageDraw, y: float, width: float, title: str, scale:
         draw.line([scale * along for along in line], fill=0, width=round(LINE * scale))
     note = (
         f'Print at 100 % ("actual size"). This line must be {RULER:.0f} mm long; if not, scale the lengths '
-        "in target.toml by what it is."
+        "in target.toml accordingly."
     )
     font = ImageFont.truetype(findfont("DejaVu Sans"), TEXT * scale)
     for text, down in ((note, 3.5), (title, 7.5)):

@@ -41,7 +41,7 @@ ENOUGH = 12
 """Corners of a board in all pictures together that place it, however few each picture shows."""
 RAYLEIGH = 1.1774
 """Median length of a normal error in the plane, in standard deviations of a coordinate."""
-NOTHING_USED = "shows no corner that is used"
+NOTHING_USED = "shows no usable corner"
 """Why a picture is kept out that showed only boards that are left out, or only wrong corners."""
 
 
@@ -72,7 +72,7 @@ def with_corners(
     notes = data.notes
     if rejected:
         more = f" and {len(rejected) - 5} more" if len(rejected) > 5 else ""
-        notes += (f"set apart as wrong: {'; '.join(map(str, rejected[:5]))}{more}",)
+        notes += (f"rejected: {'; '.join(map(str, rejected[:5]))}{more}",)
     rig = replace(rig, rejected=tuple(rejected))
     found = replace(data, readings=PictureReadings(pixels, image, rig, sight), notes=notes)
     return with_boards_in_view(_without_empty(found))
@@ -162,8 +162,8 @@ def with_boards(data: Dataset, owners: Collection[str]) -> Dataset:
     if not kept:
         names = listed([target.name or "the only one" for target in rig.targets])
         raise DataError(
-            f"{data.source}: of its boards ({names}) none is in the pictures to fit; name boards alike in "
-            "both target files, and show the same ones"
+            f"{data.source}: none of its boards ({names}) is in the pictures to fit; show the same boards, "
+            "with the same names in both target files"
         )
     points = np.concatenate([np.arange(rig.parts[b][1].start, rig.parts[b][1].stop) for b in kept])
     rig = replace(rig, targets=tuple(rig.targets[b] for b in kept))
@@ -196,8 +196,8 @@ def _judged(
     useless = of_picture > USELESS
     if np.median(of_picture) > USELESS:
         raise DataError(
-            f"{data.source}: corners lie {off_text(np.median(of_picture))} from where the target and "
-            f"intrinsics of camera '{camera.name}' put them; check squares, ids, a mirrored print, fx and fy"
+            f"{data.source}: corners are {off_text(np.median(of_picture))} off what the target and the "
+            f"intrinsics of camera '{camera.name}' predict; check squares, ids, a mirrored print, fx and fy"
         )
     points = np.isfinite(off[~useless]).sum(1)
     spare = np.sqrt(np.maximum(2.0 * points - 6.0, 1.0).sum() / (2.0 * points).sum())

@@ -66,7 +66,7 @@ class Rig:
             if camera.mounted is self.mounted:
                 raise DataError(
                     f"camera '{camera.name}' and the target are both mounted = \"{camera.mounted}\", so the "
-                    "arm moves neither against the other; mount one on the tool and one in the world"
+                    "arm doesn't move them relative to each other; mount one on the tool and one in the world"
                 )
 
     def place(self, name: str) -> int | None:

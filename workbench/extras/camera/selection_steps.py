@@ -166,7 +166,7 @@ def _refused(steps: Sequence[Step], advice: str, doubts: tuple[str, ...]) -> str
 def _decisions(steps: Sequence[Step], step: Step, advice: str) -> Iterator[str]:
     yield (
         f"{step.name}: expected error of the tool within {100 * NEARBY:g} cm of the measured places, in any "
-        f"orientation, {in_mm(step.expected)}; corners of pictures left out {step.pixel:.2f} px"
+        f"orientation, {in_mm(step.expected)}; left-out pictures {step.pixel:.2f} px"
     )
     yield from (f"{step.name} not taken: {step.refused}" for step in steps if step.refused)
     if advice:
@@ -192,7 +192,7 @@ def judged(step: Step, steps: Sequence[Step], pictures: int) -> Step:
         )
     elif step.pixel >= before.pixel:
         reason = (
-            f"pictures left out are not predicted better: {step.pixel:.2f} px, {before.pixel:.2f} px before"
+            f"left-out pictures are not predicted better: {step.pixel:.2f} px, {before.pixel:.2f} px before"
         )
     elif step.name == EFFECTS and step.expected_seen >= WORTHWHILE * before.expected_seen:
         reason = (
@@ -207,7 +207,7 @@ def advised(steps: Sequence[Step], taken: int, data: Dataset) -> str:
     step = next((s for s in steps[taken + 1 :] if s.moved**2 <= CLEARLY * s.uncertainty**2), None)
     if step is None and (last := steps[-1]).name == EFFECTS and last.refused:
         return (
-            "to see whether an effect of the arm is to blame, measure about "
+            "to see whether an effect of the arm causes this, take about "
             f"{max(len(data), 30)} more pictures, with the arm folded and stretched out and every joint "
             "turned over its whole range"
         )
@@ -219,6 +219,6 @@ def advised(steps: Sequence[Step], taken: int, data: Dataset) -> str:
     joint = min(int(digits or 1), data.joints) - 1
     turned = np.rad2deg(np.ptp(data.q[:, joint]))
     return (
-        f"to decide, measure about {count} more pictures, with joint {joint + 1} turned beyond the "
+        f"to decide, take about {count} more pictures, with joint {joint + 1} turned beyond the "
         f"{turned:.0f}° so far and the target near the camera, tilted and in all parts of the picture"
     )

@@ -68,7 +68,7 @@ class CameraAlone(AbstractPart):
     """
 
     is_of_measurements = True
-    conclusion = "Camera and target are found. Pictures with joints would calibrate the arm, too."
+    conclusion = "Camera and target are found. To calibrate the arm too, give the joints of each picture."
 
     data: Dataset
     found: Identification
@@ -140,7 +140,7 @@ def facts_of(data: Dataset) -> tuple[tuple[str, str], ...]:
     ]
     return (
         ("Pictures", f"{int((seen > 0).sum())} of {len(data)} show the target"),
-        ("Corners", f"{int(seen.sum())}; {len(rig.rejected)} set apart as wrong"),
+        ("Corners", f"{int(seen.sum())}; {len(rig.rejected)} rejected"),
         ("Joints", f"{data.joints}"),
         ("Camera", "; ".join(cameras)),
         ("Target", f"{rig.text}, {ON[rig.mounted]}"),

@@ -175,7 +175,7 @@ def charuco_target(
             f"{across} x {down} squares of {board.square:g} m with markers of {board.marker:g} m"
         )
     if across * down > MAX_SQUARES:
-        raise DataError(f"a ChArUco board has at most {MAX_SQUARES} squares here, got {across} x {down}")
+        raise DataError(f"a ChArUco board has at most {MAX_SQUARES} squares, got {across} x {down}")
     y, x = np.divmod(np.arange((across - 1) * (down - 1)), across - 1)
     points = board.square * np.stack([x + 1.0, y + 1.0, np.zeros(len(x))], axis=1)
     known: dict[str, Any] = {"scale_sigma": BOARD_SCALE, "flatness_sigma": BOARD_FLATNESS, **more}
@@ -227,8 +227,9 @@ class _TargetReader(AbstractTableReader):
         is_tags = other.charuco is None and made.charuco is None
         if is_alike and not is_tags and (shared := other.markers & made.markers):
             raise self.fail(
-                f"{boards} both have marker {min(shared)} of {made.prints}, so that pictures can't tell them "
-                f"apart; print one with other markers, {free} is the next that is free (first_marker, or id)"
+                f"{boards} both have marker {min(shared)} of {made.prints}, so pictures can't distinguish "
+                f"them; print one with other markers, of which {free} is the next free one (first_marker, or "
+                "id)"
             )
         if twice := set(_pairs(other)) & set(_pairs(made)):
             corner = "id {} corner {}".format(*min(twice))
@@ -286,7 +287,7 @@ class _TargetReader(AbstractTableReader):
             raise self.fail("id {} corner {} appears twice; each point needs its own".format(*min(twice)))
         known = np.array([not np.isinf(sigmas.get(i, 0.0)) for i in range(len(names))], bool)
         if not known.any():
-            raise self.fail("has no point whose place is known; give at least one without free = true")
+            raise self.fail("has no point of known position; give at least one without free = true")
         points = np.array(places)
         points[np.isnan(points[:, 0])] = points[known].mean(0)  # until the pictures place it
         ids, corners = np.array(names).T

@@ -64,13 +64,15 @@ class TargetInView(AbstractSight):
     def __post_init__(self):
         if len(self.cameras) != len(self.rig.cameras):
             raise OptionError(
-                f"the camera file has {len(self.rig.cameras)} cameras, {len(self.cameras)} places are given; "
-                "give one for each"
+                f"the camera file has {len(self.rig.cameras)} cameras, but {len(self.cameras)} poses are "
+                "given; give one for each"
             )
         if len(self.rig.targets) > 1:
-            raise OptionError("poses are chosen for one board; give a target file of one")
+            raise OptionError("poses are chosen for one board; give a target file with one board")
         if not 0.0 <= self.depth[0] < self.depth[1]:
-            raise OptionError(f"sharp depths go from near to far, got {self.depth[0]:g}, {self.depth[1]:g} m")
+            raise OptionError(
+                f"sharp depths must go from near to far, got {self.depth[0]:g}, {self.depth[1]:g} m"
+            )
 
     @cached_property
     def inwards(self) -> Float[np.ndarray, "points 3"]:

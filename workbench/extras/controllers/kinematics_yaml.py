@@ -96,7 +96,7 @@ class KinematicsYaml(AbstractForm):
     def notes(self, job: Job) -> Iterable[str]:
         yield from self.advice
         if job.robot.effects:
-            yield "geometry only: this form can't hold effects"
+            yield "geometry only: this format can't hold effects"
         if not self.flange:
             yield from tool_note(self._tool(job).pose)
 
@@ -105,9 +105,9 @@ class KinematicsYaml(AbstractForm):
         frames = job.frames
         slides = [j.joint.name for j in frames.joints if j.joint.kind is JointKind.PRISMATIC]
         if len(frames.joints) not in self.dofs or slides:
-            found = f"{len(frames.joints)}{f', and {slides[0]} slides' if slides else ''}"
+            found = f"{len(frames.joints)}{f', and {slides[0]} is prismatic' if slides else ''}"
             raise OptionError(
-                f"--for {self.name} is for arms of {' or '.join(map(str, self.dofs))} joints that turn; "
+                f"--for {self.name} is for arms of {' or '.join(map(str, self.dofs))} revolute joints; "
                 f"'{job.robot.name}' has {found}"
             )
         self._check_axes(job, frames)
@@ -128,8 +128,9 @@ class KinematicsYaml(AbstractForm):
         cosines = np.abs([a @ b for a, b in pairwise(axes)])
         if np.abs(cosines - [k in self.parallel for k in range(2, len(axes) + 1)]).max() > OTHER_AXES:
             raise RobotError(
-                f"--for {self.name} needs an arm whose joints {' and '.join(map(str, self.parallel))} alone "
-                f"are parallel to the one before; '{job.robot.name}' is not"
+                f"--for {self.name} needs an arm in which only joints "
+                f"{' and '.join(map(str, self.parallel))} are parallel to the preceding one; "
+                f"'{job.robot.name}' is not"
             )
 
     def _with_turn(self, frames: JointFrames) -> JointFrames:
@@ -196,8 +197,8 @@ UR = KinematicsYaml(
     head="kinematics",
     hashed=True,
     advice=(
-        "the driver compares the hash with the controller's and warns that they differ; give it the hash of "
-        "the file that ur_calibration read from this arm if it should not",
+        "the driver compares the hash with the controller's and warns if they differ; to avoid this, use "
+        "the hash in the file that ur_calibration read from this arm",
         "frames are those of base_link_inertia, the controller's base",
     ),
 )
@@ -222,5 +223,5 @@ OPENARM = replace(
     FRANKA,
     name="openarm-kinematics",
     title="kinematics.yaml of openarm_description",
-    advice=("kinematics_offset.yaml is contained: set its numbers to 0",),
+    advice=("the offsets of kinematics_offset.yaml are included: set them to 0 there",),
 )

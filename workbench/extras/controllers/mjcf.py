@@ -71,7 +71,7 @@ class Mjcf(AbstractForm):
         if job.source is not None:
             yield from MJCF.notes(job)
         elif not job.robot.has_masses:
-            yield "masses are unknown: links weigh MuJoCo's minimum, enough for kinematics alone"
+            yield "masses are unknown: links have MuJoCo's minimum mass, enough for kinematics only"
 
 
 def _bodies(robot: Robot, frames: JointFrames) -> list[tuple[float, np.ndarray] | None]:

@@ -65,11 +65,11 @@ class UrCalibration(AbstractForm):
 
     def notes(self, job: Job) -> Iterable[str]:
         yield from tool_note(self._tool(job).pose)
-        yield "keep a copy of the controller's own file: it is the factory's calibration"
+        yield "keep a copy of the controller's own file: it is the factory calibration"
         if job.source is None:
             yield (
-                "give the arm's own calibration.conf as --into, whose other lines (checksums, raw offsets) "
-                "are then kept as they are"
+                "give the arm's own calibration.conf as --into; its other lines (checksums, raw offsets) "
+                "are then kept unchanged"
             )
 
     def _nominal(self, job: Job) -> np.ndarray:
@@ -79,7 +79,7 @@ class UrCalibration(AbstractForm):
         if nominal.convention not in ("dh", "hayati") or any(r["beta"] for r in rows) or not turning:
             raise OptionError(
                 f"--for {self.name} needs a nominal arm in standard DH, got '{nominal.name}' in "
-                f"{nominal.convention}; give ur5e or the like"
+                f"{nominal.convention}; give for example ur5e"
             )
         return np.array([[r[c] for c in CONSTANTS[:4]] for r in rows])
 

@@ -65,14 +65,12 @@ def map_(
     opt.show(found.summary())
     opt.write_result(json, found.json())
     if save is not None:
-        opt.say(f"arm that counts as the motors do: {opt.save_robot(found.robot, save)}")
+        opt.say(f"arm with the motors' zeros and signs: {opt.save_robot(found.robot, save)}")
     if lerobot is not None:
         opt.say(f"LeRobot calibration: {write_text(lerobot, zeroed)}")
         if found.reversed:
             names = ", ".join(found.reversed)
-            opt.say(
-                f"LeRobot's degrees can't turn {names} round: change their sign, or use the arm of --save"
-            )
+            opt.say(f"LeRobot's degrees can't reverse {names}: change their sign, or use the arm of --save")
 
 
 @hobby.command("follow")

@@ -51,8 +51,8 @@ MEMORY = 1.0
 """Time over which errors are alike [s]."""
 NORMAL = 1.96
 COMMANDED = (
-    "the leader commanded the follower, so offsets are its droop and play, not the zeros: for these record "
-    "both moved by hand along each other, or map each arm ('workbench hobby map')"
+    "the leader commanded the follower, so offsets are its sag and play, not the zeros: for these, record "
+    "both arms moved by hand in parallel, or map each arm ('workbench hobby map')"
 )
 
 
@@ -101,7 +101,7 @@ class Following(AbstractShown):
         off = [
             f"{j.name} is {signed(j.offset[0], 2)}° ± {j.offset[1]:.2f} off" for j in self.joints if j.is_off
         ]
-        off += [f"{j.name} runs the other way" for j in self.joints if j.scale[0] < 0.0]
+        off += [f"{j.name} runs in the opposite direction" for j in self.joints if j.scale[0] < 0.0]
         off += [f"{j.name} moves {abs(j.scale[0]):.3f} times as far" for j in self.joints if j.is_scaled]
         late = float(np.median([j.lag[0] for j in self.joints]))
         found = "; ".join(off) or "offsets, directions and scales agree"
@@ -153,7 +153,7 @@ def compare_leader(recording: Path) -> Following:
     leader, follower, notes = _unwrapped(leader, follower, log, names)
     if still := [n for n, column in zip(names, leader.T, strict=True) if np.ptp(column) < MOVED]:
         raise DataError(
-            f"{log.source}: the leader's {', '.join(still)} hardly moved; move every joint by 20° or more"
+            f"{log.source}: the leader's {', '.join(still)} moved too little; move every joint by 20° or more"
         )
     joints = [_joint(n, log, x, y) for n, x, y in zip(names, leader.T, follower.T, strict=True)]
     _check_pairs(log, names, leader, follower, float(np.median([j.lag[0] for j in joints])))
@@ -209,7 +209,7 @@ def _unwrapped(leader: np.ndarray, follower: np.ndarray, log: MotorLog, names: l
         out.append(smooth)
     turns = 360.0 * np.round((np.median(out[1], axis=0) - np.median(out[0], axis=0)) / 360.0)
     notes = (
-        (f"{', '.join(sorted(passed))} passes a whole turn of counts; taken as going on",) if passed else ()
+        (f"{', '.join(sorted(passed))} passes a whole turn of counts, which was unwrapped",) if passed else ()
     )
     return out[0], out[1] - turns, notes
 

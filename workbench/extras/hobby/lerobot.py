@@ -193,7 +193,7 @@ class MotorCalibration(AbstractForm):
     def _motors(self, job: Job) -> tuple[Motor, ...]:
         nominal = job.require_nominal(self.name)
         if any(j.kind is not JointKind.REVOLUTE for j in nominal.moving):
-            raise OptionError("--for lerobot is for joints that turn")
+            raise OptionError("--for lerobot is for revolute joints")
         return read_motors(self._source(job), nominal.dof)
 
     def _found(self, job: Job) -> ControllerNumbers:

@@ -138,7 +138,9 @@ class MotorMap(AbstractShown):
     def sentence(self) -> str:
         count = "counts" if len(self.reversed) == 1 else "count"
         motions = (
-            f"{', '.join(self.reversed)} {count} the other way" if self.reversed else "all count as the URDF"
+            f"{', '.join(self.reversed)} {count} in the opposite direction"
+            if self.reversed
+            else "all count in the direction of the URDF"
         )
         swapped = f"; {' and '.join(self.exchanged)} are exchanged" if self.exchanged else ""
         zeros, all_found = self.after
@@ -161,14 +163,14 @@ class MotorMap(AbstractShown):
     def notes_in_full(self) -> list[str]:
         """What should be known, one sentence each."""
         notes = ["the zeros of the first and last joint depend on how board and camera are mounted, and stay"]
-        notes.append(f"known to {in_mm(self.expected)} anywhere, as far as chance decides")
+        notes.append(f"expected error {in_mm(self.expected)} anywhere, from noise alone")
         if self.scatter > np.deg2rad(0.1):
             turn = np.rad2deg(self.scatter)
-            notes.append(f"joints scatter by {turn:.2g}° about what the motors read: play, or sag")
+            notes.append(f"joints scatter by {turn:.2g}° about the motor readings: play, or sag")
         if self.poses_wanted > len(self.run.train_rows):
-            notes.append(f"about {self.poses_wanted} such poses would make the tip known to 1 mm")
+            notes.append(f"about {self.poses_wanted} such poses would determine the tip to 1 mm")
         motion = Motion(self.run.data.q)
-        notes += [f"found beside the zeros: {e.sentence(self.robot.chain, motion)}" for e in self.effects]
+        notes += [f"also found: {e.sentence(self.robot.chain, motion)}" for e in self.effects]
         notes += [f"pose {o.row + 1} does not fit the others; it was left out" for o in self.run.outliers]
         return [*notes, *self.notes]
 
@@ -213,7 +215,7 @@ def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> 
         OptionError: an arm with joints that slide, or fewer than three.
     """
     if robot.dof < 3 or sliding(robot).any():
-        raise OptionError(f"{robot.name}: the map is for three joints or more that all turn")
+        raise OptionError(f"{robot.name}: the map needs three or more joints, all of them revolute")
     given = [note.removeprefix(NAMED).split(", ") for note in data.notes if note.startswith(NAMED)]
     names = motors or (tuple(given[0]) if given else tuple(f"motor {k + 1}" for k in range(robot.dof)))
     q, poses, rows = _seen(robot, data)
@@ -290,7 +292,9 @@ def _seen(robot: Robot, data: Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarr
 
 def _check(data: Dataset, q: np.ndarray, poses: np.ndarray, names: tuple[str, ...]) -> None:
     if len(q) < MIN_POSES:
-        raise DataError(f"{data.source}: {plural(len(q), 'pose')}; take {USUAL}, every joint moved between")
+        raise DataError(
+            f"{data.source}: {plural(len(q), 'pose')}; take {USUAL}, moving every joint in between"
+        )
     width = np.array([_width(column) for column in q.T])
     if still := [names[k] for k in np.flatnonzero(width < MOVED)]:
         size = abs(np.rad2deg(width.min()))
@@ -317,15 +321,15 @@ def _near(robot: Robot, found: list[Counting], q: np.ndarray, data: Dataset) -> 
     if not best.fits(robot.reach):
         off = f"{in_mm(best.errors[0])} and {np.rad2deg(best.errors[1]):.2g}°"
         raise DataError(
-            f"{data.source}: these poses are not those of {robot.name}: the best of all signs, zeros and "
-            f"exchanged motors leaves {off}; check robot and units, and that each pose belongs to its row"
+            f"{data.source}: these poses do not fit {robot.name}: the best signs, zeros and order of "
+            f"motors leave {off}; check robot and units, and that each pose belongs to its row"
         )
     near = [c for c in found if 6 * len(q) * np.log(c.cost / best.cost) < LEVEL]
     if other := next((c for c in near if not _same(robot, c, best)), None):
         open_signs = np.flatnonzero(other.signs != best.signs) + 1
         raise DataError(
-            f"{data.source}: the poses leave open which way joint {', '.join(map(str, open_signs))} counts; "
-            f"take {USUAL} poses with every joint moved by 45° or more"
+            f"{data.source}: the poses don't determine the direction of joint "
+            f"{', '.join(map(str, open_signs))}; take {USUAL} poses with every joint moved by 45° or more"
         )
     return sorted(near, key=lambda c: c.turned)
 
@@ -367,10 +371,10 @@ def _notes(near: list[Counting], best: Counting, q: np.ndarray, names) -> tuple[
     notes = []
     if any(c.turned < best.turned + np.deg2rad(45.0) for c in near if c is not best):
         notes.append(
-            "another choice of signs with other zeros is the same arm but for its mounting: this one has the "
-            "smallest zeros; if joints run the wrong way in a viewer, begin with the arm near its zeros"
+            "another combination of signs and zeros describes the same arm in another mounting; this one has "
+            "the smallest zeros; if joints run the wrong way in a viewer, start with the arm near its zeros"
         )
     passed = [name for name, angles in zip(names, q.T, strict=True) if np.ptp(angles) > _width(angles) + 1e-6]
     if passed:
-        notes.append(f"{', '.join(passed)} passes from 4095 to 0 counts; taken for one range")
+        notes.append(f"{', '.join(passed)} passes from 4095 to 0 counts, which was unwrapped")
     return tuple(notes)

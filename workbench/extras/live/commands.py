@@ -19,7 +19,7 @@ def capture(
     plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
     out: Annotated[Path, option("Write the measurements here (.csv), row by row.")],
     source: Annotated[str, option("--from", "- (standard input), HOST:PORT, or listen:HOST:PORT.")] = "-",
-    still_window: Annotated[str, option("Time that the arm must have stood still.")] = "0.5s",
+    still_window: Annotated[str, option("Time for which the arm must have been at rest.")] = "0.5s",
     still_joint: Annotated[str, option("Range of a joint's readings allowed in that time.")] = "0.02deg",
     session: Annotated[str, option("Name of this placement of robot and instrument.")] = "",
     force: Annotated[
@@ -28,9 +28,9 @@ def capture(
 ) -> None:
     """Guided measurement: move the arm to each target of a plate and store a row by a key or from the source.
 
-    The source sends one JSON object a line. A tool more than 30 mm or 5° from its target is not stored. Keys:
-    Enter or space stores, y stores for the target that the place looks like, f stores although the arm moves
-    or is elsewhere, r takes the shown target's row again or else the last one, n and p go to the next and the
+    The source sends one JSON object per line. A tool more than 30 mm or 5° from its target is not stored.
+    Keys: Enter or space stores, y stores for the target that the tool is at, f stores although the arm moves
+    or is elsewhere, r retakes the shown target's row or else the last one, n and p go to the next and the
     previous target, q ends.
     """
     from rich.console import Console
@@ -68,13 +68,13 @@ def capture(
 def drive(
     robot: opt.RobotOption,
     plate: Annotated[str, option("Plate: a .toml file, or the built-in table2.")],
-    to: Annotated[str, option("- (standard output), or HOST:PORT to wait at.")] = "-",
+    to: Annotated[str, option("- (standard output), or HOST:PORT to listen on.")] = "-",
     instrument: Annotated[
         str, option("Instrument: tracker-6d, laser-tracker …; plate: none, the seat fixes the tool.")
     ] = "tracker-6d",
     branch: Annotated[str, option("designed, mixed, auto (one branch), or a branch by name.")] = "designed",
-    rate: Annotated[float, option("Samples a second.")] = 50.0,
-    dwell: Annotated[str, option("How long the arm stands at each target.")] = "1s",
+    rate: Annotated[float, option("Samples per second.")] = 50.0,
+    dwell: Annotated[str, option("How long the arm rests at each target.")] = "1s",
     speed: Annotated[float, option("Speed-up over real time; 0: without waiting.")] = 1.0,
     actual: Annotated[Path | None, option("Write the hidden actual arm here (.toml).")] = None,
     of: Annotated[str | None, option("Drive this arm instead of one with hidden errors.")] = None,

@@ -86,9 +86,9 @@ def _joined(tables: list[tuple[str, int, Table]], width: int, path: Path) -> Fie
     values["session"] = np.repeat([place for place, _, _ in tables], counts)
     values["point"] = np.array([f"socket{s}" for s in socket], dtype=str)
     notes = (
-        "layout 'mukca': joint angles in rad, one session a placement",
-        f"positions are no readings: socket 0 is at (0, 0, 0), socket 1 at ({SPACING}, 0, 0) m in a frame "
-        "of each session's own, so base frames must be free per session",
+        "layout 'mukca': joint angles in rad, one session per placement",
+        f"positions are not measured: socket 0 is at (0, 0, 0), socket 1 at ({SPACING}, 0, 0) m in a frame "
+        "that differs between sessions, so base frames must be free per session",
     )
     units = {f"q{i + 1}": "rad" for i in range(width)}
     lines = tuple(line for _, _, t in tables for line in t.lines)

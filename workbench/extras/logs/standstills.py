@@ -82,8 +82,8 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
     if not parts:
         raise DataError(
             f"{measured.source}: nothing was measured while the arm stood still "
-            f"({plural(len(standstills), 'standstill')} of {WINDOW} s or longer in {joints.source}): are "
-            "both of the same run, and is time[s] of one clock?"
+            f"({plural(len(standstills), 'standstill')} of {WINDOW} s or longer in {joints.source}); "
+            "check that both are of the same run, and that time[s] is of one clock"
         )
     found = _averaged(measured, parts, "the tool")
     along = {
@@ -96,7 +96,7 @@ def join_by_time(measured: Fields, joints: Fields, *, one_clock: bool = False) -
         *notes,
         f"{plural(len(parts), 'row')} from {plural(len(standstills), 'standstill')} of the arm of {WINDOW} "
         f"s or longer: joints and measurements are averages over each; {measured.rows - used} of "
-        f"{measured.rows} samples, taken while it moved or without sight, are not used",
+        f"{measured.rows} samples, taken in motion or without line of sight, are not used",
     )
     return merged(found, along, joints, note)
 
@@ -167,11 +167,11 @@ def clock_offset(
         return 0.0, ()
     if score[best] < MIN_CORRELATION or (len(others) and score[best] < MIN_CORRELATION_RATIO * others.max()):
         raise DataError(
-            "measurements and joints move at different moments, whatever the offset of their clocks: are "
-            "they of the same run? else give both the same clock in time[s]"
+            "measurements and joints move at different times, whatever the offset of their clocks: check "
+            "that they are of the same run, or give both the same clock in time[s]"
         )
     return float(offsets[best]), (
-        f"the clocks differ by {offsets[best]:+.2f} s: found by when the joints and the tool moved",
+        f"the clocks differ by {offsets[best]:+.2f} s, found from the times at which joints and tool moved",
     )
 
 
@@ -247,7 +247,7 @@ def _averaged(measured: Fields, parts: Sequence[np.ndarray], what: str) -> Field
     if len(restless) > len(parts) // 2:
         raise DataError(
             f"{measured.source}: {what} moves by more than {4e3 * STILL_POINT:g} mm in {len(restless)} of "
-            f"{len(parts)} standstills: are both of the same run, and is time[s] of one clock?"
+            f"{len(parts)} standstills: check that both are of the same run, and that time[s] is of one clock"
         )
     notes = measured.notes
     if restless:

@@ -24,7 +24,7 @@ def extract(
         ),
     ] = None,
     pose: Annotated[
-        list[str] | None, option('A pose in place of the file: "q1,…,qn = x,y,z,a,b,c". May be repeated.')
+        list[str] | None, option('A pose instead of the file: "q1,…,qn = x,y,z,a,b,c". May be repeated.')
     ] = None,
     plan: Annotated[int | None, option("Plan this many poses to read, such as 30.")] = None,
     out: Annotated[Path | None, option("With --plan: write the form to fill in here (.csv).")] = None,
@@ -35,7 +35,7 @@ def extract(
     json: opt.JsonOption = None,
     seed: opt.SeedOption = 0,
 ) -> None:
-    """Ask the controller for its calibrated model: from joints and tool poses on its pendant."""
+    """Extract the controller's calibrated model from joints and tool poses on its pendant."""
     from workbench.extras.pendant.extract import ModelVerdict
 
     arm = wb.load_robot(robot)
@@ -70,7 +70,7 @@ def _plan(arm, number: int, out: Path | None, seed: int) -> None:
 
 
 TouchesArgument = Annotated[
-    Path, argument("Joints at each touch, a line each (q1[deg] …); `contact` names what was touched.")
+    Path, argument("Joints at each touch, one line each (q1[deg] …); `contact` names what was touched.")
 ]
 WantedOption = Annotated[str | None, option("--wanted", "Required accuracy, such as 0.2mm.")]
 
@@ -83,7 +83,7 @@ def tcp(
     save: Annotated[Path | None, option("Write the robot with this tool here (.toml or .urdf).")] = None,
     json: opt.JsonOption = None,
 ) -> None:
-    """Tool tip from touching one point in four orientations or more; its axes from two touches more."""
+    """Tool tip from touching one point in four orientations or more; its axes from two more touches."""
     arm = wb.load_robot(robot)
     opt.check_robot_file(save)
     opt.check_writable(save, json)

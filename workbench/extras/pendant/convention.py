@@ -186,5 +186,5 @@ def _why_not(robot: Robot, readings: PendantReadings, best: Convention) -> str:
     off = f"{in_mm(best.position)} and {np.rad2deg(best.rotation):.2g}° off"
     return (
         f"{readings.source}: no convention fits {robot.name}: the best, {best.meaning.text}, is {off}; check "
-        "columns and robot, or let 'workbench new' find how the pendant counts its joints"
+        "columns and robot, or let 'workbench new' find the pendant's signs and offsets of joints"
     )

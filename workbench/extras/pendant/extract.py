@@ -112,7 +112,7 @@ class Extraction(AbstractShown):
             )
         return (
             f"your controller is calibrated: {in_mm(nominal)} from the nominal model on average; the "
-            f"extracted one is expected within {size} of it anywhere"
+            f"extracted model is expected to be within {size} of the controller's anywhere"
         )
 
     @property

@@ -62,7 +62,7 @@ class Plan:
         size = 1e3 * self.expected.position
         more = "" if self.expected.position <= WANTED else "; more poses make it smaller"
         return (
-            f"{len(self.q)} poses: expected error of the extracted model {size:.3f} mm at a display of "
+            f"{len(self.q)} poses: expected error of the extracted model {size:.3f} mm with a display of "
             f"0.1 mm and 0.01°{more}"
         )
 
@@ -78,7 +78,7 @@ class Plan:
 
 
 HELP = (
-    "Move the joints to each line's positions, slowly; mind what stands around the arm.",
+    "Move the joints to each line's positions, slowly; watch for obstacles around the arm.",
     "Type x, y, z and the orientation as the pendant shows them, with all digits.",
     "Three angles or a rotation vector: a, b, c. A quaternion: add a column d.",
 )

@@ -175,7 +175,7 @@ def _unit(head: list[str], columns: list[int], path: Path) -> str:
     found = {parse_heading(head[c]).unit or "" for c in columns if c < len(head)}
     units = {UNITS.get(unit, unit) for unit in found} - {"", "-", "1"}
     if len(units) > 1 or not units <= {"deg", "rad", "mm", "m"}:
-        raise DataError(f"{path}: the unit '{sorted(units)[0]}' is not read; give deg, rad, mm or m")
+        raise DataError(f"{path}: the unit '{sorted(units)[0]}' is unknown; give deg, rad, mm or m")
     return next(iter(units), "")
 
 

@@ -14,7 +14,7 @@ def yield_(
     robot: opt.RobotOption,
     arms: Annotated[int, option("Number of virtual arms.")] = 10_000,
     noise: Annotated[
-        str | None, option('Repeatability and reading of a target: "0.1mm,0.02deg"; usual ones if not given.')
+        str | None, option('Repeatability and reading of a target: "0.1mm,0.02deg"; typical ones by default.')
     ] = None,
     joint_noise: Annotated[str, option("Standard deviation of the joint readings.")] = "0deg",
     tolerance: ToleranceOption = None,

@@ -107,7 +107,7 @@ class WeighPlates(AbstractTask[Tradeoff]):
         )
 
     def finish(self, session: Session, result: Tradeoff) -> Session:
-        text = f"{len(result.choices)} plates compared; {len(result.front)} are not beaten by another"
+        text = f"{len(result.choices)} plates compared; {len(result.front)} are Pareto-optimal"
         return session.with_part(Weighed(result)).tell(Severity.INFO, text)
 
 
@@ -120,7 +120,7 @@ class OpenChoice(AbstractChange):
 
     number: int
 
-    title = computed(lambda self: f"Open plate {self.number + 1} of those weighed")
+    title = computed(lambda self: f"Open plate {self.number + 1} of the comparison")
 
     def check(self, session: Session) -> None:
         check_free(session)
@@ -140,6 +140,6 @@ class OpenChoice(AbstractChange):
             return opened
         return opened.tell(
             Severity.INFO,
-            f"this plate was weighed with an instrument of {1e3 * weighed:g} mm; predicted is with "
-            f"yours, {1e3 * opened.noise.position:g} mm: set its noise to see the same error",
+            f"this plate was compared with an instrument of {1e3 * weighed:g} mm; the predicted error is "
+            f"with yours, {1e3 * opened.noise.position:g} mm: change its noise to see the same error",
         )

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 WORK = ("printed", "breadboard", "machined", "ball-bar")
 """Ways to make plates, the cheapest first."""
-FRONT_TEXT = "●: none is both less work and better; open: a ball shows no orientation"
+FRONT_TEXT = "●: Pareto-optimal in work and error; open: a ball gives no orientation"
 FEW = 3
 """Number of block shapes if few are requested."""
 

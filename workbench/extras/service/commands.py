@@ -125,9 +125,7 @@ def fleet(
     folder: Annotated[Path, argument("ARM/DATE.toml (calibrated) or ARM/DATE.csv (measured) for each arm.")],
     robot: Annotated[str | None, option("Nominal robot, with which measurements are identified.")] = None,
     allowed: Annotated[str, option("Drift of the tool after which to measure again.")] = "0.1mm",
-    workers: Annotated[
-        int | None, option("Processes on this machine; as many as it has cores if not given.")
-    ] = None,
+    workers: Annotated[int | None, option("Processes on this machine; by default one per core.")] = None,
     scheduler: opt.SchedulerOption = None,
     json: opt.JsonOption = None,
     report: opt.ReportOption = None,

@@ -92,7 +92,7 @@ def _deviation_note(deviations: np.ndarray, measured: MeasuredTargets) -> str:
     turn = np.rad2deg(np.linalg.norm(deviations[:, 3:], axis=1).max())
     turned = f", up to {turn:.3f}°" if measured.turned else ""
     return (
-        f"{len(far)} targets are where {measured.source} has them, not where the drawing does: "
+        f"{len(far)} targets are taken from {measured.source}; they differ from the drawing by "
         f"{1e3 * np.sqrt(np.mean(far**2)):.3f} mm rms, at most {1e3 * far[worst]:.3f} mm "
         f"(target {measured.numbers[worst]}){turned}"
     )

@@ -125,7 +125,7 @@ class IntoForm(AbstractForm):
 def _placing(form: IntoForm, job: Job) -> Placing:
     """The calibrated arm in the file; of the last job, which is written, read back and noted."""
     if job.source is None:
-        raise OptionError(f"--for {form.name} needs --into FILE, the model that gets the calibrated numbers")
+        raise OptionError(f"--for {form.name} needs --into FILE, the model to update")
     nominal = joint_frames(job.require_before(form.name))
     return place(form.parse(job.source), joint_names(job.robot), nominal, job.frames)
 
@@ -144,7 +144,7 @@ def place(model: Model, names: list[str], nominal: JointFrames, calibrated: Join
     odd = [e.name for e, turns in zip(chain, turning, strict=True) if (e.kind is JointKind.REVOLUTE) != turns]
     if odd:
         raise FileError(
-            f"joint '{odd[0]}' turns where the calibrated arm slides, or slides where it turns", path=FILE
+            f"joint '{odd[0]}' is revolute where the calibrated arm is prismatic, or the reverse", path=FILE
         )
     found = [model.line(e) for e in chain]
     base = _base(lines(nominal), found, turning)
@@ -152,9 +152,9 @@ def place(model: Model, names: list[str], nominal: JointFrames, calibrated: Join
     if far.max() > FAR or angle.max() > ANGLE:
         worst = int(np.argmax(np.maximum(far / FAR, angle / ANGLE)))
         raise FileError(
-            f"is of another arm than the calibration's nominal one: the axis of joint '{chain[worst].name}' "
-            f"is {in_mm(far[worst])} and {np.rad2deg(angle[worst]):.2g}° off, at most {in_mm(FAR)} and "
-            f"{np.rad2deg(ANGLE):.1g}° are allowed; give the nominal model",
+            f"does not match the nominal arm of the calibration: the axis of joint '{chain[worst].name}' "
+            f"is {in_mm(far[worst])} and {np.rad2deg(angle[worst]):.2g}° off (limits {in_mm(FAR)} and "
+            f"{np.rad2deg(ANGLE):.1g}°); give the nominal model",
             path=FILE,
         )
     shifts = [

@@ -24,7 +24,7 @@ ORIENTATIONS = ("quat", "euler", "axisangle", "xyaxes", "zaxis")
 def _require(root: XmlElement, tag: str) -> None:
     if root.tag != tag:
         raise FileError(
-            f"its root is <{root.tag}>, not <{tag}>; give a file of the form that --for names", path=FILE
+            f"its root is <{root.tag}>, not <{tag}>; give a file of the format named by --for", path=FILE
         )
 
 
@@ -219,7 +219,7 @@ def _sdf_axis(joint: XmlElement) -> Callable:
             return np.zeros(3), np.array([0.0, 0.0, 1.0])
         if xyz.attrib.get("expressed_in", "") not in ("", joint.attrib.get("name")):
             raise FileError(
-                f"line {xyz.line} has an axis expressed in another frame than its joint's", path=FILE
+                f"line {xyz.line} has an axis expressed in a frame other than its joint's", path=FILE
             )
         return np.zeros(3), xyz.numbers(xyz.text, 3)
 

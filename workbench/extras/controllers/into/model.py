@@ -112,15 +112,13 @@ class Model:
             path = self._path(found[names[-1]])[-len(names) :]
             if [e.name for e in path] != list(names):
                 raise FileError(
-                    f"has other joints between, or another order than {', '.join(names)}", path=FILE
+                    f"has other joints in between, or another order than {', '.join(names)}", path=FILE
                 )
         else:
             ends = [p for e in self.edges if e.moves and len(p := self._path(e)) == len(names)]
             if len(ends) != 1:
                 longest = max((len(self._path(e)) for e in self.edges), default=0)
-                size = (
-                    f"at most {longest} joints one behind the other" if not ends else f"{len(ends)} such arms"
-                )
+                size = f"at most {longest} joints in series" if not ends else f"{len(ends)} such arms"
                 raise FileError(
                     f"has {size}, and none called {names[0]}; the calibrated arm has {len(names)} joints",
                     path=FILE,
@@ -128,7 +126,7 @@ class Model:
             path = ends[0]
         if odd := next((e for e in path if e.kind is None), None):
             raise FileError(
-                f"joint '{odd.name}' neither turns nor slides by a position of its own", path=FILE
+                f"joint '{odd.name}' is neither revolute nor prismatic with a position of its own", path=FILE
             )
         return path, not missing
 

@@ -102,7 +102,9 @@ class XmlElement:
 def parse(text: str) -> XmlElement:
     """The root of a file."""
     if "\ufffd" in text:
-        raise FileError("is not UTF-8, so its other bytes could not be kept; convert it", path=FILE)
+        raise FileError(
+            "is not UTF-8, so the rest of it could not be preserved; convert it to UTF-8", path=FILE
+        )
     data = text.encode()
     open_nodes: list[XmlElement] = []
     roots: list[XmlElement] = []

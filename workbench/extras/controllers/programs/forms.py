@@ -32,11 +32,11 @@ def arm_data(job: Job, form: str) -> dict[str, Any]:
     loaded = any(term.kind >= TermKind.LOAD for term in terms)
     if loaded and not robot.has_masses:
         raise OptionError(
-            f"--for {form}: effects of '{robot.name}' ask for the moments of its joints, but not all masses "
+            f"--for {form}: effects of '{robot.name}' need the moments of its joints, but not all masses "
             "are known; add 'mass' and 'com' to each [[joint]]"
         )
     if list(arm.columns) != list(range(robot.dof)) or list(arm.columns) != list(plain.columns):
-        raise OptionError(f"--for {form}: joints of '{robot.name}' must follow each other as q does")
+        raise OptionError(f"--for {form}: joints of '{robot.name}' must be in the order of q")
     links = []
     if loaded:
         w = masses(robot)

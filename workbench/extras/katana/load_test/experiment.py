@@ -184,8 +184,8 @@ def _certain(
     certain = np.all(np.hstack([about[:, turns], across[:, tips]]), axis=1)
     if not certain.any():
         raise DataError(
-            "in every posture the load of some joint is too near a change of sides to tell which side of its "
-            "play it lies on; plan postures that load the joints more, or add mass at the tool"
+            "in every posture the load of some joint is too close to reversing to tell on which side of its "
+            "play it rests; plan postures that load the joints more, or add mass at the tool"
         )
     return certain
 
@@ -195,14 +195,14 @@ def _check(fit: Fit, rows: Int[np.ndarray, " rows"]) -> None:
     hidden = (*fit.unidentifiable, *fit.hardly_seen)
     if unseen := {n for found in hidden for n in found.names if n.split(".")[-1] in KINDS}:
         raise DataError(
-            f"the {len(rows)} postures whose loads are clear of a change of sides do not show "
+            f"the {len(rows)} postures whose loads are not close to reversing do not show "
             f"{', '.join(sorted(unseen))}; plan more pairs, or add mass at the tool"
         )
     if fit.variance_factor > SPARE:
         worst = int(np.argmax(fit.row_residuals))
         raise DataError(
-            f"the fit leaves {np.sqrt(fit.variance_factor):.3g} times the inclinometers' noise "
-            f"({np.sqrt(SPARE):g} times is allowed), most in row {rows[worst] + 1} "
+            f"the residuals are {np.sqrt(fit.variance_factor):.3g} times the inclinometers' noise "
+            f"(limit {np.sqrt(SPARE):g}), the largest in row {rows[worst] + 1} "
             f"({fit.row_residuals[worst]:.3g} times); check its readings and the mass at the tool, "
             "or leave it out"
         )

@@ -171,8 +171,8 @@ def plan_load_test(
                 missing.append((joint, purpose))
     if not pairs:
         raise DataError(
-            f"no posture that robot '{robot.name}' reaches loads any joint both ways, or little and much; "
-            "widen its limits, or add mass at the tool"
+            f"no posture that robot '{robot.name}' reaches loads a joint in both directions, or lightly and "
+            "heavily; widen its limits, or add mass at the tool"
         )
     return LoadTestPlan(pairs=tuple(pairs), unturned=unturned, missing=tuple(missing))
 
@@ -264,7 +264,7 @@ def _pairs(
             return picked
     raise DataError(
         f"every posture that robot '{robot.name}' reaches to load joint {joint + 1} as '{purpose}' requires "
-        "leaves some joint's load so near to changing sides that small errors of the arm decide which; "
+        "leaves some joint's load so close to reversing that small errors of the arm decide its side; "
         "widen its limits, or add mass at the tool"
     )
 
@@ -378,8 +378,8 @@ def side_loads(
     best = np.argsort(-length)[:postures]
     if force * length[best].min() < FIRM:
         raise DataError(
-            f"a level pull of {force:g} N at the tool turns joint {joint + 1} of '{robot.name}' by "
-            f"{force * length[best].min():.2g} N·m at most; pull harder"
+            f"a horizontal pull of {force:g} N at the tool loads joint {joint + 1} of '{robot.name}' with "
+            f"at most {force * length[best].min():.2g} N·m; pull harder"
         )
     pulls = np.array([1.0, -1.0, 0.5, -0.5]) * force
     along = lever[best] / length[best, None]

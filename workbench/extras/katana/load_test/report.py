@@ -34,9 +34,9 @@ LABELS = {
 
 
 LACKING = {
-    PairPurpose.CROSSWISE: "tips both ways: its clearance does not show",
-    PairPurpose.REVERSAL: "turns both ways: its backlash does not show",
-    PairPurpose.SIZE: "is loaded little and much: its stiffness does not show",
+    PairPurpose.CROSSWISE: "tilts in both directions: its clearance does not show",
+    PairPurpose.REVERSAL: "turns in both directions: its backlash does not show",
+    PairPurpose.SIZE: "is loaded lightly and heavily: its stiffness does not show",
 }
 
 
@@ -67,7 +67,9 @@ def notes(found: LoadTest) -> list[str]:
     centre = max(j.com_tolerance for j in found.robot.joints)
     left_out = len(found.plan.q) - len(found.tilting.fit.problem.data)
     if left_out:
-        out.append(f"{left_out} postures are left out, in which small errors of the arm decide a load's side")
+        out.append(
+            f"{left_out} postures are left out, since small errors of the arm decide a load's side there"
+        )
     out.append(
         f"standard errors include errors of lengths up to {1e3 * LENGTH:g} mm, of the links' masses as the "
         "arm's file states them (10 % if not), and of their centres, one σ of "

@@ -77,8 +77,8 @@ def groups_of(today: Touches, before: Touches | None) -> list[int]:
             if min(far, default=np.inf) >= SAME_POSTURE:
                 if touches is today:
                     raise DataError(
-                        f"{today.source}: touch {today.rows[k] + 1} of '{name}' is in no posture of the "
-                        "reference; touch the same seats in the same postures, within 10° at each joint"
+                        f"{today.source}: touch {today.rows[k] + 1} of '{name}' has no matching posture in "
+                        "the reference; touch the same seats in the same postures, within 10° at each joint"
                     )
                 far.append(0.0)
                 centres.append((name, q))

@@ -134,14 +134,14 @@ class Check(AbstractShown):
         limit = f"a displacement of {in_mm(self.detectable)} by any joint"
         if self.best is None:
             if self.health is Health.GOOD:
-                lost = f"; {joint_list(self._unseen)} can't be seen" if self._unseen else ""
+                lost = f"; {joint_list(self._unseen)} can't be observed" if self._unseen else ""
                 return f"good: {limit} would have been found (95 %, false alarms 1 %){lost}"
             if not any(joint.seen for joint in self.joints):
-                return "the touches show no joint; touch two or three seats, each in two postures or more"
+                return "the touches observe no joint; touch two or three seats, each in two postures or more"
             times = int(np.ceil(self.touches[0] * (self.detectable / self.wanted) ** 2))
             return (
-                f"nothing was found, but only {limit} would be, not {in_mm(self.wanted)}; touch about "
-                f"{times} times{'' if self.touches[1] else ', or give --reference'}"
+                f"nothing was found, but these touches only detect {limit}, not {in_mm(self.wanted)}; touch "
+                f"about {times} times{'' if self.touches[1] else ', or give --reference'}"
             )
         return f"{self._text(self.best)}{self._alike}"
 
@@ -185,7 +185,7 @@ class Check(AbstractShown):
             shift, half, minimum = (factor * v for v in (joint.shift, 1.96 * joint.std, joint.minimum))
             cells = [f"{signed(shift, 4)}{units[k]}", f"{half:.4f}{units[k]}", f"{minimum:.4f}{units[k]}"]
             cells.append(in_mm(joint.minimum * joint.lever))
-            table.add_row(str(k + 1), *(cells if joint.seen else ["can't be seen", "", "", ""]))
+            table.add_row(str(k + 1), *(cells if joint.seen else ["can't be observed", "", "", ""]))
         noise = f"a touch repeats to {in_mm(self.noise)} along each axis (standard deviation)"
         return headed(f"{self.calibrated.name}: {self.sentence}", table, notes=[noise])
 
@@ -252,7 +252,7 @@ def check(
     noise = found[0].noise if found else max(float(np.sqrt(y @ y / spare)), EXACT)
     if (scatter := noise if before is None else _scatter(robot, before)) > SCATTERED * robot.reach:
         raise DataError(
-            f"{(before or today).source}: touches of one seat miss one another by {in_mm(scatter)}: choose "
+            f"{(before or today).source}: touches of one seat disagree by {in_mm(scatter)}: choose "
             "the robot that touched, and name the seats in a column 'contact'"
         )
     warming = next((t for t in found if t.cause.kind == "warming"), None)

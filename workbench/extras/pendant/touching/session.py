@@ -67,7 +67,7 @@ class ReadTouches(AbstractTask[ToolTip | UserFrame]):
             tip = usable(touched_of(session).tip)
             arm = session.robot if tip is None else tip.robot
             found = frame(arm, touches, cad=points if self.drawing else None, radius=self.radius)
-        own = ("the tool is the one found from touches before",) if tip is not None else ()
+        own = ("the tool is the one found from earlier touches",) if tip is not None else ()
         return replace(found, notes=(*found.notes, *own))
 
     def finish(self, session: Session, result: ToolTip | UserFrame) -> Session:

@@ -98,15 +98,15 @@ class ToolTip(AbstractShown):
         """Why the tip should not be used as it is; empty if it may be."""
         if self.of.scatter > SCATTERED * self.nominal.reach:
             return (
-                f"the touches miss one another by {in_mm(self.of.scatter)}: choose the robot that touched, "
+                f"the touches disagree by {in_mm(self.of.scatter)}: choose the robot that touched, "
                 "or name the points in a column 'contact'"
             )
         widest, wanted = float(self.half.max()), self.wanted or USABLE
         if widest <= wanted:
             return ""
-        remedy = f"add {max(self.more, 1)} touches in other orientations"
+        remedy = f"add {max(self.more, 1)} touches in different orientations"
         if widest > WEAK * self.half.min():
-            remedy = "touch with the tool tilted more, about all axes"
+            remedy = "tilt the tool more between touches, about all axes"
         if self.nominal.calibration is None:
             remedy = f"calibrate the arm first, or {remedy}"
         return f"the tip is known to ± {in_mm(widest)} only, not ± {in_mm(wanted)}; {remedy}"
@@ -117,7 +117,7 @@ class ToolTip(AbstractShown):
             f"{axis} {signed(1e3 * v, 3)} ± {1e3 * h:.3f}"
             for axis, v, h in zip("xyz", self.xyz, self.half, strict=True)
         )
-        meet = f"{self.used} touches meet within {in_mm(self.of.scatter)}"
+        meet = f"{self.used} touches agree within {in_mm(self.of.scatter)}"
         return f"tip at {', '.join(parts)} mm in the flange (95 %); {meet}"
 
     def summary(self) -> RenderableType:
@@ -199,7 +199,7 @@ def _check(touches: Touches, rotations: Float[np.ndarray, "rows 3 3"]) -> None:
         axis = ", ".join(signed(v, 2) for v in axes[-1])
         raise DataError(
             f"{touches.source}: the tool was turned about one axis only, so the tip along ({axis}) of the "
-            "flange can't be seen; tilt it by 30° or more about another axis"
+            "flange can't be determined; tilt it by 30° or more about another axis"
         )
 
 
@@ -238,10 +238,13 @@ def _axes(
     rotation, angle = squared(first, mean[first], other, mean.get(other, own[:, "xyz".index(other)]))
     notes = []
     if second is None:
-        notes.append(f"only the tool's {first} was touched: about it the tool is as the robot's file has it")
+        notes.append(
+            f"only the tool's {first} was touched: the rotation about it is taken from the robot's file"
+        )
     elif abs(angle - 0.5 * np.pi) > np.deg2rad(5.0):
         notes.append(
-            f"{first} and {second} are {np.rad2deg(angle):.1f}° apart; {second} was squared to {first}"
+            f"{first} and {second} are {np.rad2deg(angle):.1f}° apart; {second} was made perpendicular to "
+            f"{first}"
         )
     shortest = min(float(np.linalg.norm(ahead)) for ahead in mean.values())
     unit = solved.half[0] / np.sqrt(solved.covariance[0, 0])

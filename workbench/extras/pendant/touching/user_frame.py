@@ -104,7 +104,7 @@ class UserFrame(AbstractShown):
                 f"{self.hint or 'check the tool, the names of the points and the numbers of the drawing'}"
             )
         if self.wanted is not None and not np.isfinite(self.half[0]):
-            return "no touch is to spare, so nothing shows the frame's error; touch one or two points more"
+            return "there is no redundant touch to show the frame's error; touch one or two more points"
         return ""
 
     @property
@@ -115,7 +115,7 @@ class UserFrame(AbstractShown):
             for axis, v, h, k in zip("xyz", self.pose[:3, 3], self.half, known, strict=False)
         )
         meet = f"touches are off by {in_mm(self.of.scatter)}"
-        meet = meet if known.all() else "no touch is to spare to show its error"
+        meet = meet if known.all() else "no redundant touch shows its error"
         return f"frame at {', '.join(parts)} mm in the robot's base; {meet}"
 
     @property
@@ -252,8 +252,8 @@ def _require_spread(touches: Touches, points: np.ndarray) -> None:
     sizes = np.linalg.svd(points - points.mean(0), compute_uv=False)
     if len(points) < 3 or sizes[1] < FLAT * max(sizes[0], EXACT):
         raise DataError(
-            f"{touches.source}: {len(points)} points on one line leave the turn about it open; touch three "
-            "or more that span a plane"
+            f"{touches.source}: {len(points)} points on one line don't determine the rotation about it; "
+            "touch three or more that span a plane"
         )
 
 

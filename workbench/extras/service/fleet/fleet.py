@@ -93,7 +93,7 @@ class Fleet(AbstractShown):
     def verdict(self) -> str:
         many = plural(len(self.arms), "arm")
         if not self.worn:
-            return f"Nothing moved in {many} by more than chance may bring ({self.minimum:.1f} σ)."
+            return f"Nothing moved in {many} by more than chance ({self.minimum:.1f} σ)."
         worst = self.worn[0]
         joint = "" if worst.joint is None else f", joint {worst.joint}"
         return (

@@ -67,7 +67,7 @@ def fleet_tables(fleet: Fleet) -> RenderableType:
 def notes_of(fleet: Fleet) -> tuple[str, ...]:
     """What was decided, one sentence each."""
     notes = [
-        f"something moved beyond {fleet.minimum:.1f} σ, which chance exceeds in one such fleet of a hundred",
+        f"something moved beyond {fleet.minimum:.1f} σ, which chance exceeds in one of a hundred such fleets",
         f"again by: when a drift will have moved the tool by {1e3 * fleet.allowed:.3g} mm since the last "
         "calibration",
     ]

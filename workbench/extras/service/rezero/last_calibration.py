@@ -60,7 +60,7 @@ class LastCalibration:
         elements = {e.name: e for e in robot.elements}
         known = None if prior is None else prior.keep(lambda name: name in elements)
         if known is not None and not known.names:
-            raise OptionError(f"the prior knowledge speaks of no constant of robot '{robot.name}'")
+            raise OptionError(f"the prior knowledge holds no constant of robot '{robot.name}'")
         names = tuple(
             dict.fromkeys((*robot.default_free, *robot.joint_offsets, *(known.names if known else ())))
         )

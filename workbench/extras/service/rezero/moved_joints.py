@@ -118,8 +118,8 @@ def rezero(
     if not reasons and (lost := [s for s in shifts if s.moved and not s.determined]):
         left = 1e3 * float(np.sqrt(best.mean_square)) * best.problem.noise.position
         reasons = (
-            f"joint {lost[0].joint + 1} suits the rows best, but they are {left:.2g} mm off even so and "
-            "don't tell its zero; check that they are of this arm, or recalibrate it",
+            f"joint {lost[0].joint + 1} fits the rows best, but they are still {left:.2g} mm off and don't "
+            "determine its zero; check that they are of this arm, or recalibrate it",
         )
     progress(0.9, "what can't be distinguished")
     return Rezero(
@@ -143,8 +143,8 @@ def _uncalibrated(robot: Robot) -> tuple[str, ...]:
         return ()
     known = f"{1e3 * NOMINAL['m']:g} mm and {np.rad2deg(NOMINAL['rad']):.2g}°"
     return (
-        f"the file of '{robot.name}' has no calibration record, so its lengths and angles count as known to "
-        f"{known} (1 σ); give the file that identify saved as the robot, or a prior or a tolerance",
+        f"the file of '{robot.name}' has no calibration record, so its lengths and angles are assumed known "
+        f"to {known} (1 σ); give the file that identify saved as the robot, or a prior or a tolerance",
     )
 
 
@@ -156,7 +156,7 @@ def _astray(shifts: tuple[JointShift, ...], ready: Prepared, fit: Optimum) -> tu
     if far.unit == "rad" and abs(far.shift) > FARTHEST:
         text = f"the search diverged, joint {far.joint + 1} to {np.rad2deg(far.shift):+.0f}°"
     elif off > 1e3 * NEAR * robot.reach:
-        text = f"no zeros explain the rows, which stay {off:.0f} mm off"
+        text = f"no zeros explain the rows, which are still {off:.0f} mm off"
     else:
         return ()
     check = (
@@ -267,13 +267,15 @@ def _ambiguous(
         frame = " and ".join(frames)
         if not set(frames) <= set(FRAMES):
             text = f"the zero of {joints} and a turn of the {frame} ({combination.text})"
-            sentences.append(f"{text}: no row shows which of them turned; here the {frame} took it")
+            sentences.append(
+                f"{text}: the rows don't show which of them turned; it was assigned to the {frame}"
+            )
             continue
         free = any(getattr(taken, f) for f in frames)
         why = (
-            f"here the {frame} took it; if that has not moved, set [{frames[0]}] free = false"
+            f"it was assigned to the {frame}; if that has not moved, set [{frames[0]}] free = false"
             if free
-            else f"here the joint took it; if the {frame} has moved, set [{frames[0]}] free = true"
+            else f"it was assigned to the joint; if the {frame} has moved, set [{frames[0]}] free = true"
         )
         sentences.append(f"the zero of {joints} and a turn of the {frame} ({combination.text}): {why}")
     return tuple(sentences)

@@ -91,8 +91,8 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_Cause]:
         loose = [n for n in link_constants(robot, joint) if n not in knowledge.renewed]
         if loose and not (joint < 0 and problem.frames.base):
             yield _Cause(
-                f"{f'link {joint + 1}' if joint >= 0 else 'the foot'} is not as calibrated",
-                "check whether it is bent, then recalibrate with 'workbench identify'",
+                f"{f'link {joint + 1}' if joint >= 0 else 'the base link'} is not as calibrated",
+                "check it for damage, then recalibrate with 'workbench identify'",
                 knowledge.problem(problem, zeros.x, (*offsets, *loose)),
                 len(loose),
                 tuple(loose),
@@ -103,7 +103,7 @@ def _causes(knowledge: LastCalibration, zeros: Optimum) -> Iterator[_Cause]:
             freed: dict[str, Any] = {frame: parts}
             freer = replace(problem.frames, **freed)
             yield _Cause(
-                f"the {frame} is not where the file has it",
+                f"the {frame} is not where the file places it",
                 f"set [{frame}] free = true in the robot's file",
                 knowledge.problem(problem, zeros.x, offsets, frames=freer),
                 len(parts),

@@ -129,7 +129,7 @@ class Rezero(AbstractShown):
             return "the rows determine no joint zero; measure more poses that differ in all joints"
         widest = max(determined, key=lambda s: s.half).cells[2].replace("±", "± ")
         still = f"{_joints(determined)} did not move" if self._undetermined else "no joint moved"
-        bound = f"by more than chance; zeros are certain to {widest} or better (95 %)"
+        bound = f"by more than chance; zeros are known to {widest} or better (95 %)"
         return f"{still} {bound}{self._undetermined}"
 
     @property

@@ -88,7 +88,7 @@ def _conditions(result: Verification) -> list[tuple[str, str]]:
         values = data.column(name)
         if values is not None and np.isfinite(values).any():
             rows.append(_range(column, values))
-    wanted = "no figure was given" if result.wanted is None else f"at most {result.wanted.text} at every pose"
+    wanted = "no limit was given" if result.wanted is None else f"at most {result.wanted.text} at every pose"
     return [*rows, ("Wanted", wanted)]
 
 

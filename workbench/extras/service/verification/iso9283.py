@@ -121,7 +121,7 @@ def cycle_text(poses: Sequence[RepeatedPose]) -> str:
     visits = [pose.visits for pose in poses]
     if not visits:
         return (
-            f"no pose was visited twice, so there is no repeatability; ISO 9283 asks for {POSES} poses, "
+            f"no pose was visited twice, so there is no repeatability; ISO 9283 requires {POSES} poses, "
             f"{VISITS} times each"
         )
     minimum, maximum = min(visits), max(visits)
@@ -129,4 +129,4 @@ def cycle_text(poses: Sequence[RepeatedPose]) -> str:
     done = f"{plural(len(poses), 'pose')} visited {times} times"
     if len(poses) >= POSES and minimum >= VISITS:
         return f"{done}: the cycle of ISO 9283 ({POSES} poses, {VISITS} times each) is met"
-    return f"{done}; ISO 9283 asks for {POSES} poses, {VISITS} times each, so AP and RP are indications"
+    return f"{done}; ISO 9283 requires {POSES} poses, {VISITS} times each, so AP and RP are indications"

@@ -13,8 +13,8 @@ from workbench.report.figures import COLOURS, INK, grid, look, new_figure, on_wh
 
 CAPTION = (
     "Left and middle: every fresh pose, in the robot's base frame, from above and from the side; the darker, "
-    "the larger its position error (its largest entry where the limit is one per axis). Right: how many "
-    "measurements have less than an error; dashed: what was wanted."
+    "the larger its position error (its largest entry where the limit is one per axis). Right: share "
+    "of measurements below an error; dashed: the required error."
 )
 MAX_DRAWN_POSES = 2000
 """Poses that are drawn one by one; of more, the worst and every so many of the others."""
@@ -87,7 +87,7 @@ def _distribution(axes: Axes, errors: Float[np.ndarray, " rows"], result: Verifi
     axes.set_ylim(0.0, 103.0)
     is_entry = result.wanted is not None and result.wanted.per_axis
     axes.set_xlabel("position error, largest axis [mm]" if is_entry else "position error [mm]")
-    axes.set_ylabel("measurements with less [%]")
+    axes.set_ylabel("measurements below [%]")
     axes.set_title("distribution")
     grid(axes, "both")
 

@@ -41,7 +41,7 @@ def verification_tables(result: Verification) -> RenderableType:
             short(spread.max),
             short(scale * bounds.maximum),
         )
-    parts: list[RenderableType] = [table, Text("bound: 95 % of all poses keep it, with 95 % confidence")]
+    parts: list[RenderableType] = [table, Text("bound: met by 95 % of all poses, with 95 % confidence")]
     if result.repeated:
         parts.append(_repeats_table(result))
     colour = {True: "bold green", False: "bold red", None: "bold"}[result.passed]

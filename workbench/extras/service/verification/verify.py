@@ -187,7 +187,7 @@ def verify(
     repeated = repeated_poses(found.robot, found.data, pose)
     poses = int(pose.max()) + 1
     if poses < USUAL_POSES:
-        warnings.append(f"{plural(poses, 'different pose')}: practitioners ask for {USUAL_POSES} or more")
+        warnings.append(f"{plural(poses, 'different pose')}: {USUAL_POSES} or more are usual")
     if fit_frames:
         warnings.append("base and tool were fitted to these rows, which reduces the errors")
     wanted = Wanted(position=wanted) if isinstance(wanted, int | float) else wanted
@@ -264,5 +264,5 @@ def _positions_of(found: Evaluation) -> tuple[Evaluation, list[str]]:
     if seen.all():
         return found, []
     count = f"{int(seen.sum())} of {plural(len(seen), 'row')}"
-    note = f"{count} carry a measured position; the others are not judged"
+    note = f"{count} have a measured position; the others are not evaluated"
     return replace(found, data=found.data.take(seen), rows=found.rows.take(seen)), [note]
