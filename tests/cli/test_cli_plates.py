@@ -87,7 +87,3 @@ def test_regions_that_make_no_sense(refused):
     for region, message in (("0,0:1,1,1", "two corners"), ("nowhere", "nowhere"), ("1,1,1:0,0,0", "empty")):
         command = ("plate", "cluster", "--robot", "aria", "--region", region)
         refused([message], *command, status=1 if region == "nowhere" else 64)
-
-
-def test_a_format_that_there_is_not(refused):
-    refused(["stl, csv"], "plate", "export", "table2", "--out", "made", "--formats", "obj", status=64)

@@ -31,11 +31,11 @@ COMMANDS = (
     "path line --robot aria --from 0.4,0.1,0.4 --to 0.4,-0.1,0.4 --out q.csv --json r.json",
     "plate score table2 --robot aria --json r.json",
     "plate compare table2 table2 --robot aria --json r.json",
-    "plate export table2 --formats csv --out out",
 )
 OF_EXTRAS = {
     "redundancy": "--robot aria --json r.json",
     "axes": "turned.csv --robot aria --json r.json",
+    "plate export": "table2 --formats csv --out out",
     "plate yield": "table2 --robot aria --arms 20 --poses 20 --json r.json",
 }
 COMMANDS += tuple(

@@ -1,4 +1,4 @@
-"""The commands about fixture plates: `workbench plate score|compare|cluster|export`."""
+"""The commands about fixture plates: `workbench plate score|compare|cluster`."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -8,7 +8,6 @@ from typing import Annotated, Any
 
 import workbench as wb
 from workbench.base.errors import OptionError
-from workbench.base.wording import plural
 from workbench.cli import options as opt
 from workbench.cli.exit_status import group
 from workbench.cli.options import argument, option
@@ -42,7 +41,7 @@ def sigma_of(noise: str | None) -> tuple[float, float] | None:
 
 def production_of(plate, tolerance: str | None, play: str | None):
     """Tolerances of a plate: as given, the rest from its file; None if nothing was given."""
-    from workbench.plate.parts.stock import Stock
+    from workbench.plate.stock import Stock
 
     production = plate.production
     if tolerance is not None:
@@ -169,45 +168,3 @@ def cluster(
     if out is not None:
         opt.say(f"plate: {wb.write_plate(made, out)}")
     opt.write_result(json, cluster_json(found))
-
-
-@plates.command()
-def export(
-    plate: PlateArgument,
-    out: Annotated[Path, option("Folder for the files; made if it is not there.")],
-    formats: Annotated[
-        str | None, option("What to write, such as stl,csv (another name lists all); all usual ones.")
-    ] = None,
-    robot: Annotated[str | None, option("Arm for which the sheet states the expected accuracy.")] = None,
-    noise: NoiseOption = None,
-    tolerance: ToleranceOption = None,
-    made: Annotated[str, option("Made how: machined, printed, breadboard or ball-bar.")] = "machined",
-    printed: Annotated[bool, option("--printed", "The same as --made printed.")] = False,
-) -> None:
-    """Export all that is needed to make a plate: drawings, solids, lists, and the expected accuracy."""
-    from workbench.plate.optimiser.manufacturing import METHODS
-    from workbench.plate.parts import export as plate_production
-    from workbench.plate.parts.stock import Stock
-
-    wanted = () if formats is None else plate_production.formats_named(formats)
-    opt.check_writable(folder=out)
-    given, made = wb.load_plate(plate), "printed" if printed else made
-    opt.choice_of(METHODS, made, "--made")
-    with opt.progress_bar("plate"):
-        fixture, files, missing = plate_production.export_plate(
-            replace(given, production=production_of(given, tolerance, None)),
-            out,
-            formats=wanted,
-            robot=None if robot is None else wb.load_robot(robot),
-            sigma=sigma_of(noise),
-            stock=Stock.named(made),
-        )
-    shapes = ", ".join(f"{len(shape.numbers)} × {shape.letter}" for shape in fixture.shapes)
-    opt.say(f"{fixture.name}: plate and {plural(len(fixture.blocks), 'block')} ({shapes}) in {out}")
-    opt.say_notes(fixture.notes)
-    opt.say(f"drawn for {fixture.tolerances.note}")
-    opt.say(f"files: {', '.join(path.name for path in files)}")
-    for kind, why in missing.items():
-        opt.say(f"not written: {kind}; {why}")
-    if missing and formats is not None:
-        opt.fail(f"{', '.join(missing)} could not be written")

@@ -20,11 +20,11 @@ from workbench.plate.optimiser.constraints import Constraints
 from workbench.plate.optimiser.optimise import DesignRequest
 from workbench.plate.optimiser.result import PlateDesign
 from workbench.plate.optimiser.target_blocks import few_shapes, places_of
-from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import Plate
 from workbench.plate.readings import TargetReading, reading_named, usual_reading
 from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_CONE, PLATE_POSES, plate_region_poses, region_poses
+from workbench.plate.stock import Stock
 from workbench.plate.tolerances import Production
 
 ERROR = "I"

@@ -360,7 +360,7 @@ def test_the_plate_to_make_is_packed_with_all_that_is_made_of_it(app, monkeypatc
         folder.mkdir()
         (folder / "plate.stl").write_text("")
 
-    monkeypatch.setattr("workbench.plate.parts.export.export_plate", export)
+    monkeypatch.setattr("workbench.plate.export.export_plate", export)
     name, content = fixture_zip(session)
     assert name.endswith("-fixture.zip")
     assert zipfile.ZipFile(io.BytesIO(content)).namelist() == ["fixture/plate.stl"]

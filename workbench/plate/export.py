@@ -1,4 +1,4 @@
-"""All files that are needed to make a plate, in one folder: solids, lists, and what extras add.
+"""All files of a plate in one folder: its own, and what a workshop needs, which extras add.
 
 A format whose optional library is missing is skipped and reported; the rest is written. One more is an entry
 point of `workbench.plate_exports`, or in a notebook
@@ -7,7 +7,7 @@ point of `workbench.plate_exports`, or in a notebook
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,20 +16,9 @@ from workbench.base.errors import MissingExtraError, OptionError
 from workbench.base.files import check_folder, write_folder
 from workbench.base.progress import progress
 from workbench.base.registry import Registry
-from workbench.plate.parts.csv_lists import (
-    blocks_csv,
-    bores_csv,
-    distances_csv,
-    holes_csv,
-    parts_csv,
-    targets_csv,
-)
-from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.parts import Fixture
-from workbench.plate.parts.solids import mesh_of, stl
-from workbench.plate.parts.stock import Stock
-from workbench.plate.plate import Kind, Plate
-from workbench.plate.tolerances import Production
+from workbench.plate.plate import Plate
+from workbench.plate.plate_toml import plate_text
+from workbench.plate.stock import Stock
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -37,16 +26,14 @@ class PlateJob:
     """What is to be written.
 
     Args:
-        plate: As it was given.
-        fixture: Its parts.
-        drawn: The plate with what its drawings ask for: their tolerances, and the play of pins in seats.
+        plate: Which is made as it is drawn.
+        stock: What it is made with.
         robot: The arm that it is for; None if not named.
         sigma: Standard deviations of a measurement on the plate [m], [rad]; usual ones if None.
     """
 
     plate: Plate
-    fixture: Fixture
-    drawn: Plate
+    stock: Stock
     robot: Robot | None
     sigma: tuple[float, float] | None
 
@@ -66,24 +53,10 @@ class PlateFile:
     is_usual: bool = True
 
 
-def _solids(job: PlateJob) -> dict[str, bytes]:
-    return {f"{name}.stl": stl(mesh_of(part)) for name, part in job.fixture.made}
-
-
-def _lists(job: PlateJob) -> dict[str, bytes]:
-    fixture, plate = job.fixture, job.plate
-    lists = {"holes": holes_csv(fixture), "blocks": blocks_csv(fixture), "bores": bores_csv(fixture)}
-    lists |= {"targets": targets_csv(plate), "parts": parts_csv(fixture)}
-    if plate.anchors is not None:
-        lists["distances"] = distances_csv(plate)
-    return {f"{name}.csv": text.encode() for name, text in lists.items()}
-
-
 PLATE_FILES: Registry[PlateFile] = Registry(
     "plate format",
     PlateFile,
-    PlateFile("stl", _solids),
-    PlateFile("csv", _lists),
+    PlateFile("toml", lambda job: {"plate.toml": plate_text(job.plate).encode()}),
     group="workbench.plate_exports",
 )
 """Formats by what follows `--formats`."""
@@ -107,7 +80,6 @@ class ExportedPlate(NamedTuple):
         missing: Formats that could not be written, and why.
     """
 
-    fixture: Fixture
     files: tuple[Path, ...]
     missing: dict[str, str]
 
@@ -121,7 +93,7 @@ def export_plate(
     sigma: tuple[float, float] | None = None,
     stock: Stock | None = None,
 ) -> ExportedPlate:
-    """Write a plate's files into a folder: all that can be written, or nothing where it can't be made.
+    """Write a plate's files into a folder: all that can be written, or nothing where a format refuses it.
 
     Args:
         plate: Which is made as it is drawn.
@@ -129,12 +101,10 @@ def export_plate(
         formats: What to write; the usual ones if empty.
         robot: The arm that it is for.
         sigma: Standard deviations of a measurement on the plate [m], [rad]; usual ones if None.
+        stock: What it is made with; the usual one if None.
     """
     check_folder(folder)
-    stock = stock or Stock()
-    fixture = fixture_of(plate, stock=stock)
-    drawn = as_drawn(plate, fixture, stock)
-    job = PlateJob(plate=plate, fixture=fixture, drawn=drawn, robot=robot, sigma=sigma)
+    job = PlateJob(plate=plate, stock=stock or Stock(), robot=robot, sigma=sigma)
     wanted = [each for each in PLATE_FILES.values() if (each.name in formats if formats else each.is_usual)]
     files: dict[str, bytes] = {}
     missing: dict[str, MissingExtraError] = {}
@@ -149,13 +119,4 @@ def export_plate(
     written = write_folder(folder, files)
     progress(1.0, "done")
     paths = tuple(written / name for name in files)
-    return ExportedPlate(fixture, paths, {name: str(error) for name, error in missing.items()})
-
-
-def as_drawn(plate: Plate, fixture: Fixture, stock: Stock) -> Plate:
-    """The plate with what its drawings ask for: their tolerances, and the play of the pins in its seats."""
-    requested = fixture.tolerances.production
-    play = stock.play if any(t.kind is Kind.SEAT for t in plate.targets) else (0.0, 0.0)
-    return replace(
-        plate, production=Production(position=requested.position, angle=requested.angle, play=play)
-    )
+    return ExportedPlate(paths, {name: str(error) for name, error in missing.items()})

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from workbench.base import se3
-from workbench.plate.parts.parts import Bore, Fixture, Purpose, Slab
+from workbench.extras.workshop.parts import Bore, Fixture, Purpose, Slab
 from workbench.plate.plate import Kind, Plate
 from workbench.plate.tolerances import Tolerances
 

@@ -18,10 +18,10 @@ import numpy as np
 from workbench.base import se3
 from workbench.base.errors import OptionError
 from workbench.base.types import Matrix4, Vector3, frozen
+from workbench.extras.workshop.parts import Block, Bore, Fixture, Purpose, Slab, Turned
 from workbench.plate.optimiser.target_blocks import STEEPEST
-from workbench.plate.parts.parts import Block, Bore, Fixture, Purpose, Slab, Turned
-from workbench.plate.parts.stock import DOWN, UP, Stock
 from workbench.plate.plate import SQUARE, Kind, Plate, Target
+from workbench.plate.stock import DOWN, UP, Stock
 from workbench.plate.tolerances import tolerances_of
 
 WALL = 0.002

@@ -10,8 +10,8 @@ import numpy as np
 
 from workbench.base.errors import MissingExtraError
 from workbench.base.types import Vector3
+from workbench.extras.workshop.parts import Block, Bore, Slab, Turned
 from workbench.plate.optimiser.shapes import turned_to
-from workbench.plate.parts.parts import Block, Bore, Slab, Turned
 
 if TYPE_CHECKING:
     from trimesh import Trimesh

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from workbench.extras.workshop.csv_lists import targets_csv
 from workbench.plate.measured_plate import load_plate
-from workbench.plate.parts.csv_lists import targets_csv
 from workbench.plate.plate import Kind
 
 

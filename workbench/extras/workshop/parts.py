@@ -16,8 +16,8 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.base.types import Matrix4, Vector3
-from workbench.plate.parts.stock import Stock
 from workbench.plate.plate import SQUARE, Kind
+from workbench.plate.stock import Stock
 from workbench.plate.tolerances import Tolerances
 
 

@@ -5,11 +5,11 @@ import pytest
 
 from workbench.base import se3
 from workbench.base.errors import OptionError
-from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.parts import Purpose
-from workbench.plate.parts.stock import Stock
+from workbench.extras.workshop.fixture import fixture_of
+from workbench.extras.workshop.parts import Purpose
 from workbench.plate.plate import Kind
 from workbench.plate.plate_toml import load_plate
+from workbench.plate.stock import Stock
 
 
 def bores(part, purpose):

@@ -9,9 +9,9 @@ import trimesh
 
 from workbench.base import se3
 from workbench.base.errors import MissingExtraError
-from workbench.plate.parts.fixture import fixture_of
-from workbench.plate.parts.parts import Block, Purpose, Turned
-from workbench.plate.parts.solids import mesh_of, stl
+from workbench.extras.workshop.fixture import fixture_of
+from workbench.extras.workshop.meshes import mesh_of, stl
+from workbench.extras.workshop.parts import Block, Purpose, Turned
 
 
 def by_hand(part) -> float:
