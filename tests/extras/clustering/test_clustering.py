@@ -10,13 +10,13 @@ from workbench.arm.frame import Frame
 from workbench.arm.kinematics.forward import sensitivity, tool_poses
 from workbench.arm.motion import Motion
 from workbench.base.errors import DataError, OptionError
-from workbench.plate.clustering import cluster_region
-from workbench.plate.design import cluster_region as cluster
+from workbench.extras.clustering.design import cluster_region as cluster
+from workbench.extras.clustering.report import cluster_tables
+from workbench.extras.clustering.search import cluster_region
 from workbench.plate.observability import INDICES
 from workbench.plate.plate_toml import read_plate, write_plate
 from workbench.plate.poses.pose_limits import PoseLimits, folded, sample_poses
 from workbench.plate.region import Region
-from workbench.plate.report.plates import cluster_tables
 from workbench.plate.target_branches import single_branches
 
 O1 = INDICES["O1"]
