@@ -5,8 +5,8 @@ import threading
 import pytest
 
 import workbench as wb
-from workbench.base.entrance import remedy, speak_to_page
 from workbench.base.errors import FileError
+from workbench.base.remedy import remedy, speak_to_page
 from workbench.session.commands.data import LoadData
 
 URDF = b'<?xml version="1.0"?><robot name="r"><link name="a"/></robot>'

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from workbench.base.entrance import remedy
 from workbench.base.errors import FileError, OptionError
+from workbench.base.remedy import remedy
 from workbench.base.wording import listed
 from workbench.data.binary_tables import read_arrays, read_columns, read_workbook, text_of
 from workbench.data.readers.columns_option import NamedUnit, Naming, Pair, group_keys

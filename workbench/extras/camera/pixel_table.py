@@ -14,8 +14,8 @@ from pathlib import Path, PurePath
 import numpy as np
 
 from workbench.base import se3
-from workbench.base.entrance import remedy
 from workbench.base.errors import DataError, FileError
+from workbench.base.remedy import remedy
 from workbench.base.threads import one_thread
 from workbench.base.types import frozen
 from workbench.base.wording import listed, plural
