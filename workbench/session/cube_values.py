@@ -9,7 +9,7 @@ from jaxtyping import Bool, Float
 from workbench.arm.linearisation import Linearisation
 from workbench.arm.robot import Robot
 from workbench.identification.problem_blocks import Noise
-from workbench.plate.cubes import CubeMap
+from workbench.plate.cube_map import CubeMap
 from workbench.plate.plate import Plate
 from workbench.session.comparison import Comparison
 from workbench.session.score import score
