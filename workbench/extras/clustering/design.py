@@ -11,7 +11,7 @@ from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
 from workbench.extras.clustering import search
 from workbench.extras.clustering.search import Clustering
-from workbench.plate.criterion import goal_index
+from workbench.plate.optimality_criterion import goal_index
 from workbench.plate.plate import Plate
 from workbench.plate.region import Region
 from workbench.plate.region_poses import PLATE_POSES, region_poses
