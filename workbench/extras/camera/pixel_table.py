@@ -25,7 +25,7 @@ from workbench.data.readers.fields import Fields
 from workbench.data.readers.headings import PIXEL_LABELS
 from workbench.data.readers.orientation import read_orientation
 from workbench.data.readers.read import read_fields
-from workbench.extras.camera.detect import find_corners
+from workbench.extras.camera.corner_detection import find_corners
 from workbench.extras.camera.lens import assumed_of_corners, assumed_of_folder, with_lenses
 from workbench.extras.camera.pixel_rows import PixelRows
 from workbench.extras.camera.resection import with_corners
