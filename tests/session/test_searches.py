@@ -14,7 +14,7 @@ from workbench.session.commands.edit import LockTarget
 from workbench.session.commands.plate import ImprovePlate
 from workbench.session.state import Severity
 from workbench.session.target_state import TargetState
-from workbench.views.page.panels.targets import near_limit
+from workbench.views.page.panels.selected_target import near_limit
 
 
 def test_what_can_not_be_diagnosed_is_said(do):

@@ -64,8 +64,8 @@ from workbench.views.page.panels.files import FilesPanel
 from workbench.views.page.panels.fit import read_rows
 from workbench.views.page.panels.header import Header
 from workbench.views.page.panels.history import HistoryPanel
+from workbench.views.page.panels.selected_target import TargetsPanel
 from workbench.views.page.panels.start_card import StartCard, load
-from workbench.views.page.panels.targets import TargetsPanel
 from workbench.views.page.render import BrowserView
 from workbench.views.page.style import RULES
 from workbench.views.page.tabs import Tabs

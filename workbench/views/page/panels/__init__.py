@@ -19,8 +19,8 @@ from workbench.views.page.panels.panel import AbstractPanel
 from workbench.views.page.panels.production import NoisePanel, PlateFilesPanel
 from workbench.views.page.panels.region import RegionPanel
 from workbench.views.page.panels.row_errors import RowErrorsPanel
+from workbench.views.page.panels.selected_target import BranchesPanel, TargetsPanel
 from workbench.views.page.panels.target_placement import ImprovePanel, PatternPanel
-from workbench.views.page.panels.targets import BranchesPanel, TargetsPanel
 from workbench.views.page.panels.trajectory import TrackPanel
 
 PANELS: Registry[type[AbstractPanel]] = Registry(
