@@ -42,7 +42,7 @@ def _plugged_in() -> dict:
 @cache
 def _checked(verb: Callable) -> Callable:
     """A verb that the package itself calls as it is, with its arguments checked or read at the door."""
-    from workbench.base.door import door
+    from workbench.base.argument_checks import door
 
     import_module("workbench.data.door")  # what stands for an arm and for measurements
     return door()(verb)

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.base.door import accept, admit, door
+from workbench.base.argument_checks import accept, admit, door
 from workbench.base.errors import OptionError
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.robot import Robot
-from workbench.base.door import Given, accept
+from workbench.base.argument_checks import Given, accept
 from workbench.base.errors import UnitError
 from workbench.base.units import Quantity, parse_quantity
 from workbench.data.accuracy_requirement import Requirement, Wanted

@@ -6,7 +6,7 @@ from numbers import Integral
 from pathlib import Path
 from typing import Annotated, Any, TypedDict
 
-from workbench.base.door import Given, accept, admit, share_of
+from workbench.base.argument_checks import Given, accept, admit, share_of
 from workbench.base.errors import OptionError
 from workbench.data.dataset import Dataset
 from workbench.data.door import pair_of

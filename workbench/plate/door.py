@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import workbench.data.door  # noqa: F401 what stands for arms and measurements
-from workbench.base.door import Given, accept, door
+from workbench.base.argument_checks import Given, accept, door
 from workbench.plate.measured_plate import load_plate
 from workbench.plate.plate import Plate
 from workbench.plate.region import Region
