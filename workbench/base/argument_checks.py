@@ -1,6 +1,6 @@
-"""The door of the package: arguments of verbs and fields of records as their annotations say.
+"""Checks of arguments where users call: arguments of verbs and fields of records as their annotations say.
 
-Inside, types are trusted. At the door a value of another type is read where its meaning is plain (a path
+Inside, types are trusted. Here a value of another type is read where its meaning is plain (a path
 for measurements, "20%" for a number, one name for several), and refused in one sentence elsewhere.
 """
 
@@ -38,7 +38,7 @@ _PLAIN = {bool: "True or False", int: "a whole number", float: "a number", str: 
 
 
 def accept(kind: type, text: str, read: Read) -> None:
-    """Let other values stand for a type at the door.
+    """Let other values stand for a type in arguments.
 
     Args:
         kind: The type.
@@ -48,7 +48,7 @@ def accept(kind: type, text: str, read: Read) -> None:
     _READINGS[kind] = _Reading(text, read)
 
 
-def door(record: type | None = None) -> Callable[[Callable[P, Result]], Callable[P, Result]]:
+def checked_arguments(record: type | None = None) -> Callable[[Callable[P, Result]], Callable[P, Result]]:
     """Decorator of a verb: its arguments are checked, or read, by their annotations.
 
     Args:

@@ -56,7 +56,7 @@ from workbench.identification.set_apart import (
     suspect_note,
     suspects,
 )
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 
 NO_DIRECTION = (
     "play by the direction of motion was not tried: no row has a direction or a time; if rows stand in the "
@@ -64,7 +64,7 @@ NO_DIRECTION = (
 )
 
 
-@door(FitChoices)
+@checked_arguments(FitChoices)
 @one_thread()
 def diagnose(
     robot: Robot,

@@ -8,7 +8,7 @@ import numpy as np
 from workbench.arm.robot import Robot
 from workbench.base.errors import DataError
 from workbench.base.threads import one_thread
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.plate.free_constants import identified_names
 from workbench.plate.optimiser import optimise
 from workbench.plate.optimiser.constraints import Constraints
@@ -27,7 +27,7 @@ DOWN = np.diag([1.0, -1.0, -1.0])
 """Orientation of a tool that points straight down."""
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def optimise_plate(
     robot: Robot,

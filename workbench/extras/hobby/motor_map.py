@@ -35,7 +35,7 @@ from workbench.identification.identify import identify
 from workbench.identification.noise import with_alike_readings
 from workbench.identification.report.results_json import identification_json
 from workbench.identification.result import Identification
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, plain
 from workbench.report.numbers import signed
 from workbench.report.result_display import AbstractShown
@@ -199,7 +199,7 @@ class MotorMap(AbstractShown):
         )
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def map_motors(robot: Robot, data: Dataset, *, motors: tuple[str, ...] = ()) -> MotorMap:
     """Find how motors count against an arm's joints, from poses of a board or of the tool.

@@ -32,7 +32,7 @@ from workbench.extras.pendant.readings import PendantReadings, read_readings, re
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json, validation_json
 from workbench.identification.result import Identification, error_rows
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.report.json import Json, plain
 from workbench.report.result_display import AbstractShown
 from workbench.report.tables import headed, line, new_table
@@ -165,7 +165,7 @@ class Extraction(AbstractShown):
         )
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def extract(robot: Robot, readings: Path | Dataset | Sequence[str]) -> Extraction:
     """Find the model that a controller computes with from joints and poses that its pendant shows.

@@ -26,7 +26,7 @@ from workbench.extras.service.verification.iso9283 import (
 )
 from workbench.identification.evaluate import evaluate
 from workbench.identification.result import Evaluation
-from workbench.plate.door import door
+from workbench.plate.argument_types import checked_arguments
 from workbench.report.result_display import AbstractShown, figures_of, tables_of
 
 USUAL_POSES = 100
@@ -138,7 +138,7 @@ class Verification(AbstractShown):
         return f"Failed: {failed} of {rows} {'is' if failed == 1 else 'are'} beyond {limit}."
 
 
-@door()
+@checked_arguments()
 @one_thread()
 def verify(
     robot: Robot,

@@ -1,4 +1,4 @@
-"""Arguments at the door: read where their meaning is plain, refused in one sentence elsewhere."""
+"""Arguments of users: read where their meaning is plain, refused in one sentence elsewhere."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import workbench as wb
-from workbench.base.argument_checks import accept, admit, door
+from workbench.base.argument_checks import accept, admit, checked_arguments
 from workbench.base.errors import OptionError
 
 
@@ -41,7 +41,7 @@ accept(
 )
 
 
-@door(Extras)
+@checked_arguments(Extras)
 def verb(
     scale: float,
     mass: Grams | None = None,

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
-import workbench.data.door  # noqa: F401 what stands for arms and measurements
-from workbench.base.argument_checks import Given, accept, door
+import workbench.data.argument_types  # noqa: F401 what stands for arms and measurements
+from workbench.base.argument_checks import Given, accept, checked_arguments
 from workbench.plate.measured_plate import load_plate
 from workbench.plate.plate import Plate
 from workbench.plate.region import Region
@@ -22,4 +22,4 @@ def _region(value: Any, given: Given) -> Any:
 accept(Plate, "a Plate, its file, or a built-in plate by name", _plate)
 accept(Region, "a Region, or a plate for its region", _region)
 
-__all__ = ["door"]
+__all__ = ["checked_arguments"]
