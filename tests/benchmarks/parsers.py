@@ -247,7 +247,7 @@ def robot() -> tuple[bytes, Parse]:
 
 
 def joint_table() -> tuple[bytes, Parse]:
-    from workbench.arm.own_robot.check import read_joint_table
+    from workbench.extras.pendant.own_robot.check import read_joint_table
 
     return JOINT_TABLE.encode(), in_file("arm.csv", read_joint_table)
 

@@ -420,16 +420,16 @@ def test_a_move_sets_only_what_it_changes(app, monkeypatch):
     assert jog.value != before
 
 
-def test_a_refused_entry_goes_back_and_typed_poses_stay(app):
-    place, table = control(app, "x, y, z [mm]"), control(app, "Poses")
+def test_a_refused_entry_goes_back_and_a_typed_pose_stays(app):
+    place, tool = control(app, "x, y, z [mm]"), control(app, "Tool [mm]")
     before = place.value
-    place.value, table.value = (1e6, 0.0, 0.0), "1 2 3"
+    place.value, tool.value = (1e6, 0.0, 0.0), (1.0, 2.0, 3.0)
     targets = next(p for p in app.view._panels if isinstance(p, TargetsPanel))
     targets.send(targets._typed)
     assert app.worker.wait(60.0)
     assert app.worker.session.page.messages[-1].severity is Severity.ERROR
     assert place.value == before
-    assert table.value == "1 2 3"
+    assert tuple(tool.value) == (1.0, 2.0, 3.0)
 
 
 def test_a_message_draws_no_figure_again(app, monkeypatch):

@@ -19,8 +19,8 @@ from workbench.arm.effects.effect import AbstractEffect
 from workbench.arm.joint_units import sliding
 from workbench.arm.kinematics.forward import tool_poses
 from workbench.arm.motion import Motion
-from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.robot import Frame, Robot
+from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.base import se3
 from workbench.base.errors import DataError, OptionError
 from workbench.base.hand_eye import base_and_tool

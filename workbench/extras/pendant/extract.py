@@ -17,7 +17,6 @@ from scipy import special
 
 from workbench.arm.calibration_record import Expected
 from workbench.arm.frame import Frame
-from workbench.arm.own_robot.displayed_poses import DisplayedPoses
 from workbench.arm.robot import Robot
 from workbench.base import se3
 from workbench.base.errors import FileError
@@ -28,6 +27,7 @@ from workbench.data.dataset import Dataset
 from workbench.data.readers import read_measurements
 from workbench.diagnosis.diagnose import diagnose
 from workbench.extras.pendant.convention import as_dataset, find_convention, with_displayed_frames
+from workbench.extras.pendant.own_robot.displayed_poses import DisplayedPoses
 from workbench.extras.pendant.readings import PendantReadings, read_readings, readings_of, typed_readings
 from workbench.identification.identify import identify
 from workbench.identification.report.results_json import identification_json, validation_json

@@ -1,7 +1,7 @@
 """The panels of the page; each says its tab and its place in it itself."""
 
 from workbench.base.registry import Registry
-from workbench.views.page.panels.arm import ArmPanel, OwnRobotPanel
+from workbench.views.page.panels.arm import ArmPanel
 from workbench.views.page.panels.columns import ColumnsPanel
 from workbench.views.page.panels.compare import ComparePanel
 from workbench.views.page.panels.data import DataPanel
@@ -27,7 +27,6 @@ PANELS: Registry[type[AbstractPanel]] = Registry(
     "panel",
     AbstractPanel,
     ArmPanel,
-    OwnRobotPanel,
     JogPanel,
     ToolPanel,
     CapturedPanel,

@@ -6,21 +6,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from typed_poses import pendant, plural
 
+import workbench as wb
+from tests.arm.test_plausible_units import UR5
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS
 from workbench.arm.kinematics.forward import tool_poses
+from workbench.arm.many_starts import descend
 from workbench.arm.motion import Motion
-from workbench.arm.own_robot.check import read_joint_table
-from workbench.arm.own_robot.find_convention import FoundConvention, find_convention
-from workbench.arm.own_robot.many_starts import descend
-from workbench.arm.own_robot.readings import TableReading, Typed, table_readings, typed_readings
-from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.robot import Robot
-from workbench.arm.robot_toml import robot_to_table
+from workbench.arm.robot_toml import read_toml, robot_to_table
+from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.arm.statics.moments import joint_moments
 from workbench.base import se3
-from workbench.base.errors import DataError, FileError, ShapeError
+from workbench.base.errors import DataError, FileError, OptionError, ShapeError
+from workbench.extras.pendant.own_robot.check import read_joint_table
+from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
+from workbench.extras.pendant.own_robot.readings import TableReading, Typed, table_readings, typed_readings
+from workbench.session.commands.arm import ChooseRobot, LoadModel
+from workbench.session.export import robot_toml
 
 ARMS = ("ur10", "aria", "panda", "iiwa14", "katana450")
 ANGLES = (se3.matrix_to_rpy, lambda r: se3.matrix_to_rpy(r)[..., ::-1], se3.matrix_to_rotvec)
@@ -247,25 +252,6 @@ def test_a_table_from_elsewhere_is_read_in(run, refused, tmp_path):
     refused(["--for"], "new", "ur10", "--apply", table, "--out", out, status=64)
 
 
-def test_xacro_files_are_robots(tmp_path):
-    pytest.importorskip("xacrodoc")
-    path = tmp_path / "arm.urdf.xacro"
-    path.write_text(
-        '<robot name="a" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="length" default="0.5"/>'
-        '<link name="b"/><link name="l"/><link name="t"/>'
-        '<joint name="j" type="continuous"><parent link="b"/><child link="l"/><axis xyz="0 0 1"/></joint>'
-        '<joint name="f" type="fixed"><parent link="l"/><child link="t"/>'
-        "<origin xyz=\"${float(xacro.arg('length')) if False else '$(arg length)'} 0 0\"/></joint></robot>"
-    )
-    assert load_robot(path, tip="t").predict([0.0])[0, 3] == pytest.approx(0.5)
-    assert load_robot(f"{path} length:=0.7", tip="t").predict([0.0])[0, 3] == pytest.approx(0.7)
-    path.write_text("<robot")
-    with pytest.raises(FileError, match="expanded"):
-        load_robot(path)
-    with pytest.raises(FileError, match="no such"):
-        load_robot(tmp_path / "none.xacro")
-
-
 def test_every_start_descends_to_its_own_minimum():
     """x² = 4 from both sides; the second unknown does nothing and stays."""
     starts = np.array([[-3.0, 1.0], [1.0, 5.0], [0.1, 0.0]])
@@ -277,3 +263,36 @@ def test_every_start_descends_to_its_own_minimum():
     (found,), left = descend((starts,), linearise, lambda x, step: (x + step,))
     np.testing.assert_allclose(found, [[-2.0, 1.0], [2.0, 5.0], [2.0, 0.0]], atol=1e-9)
     np.testing.assert_allclose(left, 0.0, atol=1e-8)
+
+
+def test_a_joint_table_in_millimetres_and_degrees_is_read_in_these():
+    rows = [
+        dict(zip(("theta", "d", "a", "alpha"), r, strict=True)) for r in (UR5 * [1, 1e3, 1e3, 180 / np.pi])
+    ]
+    found = table_readings(rows)
+    assert {reading.assumptions[1:] for reading in found} == {("lengths in mm", "angles in deg")}
+    with pytest.raises(FileError, match="degrees"):
+        table_readings(rows, lengths=("mm",), angles=("rad",))
+
+
+def test_the_verb_refuses_what_is_no_reading():
+    with pytest.raises(OptionError, match="readings"):
+        wb.find_convention(3, 4)
+
+
+def test_a_table_that_is_read_wrongly_is_checked_against_typed_poses(do, tmp_path):
+    arm = load_robot("ur10e")
+    table, typed, shown = pendant(arm, 4)
+    session = do(LoadModel("mine.csv", table.encode(), typed[:3]))
+    assert "standard DH" in session.page.messages[-1].text
+    assert "joint 2 is inverted" in session.page.messages[-1].text
+    found = tool_poses(session.robot, Motion(shown))
+    assert np.abs(found[:, :3, 3] - tool_poses(arm, Motion(plural(shown)))[:, :3, 3]).max() < 1e-4
+    name, content = robot_toml(session)
+    (tmp_path / name).write_bytes(content)
+    np.testing.assert_allclose(tool_poses(read_toml(tmp_path / name), Motion(shown)), found, atol=1e-9)
+    for wrong, message in ((typed[:2], "at least 3 poses"), (("1, 2 = 3",) * 3, "6 joint positions")):
+        refused = do(LoadModel("mine.csv", table.encode(), wrong))
+        assert message in refused.page.messages[-1].text
+        assert refused.robot is session.robot
+    assert "none of" in do(ChooseRobot("ur5e", poses=typed)).page.messages[-1].text

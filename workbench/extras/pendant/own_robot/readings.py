@@ -8,11 +8,12 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.frame import Frame
-from workbench.arm.own_robot.displayed_poses import SIZES, USUAL, meanings, possible
 from workbench.arm.robot import Robot
 from workbench.arm.robot_toml import robot_from_rows
 from workbench.base.errors import FileError
 from workbench.base.types import frozen
+from workbench.extras.pendant.own_robot.displayed_poses import SIZES, USUAL, meanings, possible
+from workbench.plate.argument_types import checked_arguments
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +44,7 @@ class TableReading:
     assumptions: tuple[str, ...] = ()
 
 
+@checked_arguments()
 def table_readings(
     rows: Sequence[dict],
     *,
@@ -87,6 +89,7 @@ def table_readings(
     return out
 
 
+@checked_arguments()
 def typed_readings(numbers: Float[np.ndarray, "m k"], slides: Sequence[bool]) -> list[Typed]:
     """What numbers typed from a pendant may mean: joints, then x, y, z, and three angles or a quaternion.
 

@@ -18,14 +18,15 @@ import numpy as np
 from jaxtyping import Float
 
 from workbench.arm.inverse.reduced_arm import ReducedArm, compile_arm
-from workbench.arm.own_robot.many_starts import descend
-from workbench.arm.own_robot.readings import TableReading, Typed
-from workbench.arm.own_robot.signs_and_offsets import with_signs_and_offsets
+from workbench.arm.many_starts import descend
 from workbench.arm.robot import Robot
+from workbench.arm.signs_and_offsets import with_signs_and_offsets
 from workbench.base import se3
 from workbench.base.errors import DataError, ShapeError
 from workbench.base.types import frozen
 from workbench.base.wording import in_mm
+from workbench.extras.pendant.own_robot.readings import TableReading, Typed
+from workbench.plate.argument_types import checked_arguments
 
 MIN_POSES = 3
 WEIGHT = 0.25
@@ -127,6 +128,7 @@ class _Fit:
         return np.stack([np.linalg.norm(error[:, part], axis=1) for part in PARTS], axis=1)
 
 
+@checked_arguments()
 def find_convention(readings: Iterable[TableReading], typed: Sequence[Typed]) -> FoundConvention:
     """The interpretation of a table that reproduces given poses.
 

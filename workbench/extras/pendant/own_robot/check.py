@@ -15,12 +15,13 @@ import numpy as np
 from workbench.arm.built_in_arms import load_robot
 from workbench.arm.conventions import CONSTANTS, ORDERS
 from workbench.arm.frame import Frame
-from workbench.arm.own_robot.displayed_poses import typed_cells
-from workbench.arm.own_robot.find_convention import FoundConvention, find_convention
-from workbench.arm.own_robot.readings import TableReading, Typed, table_readings, typed_readings
+from workbench.arm.robot import Robot
 from workbench.base.errors import FileError
 from workbench.base.files import read_bytes
 from workbench.base.types import Freedom
+from workbench.extras.pendant.own_robot.displayed_poses import typed_cells
+from workbench.extras.pendant.own_robot.find_convention import FoundConvention, find_convention
+from workbench.extras.pendant.own_robot.readings import TableReading, Typed, table_readings, typed_readings
 
 NAMES = {"θ": "theta", "offset": "theta", "α": "alpha", "twist": "alpha", "r": "a", "β": "beta"}
 """Other headings of the constants."""
@@ -183,3 +184,9 @@ def convention_notes(found: FoundConvention) -> tuple[str, ...]:
         f"errors at the typed poses: at most {1e3 * found.position:.3f} mm and "
         f"{np.rad2deg(found.rotation):.3f}°; {found.tried} readings tried",
     )
+
+
+def robot_that_gives(source: Path | str, poses: Sequence[str]) -> Robot:
+    """The arm that gives typed poses, with what was found in its notes."""
+    found = check_robot(source, poses)
+    return replace(found.robot, notes=(*found.robot.notes, *convention_notes(found)))
