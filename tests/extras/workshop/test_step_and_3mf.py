@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 import trimesh
-from tests.plate.test_solids import by_hand, parts
 
+from tests.extras.workshop.test_solids import by_hand, parts
 from workbench.base.errors import MissingExtraError
 from workbench.extras.workshop.fixture import fixture_of
 from workbench.extras.workshop.meshes import mesh_of
