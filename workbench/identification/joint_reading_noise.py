@@ -84,7 +84,7 @@ class _Table(NamedTuple):
     """Rows with the same components: residuals, stated variances, what was measured, by_joint, joints."""
 
     residual: Float[np.ndarray, "rows m"]
-    own: Float[np.ndarray, "rows m"]
+    stated: Float[np.ndarray, "rows m"]
     live: Bool[np.ndarray, "rows m"]
     by_joint: Float[np.ndarray, "rows m n"]
     q: Float[np.ndarray, "rows n"]
@@ -265,7 +265,7 @@ def _fit(tables: Sequence[_Table], members: np.ndarray, size: np.ndarray, stated
 
 def _whitened(table: _Table, variances: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Inverse lower roots of the covariances, their log determinants, whitened residuals."""
-    alone = np.where(table.live, np.maximum(table.own + variances[table.channel], 1e-300), 1.0)
+    alone = np.where(table.live, np.maximum(table.stated + variances[table.channel], 1e-300), 1.0)
     scaled = table.by_joint * np.sqrt(variances[2:])
     covariance = scaled @ scaled.transpose(0, 2, 1)
     diagonal = np.arange(alone.shape[1])
