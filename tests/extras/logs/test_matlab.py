@@ -147,8 +147,8 @@ def test_the_command_says_which_variable_is_damaged(run, tmp_path):
     ],
 )
 def test_matlab(read_here, shared_data, name, columns):
-    converted = read_measurements(read_here, shared_data / "wam_jacobi" / "measurements.csv")
-    data = read_measurements(read_here, shared_data / "importer_variants" / name, columns=columns, joints=7)
+    converted = read_measurements(shared_data / "wam_jacobi" / "measurements.csv")
+    data = read_measurements(shared_data / "importer_variants" / name, columns=columns, joints=7)
     np.testing.assert_allclose(data.q, converted.q[-20:], atol=2e-10)
     np.testing.assert_allclose(data.position, converted.position[-20:], atol=1e-7)
 
@@ -156,7 +156,7 @@ def test_matlab(read_here, shared_data, name, columns):
 @pytest.mark.data
 def test_matlab_says_what_it_holds(read_here, shared_data):
     with pytest.raises(OptionError, match=r"Q \(7 x 20\)"):
-        read_measurements(read_here, shared_data / "importer_variants" / "wam_matrices.mat")
+        read_measurements(shared_data / "importer_variants" / "wam_matrices.mat")
     with pytest.raises(OptionError, match=r"20 values a measurement|has 20|says not"):
         read_measurements(
             shared_data / "importer_variants" / "wam_matrices.mat", columns="q[rad|row]=Q,xyz[mm|row]=P"
