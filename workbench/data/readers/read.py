@@ -202,5 +202,5 @@ def read_marker_rows(path: Path | str, rows: int) -> Float[np.ndarray, "rows mar
         raise FileError(f"has no column {missing}; markers are counted m1, m2, …", path=str(path)) from None
     found = np.moveaxis(np.array(places, float), 2, 0)
     if not np.isfinite(found).all():
-        raise FileError("has a blank cell; every marker's place is needed", path=str(path))
+        raise FileError("has a blank cell; every marker's position is needed", path=str(path))
     return found

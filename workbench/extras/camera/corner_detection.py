@@ -158,7 +158,7 @@ class Finder:
             size = "{} x {}".format(*board.squares)
             return f"its markers are not those of a board of {size} squares{looks}"
         if len(names) == 0 and len(_markers(np.ascontiguousarray(picture[:, ::-1]), self.dictionary)[1]) >= 2:
-            return "it is mirrored: print the sheet, or take the picture, the other way round"
+            return "it is mirrored: print the sheet, or take the picture, without mirroring"
         if BLURRED < (width := blur(picture)) < np.inf:
             return f"it is blurred by about {width:.1f} px: hold still, focus, or add light"
         if len(names):

@@ -123,7 +123,7 @@ def _names(rows: PixelRows, joints: Fields) -> tuple[list[str], list[str]]:
                 "pictures; give one row of joints per picture, best with a column 'image'"
             )
         return taken, [
-            "joints have no column 'image': the first row is taken for the first picture, and so on"
+            "joints have no column 'image': the first row is assigned to the first picture, and so on"
         ]
     names = plain_names(joints.values["image"])
     if len(set(names)) < len(names):

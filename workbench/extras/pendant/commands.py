@@ -101,7 +101,7 @@ def frame(
         Path | None, option("Points of the drawing: point, x[mm], y[mm], z[mm]; `contact` has their names.")
     ] = None,
     tool: Annotated[
-        str | None, option("Tip in the flange, x,y,z in mm, in place of the file's tool.")
+        str | None, option("Tip in the flange, x,y,z in mm, instead of the tool in the file.")
     ] = None,
     radius: Annotated[str, option("Radius of the ball that touched faces, for 3-2-1.")] = "0mm",
     wanted: WantedOption = None,

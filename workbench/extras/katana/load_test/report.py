@@ -27,9 +27,9 @@ PARTS = (
 )
 """Sizes, factors to the units that people read, and headings."""
 LABELS = {
-    PairPurpose.CROSSWISE: "tips both ways",
-    PairPurpose.REVERSAL: "turns both ways",
-    PairPurpose.SIZE: "little and much",
+    PairPurpose.CROSSWISE: "tilts in both directions",
+    PairPurpose.REVERSAL: "turns in both directions",
+    PairPurpose.SIZE: "light and heavy load",
 }
 
 

@@ -193,8 +193,8 @@ def verify(
     wanted = Wanted(position=wanted) if isinstance(wanted, int | float) else wanted
     if wanted is not None and wanted.rotation is not None and not turned.all():
         warnings.append(
-            f"{int(turned.sum())} of {plural(len(turned), 'row')} carry a measured orientation: the limit of "
-            f"{np.rad2deg(wanted.rotation):.2g}° is judged on {'those' if turned.any() else 'none'}"
+            f"{int(turned.sum())} of {plural(len(turned), 'row')} have a measured orientation: the limit of "
+            f"{np.rad2deg(wanted.rotation):.2g}° is evaluated on {'those' if turned.any() else 'none'}"
         )
     return Verification(
         evaluation=replace(found, notes=(*found.notes, cycle_text(repeated))),
