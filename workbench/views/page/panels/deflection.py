@@ -38,7 +38,7 @@ class BendingPanel(AbstractPanel):
                 hint="Show the violet arm, deflected by the effects of its model.",
             )
             self._times = self.slider(
-                "Bending ×",
+                "Deflection ×",
                 int(overlay.deflection),
                 (int(MIN_EXAGGERATION), MAX_BENDING, 1),
                 "Exaggeration of the violet arm's deflection.",
