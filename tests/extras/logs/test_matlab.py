@@ -157,7 +157,7 @@ def test_matlab(read_here, shared_data, name, columns):
 def test_matlab_says_what_it_holds(read_here, shared_data):
     with pytest.raises(OptionError, match=r"Q \(7 x 20\)"):
         read_measurements(shared_data / "importer_variants" / "wam_matrices.mat")
-    with pytest.raises(OptionError, match=r"20 values a measurement|has 20|says not"):
+    with pytest.raises(OptionError, match=r"20 values per measurement|has 20|says not"):
         read_measurements(
             shared_data / "importer_variants" / "wam_matrices.mat", columns="q[rad|row]=Q,xyz[mm|row]=P"
         )
