@@ -14,7 +14,8 @@ holds the cause as a special case and has more coefficients is no rival. They ar
 other rows of the same arm: less one standard error of their logarithm, found by leaving out fold after fold.
 What every part of the rows prefers stays probable; what other rows might leave too small is no more.
 
-However large the odds, a cause is no more than probable
+However large the odds, a cause is no more than probable, at the lowest odds so called (of 546 claims held
+back on virtual arms with incomplete files, 92 % were true),
 
 - while what it leaves is smooth over postures, or in the order of the rows, by a third of what it explains,
   or a residual map of its joint predicts as much: another law may then do what this one does, and rows that
@@ -72,10 +73,9 @@ PART_OF_REST, PART_OF_NOISE = 0.1, 1.0 / 3.0
 """Parts of what is left, and of the noise, that a cause must explain at least."""
 MAX_ODDS = 1e12
 """Odds beyond this say nothing more."""
-MARGINAL = 100.0
-"""Greatest odds where what a cause explains, less one standard error, is too little to be called one …"""
 STRAINED = 1.5
-"""… or more than so many times what all effects explain together, as if the geometry were linear so far."""
+"""Times what all effects explain together, beyond which a cause is no more than probable: as if the geometry
+were linear so far."""
 SMOOTH = 1.0 / 3.0
 """Part of what a certain cause explains that may be smooth in what is left, or in a map of its joint."""
 UNTRIED = "without masses, how it tips as it extends can't be tried"
@@ -197,6 +197,16 @@ class ResidualMap:
             f"{self.before.text('mean')}{without} to {self.after.text('mean')}"
         )
 
+    @property
+    def before_mm(self) -> float:
+        """Mean without them [mm]."""
+        return self.before.position_mm.mean
+
+    @property
+    def after_mm(self) -> float:
+        """Mean with them [mm]."""
+        return self.after.position_mm.mean
+
 
 def together(effects: Sequence[AbstractEffect]) -> AbstractEffect:
     """Effects of one kind as one of all their joints."""
@@ -284,12 +294,12 @@ def find_causes(
             or len(unclear) == len(sizes)
             or doubt is not None
         ):
-            odds = min(odds, MARGINAL)
+            odds = min(odds, PROBABLE)
         if odds >= CERTAIN:
             kept = survive()
             unclear = [j for j in sizes if j in {*unclear, *kept.lost}]
             if not kept.holds or len(unclear) == len(sizes):
-                odds = min(odds, MARGINAL)
+                odds = min(odds, PROBABLE)
         unsure = tuple(j for j in unclear if odds >= CERTAIN and j is not None)
         text = sentence_of(whole, unsure, std, arm, motion)
         found.append(
@@ -351,7 +361,7 @@ def _masked_by_scatter(
     """Those that don't stand out of what their joint alone scatters."""
     if scatter is None:
         return []
-    mine = [e for e in effects if e.joints and e.joints[0] in scatter.joints_that_scatter and not e.is_event]
+    mine = [e for e in effects if e.joints and e.joints[0] in scatter.alone and not e.is_event]
     return [e for e in mine if maximum[e.names] < STANDS_OUT * scatter.sigma[e.joints[0]]]
 
 
@@ -388,7 +398,7 @@ def _against_rivals(
     stated, surviving = np.exp(np.clip([lead, lead - jackknifed(leads)], 0.0, np.log(MAX_ODDS))).tolist()
     odds = min(stated, max(surviving, PROBABLE if min(leads) > 0.0 else 1.0))
     if any(o.gain > whole.own - np.log(PROBABLE) for o in whole.offers if id(o.term.candidate) in including):
-        odds = min(odds, MARGINAL)
+        odds = min(odds, PROBABLE)
     close = distinct([o for o in rivals if best - o.gain < np.log(PROBABLE / odds)])
     survive = partial(survival, searched, group, rivals, including, minimum=float(np.log(PROBABLE)))
     return odds, tuple(o.term.candidate.effect for o in close[:LOOK_ALIKES]), survive

@@ -1,0 +1,1 @@
+"""Manufacturing a plate: its parts as solids and drawings, and the plate as measured afterwards."""
